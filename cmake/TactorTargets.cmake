@@ -1,0 +1,67 @@
+# Settings that every target of ours shares, and the functions that make libraries, node libraries and tests.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+set(TACTOR_NODE_DIRECTORY ${CMAKE_BINARY_DIR}/bin/nodes)
+
+find_program(TACTOR_CCACHE ccache)
+if(TACTOR_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${TACTOR_CCACHE})
+endif()
+
+add_library(tactor_flags INTERFACE)
+# Options are given by designated initialisers and the rest takes its default, which -Wextra would call missing.
+# No contraction to fused multiply-add: the same source gives the same numbers in debug and in release builds.
+target_compile_options(tactor_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+                                              -Wno-missing-field-initializers -ffp-contract=off)
+if(TACTOR_WERROR)
+  target_compile_options(tactor_flags INTERFACE -Werror)
+endif()
+if(TACTOR_SANITIZE)
+  target_compile_options(tactor_flags INTERFACE -fsanitize=${TACTOR_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(tactor_flags INTERFACE -fsanitize=${TACTOR_SANITIZE})
+endif()
+target_include_directories(tactor_flags INTERFACE ${CMAKE_SOURCE_DIR})
+
+# tactor_library(NAME [SHARED] SOURCES ... [LIBS ...]): a library of ours; LIBS are linked publicly.
+function(tactor_library name)
+  cmake_parse_arguments(ARG "SHARED" "" "SOURCES;LIBS" ${ARGN})
+  if(ARG_SHARED)
+    add_library(${name} SHARED ${ARG_SOURCES})
+    install(TARGETS ${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  else()
+    add_library(${name} STATIC ${ARG_SOURCES})
+  endif()
+  target_link_libraries(${name} PUBLIC tactor_flags ${ARG_LIBS})
+endfunction()
+
+# tactor_node_library(PREFIX SOURCES ... [LIBS ...]): nodes of type `PREFIX.*`. Makes the static library
+# nodes_PREFIX, which tests link, and the module libtactor_PREFIX.so, which a graph loads. `register.cpp` in the
+# caller's folder lists the node types.
+function(tactor_node_library prefix)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  tactor_library(nodes_${prefix} SOURCES ${ARG_SOURCES} LIBS tactor_node ${ARG_LIBS})
+  add_library(tactor_${prefix} MODULE register.cpp)
+  target_link_libraries(tactor_${prefix} PRIVATE nodes_${prefix})
+  set_target_properties(tactor_${prefix} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_DIRECTORY}
+                                                    INSTALL_RPATH "$ORIGIN/..")
+  install(TARGETS tactor_${prefix} LIBRARY DESTINATION lib/tactor)
+  set_property(GLOBAL APPEND PROPERTY TACTOR_NODE_LIBRARIES tactor_${prefix})
+endfunction()
+
+# tactor_test(NAME SOURCES ... [LIBS ...]): a Boost.Test executable that ctest runs as NAME.
+function(tactor_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(test_${name} ${ARG_SOURCES})
+  target_link_libraries(test_${name} PRIVATE tactor_flags ${ARG_LIBS} Boost::unit_test_framework)
+  target_compile_definitions(test_${name} PRIVATE BOOST_TEST_DYN_LINK BOOST_TEST_MODULE=${name}
+                             TACTOR_SOURCE_DIR="${CMAKE_SOURCE_DIR}" TACTOR_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  add_test(NAME ${name} COMMAND test_${name} --color_output=no)
+  set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77)
+endfunction()

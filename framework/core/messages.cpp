@@ -1,0 +1,154 @@
+#include "framework/core/messages.hpp"
+
+#include <cstddef>
+
+namespace tactor {
+
+namespace {
+
+using enum FieldKind;
+
+void add_vec3(std::vector<Field>& fields, std::string_view name, std::string_view unit, std::size_t offset) {
+  fields.push_back({name, unit, f64, offset, 3});
+}
+
+void add_pose(std::vector<Field>& fields, std::string_view p, std::string_view R, std::size_t offset) {
+  add_vec3(fields, p, "m", offset + offsetof(Pose, p));
+  fields.push_back({R, "1", f64, offset + offsetof(Pose, R), 4});
+}
+
+void add_twist(std::vector<Field>& fields, std::string_view v, std::string_view w, std::size_t offset) {
+  add_vec3(fields, v, "m/s", offset + offsetof(Twist, v));
+  add_vec3(fields, w, "rad/s", offset + offsetof(Twist, w));
+}
+
+void add_wrench(std::vector<Field>& fields, std::string_view force, std::string_view torque, std::size_t offset) {
+  add_vec3(fields, force, "N", offset + offsetof(Wrench, force));
+  add_vec3(fields, torque, "N m", offset + offsetof(Wrench, torque));
+}
+
+template <class T, class Build>
+MessageType describe(std::string_view name, std::string_view frame, Build build) {
+  static_assert(Message<T>);
+  MessageType type{name, frame, sizeof(T), {}};
+  build(type.fields);
+  return type;
+}
+
+}  // namespace
+
+template <>
+const MessageType& message_type<Wrench>() {
+  static const MessageType type =
+      describe<Wrench>("Wrench", "W", [](auto& f) { add_wrench(f, "force", "torque", 0); });
+  return type;
+}
+
+template <>
+const MessageType& message_type<Target>() {
+  static const MessageType type = describe<Target>("Target", "W", [](auto& f) {
+    add_pose(f, "p_WH", "R_WH", offsetof(Target, X_WH));
+    add_twist(f, "v_WH", "w_WH", offsetof(Target, V_WH));
+  });
+  return type;
+}
+
+template <>
+const MessageType& message_type<DeviceState>() {
+  static const MessageType type = describe<DeviceState>("DeviceState", "W", [](auto& f) {
+    add_pose(f, "p_WD", "R_WD", offsetof(DeviceState, X_WD));
+    add_twist(f, "v_WD", "w_WD", offsetof(DeviceState, V_WD));
+    f.push_back({"buttons", "1", i32, offsetof(DeviceState, buttons), 1});
+  });
+  return type;
+}
+
+template <>
+const MessageType& message_type<CouplingLaw>() {
+  static const MessageType type = describe<CouplingLaw>("CouplingLaw", "", [](auto& f) {
+    f.push_back({"k_t", "N/m", f64, offsetof(CouplingLaw, k_t), 1});
+    f.push_back({"b_t", "N s/m", f64, offsetof(CouplingLaw, b_t), 1});
+    f.push_back({"k_r", "N m/rad", f64, offsetof(CouplingLaw, k_r), 1});
+    f.push_back({"b_r", "N m s/rad", f64, offsetof(CouplingLaw, b_r), 1});
+    f.push_back({"force_max", "N", f64, offsetof(CouplingLaw, force_max), 1});
+    f.push_back({"torque_max", "N m", f64, offsetof(CouplingLaw, torque_max), 1});
+    f.push_back({"massless", "1", i32, offsetof(CouplingLaw, massless), 1});
+  });
+  return type;
+}
+
+template <>
+const MessageType& message_type<PhysicsState>() {
+  static const MessageType type = describe<PhysicsState>("PhysicsState", "W", [](auto& f) {
+    add_pose(f, "p_WT", "R_WT", offsetof(PhysicsState, X_WT));
+    add_twist(f, "v_WT", "w_WT", offsetof(PhysicsState, V_WT));
+    add_pose(f, "p_WD", "R_WD", offsetof(PhysicsState, X_WD));
+    add_twist(f, "v_WD", "w_WD", offsetof(PhysicsState, V_WD));
+    add_wrench(f, "contact_force", "contact_torque", offsetof(PhysicsState, contact_T_W));
+    f.push_back({"contacts", "1", i32, offsetof(PhysicsState, contacts), 1});
+  });
+  return type;
+}
+
+template <>
+const MessageType& message_type<ContactSet>() {
+  static const MessageType type = describe<ContactSet>("ContactSet", "W", [](auto& f) {
+    add_pose(f, "p_WT", "R_WT", offsetof(ContactSet, X_WT));
+    f.push_back({"count", "1", i32, offsetof(ContactSet, count), 1});
+    f.push_back({"penetrating", "1", i32, offsetof(ContactSet, penetrating), 1});
+    f.push_back({"truncated", "1", i32, offsetof(ContactSet, truncated), 1});
+    // A contact is 14 numbers in a row: p_TC, p_WC, n_W, distance, weight, stiffness, damping, friction.
+    static_assert(sizeof(Contact) == 14 * sizeof(double));
+    f.push_back({"contact", "m, m, 1, m, 1, N/m, N s/m, 1", f64, offsetof(ContactSet, contact),
+                 14 * ContactSet::capacity});
+  });
+  return type;
+}
+
+template <>
+const MessageType& message_type<ArCoefficients>() {
+  static const MessageType type = describe<ArCoefficients>("ArCoefficients", "", [](auto& f) {
+    f.push_back({"force_order", "1", i32, offsetof(ArCoefficients, force_order), 1});
+    f.push_back({"torque_order", "1", i32, offsetof(ArCoefficients, torque_order), 1});
+    f.push_back({"force", "1", f64, offsetof(ArCoefficients, force), ArCoefficients::max_order});
+    f.push_back({"torque", "1", f64, offsetof(ArCoefficients, torque), ArCoefficients::max_order});
+    f.push_back({"force_error_variance", "N^2", f64, offsetof(ArCoefficients, force_error_variance), 1});
+    f.push_back({"torque_error_variance", "N^2 m^2", f64, offsetof(ArCoefficients, torque_error_variance), 1});
+  });
+  return type;
+}
+
+template <>
+const MessageType& message_type<Forecast>() {
+  static const MessageType type = describe<Forecast>("Forecast", "W", [](auto& f) {
+    add_wrench(f, "current_force", "current_torque", offsetof(Forecast, current_D_W));
+    add_wrench(f, "predicted_force", "predicted_torque", offsetof(Forecast, predicted_D_W));
+    f.push_back({"horizon", "s", f64, offsetof(Forecast, horizon), 1});
+    f.push_back({"fallback", "1", i32, offsetof(Forecast, fallback), 1});
+  });
+  return type;
+}
+
+template <>
+const MessageType& message_type<ForceSegment>() {
+  static const MessageType type = describe<ForceSegment>("ForceSegment", "W", [](auto& f) {
+    f.push_back({"begin", "ns", i64, offsetof(ForceSegment, begin), 1});
+    f.push_back({"end", "ns", i64, offsetof(ForceSegment, end), 1});
+    // Four wrenches in a row, force then torque, from the constant to the cubic term.
+    static_assert(sizeof(Wrench) == 6 * sizeof(double));
+    f.push_back({"c", "N, N m", f64, offsetof(ForceSegment, c), 24});
+  });
+  return type;
+}
+
+const MessageType* find_message_type(std::string_view name) {
+  for (const MessageType* type :
+       {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(), &message_type<CouplingLaw>(),
+        &message_type<PhysicsState>(), &message_type<ContactSet>(), &message_type<ArCoefficients>(),
+        &message_type<Forecast>(), &message_type<ForceSegment>()}) {
+    if (type->name == name) return type;
+  }
+  return nullptr;
+}
+
+}  // namespace tactor

@@ -1,0 +1,241 @@
+// The builder of node declarations: member pointers in, data out, so that nothing is looked up by string while running.
+#pragma once
+
+#include <concepts>
+#include <filesystem>
+#include <type_traits>
+
+#include "framework/node/info.hpp"
+
+namespace tactor {
+
+struct InputOptions {
+  std::string doc;
+  Trigger trigger = Trigger::no;
+  bool required = true;
+  Queue queue{};
+  bool reference = false;
+};
+
+struct RealOptions {
+  std::string doc;
+  std::string unit = "1";
+  std::optional<double> default_value;
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool above_min = false;
+  std::optional<double> in_reference;
+};
+
+struct IntegerOptions {
+  std::string doc;
+  std::optional<std::int64_t> default_value;
+  std::int64_t min = 0;
+  std::int64_t max = std::int64_t{1} << 31;
+  std::optional<std::int64_t> in_reference;
+};
+
+/// A name for a value of an enumeration.
+template <class E>
+struct Choice {
+  std::string name;
+  E value;
+};
+
+/// Declares node class N with parameters N::Params (default-constructible) and a constructor
+/// N(const N::Params&, const NodeContext&).
+template <class N>
+class Declare {
+  using P = typename N::Params;
+
+ public:
+  Declare(std::string type, std::string summary) {
+    info_.type = std::move(type);
+    info_.summary = std::move(summary);
+  }
+
+  Declare& details(std::string text) {
+    info_.details = std::move(text);
+    return *this;
+  }
+  Declare& sink() {
+    info_.sink = true;
+    return *this;
+  }
+  Declare& unneeded(std::function<std::string(const Scene&)> reason) {
+    info_.unneeded = std::move(reason);
+    return *this;
+  }
+  Declare& needs_torque() {
+    info_.needs_torque = true;
+    return *this;
+  }
+
+  template <class T>
+  Declare& input(std::string name, Input<T> N::*port, InputOptions o) {
+    info_.inputs.push_back({std::move(name), &message_type<T>(), std::move(o.doc), o.trigger, o.required, o.queue,
+                            o.reference, {}, [port](Node& node) -> InputBase& { return static_cast<N&>(node).*port; }});
+    return *this;
+  }
+  /// The input just declared is not read where `test(params)` gives a reason.
+  Declare& ignored_when(std::function<std::string(const P&)> test) {
+    // The parameters are declared by now or later; the lambda reads them when it is called.
+    auto params = params_;
+    info_.inputs.back().ignored = [params, test](const std::vector<ParamValue>& values) {
+      return test(assign_all(*params, values));
+    };
+    return *this;
+  }
+  template <class T>
+  Declare& output(std::string name, Output<T> N::*port, std::string doc) {
+    info_.outputs.push_back({std::move(name), &message_type<T>(), std::move(doc),
+                             [port](Node& node) -> OutputBase& { return static_cast<N&>(node).*port; }});
+    return *this;
+  }
+
+  /// A real number, or a Duration (in s) where the member is one.
+  template <class M>
+    requires std::same_as<M, double> || std::same_as<M, Duration>
+  Declare& real(std::string name, M P::*member, RealOptions o) {
+    ParamInfo p = base(std::move(name), ParamKind::real, std::move(o.doc));
+    p.unit = std::move(o.unit);
+    if (o.default_value) p.default_value = *o.default_value;
+    p.min = o.min;
+    p.max = o.max;
+    p.above_min = o.above_min;
+    if (o.in_reference) p.in_reference = *o.in_reference;
+    p.assign = [member](void* params, const ParamValue& v) {
+      if constexpr (std::same_as<M, Duration>) {
+        static_cast<P*>(params)->*member = Duration::from_seconds(std::get<double>(v));
+      } else {
+        static_cast<P*>(params)->*member = std::get<double>(v);
+      }
+    };
+    return push(std::move(p));
+  }
+  /// A rate in Hz at which the node steps.
+  Declare& rate(std::string name, double P::*member, RealOptions o) {
+    o.unit = "Hz";
+    o.min = 0;
+    o.above_min = true;
+    info_.rate_parameter = info_.params.size();
+    return real(std::move(name), member, std::move(o));
+  }
+  template <std::integral M>
+    requires(!std::same_as<M, bool>)
+  Declare& integer(std::string name, M P::*member, IntegerOptions o) {
+    ParamInfo p = base(std::move(name), ParamKind::integer, std::move(o.doc));
+    if (o.default_value) p.default_value = *o.default_value;
+    p.min = static_cast<double>(o.min);
+    p.max = static_cast<double>(o.max);
+    if (o.in_reference) p.in_reference = *o.in_reference;
+    p.assign = [member](void* params, const ParamValue& v) {
+      static_cast<P*>(params)->*member = static_cast<M>(std::get<std::int64_t>(v));
+    };
+    return push(std::move(p));
+  }
+  Declare& boolean(std::string name, bool P::*member, std::optional<bool> default_value, std::string doc) {
+    ParamInfo p = base(std::move(name), ParamKind::boolean, std::move(doc));
+    if (default_value) p.default_value = *default_value;
+    p.assign = [member](void* params, const ParamValue& v) { static_cast<P*>(params)->*member = std::get<bool>(v); };
+    return push(std::move(p));
+  }
+  Declare& text(std::string name, std::string P::*member, std::optional<std::string> default_value, std::string doc) {
+    ParamInfo p = base(std::move(name), ParamKind::text, std::move(doc));
+    if (default_value) p.default_value = *default_value;
+    p.assign = [member](void* params, const ParamValue& v) {
+      static_cast<P*>(params)->*member = std::get<std::string>(v);
+    };
+    return push(std::move(p));
+  }
+  /// A file that must exist; `required` false: may be left out, the path is then empty.
+  Declare& file(std::string name, std::filesystem::path P::*member, bool required, std::string doc) {
+    ParamInfo p = base(std::move(name), ParamKind::file, std::move(doc));
+    if (!required) p.default_value = std::string();
+    p.assign = [member](void* params, const ParamValue& v) {
+      static_cast<P*>(params)->*member = std::get<std::string>(v);
+    };
+    return push(std::move(p));
+  }
+  template <class E>
+    requires std::is_enum_v<E>
+  Declare& choice(std::string name, E P::*member, std::vector<Choice<E>> choices, std::optional<E> default_value,
+                  std::string doc, std::optional<E> in_reference = std::nullopt) {
+    ParamInfo p = base(std::move(name), ParamKind::choice, std::move(doc));
+    for (const Choice<E>& c : choices) {
+      p.choices.push_back(c.name);
+      if (default_value && *default_value == c.value) p.default_value = c.name;
+      if (in_reference && *in_reference == c.value) p.in_reference = c.name;
+    }
+    p.assign = [member, choices = std::move(choices)](void* params, const ParamValue& v) {
+      for (const Choice<E>& c : choices) {
+        if (c.name == std::get<std::string>(v)) static_cast<P*>(params)->*member = c.value;
+      }
+    };
+    return push(std::move(p));
+  }
+  /// A list of numbers; `size` 0: of any length. Bounds hold for each.
+  Declare& reals(std::string name, std::vector<double> P::*member, std::size_t size,
+                 std::optional<std::vector<double>> default_value, RealOptions o) {
+    ParamInfo p = base(std::move(name), ParamKind::reals, std::move(o.doc));
+    p.unit = std::move(o.unit);
+    p.size = size;
+    p.min = o.min;
+    p.max = o.max;
+    p.above_min = o.above_min;
+    if (default_value) p.default_value = *default_value;
+    p.assign = [member](void* params, const ParamValue& v) {
+      static_cast<P*>(params)->*member = std::get<std::vector<double>>(v);
+    };
+    return push(std::move(p));
+  }
+  Declare& table(std::string name, Table P::*member, std::vector<ColumnInfo> columns, bool required, std::string doc) {
+    ParamInfo p = base(std::move(name), ParamKind::table, std::move(doc));
+    if (!required) p.default_value = Table{columns.size(), {}};
+    p.columns = std::move(columns);
+    p.assign = [member](void* params, const ParamValue& v) { static_cast<P*>(params)->*member = std::get<Table>(v); };
+    return push(std::move(p));
+  }
+  Declare& mapping(std::string name, Mapping P::*member, bool required, std::string doc) {
+    ParamInfo p = base(std::move(name), ParamKind::mapping, std::move(doc));
+    if (!required) p.default_value = Mapping{};
+    p.assign = [member](void* params, const ParamValue& v) { static_cast<P*>(params)->*member = std::get<Mapping>(v); };
+    return push(std::move(p));
+  }
+
+  /// The finished declaration.
+  [[nodiscard]] NodeInfo info() const {
+    NodeInfo info = info_;
+    auto params = params_;
+    info.create = [params](const std::vector<ParamValue>& values, const NodeContext& context) {
+      return std::make_unique<N>(assign_all(*params, values), context);
+    };
+    return info;
+  }
+
+ private:
+  static ParamInfo base(std::string name, ParamKind kind, std::string doc) {
+    ParamInfo p;
+    p.name = std::move(name);
+    p.kind = kind;
+    p.doc = std::move(doc);
+    return p;
+  }
+  Declare& push(ParamInfo p) {
+    params_->push_back(p);
+    info_.params.push_back(std::move(p));
+    return *this;
+  }
+  static P assign_all(const std::vector<ParamInfo>& params, const std::vector<ParamValue>& values) {
+    TACTOR_DEMAND(params.size() == values.size());
+    P result{};
+    for (std::size_t i = 0; i < params.size(); ++i) params[i].assign(&result, values[i]);
+    return result;
+  }
+
+  NodeInfo info_;
+  // Shared with the lambdas above, so that `ignored_when` may come before the parameters it reads.
+  std::shared_ptr<std::vector<ParamInfo>> params_ = std::make_shared<std::vector<ParamInfo>>();
+};
+
+}  // namespace tactor

@@ -1,0 +1,119 @@
+// The declaration of a node type as data: ports, parameters, and when a scene does not need it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "framework/core/scene.hpp"
+#include "framework/node/node.hpp"
+
+namespace tactor {
+
+/// A table of numbers, row by row.
+struct Table {
+  std::size_t columns = 0;
+  std::vector<double> values;  ///< SI, `columns` to a row
+  [[nodiscard]] std::size_t rows() const { return columns == 0 ? 0 : values.size() / columns; }
+  [[nodiscard]] double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
+  bool operator==(const Table&) const = default;
+};
+
+/// Pairs of texts, in the order of the file.
+using Mapping = std::vector<std::pair<std::string, std::string>>;
+
+/// A checked parameter value in SI units.
+using ParamValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>, Table, Mapping>;
+
+enum class ParamKind : std::uint8_t {
+  boolean,  ///< bool
+  integer,  ///< std::int64_t
+  real,     ///< double, with a unit
+  text,     ///< std::string
+  choice,   ///< std::string, one of `choices`
+  file,     ///< std::string: the absolute path of a file that exists, or empty where that is the default
+  reals,    ///< std::vector<double>, with a unit, of `size` entries where size > 0
+  table,    ///< Table with `columns`
+  mapping,  ///< Mapping
+};
+
+/// A column of a table parameter.
+struct ColumnInfo {
+  std::string name;
+  std::string unit;
+  std::optional<double> default_value;  ///< in SI; absent: the column must be given
+};
+
+/// A parameter of a node type.
+struct ParamInfo {
+  std::string name;
+  ParamKind kind = ParamKind::real;
+  std::string unit = "1";                   ///< the SI unit of the value
+  std::optional<ParamValue> default_value;  ///< absent: the parameter must be given
+  double min = -std::numeric_limits<double>::infinity();  ///< smallest value allowed, or see `above_min`
+  double max = std::numeric_limits<double>::infinity();   ///< largest value allowed
+  bool above_min = false;                   ///< true: the value must be larger than `min`
+  std::vector<std::string> choices;
+  std::vector<ColumnInfo> columns;
+  std::size_t size = 0;
+  std::string doc;                          ///< one line
+  std::optional<ParamValue> in_reference;   ///< the value this parameter takes in a reference run
+  std::function<void(void* params, const ParamValue&)> assign;
+};
+
+/// When a message at an input makes the node step.
+enum class Trigger : std::uint8_t {
+  no,          ///< never; the newest is there when something else makes the node step
+  yes,         ///< always
+  when_alone,  ///< only where no input with `yes` is connected
+};
+
+struct InputInfo {
+  std::string name;
+  const MessageType* type = nullptr;
+  std::string doc;
+  Trigger trigger = Trigger::no;
+  bool required = true;
+  Queue queue{};           ///< the policy of an edge that names none
+  bool reference = false;  ///< a sink judges what arrives here against what arrives here in the reference run
+  /// Why the input is not read under these parameter values (by index), or empty where it is.
+  std::function<std::string(const std::vector<ParamValue>&)> ignored;
+  std::function<InputBase&(Node&)> access;
+};
+
+struct OutputInfo {
+  std::string name;
+  const MessageType* type = nullptr;
+  std::string doc;
+  std::function<OutputBase&(Node&)> access;
+};
+
+/// A node type.
+struct NodeInfo {
+  std::string type;     ///< `library.name`
+  std::string summary;  ///< one line
+  std::string details;  ///< prose for the reference: equations, sources, when to use it
+  std::vector<InputInfo> inputs;
+  std::vector<OutputInfo> outputs;
+  std::vector<ParamInfo> params;
+  bool sink = false;                          ///< it is what a run is made for; never left out for lack of readers
+  bool needs_torque = false;                  ///< it makes no sense in a translation-only scene
+  std::optional<std::size_t> rate_parameter;  ///< index of the parameter in Hz that makes the node step at a rate
+  /// Why a scene does not need the node, or empty where it does.
+  std::function<std::string(const Scene&)> unneeded;
+  /// Makes the node from values in the order of `params`.
+  std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;
+
+  [[nodiscard]] const InputInfo* input(std::string_view name) const;
+  [[nodiscard]] const OutputInfo* output(std::string_view name) const;
+  [[nodiscard]] std::optional<std::size_t> param(std::string_view name) const;
+};
+
+}  // namespace tactor

@@ -1,0 +1,94 @@
+// The node contract: a plain class with no thread, no lock and no clock of its own; an engine decides when it steps.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "framework/core/scene.hpp"
+#include "framework/core/time.hpp"
+#include "framework/node/port.hpp"
+
+namespace tactor {
+
+/// What a node may know when it is made.
+struct NodeContext {
+  std::string name;      ///< its name in the graph
+  const Scene* scene;    ///< never null; outlives the node
+  bool torque = true;    ///< false: the scene is translation-only, torques are neither computed nor sent
+  std::uint64_t seed = 0;  ///< for its random streams, derived from the run's seed and its name
+  Duration duration;     ///< of the run
+};
+
+/// What a step may ask of the engine.
+class StepContext {
+ public:
+  explicit StepContext(Time now) : now_(now) {}
+  /// The time of this step.
+  [[nodiscard]] Time now() const { return now_; }
+  /// Tells how many items (contacts, ...) this step worked on; cost models charge for them.
+  void add_work(std::int64_t items) { work_ += items; }
+  [[nodiscard]] std::int64_t work() const { return work_; }
+
+ private:
+  Time now_;
+  std::int64_t work_ = 0;
+};
+
+/// A curve for plots: one value over time.
+struct Series {
+  std::string name;  ///< for example `commanded.x`
+  std::string unit;
+  std::vector<double> time;  ///< s
+  std::vector<double> value;
+};
+
+/// What nodes have to say after a run: figures under dotted names, and curves.
+class Report {
+ public:
+  /// Sets a figure. The name carries the unit (`delivered.force.rms_error_N`).
+  void set(std::string name, double value) { figures_.emplace_back(std::move(name), value); }
+  /// Adds to a count that several nodes share (`fallbacks`).
+  void add(std::string_view name, double value) {
+    for (auto& [key, sum] : figures_) {
+      if (key == name) {
+        sum += value;
+        return;
+      }
+    }
+    figures_.emplace_back(name, value);
+  }
+  void add_series(Series series) { series_.push_back(std::move(series)); }
+
+  [[nodiscard]] const std::vector<std::pair<std::string, double>>& figures() const { return figures_; }
+  [[nodiscard]] const std::vector<Series>& series() const { return series_; }
+
+ private:
+  std::vector<std::pair<std::string, double>> figures_;
+  std::vector<Series> series_;
+};
+
+/// A node. Its ports are members of the derived class; its constructor gets checked parameters and throws InputError
+/// on what only it can check (a broken mesh).
+class Node {
+ public:
+  Node() = default;
+  virtual ~Node() = default;
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  /// Called once at time zero, after the ports are connected and before any step; may send.
+  virtual void start(StepContext& context) { static_cast<void>(context); }
+  /// The work. Reads inputs, sends outputs; what it sends becomes visible when its cost has passed.
+  virtual void step(StepContext& context) = 0;
+  /// In a reference run: `judged` is the node of the same name in the finished run that is being judged.
+  virtual void follow(const Node& judged) { static_cast<void>(judged); }
+  /// True where a reference run depends on what this node did in the run being judged (see `follow`).
+  [[nodiscard]] virtual bool must_be_followed() const { return false; }
+  /// Called once after the run, with the reference set on the inputs that asked for it.
+  virtual void report(Report& report) const { static_cast<void>(report); }
+};
+
+}  // namespace tactor

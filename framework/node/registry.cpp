@@ -1,0 +1,112 @@
+#include "framework/node/registry.hpp"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::string_view library_prefix = "libtactor_";
+constexpr std::string_view library_suffix = ".so";
+
+}  // namespace
+
+Registry::Registry(std::vector<fs::path> folders) {
+  if (const char* path = std::getenv("TACTOR_NODE_PATH")) {
+    std::istringstream list(path);
+    for (std::string folder; std::getline(list, folder, ':');) {
+      if (!folder.empty()) folders_.emplace_back(folder);
+    }
+  }
+  folders_.insert(folders_.end(), folders.begin(), folders.end());
+}
+
+void Registry::add(NodeInfo info) {
+  const std::string type = info.type;
+  TACTOR_DEMAND(types_.emplace(type, std::move(info)).second);
+}
+
+const NodeInfo* Registry::find(std::string_view type) {
+  if (const auto it = types_.find(type); it != types_.end()) return &it->second;
+  const std::size_t dot = type.find('.');
+  if (dot == std::string_view::npos || type.find('/') != std::string_view::npos) return nullptr;
+  const std::string prefix(type.substr(0, dot));
+  if (!libraries_.contains(prefix)) {
+    libraries_[prefix] = false;
+    for (const fs::path& folder : folders_) {
+      const fs::path file = folder / (std::string(library_prefix) + prefix + std::string(library_suffix));
+      if (fs::exists(file)) {
+        load(prefix, file);
+        break;
+      }
+    }
+  }
+  const auto it = types_.find(type);
+  return it == types_.end() ? nullptr : &it->second;
+}
+
+void Registry::load_all() {
+  for (const fs::path& folder : folders_) {
+    std::error_code ignored;
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) {
+      const std::string name = file.filename().string();
+      if (!name.starts_with(library_prefix) || !name.ends_with(library_suffix)) continue;
+      const std::string prefix =
+          name.substr(library_prefix.size(), name.size() - library_prefix.size() - library_suffix.size());
+      if (!libraries_.contains(prefix) || !libraries_.at(prefix)) load(prefix, file);
+    }
+  }
+}
+
+std::vector<const NodeInfo*> Registry::types() const {
+  std::vector<const NodeInfo*> result;
+  for (const auto& [name, info] : types_) result.push_back(&info);
+  return result;
+}
+
+std::vector<std::string> Registry::loaded_libraries() const {
+  std::vector<std::string> result;
+  for (const auto& [prefix, found] : libraries_) {
+    if (found) result.push_back(prefix);
+  }
+  return result;
+}
+
+void Registry::load(const std::string& prefix, const fs::path& file) {
+  // A library that is no node library (it registers nothing) is told apart by the missing symbols.
+  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) throw InputError("cannot load the node library " + file.string() + ": " + dlerror());
+  const auto abi = reinterpret_cast<int (*)()>(dlsym(handle, "tactor_node_abi"));
+  const auto register_nodes = reinterpret_cast<void (*)(Registry&)>(dlsym(handle, "tactor_register_nodes"));
+  if (abi == nullptr || register_nodes == nullptr) {
+    throw InputError(file.string() + " is no node library: it does not export tactor_register_nodes (see TACTOR_NODES)");
+  }
+  if (abi() != TACTOR_NODE_ABI) {
+    throw InputError(file.string() + " was built for node interface " + std::to_string(abi()) + ", this program has " +
+                     std::to_string(TACTOR_NODE_ABI) + "; build it again");
+  }
+  libraries_[prefix] = true;
+  register_nodes(*this);
+}
+
+std::vector<fs::path> default_node_folders() {
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
+  std::vector<fs::path> folders;
+  for (const fs::path& folder : {program / "nodes", program.parent_path() / "lib" / "tactor"}) {
+    if (fs::exists(folder)) folders.push_back(folder);
+  }
+  return folders;
+}
+
+}  // namespace tactor
