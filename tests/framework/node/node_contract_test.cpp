@@ -18,7 +18,7 @@ class Gain final : public Node {
     std::int32_t order = 0;
     Mode mode = Mode::linear;
   };
-  Gain(const Params& params, const NodeContext&) : params(params) {}
+  Gain(const Params& p, const NodeContext&) : params(p) {}
   static NodeInfo declare() {
     return Declare<Gain>("test.gain", "Multiplies.")
         .input("in", &Gain::in, {.doc = "what comes", .trigger = Trigger::yes})
