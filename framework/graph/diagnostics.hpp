@@ -1,0 +1,53 @@
+// Errors of a graph file: collected with their places, so that one load names all of them.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+/// A place in a file; line and column count from 1. A line of 0 means the file as a whole (or the command line).
+struct Place {
+  std::string file;
+  int line = 0;
+  int column = 0;
+  [[nodiscard]] std::string text() const;  ///< `file:line:column`, `file`
+};
+
+/// One error.
+struct Diagnostic {
+  Place place;
+  std::string message;
+};
+
+/// A graph cannot be used. what() holds one line for each error, `file:line:col: message`, in order of the file.
+class GraphError : public InputError {
+ public:
+  explicit GraphError(std::vector<Diagnostic> diagnostics);
+  [[nodiscard]] const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
+
+ private:
+  std::vector<Diagnostic> diagnostics_;
+};
+
+/// Collects errors of a load.
+class Diagnostics {
+ public:
+  void error(const Place& place, std::string message) { list_.push_back({place, std::move(message)}); }
+  [[nodiscard]] bool any() const { return !list_.empty(); }
+  [[nodiscard]] const std::vector<Diagnostic>& list() const { return list_; }
+  /// Throws GraphError if there was any error.
+  void throw_if_any() const;
+
+ private:
+  std::vector<Diagnostic> list_;
+};
+
+/// The name nearest to `given` by edit distance, as `; did you mean "x"?`, or empty where none is near.
+std::string did_you_mean(std::string_view given, const std::vector<std::string>& names);
+
+}  // namespace tactor

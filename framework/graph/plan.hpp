@@ -1,0 +1,63 @@
+// A Plan: the nodes and edges of a graph that its scene needs, in the order an engine steps them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "framework/graph/spec.hpp"
+
+namespace tactor {
+
+/// Something that was not needed and why.
+struct LeftOut {
+  std::string what;  ///< `node refit`, `torque`, `edge a.x -> b.y`
+  std::string why;   ///< for example `the coefficients are fixed`
+};
+
+/// An edge between planned nodes.
+struct PlannedEdge {
+  EdgeSpec spec;
+  std::size_t from = 0;    ///< index into Plan::nodes
+  std::size_t output = 0;  ///< index into the writer's NodeInfo::outputs
+  std::size_t to = 0;
+  std::size_t input = 0;
+  bool triggers = false;   ///< a message on it makes the reader step
+};
+
+/// An output that is recorded.
+struct PlannedStream {
+  std::string name;  ///< `node.port`
+  std::size_t node = 0;
+  std::size_t output = 0;
+};
+
+/// What an engine runs.
+struct Plan {
+  GraphSpec graph;                 ///< scene, clock, duration, seed; all nodes of the file, left out or not
+  std::vector<NodeSpec> nodes;     ///< those that run, writers before readers; the order breaks ties in time
+  std::vector<PlannedEdge> edges;
+  std::vector<PlannedStream> streams;
+  std::vector<LeftOut> left_out;
+  bool torque = true;              ///< false: the scene is translation-only
+};
+
+/// Leaves out what the scene does not need and orders the rest. Throws GraphError for cycles of triggers without a
+/// delay and for required inputs that nothing feeds.
+Plan make_plan(GraphSpec graph);
+
+/// The plan of the run that `judged` is compared with: only what feeds the `reference` inputs of its sinks, no costs, no
+/// recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty nodes where no
+/// sink asks for a reference.
+Plan make_reference_plan(const Plan& judged);
+
+/// The plan as a diagram.
+enum class DiagramFormat : std::uint8_t { mermaid, dot };
+std::string to_diagram(const Plan& plan, DiagramFormat format);
+
+/// `tactor check --explain`: nodes, edges with their queues, what was left out and why.
+std::string explain(const Plan& plan);
+
+/// The JSON Schema (draft 2020-12) of graph files, from the declarations of all node types.
+std::string graph_schema(Registry& registry);
+
+}  // namespace tactor

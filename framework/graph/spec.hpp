@@ -1,0 +1,95 @@
+// A graph as its file says it, checked and in SI units: what a Plan is made from.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/core/scene.hpp"
+#include "framework/core/time.hpp"
+#include "framework/graph/diagnostics.hpp"
+#include "framework/node/info.hpp"
+
+namespace tactor {
+
+/// What drives a run.
+enum class Clock : std::uint8_t {
+  virtual_,  ///< the deterministic engine
+  real,      ///< the live engine
+};
+
+/// What a step costs under the virtual clock.
+struct CostModel {
+  enum class Kind : std::uint8_t {
+    none,      ///< outputs are visible at once
+    constant,  ///< `base`
+    per_item,  ///< base + each * (items the step worked on); YAML key `per_contact`
+    trace,     ///< the durations of `trace`, one a step, from the start again at its end
+  };
+  Kind kind = Kind::none;
+  Duration base;
+  Duration each;
+  double jitter = 0;  ///< standard deviation as a fraction of the cost; the draw is cut at 3 of them
+  Duration min;       ///< the cost is never below
+  std::optional<Duration> max;  ///< nor above
+  std::vector<Duration> trace;
+};
+
+/// A node of a graph.
+struct NodeSpec {
+  std::string name;
+  const NodeInfo* info = nullptr;  ///< owned by the Registry
+  std::vector<ParamValue> params;  ///< in the order of info->params, complete
+  CostModel cost;
+  Place place;
+};
+
+/// An edge of a graph.
+struct EdgeSpec {
+  std::string from_node, from_port;
+  std::string to_node, to_port;
+  Queue queue;
+  bool queue_is_default = true;  ///< the graph named none
+  Duration delay;                ///< added between becoming visible and arriving
+  Place place;
+  [[nodiscard]] std::string name() const { return from_node + "." + from_port + " -> " + to_node + "." + to_port; }
+};
+
+/// A checked graph.
+struct GraphSpec {
+  std::string name;  ///< the file's stem
+  std::string title;  ///< one line of prose, or empty
+  std::filesystem::path file;
+  Clock clock = Clock::virtual_;
+  Duration duration;
+  std::uint64_t seed = 1;
+  Scene scene;
+  std::vector<NodeSpec> nodes;
+  std::vector<EdgeSpec> edges;
+  std::vector<std::string> record;  ///< outputs to record, `node.port`
+
+  [[nodiscard]] const NodeSpec* node(std::string_view name) const;
+};
+
+/// Values from the command line that replace those of the file.
+struct Overrides {
+  std::vector<std::string> set;  ///< `node.parameter=value`, `duration=3 s`, `scene.bodies.tool.mass=50 g`
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration_s;
+};
+
+class Registry;
+
+/// Reads, resolves `extends`, applies overrides and checks a graph against the declarations of its node types.
+/// Throws GraphError with every error there is. Relative mesh paths are looked for beside the graph file and then in
+/// `mesh_folders`.
+GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, const Overrides& overrides = {},
+                     const std::vector<std::filesystem::path>& mesh_folders = {});
+
+/// The graph with `extends` resolved and every parameter written out, as YAML that loads to the same graph.
+/// Files (meshes, data) are absolute paths.
+std::string to_yaml(const GraphSpec& spec);
+
+}  // namespace tactor
