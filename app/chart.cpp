@@ -47,7 +47,7 @@ std::string quoted(const std::string& text) {
   return out + "\"";
 }
 
-/// What a mark tells a reader who hovers over it, kept apart from its drawing.
+/// How gnuplot draws a curve.
 std::string curve_style(const Curve& curve) {
   if (curve.points) return fmt::format("with points pointtype 7 pointsize 0.8 linecolor rgb \"{}\"", curve.color);
   return fmt::format("with {} linewidth {} linecolor rgb \"{}\"{}", curve.steps ? "steps" : "lines", curve.width,
