@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <sstream>
+#include <unordered_map>
 
 namespace tactor {
 
@@ -92,6 +93,7 @@ class TreeBuilder final : public YAML::EventHandler {
     bool duplicate = false;
     std::string key;
     Place key_place;
+    std::unordered_map<std::string, int> lines;  // of the keys so far
   };
 
   [[nodiscard]] Place place(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1}; }
@@ -108,12 +110,15 @@ class TreeBuilder final : public YAML::EventHandler {
 
   void check_key(Frame& frame) {
     frame.duplicate = false;
+    if (frame.lines.size() >= max_yaml_keys) {
+      fail(frame.key_place, "expected at most " + std::to_string(max_yaml_keys) + " keys in a map, found more");
+    }
     if (frame.key == "<<") {
       diagnostics_.error(frame.key_place, "merge keys (<<) are not supported; use extends or repeat the keys");
       frame.duplicate = true;
-    } else if (const TreeEntry* first = frame.tree.find(frame.key)) {
+    } else if (const auto [first, added] = frame.lines.emplace(frame.key, frame.key_place.line); !added) {
       diagnostics_.error(frame.key_place, "the key \"" + frame.key + "\" is there twice; it is first in line " +
-                                              std::to_string(first->place.line));
+                                              std::to_string(first->second));
       frame.duplicate = true;
     }
   }
@@ -233,7 +238,7 @@ bool check_characters(const std::string& text, const std::string& file, Diagnost
     }
     const int more = byte >= 0xc2 && byte <= 0xdf ? 1 : byte >= 0xe0 && byte <= 0xef ? 2 : byte >= 0xf0 && byte <= 0xf4 ? 3 : 0;
     char32_t code = more == 1 ? byte & 0x1fU : more == 2 ? byte & 0x0fU : byte & 0x07U;
-    bool good = more > 0 && i + static_cast<std::size_t>(more) < text.size() + 0U;
+    bool good = more > 0 && i + static_cast<std::size_t>(more) < text.size();
     for (int k = 1; good && k <= more; ++k) {
       const auto next = static_cast<unsigned char>(text[i + static_cast<std::size_t>(k)]);
       good = (next & 0xc0U) == 0x80U;

@@ -49,6 +49,7 @@ void set_places(Tree& tree, const Place& place);
 /// Bounds on what a graph file may be; beyond them nothing sensible is meant.
 inline constexpr std::uintmax_t max_yaml_bytes = std::uintmax_t{1} << 20;
 inline constexpr std::size_t max_yaml_values = 100'000;  ///< after aliases are expanded
+inline constexpr std::size_t max_yaml_keys = 2'000;      ///< of one map
 inline constexpr std::size_t max_yaml_depth = 64;
 
 /// Reads text of one YAML document; `file` is the name for error texts. Errors go to `diagnostics`; nothing is returned
