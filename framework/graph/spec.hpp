@@ -35,6 +35,7 @@ struct CostModel {
   Duration min;       ///< the cost is never below
   std::optional<Duration> max;  ///< nor above
   std::vector<Duration> trace;
+  std::filesystem::path trace_file;  ///< absolute, where `trace` was read from
 };
 
 /// A node of a graph.

@@ -1,0 +1,171 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "framework/graph/readers.hpp"
+#include "framework/graph/values.hpp"
+
+namespace tactor {
+
+namespace {
+
+const Tree* value_at(const Tree& map, std::string_view key) {
+  const TreeEntry* entry = map.find(key);
+  return entry == nullptr ? nullptr : &entry->value;
+}
+
+std::optional<Vec3> read_vector(const Tree& tree, const std::string& path, const NumberRule& rule,
+                                Diagnostics& diagnostics) {
+  const auto values = read_numbers(tree, path, 3, rule, diagnostics);
+  if (!values) return std::nullopt;
+  return Vec3{(*values)[0], (*values)[1], (*values)[2]};
+}
+
+void set_number(double& target, const Tree& map, std::string_view key, const std::string& path, const NumberRule& rule,
+                Diagnostics& diagnostics) {
+  if (const Tree* tree = value_at(map, key)) {
+    target = read_number(*tree, path + "." + std::string(key), rule, diagnostics).value_or(target);
+  }
+}
+
+Quat about(int axis, double angle) {
+  Vec3 r;
+  r[axis] = angle;
+  return from_rotation_vector(r);
+}
+
+std::optional<Quat> read_quaternion(const Tree& tree, const std::string& path, Diagnostics& diagnostics) {
+  const auto q = read_numbers(tree, path, 4, {}, diagnostics);
+  if (!q) return std::nullopt;
+  const Quat R{(*q)[0], (*q)[1], (*q)[2], (*q)[3]};
+  const double square = R.w * R.w + R.x * R.x + R.y * R.y + R.z * R.z;
+  if (std::abs(square - 1) > 1e-3) {
+    diagnostics.error(tree.place, path + ": expected a unit quaternion [w, x, y, z], found one of length " +
+                                      number_text(std::sqrt(square)));
+    return std::nullopt;
+  }
+  // A quaternion that is unit to the last digits stays as it is, so that a written pose reads back the same.
+  return std::abs(square - 1) < 1e-12 ? R : normalized(R);
+}
+
+Pose read_pose(const Tree& tree, const std::string& path, Diagnostics& diagnostics) {
+  Pose X;
+  if (!expect_map(tree, path, "a map with p and rpy or quaternion", diagnostics)) return X;
+  check_keys(tree, path, "key", {"p", "rpy", "quaternion"}, diagnostics);
+  if (const Tree* p = value_at(tree, "p")) {
+    X.p = read_vector(*p, path + ".p", {.unit = "m"}, diagnostics).value_or(X.p);
+  }
+  const Tree* rpy = value_at(tree, "rpy");
+  const Tree* quaternion = value_at(tree, "quaternion");
+  if (rpy != nullptr && quaternion != nullptr) {
+    diagnostics.error(tree.place, path + ": expected either rpy or quaternion, found both");
+  } else if (rpy != nullptr) {
+    const double turn = 2 * std::numbers::pi;
+    const auto angles = read_vector(*rpy, path + ".rpy", {.unit = "rad", .min = -turn, .max = turn}, diagnostics);
+    if (angles) X.R = about(2, angles->z) * about(1, angles->y) * about(0, angles->x);
+  } else if (quaternion != nullptr) {
+    X.R = read_quaternion(*quaternion, path + ".quaternion", diagnostics).value_or(X.R);
+  }
+  return X;
+}
+
+Material read_material(const Tree& tree, const std::string& path, Diagnostics& diagnostics) {
+  Material m;
+  if (!expect_map(tree, path, "a map with stiffness, damping, friction, patch_area", diagnostics)) return m;
+  check_keys(tree, path, "key", {"stiffness", "damping", "friction", "patch_area"}, diagnostics);
+  set_number(m.stiffness, tree, "stiffness", path, {.unit = "N/m", .min = 0, .above_min = true}, diagnostics);
+  set_number(m.damping, tree, "damping", path, {.unit = "N s/m", .min = 0}, diagnostics);
+  set_number(m.friction, tree, "friction", path, {.min = 0}, diagnostics);
+  set_number(m.patch_area, tree, "patch_area", path, {.unit = "m^2", .min = 0, .above_min = true}, diagnostics);
+  return m;
+}
+
+void read_shape(Body& body, const TreeEntry& entry, const std::string& path, const FileFinder& files,
+                Diagnostics& diagnostics) {
+  const Tree* mesh = value_at(entry.value, "mesh");
+  const Tree* sphere = value_at(entry.value, "sphere");
+  if ((mesh == nullptr) == (sphere == nullptr)) {
+    diagnostics.error(entry.place, path + ": expected either mesh or sphere, found " +
+                                       (mesh == nullptr ? "neither" : "both"));
+  }
+  if (mesh != nullptr) body.mesh = files.find(*mesh, path + ".mesh", diagnostics);
+  if (sphere != nullptr && expect_map(*sphere, path + ".sphere", "a map with radius", diagnostics)) {
+    check_keys(*sphere, path + ".sphere", "key", {"radius"}, diagnostics);
+    if (const Tree* radius = value_at(*sphere, "radius")) {
+      body.sphere_radius = read_number(*radius, path + ".sphere.radius", {.unit = "m", .min = 0, .above_min = true},
+                                       diagnostics);
+    } else {
+      diagnostics.error(sphere->place, path + ".sphere: expected the key radius, found none");
+    }
+  }
+  set_number(body.scale, entry.value, "scale", path, {.min = 0, .above_min = true}, diagnostics);
+}
+
+Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder& files, Diagnostics& diagnostics) {
+  static const std::vector<std::string> keys{"mesh",   "sphere", "scale",   "pose",
+                                             "motion", "mass",   "inertia", "material"};
+  Body body;
+  body.name = entry.key;
+  const Tree& tree = entry.value;
+  if (tree.is_null()) {
+    diagnostics.error(tree.place.line > 0 ? tree.place : entry.place,
+                      path + ": expected a body, found nothing; ~ takes out a body of the file that this one extends, "
+                             "and there is none of that name");
+    return body;
+  }
+  if (!expect_map(tree, path, "a body: a map with mesh or sphere", diagnostics)) return body;
+  check_keys(tree, path, "key", keys, diagnostics);
+  read_shape(body, entry, path, files, diagnostics);
+  if (const Tree* pose = value_at(tree, "pose")) body.X_WB = read_pose(*pose, path + ".pose", diagnostics);
+  if (const Tree* motion = value_at(tree, "motion")) {
+    const auto text = read_choice(*motion, path + ".motion", {"static", "translation", "rigid"}, diagnostics);
+    if (text == "translation") body.motion = Motion::translation;
+    if (text == "rigid") body.motion = Motion::rigid;
+  }
+  set_number(body.mass, tree, "mass", path, {.unit = "kg", .min = 0, .above_min = true}, diagnostics);
+  if (const Tree* inertia = value_at(tree, "inertia")) {
+    body.inertia = read_vector(*inertia, path + ".inertia", {.unit = "kg m^2", .min = 0, .above_min = true}, diagnostics);
+    if (body.inertia) {
+      const Vec3& I = *body.inertia;
+      // Ten digits of slack for flat bodies, whose largest moment is the sum of the others.
+      if (2 * std::max({I.x, I.y, I.z}) > (I.x + I.y + I.z) * (1 + 1e-10)) {
+        diagnostics.error(inertia->place, path + ".inertia: expected moments of which none is larger than the sum of the "
+                                                 "other two, found " + number_text(I.x) + ", " + number_text(I.y) +
+                                                 ", " + number_text(I.z));
+      }
+    }
+  }
+  if (const Tree* material = value_at(tree, "material")) {
+    body.material = read_material(*material, path + ".material", diagnostics);
+  }
+  return body;
+}
+
+}  // namespace
+
+Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnostics) {
+  Scene scene;
+  if (!expect_map(tree, "scene", "a map with gravity and bodies", diagnostics)) return scene;
+  check_keys(tree, "scene", "key", {"gravity", "bodies"}, diagnostics);
+  if (const Tree* gravity = value_at(tree, "gravity")) {
+    scene.gravity_W = read_vector(*gravity, "scene.gravity", {.unit = "m/s^2"}, diagnostics).value_or(scene.gravity_W);
+  }
+  const Tree* bodies = value_at(tree, "bodies");
+  if (bodies == nullptr || !expect_map(*bodies, "scene.bodies", "a map of bodies", diagnostics)) return scene;
+  std::vector<std::string> moving;
+  Place second;
+  for (const TreeEntry& entry : bodies->entries) {
+    const std::string path = "scene.bodies." + entry.key;
+    check_name(entry, path, diagnostics);
+    scene.bodies.push_back(read_body(entry, path, files, diagnostics));
+    if (scene.bodies.back().motion == Motion::fixed) continue;
+    moving.push_back(entry.key);
+    if (moving.size() == 2) second = entry.place;
+  }
+  if (moving.size() > 1) {
+    diagnostics.error(second, "scene.bodies: one moving body is supported; found " + list_of(moving));
+  }
+  return scene;
+}
+
+}  // namespace tactor

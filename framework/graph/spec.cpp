@@ -1,0 +1,179 @@
+#include "framework/graph/spec.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "framework/graph/compose.hpp"
+#include "framework/graph/readers.hpp"
+#include "framework/graph/values.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Step rates outside of these have no whole number of nanoseconds worth the name as their period.
+constexpr double lowest_rate_hz = 1e-6;
+constexpr double highest_rate_hz = 1e6;
+
+const Tree* value_at(const Tree& map, std::string_view key) {
+  const TreeEntry* entry = map.find(key);
+  return entry == nullptr ? nullptr : &entry->value;
+}
+
+// Why a type is not known: a misspelt name, or a library that is not there.
+std::string unknown_type(const std::string& type, Registry& registry) {
+  std::string message = "expected a node type, found \"" + type + "\"";
+  try {
+    registry.load_all();
+  } catch (const InputError& e) {
+    message += "; " + std::string(e.what());
+  }
+  const std::string prefix = node_of(type);
+  std::vector<std::string> names;
+  bool library = false;
+  for (const NodeInfo* info : registry.types()) {
+    names.push_back(info->type);
+    library = library || node_of(info->type) == prefix;
+  }
+  if (!library && type.find('.') != std::string::npos) {
+    std::string folders;
+    for (const fs::path& folder : registry.folders()) folders += (folders.empty() ? "" : ", ") + folder.string();
+    message += "; the library libtactor_" + prefix + ".so was not found in " +
+               (folders.empty() ? "any folder (TACTOR_NODE_PATH is empty)" : folders);
+  }
+  return message + did_you_mean(type, names);
+}
+
+const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Registry& registry,
+                          Diagnostics& diagnostics) {
+  const Tree* type = value_at(entry.value, "type");
+  if (type == nullptr) {
+    diagnostics.error(entry.place, path + ": expected the key type, found none");
+    return nullptr;
+  }
+  if (!type->is_scalar() || type->text.empty()) {
+    diagnostics.error(type->place, path + ".type: expected a node type such as prediction.ar, found " + describe(*type));
+    return nullptr;
+  }
+  try {
+    if (const NodeInfo* info = registry.find(type->text)) return info;
+  } catch (const InputError& e) {
+    diagnostics.error(type->place, path + ".type: " + e.what());
+    return nullptr;
+  }
+  diagnostics.error(type->place, path + ".type: " + unknown_type(describe(*type), registry));
+  return nullptr;
+}
+
+void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path, const FileFinder& files,
+                 Diagnostics& diagnostics) {
+  std::vector<std::string> keys{"type", "cost"};
+  for (const ParamInfo& param : node.info->params) keys.push_back(param.name);
+  check_keys(entry.value, path, "parameter of " + node.info->type, keys, diagnostics);
+  for (std::size_t i = 0; i < node.info->params.size(); ++i) {
+    ParamInfo param = node.info->params[i];
+    if (i == node.info->rate_parameter) {
+      param.min = std::max(param.min, lowest_rate_hz);
+      param.max = std::min(param.max, highest_rate_hz);
+      param.above_min = false;
+    }
+    const Tree* tree = value_at(entry.value, param.name);
+    std::optional<ParamValue> value = param.default_value;
+    if (tree != nullptr) {
+      value = read_param(*tree, path + "." + param.name, param, files, diagnostics);
+    } else if (!value) {
+      diagnostics.error(entry.place, path + ": expected the parameter " + param.name + " (" + param.doc + "), found none");
+    }
+    node.params.push_back(std::move(value).value_or(ParamValue(false)));
+  }
+}
+
+void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree, Registry& registry,
+                const FileFinder& files, Diagnostics& diagnostics) {
+  if (!expect_map(tree, "nodes", "a map of nodes", diagnostics)) return;
+  if (tree.entries.empty()) diagnostics.error(tree.place, "nodes: expected at least one node, found none");
+  for (const TreeEntry& entry : tree.entries) {
+    const std::string path = "nodes." + entry.key;
+    check_name(entry, path, diagnostics);
+    NodeSpec node;
+    node.name = entry.key;
+    node.place = entry.place;
+    if (entry.value.is_null()) {
+      diagnostics.error(entry.place, path + ": expected a node, found nothing; ~ takes out a node of the file that this one "
+                                            "extends, and there is none of that name");
+    } else if (expect_map(entry.value, path, "a node: a map with type", diagnostics)) {
+      node.info = read_type(entry, path, registry, diagnostics);
+    }
+    if (node.info == nullptr) {
+      broken.insert(entry.key);
+      continue;
+    }
+    read_params(node, entry, path, files, diagnostics);
+    if (const Tree* cost = value_at(entry.value, "cost")) {
+      node.cost = read_cost(*cost, path + ".cost", files, diagnostics);
+    }
+    spec.nodes.push_back(std::move(node));
+  }
+}
+
+}  // namespace
+
+const NodeSpec* GraphSpec::node(std::string_view wanted) const {
+  for (const NodeSpec& spec : nodes) {
+    if (spec.name == wanted) return &spec;
+  }
+  return nullptr;
+}
+
+GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides,
+                     const std::vector<fs::path>& mesh_folders) {
+  Diagnostics diagnostics;
+  const std::optional<Tree> tree = compose(file, overrides, diagnostics);
+  if (!tree) diagnostics.throw_if_any();
+  TACTOR_DEMAND(tree.has_value());
+
+  GraphSpec spec;
+  std::error_code ignored;
+  spec.file = fs::absolute(file, ignored).lexically_normal();
+  spec.name = file.stem().string();
+  const FileFinder files(file.parent_path(), mesh_folders);
+  check_keys(*tree, "", "key",
+             {"title", "extends", "clock", "duration", "seed", "scene", "nodes", "edges", "record"}, diagnostics);
+  if (const Tree* title = value_at(*tree, "title")) {
+    spec.title = read_text(*title, "title", diagnostics).value_or("");
+    if (spec.title.find('\n') != std::string::npos) {
+      diagnostics.error(title->place, "title: expected one line, found several");
+    }
+  }
+  if (const Tree* clock = value_at(*tree, "clock")) {
+    if (read_choice(*clock, "clock", {"virtual", "real"}, diagnostics) == "real") spec.clock = Clock::real;
+  }
+  if (const Tree* duration = value_at(*tree, "duration")) {
+    spec.duration = read_duration(*duration, "duration", true, diagnostics).value_or(Duration{});
+  } else {
+    diagnostics.error(tree->place, "expected the key duration, found none");
+  }
+  if (const Tree* seed = value_at(*tree, "seed")) {
+    spec.seed = read_seed(*seed, "seed", diagnostics).value_or(spec.seed);
+  }
+  if (const Tree* scene = value_at(*tree, "scene")) spec.scene = read_scene(*scene, files, diagnostics);
+  std::set<std::string> broken;
+  if (const Tree* nodes = value_at(*tree, "nodes")) {
+    read_nodes(spec, broken, *nodes, registry, files, diagnostics);
+    if (const Tree* edges = value_at(*tree, "edges")) {
+      spec.edges = read_edges(*edges, spec.nodes, broken, diagnostics);
+    }
+    if (const Tree* record = value_at(*tree, "record")) {
+      spec.record = read_record(*record, spec.nodes, broken, diagnostics);
+    }
+  } else {
+    diagnostics.error(tree->place, "expected the key nodes, found none");
+  }
+  diagnostics.throw_if_any();
+  return spec;
+}
+
+}  // namespace tactor
