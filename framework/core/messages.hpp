@@ -75,11 +75,21 @@ struct ContactSet {
   std::array<Contact, capacity> contact;
 };
 
-/// Coefficients of an auto-regressive predictor: x_{t+1} = sum_i phi_i x_{t-i+1}, one set for force and one for torque.
+/// What an auto-regressive model leaves out of the samples before it weighs them.
+enum class Removal : std::int32_t {
+  none,        ///< nothing: x_{t+1} = sum_i phi_i x_{t-i+1}
+  mean,        ///< the mean m of the last window: x_{t+1} = m + sum_i phi_i (x_{t-i+1} - m)
+  difference,  ///< the level, by differences d_t = x_t - x_{t-1}: x_{t+1} = x_t + sum_i phi_i d_{t-i+1}
+};
+
+/// Coefficients phi_i of an auto-regressive predictor, one set for force and one for torque. Order 0: nothing could be
+/// fitted, the reader holds the current value.
 struct ArCoefficients {
   static constexpr int max_order = 32;
   std::int32_t force_order = 0;
   std::int32_t torque_order = 0;
+  Removal removal = Removal::none;  ///< how they were fitted, and so how they are to be applied
+  std::int32_t window = 0;          ///< samples they were fitted to
   std::array<double, max_order> force{};
   std::array<double, max_order> torque{};
   double force_error_variance = 0;   ///< N^2 a sample, of the fit
