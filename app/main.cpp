@@ -20,6 +20,7 @@
 #include "app/run.hpp"
 #include "app/summary.hpp"
 #include "framework/graph/plan.hpp"
+#include "framework/record/csv.hpp"
 #include "framework/record/recorder.hpp"
 
 namespace fs = std::filesystem;
@@ -193,9 +194,8 @@ int list_nodes(const std::string& type, bool markdown) {
 }
 
 int export_csv_file(const fs::path& recording, const std::string& stream) {
-  const std::unique_ptr<RecordingReader> reader = open_recording(recording);
-  export_csv(*reader, stream, std::cout);
-  if (!std::cout.flush()) throw RunError("cannot write to standard output");
+  const std::unique_ptr<RecordingReader> reader = load_record_library().open(recording);
+  export_csv(*reader, reader->find(stream), std::cout);
   return 0;
 }
 

@@ -1,5 +1,6 @@
 #include "app/run.hpp"
 
+#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
 #include <chrono>
@@ -43,7 +44,6 @@ class Watch final : public RunObserver {
       streams_.push_back(
           recorder_->add_stream(stream.name, *plan.nodes[stream.node].info->outputs[stream.output].type));
     }
-    recorder_->start();
   }
   void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override {
     if (recorder_ != nullptr) recorder_->write(streams_[stream], stamp, payload);
@@ -143,7 +143,7 @@ RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& 
   {
     std::unique_ptr<Recorder> recorder;
     if (options.recording && !plan.streams.empty()) {
-      recorder = make_recorder(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
+      recorder = load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
     }
     Watch watch(plan, recorder.get(), options);
     const double cpu = cpu_seconds();
