@@ -52,7 +52,8 @@ void merge_entries(Tree& parent, const Tree& child, const Merge& merge) {
       parent.entries.push_back(entry);
     }
   }
-  parent.place = child.place;
+  // A value of the command line does not make its whole map come from there.
+  if (child.place.line > 0) parent.place = child.place;
 }
 
 void merge_maps(Tree& parent, const Tree& child) {
@@ -139,7 +140,6 @@ void merge_edges(Tree& parent, const Tree& child) {
     if (!takes_out || !ends || !replaced.contains(ends->to)) added.push_back(edge);
   }
   parent.items.insert(parent.items.end(), added.begin(), added.end());
-  parent.place = child.place;
 }
 
 // What the parent said about nodes that the child took out goes with them.
@@ -202,7 +202,8 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
       return complain("expected at most " + std::to_string(max_extends) + " files one over the other, found more");
     }
     if (!fs::is_regular_file(file, ignored)) {
-      return complain("expected a graph file that exists, found " + describe(*named_by) + "; looked for " + file.string());
+      return complain("expected a graph file that exists, found " + describe(*named_by) + "; looked for " +
+                      file.string());
     }
   }
   chain.push_back(identity);
@@ -278,8 +279,8 @@ void apply_set(Tree& graph, const std::string& text, Diagnostics& diagnostics) {
     if (std::find(nodes.begin(), nodes.end(), path[1]) == nodes.end()) {
       std::vector<std::string> names = nodes;
       names.insert(names.end(), roots.begin(), roots.end());
-      diagnostics.error(place, path[1] + ": expected a node of the graph (" + list_of(nodes) + "), found none of that name" +
-                                   did_you_mean(path[1], names));
+      diagnostics.error(place, path[1] + ": expected a node of the graph (" + list_of(nodes) +
+                                   "), found none of that name" + did_you_mean(path[1], names));
       return;
     }
   }
@@ -332,7 +333,9 @@ std::optional<EdgeEnds> edge_ends(const Tree& edge) {
   return EdgeEnds{trimmed(from->text), trimmed(to->text)};
 }
 
-std::string node_of(const std::string& end) { return end.substr(0, end.find('.')); }
+std::string node_of(const std::string& end) {
+  return end.substr(0, end.find('.'));
+}
 
 std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Diagnostics& diagnostics) {
   std::vector<fs::path> chain;

@@ -21,8 +21,8 @@ std::optional<EdgeEnds> edge_ends(const Tree& edge);
 /// The node of `node.port`.
 std::string node_of(const std::string& end);
 
-/// The tree of `file` over those it extends, under the overrides. Every value keeps the place it came from; one from the
-/// command line has the option as its file and line 0.
+/// The tree of `file` over those it extends, under the overrides. Every value keeps the place it came from; one from
+/// the command line has the option as its file and line 0.
 std::optional<Tree> compose(const std::filesystem::path& file, const Overrides& overrides, Diagnostics& diagnostics);
 
 }  // namespace tactor

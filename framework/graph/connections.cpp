@@ -56,8 +56,8 @@ class Nodes {
     if (broken_.contains(name)) return std::nullopt;
     const auto it = nodes_.find(name);
     if (it == nodes_.end()) {
-      diagnostics.error(place, what + ": there is no node \"" + name + "\" (" + list_of(names_) + ")" +
-                                   did_you_mean(name, names_));
+      diagnostics.error(
+          place, what + ": there is no node \"" + name + "\" (" + list_of(names_) + ")" + did_you_mean(name, names_));
       return std::nullopt;
     }
     return End{it->second, end.substr(dot + 1)};
@@ -69,7 +69,9 @@ class Nodes {
   const std::set<std::string>& broken_;
 };
 
-std::string named(const NodeSpec& node) { return node.name + " (" + node.info->type + ")"; }
+std::string named(const NodeSpec& node) {
+  return node.name + " (" + node.info->type + ")";
+}
 
 const OutputInfo* find_output(const End& end, const Place& place, const std::string& what, Diagnostics& diagnostics) {
   const OutputInfo* output = end.node->info->output(end.port);
@@ -111,7 +113,8 @@ std::optional<Queue> read_queue(const Tree& tree, const std::string& path, Diagn
       return Queue{found->second, static_cast<std::uint32_t>(capacity)};
     }
   }
-  diagnostics.error(tree.place, path + ": expected latest or queue(n, drop_oldest|drop_newest|block) with n from 1 to " +
+  diagnostics.error(tree.place, path +
+                                    ": expected latest or queue(n, drop_oldest|drop_newest|block) with n from 1 to " +
                                     std::to_string(max_queue) + ", found " + describe(tree));
   return std::nullopt;
 }
@@ -142,8 +145,9 @@ void read_edge_form(EdgeSpec& edge, const Tree& tree, const std::string& path, D
   if (value.is_map()) {
     read_options(edge, value, path, {"queue", "delay"}, diagnostics);
   } else if (value.is_null()) {
-    diagnostics.error(tree.place, path + ": expected a queue, found nothing; ~ takes out the edge into this input of the "
-                                         "file that this one extends, and there is none");
+    diagnostics.error(tree.place, path +
+                                      ": expected a queue, found nothing; ~ takes out the edge into this input of the "
+                                      "file that this one extends, and there is none");
   } else if (const auto queue = read_queue(value, path, diagnostics)) {
     edge.queue = *queue;
     edge.queue_is_default = false;
@@ -192,8 +196,8 @@ std::vector<EdgeSpec> read_edges(const Tree& tree, const std::vector<NodeSpec>& 
     if (output == nullptr || input == nullptr) continue;
     if (output->type->name != input->type->name) {
       diagnostics.error(item.place, ends->from + " (" + std::string(output->type->name) + ") cannot feed " + ends->to +
-                                        " (" + std::string(input->type->name) + "); inputs of " + to->node->name + ": " +
-                                        ports_text(to->node->info->inputs));
+                                        " (" + std::string(input->type->name) + "); inputs of " + to->node->name +
+                                        ": " + ports_text(to->node->info->inputs));
       continue;
     }
     edge.from_node = from->node->name;

@@ -33,8 +33,8 @@ std::vector<Duration> read_trace(const fs::path& file, Diagnostics& diagnostics)
       return {};
     }
     if (trace.size() == max_trace_lines) {
-      diagnostics.error({file.string(), number, 1}, "expected at most " + std::to_string(max_trace_lines) +
-                                                        " durations, found more");
+      diagnostics.error({file.string(), number, 1},
+                        "expected at most " + std::to_string(max_trace_lines) + " durations, found more");
       return {};
     }
     trace.push_back(Duration::from_seconds(seconds));
@@ -65,7 +65,8 @@ CostModel read_cost(const Tree& tree, const std::string& path, const FileFinder&
     const std::string found = tree.is_map() && !tree.entries.empty()
                                   ? constant || per_item || trace ? "more than one of these" : "none of these"
                                   : describe(tree);
-    diagnostics.error(tree.place, path + ": expected none or a map with one of constant, per_contact, trace, found " + found);
+    diagnostics.error(tree.place,
+                      path + ": expected none or a map with one of constant, per_contact, trace, found " + found);
     return cost;
   }
   if (trace) {

@@ -32,7 +32,8 @@ std::optional<fs::path> FileFinder::find(const Tree& tree, const std::string& pa
   }
   std::string places;
   for (const std::string& note : looked) places += (places.empty() ? "" : ", ") + note;
-  diagnostics.error(tree.place, path + ": expected a file that exists, found " + describe(tree) + "; looked for " + places);
+  diagnostics.error(tree.place,
+                    path + ": expected a file that exists, found " + describe(tree) + "; looked for " + places);
   return std::nullopt;
 }
 

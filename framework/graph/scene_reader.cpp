@@ -85,15 +85,15 @@ void read_shape(Body& body, const TreeEntry& entry, const std::string& path, con
   const Tree* mesh = value_at(entry.value, "mesh");
   const Tree* sphere = value_at(entry.value, "sphere");
   if ((mesh == nullptr) == (sphere == nullptr)) {
-    diagnostics.error(entry.place, path + ": expected either mesh or sphere, found " +
-                                       (mesh == nullptr ? "neither" : "both"));
+    diagnostics.error(entry.place,
+                      path + ": expected either mesh or sphere, found " + (mesh == nullptr ? "neither" : "both"));
   }
   if (mesh != nullptr) body.mesh = files.find(*mesh, path + ".mesh", diagnostics);
   if (sphere != nullptr && expect_map(*sphere, path + ".sphere", "a map with radius", diagnostics)) {
     check_keys(*sphere, path + ".sphere", "key", {"radius"}, diagnostics);
     if (const Tree* radius = value_at(*sphere, "radius")) {
-      body.sphere_radius = read_number(*radius, path + ".sphere.radius", {.unit = "m", .min = 0, .above_min = true},
-                                       diagnostics);
+      body.sphere_radius =
+          read_number(*radius, path + ".sphere.radius", {.unit = "m", .min = 0, .above_min = true}, diagnostics);
     } else {
       diagnostics.error(sphere->place, path + ".sphere: expected the key radius, found none");
     }
@@ -109,8 +109,9 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
   const Tree& tree = entry.value;
   if (tree.is_null()) {
     diagnostics.error(tree.place.line > 0 ? tree.place : entry.place,
-                      path + ": expected a body, found nothing; ~ takes out a body of the file that this one extends, "
-                             "and there is none of that name");
+                      path +
+                          ": expected a body, found nothing; ~ takes out a body of the file that this one extends, "
+                          "and there is none of that name");
     return body;
   }
   if (!expect_map(tree, path, "a body: a map with mesh or sphere", diagnostics)) return body;
@@ -124,14 +125,16 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
   }
   set_number(body.mass, tree, "mass", path, {.unit = "kg", .min = 0, .above_min = true}, diagnostics);
   if (const Tree* inertia = value_at(tree, "inertia")) {
-    body.inertia = read_vector(*inertia, path + ".inertia", {.unit = "kg m^2", .min = 0, .above_min = true}, diagnostics);
+    body.inertia =
+        read_vector(*inertia, path + ".inertia", {.unit = "kg m^2", .min = 0, .above_min = true}, diagnostics);
     if (body.inertia) {
       const Vec3& I = *body.inertia;
       // Ten digits of slack for flat bodies, whose largest moment is the sum of the others.
       if (2 * std::max({I.x, I.y, I.z}) > (I.x + I.y + I.z) * (1 + 1e-10)) {
-        diagnostics.error(inertia->place, path + ".inertia: expected moments of which none is larger than the sum of the "
-                                                 "other two, found " + number_text(I.x) + ", " + number_text(I.y) +
-                                                 ", " + number_text(I.z));
+        diagnostics.error(inertia->place, path +
+                                              ".inertia: expected moments of which none is larger than the sum of the "
+                                              "other two, found " +
+                                              number_text(I.x) + ", " + number_text(I.y) + ", " + number_text(I.z));
       }
     }
   }

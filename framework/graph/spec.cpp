@@ -24,8 +24,9 @@ const Tree* value_at(const Tree& map, std::string_view key) {
 }
 
 // Why a type is not known: a misspelt name, or a library that is not there.
-std::string unknown_type(const std::string& type, Registry& registry) {
-  std::string message = "expected a node type, found \"" + type + "\"";
+std::string unknown_type(const Tree& tree, Registry& registry) {
+  const std::string& type = tree.text;
+  std::string message = "expected a node type, found " + describe(tree);
   try {
     registry.load_all();
   } catch (const InputError& e) {
@@ -38,7 +39,10 @@ std::string unknown_type(const std::string& type, Registry& registry) {
     names.push_back(info->type);
     library = library || node_of(info->type) == prefix;
   }
-  if (!library && type.find('.') != std::string::npos) {
+  const bool plausible = std::all_of(prefix.begin(), prefix.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
+  if (!library && plausible && prefix.size() < type.size()) {
     std::string folders;
     for (const fs::path& folder : registry.folders()) folders += (folders.empty() ? "" : ", ") + folder.string();
     message += "; the library libtactor_" + prefix + ".so was not found in " +
@@ -55,7 +59,8 @@ const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Regis
     return nullptr;
   }
   if (!type->is_scalar() || type->text.empty()) {
-    diagnostics.error(type->place, path + ".type: expected a node type such as prediction.ar, found " + describe(*type));
+    diagnostics.error(type->place,
+                      path + ".type: expected a node type such as prediction.ar, found " + describe(*type));
     return nullptr;
   }
   try {
@@ -64,7 +69,7 @@ const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Regis
     diagnostics.error(type->place, path + ".type: " + e.what());
     return nullptr;
   }
-  diagnostics.error(type->place, path + ".type: " + unknown_type(describe(*type), registry));
+  diagnostics.error(type->place, path + ".type: " + unknown_type(*type, registry));
   return nullptr;
 }
 
@@ -85,7 +90,8 @@ void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path
     if (tree != nullptr) {
       value = read_param(*tree, path + "." + param.name, param, files, diagnostics);
     } else if (!value) {
-      diagnostics.error(entry.place, path + ": expected the parameter " + param.name + " (" + param.doc + "), found none");
+      diagnostics.error(entry.place,
+                        path + ": expected the parameter " + param.name + " (" + param.doc + "), found none");
     }
     node.params.push_back(std::move(value).value_or(ParamValue(false)));
   }
@@ -102,8 +108,10 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
     node.name = entry.key;
     node.place = entry.place;
     if (entry.value.is_null()) {
-      diagnostics.error(entry.place, path + ": expected a node, found nothing; ~ takes out a node of the file that this one "
-                                            "extends, and there is none of that name");
+      diagnostics.error(entry.place,
+                        path +
+                            ": expected a node, found nothing; ~ takes out a node of the file that this one "
+                            "extends, and there is none of that name");
     } else if (expect_map(entry.value, path, "a node: a map with type", diagnostics)) {
       node.info = read_type(entry, path, registry, diagnostics);
     }
@@ -140,8 +148,8 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   spec.file = fs::absolute(file, ignored).lexically_normal();
   spec.name = file.stem().string();
   const FileFinder files(file.parent_path(), mesh_folders);
-  check_keys(*tree, "", "key",
-             {"title", "extends", "clock", "duration", "seed", "scene", "nodes", "edges", "record"}, diagnostics);
+  check_keys(*tree, "", "key", {"title", "extends", "clock", "duration", "seed", "scene", "nodes", "edges", "record"},
+             diagnostics);
   if (const Tree* title = value_at(*tree, "title")) {
     spec.title = read_text(*title, "title", diagnostics).value_or("");
     if (spec.title.find('\n') != std::string::npos) {

@@ -78,8 +78,7 @@ std::optional<Table> read_table(const Tree& tree, const std::string& path, const
     const Tree& row = tree.items[r];
     const std::string row_path = path + "[" + std::to_string(r) + "]";
     if (!row.is_map() && !(row.is_sequence() && row.items.size() == param.columns.size())) {
-      const std::string found =
-          row.is_sequence() ? "a list of " + std::to_string(row.items.size()) : describe(row);
+      const std::string found = row.is_sequence() ? "a list of " + std::to_string(row.items.size()) : describe(row);
       diagnostics.error(row.place, row_path + ": expected a map or a list of " + list_of(names) + ", found " + found);
       good = false;
       continue;
@@ -190,7 +189,8 @@ std::optional<std::uint64_t> read_seed(const Tree& tree, const std::string& path
     const auto result = std::from_chars(tree.text.data(), tree.text.data() + tree.text.size(), value);
     if (result.ec == std::errc{} && result.ptr == tree.text.data() + tree.text.size()) return value;
   }
-  diagnostics.error(tree.place, path + ": expected a whole number from 0 to 18446744073709551615, found " + describe(tree));
+  diagnostics.error(tree.place,
+                    path + ": expected a whole number from 0 to 18446744073709551615, found " + describe(tree));
   return std::nullopt;
 }
 
@@ -305,8 +305,9 @@ bool check_name(const TreeEntry& entry, const std::string& path, Diagnostics& di
     text.kind = Tree::Kind::scalar;
     text.quoted = true;
     text.text = name;
-    diagnostics.error(entry.place, path + ": expected a name of at most 64 letters, digits and _ that begins with a letter, found " +
-                                       describe(text));
+    diagnostics.error(entry.place,
+                      path + ": expected a name of at most 64 letters, digits and _ that begins with a letter, found " +
+                          describe(text));
     return false;
   }
   if (std::find(reserved.begin(), reserved.end(), name) == reserved.end()) return true;

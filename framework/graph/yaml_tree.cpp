@@ -130,8 +130,8 @@ class TreeBuilder final : public YAML::EventHandler {
   void count(const YAML::Mark& mark, std::size_t values) {
     values_ += values;
     if (values_ > max_yaml_values) {
-      fail(place(mark), "expected at most " + std::to_string(max_yaml_values) +
-                            " values with aliases expanded, found more");
+      fail(place(mark),
+           "expected at most " + std::to_string(max_yaml_values) + " values with aliases expanded, found more");
     }
   }
 
@@ -144,8 +144,8 @@ class TreeBuilder final : public YAML::EventHandler {
   void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Tree::Kind kind) {
     check_tag(mark, tag);
     if (awaits_key()) {
-      fail(place(mark), std::string("expected a name as the key, found ") +
-                            (kind == Tree::Kind::map ? "a map" : "a list"));
+      fail(place(mark),
+           std::string("expected a name as the key, found ") + (kind == Tree::Kind::map ? "a map" : "a list"));
     }
     check_depth(mark, 1);
     count(mark, 1);
@@ -198,7 +198,8 @@ std::string plain_message(const std::string& message) {
     std::string_view means;
   };
   static constexpr Plain table[] = {
-      {"end of map not found", "the line does not fit the map above it: check the indentation and the colon after the key"},
+      {"end of map not found",
+       "the line does not fit the map above it: check the indentation and the colon after the key"},
       {"end of sequence not found", "the line does not fit the list above it: check the indentation and the dash"},
       {"end of map flow not found", "a { has no }"},
       {"end of sequence flow not found", "a [ has no ]"},
@@ -236,7 +237,10 @@ bool check_characters(const std::string& text, const std::string& file, Diagnost
       }
       continue;
     }
-    const int more = byte >= 0xc2 && byte <= 0xdf ? 1 : byte >= 0xe0 && byte <= 0xef ? 2 : byte >= 0xf0 && byte <= 0xf4 ? 3 : 0;
+    const int more = byte >= 0xc2 && byte <= 0xdf   ? 1
+                     : byte >= 0xe0 && byte <= 0xef ? 2
+                     : byte >= 0xf0 && byte <= 0xf4 ? 3
+                                                    : 0;
     char32_t code = more == 1 ? byte & 0x1fU : more == 2 ? byte & 0x0fU : byte & 0x07U;
     bool good = more > 0 && i + static_cast<std::size_t>(more) < text.size();
     for (int k = 1; good && k <= more; ++k) {

@@ -19,10 +19,10 @@ struct Tree {
   enum class Kind : std::uint8_t { null, scalar, sequence, map };
   Kind kind = Kind::null;
   Place place;
-  std::string text;     ///< of a scalar, without quotes
-  bool quoted = false;  ///< of a scalar
-  std::vector<Tree> items;          ///< of a sequence
-  std::vector<TreeEntry> entries;   ///< of a map, in the order of the file, keys unique
+  std::string text;                ///< of a scalar, without quotes
+  bool quoted = false;             ///< of a scalar
+  std::vector<Tree> items;         ///< of a sequence
+  std::vector<TreeEntry> entries;  ///< of a map, in the order of the file, keys unique
 
   [[nodiscard]] bool is_null() const { return kind == Kind::null; }
   [[nodiscard]] bool is_scalar() const { return kind == Kind::scalar; }
@@ -53,7 +53,8 @@ inline constexpr std::size_t max_yaml_keys = 2'000;      ///< of one map
 inline constexpr std::size_t max_yaml_depth = 64;
 
 /// Reads text of one YAML document; `file` is the name for error texts. Errors go to `diagnostics`; nothing is returned
-/// where the text is no YAML or breaks a bound, while duplicate keys, tags and merge keys leave a tree to check further.
+/// where the text is no YAML or breaks a bound, while duplicate keys, tags and merge keys leave a tree to check
+/// further.
 std::optional<Tree> parse_yaml(const std::string& text, const std::string& file, Diagnostics& diagnostics);
 
 /// The same for a file, which must hold a map.

@@ -1,0 +1,78 @@
+#include <algorithm>
+
+#include "framework/graph/plan.hpp"
+#include "framework/graph/texts.hpp"
+#include "framework/graph/values.hpp"
+
+namespace tactor {
+
+namespace {
+
+using Row = std::vector<std::string>;
+
+std::string table(const std::vector<Row>& rows) {
+  std::vector<std::size_t> widths;
+  for (const Row& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()), 0);
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line = "  ";
+    for (std::size_t c = 0; c < row.size(); ++c) line += row[c] + std::string(widths[c] - row[c].size() + 2, ' ');
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string steps_text(const Plan& plan, std::size_t n) {
+  const NodeSpec& node = plan.nodes[n];
+  std::string text;
+  if (node.info->rate_parameter) {
+    text = "at " + number_text(std::get<double>(node.params[*node.info->rate_parameter])) + " Hz";
+  }
+  for (const PlannedEdge& edge : plan.edges) {
+    if (edge.to == n && edge.triggers) text += (text.empty() ? "on " : ", on ") + edge.spec.to_port;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string explain(const Plan& plan) {
+  const GraphSpec& graph = plan.graph;
+  std::string text = graph.name + (graph.title.empty() ? "" : ": " + graph.title) + "\n";
+  text += std::string("clock ") + (graph.clock == Clock::real ? "real" : "virtual") + ", duration " +
+          duration_text(graph.duration) + ", seed " + std::to_string(graph.seed) + ", " + motion_text(graph.scene) +
+          "\n";
+
+  std::vector<Row> nodes{{"node", "type", "steps", "cost"}};
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    nodes.push_back({plan.nodes[n].name, plan.nodes[n].info->type, steps_text(plan, n), cost_text(plan.nodes[n].cost)});
+  }
+  text += "\nruns\n" + table(nodes);
+
+  std::vector<Row> edges{{"edge", "message", "queue", ""}};
+  for (const PlannedEdge& edge : plan.edges) {
+    const OutputInfo& output = plan.nodes[edge.from].info->outputs[edge.output];
+    std::string notes = edge.triggers ? "triggers" : "";
+    if (edge.spec.delay.ns > 0) notes += (notes.empty() ? "delay " : ", delay ") + duration_text(edge.spec.delay);
+    edges.push_back({edge.spec.name(), std::string(output.type->name),
+                     queue_text(edge.spec.queue) + (edge.spec.queue_is_default ? " (default)" : ""), notes});
+  }
+  if (edges.size() > 1) text += "\nedges\n" + table(edges);
+
+  if (!plan.streams.empty()) {
+    text += "\nrecords\n";
+    for (const PlannedStream& stream : plan.streams) text += "  " + stream.name + "\n";
+  }
+  if (!plan.left_out.empty()) {
+    std::vector<Row> rows;
+    for (const LeftOut& left : plan.left_out) rows.push_back({left.what, left.why});
+    text += "\nleft out\n" + table(rows);
+  }
+  return text;
+}
+
+}  // namespace tactor

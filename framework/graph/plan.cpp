@@ -1,0 +1,174 @@
+#include "framework/graph/plan.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "framework/graph/plan_steps.hpp"
+
+namespace tactor {
+
+namespace {
+
+// A sink that judges, in the run it judges against: it only takes in there.
+bool only_listens(const NodeInfo& info) {
+  return info.sink && std::any_of(info.inputs.begin(), info.inputs.end(), [](const auto& i) { return i.reference; });
+}
+
+std::string outputs_of_type(const GraphSpec& graph, std::string_view type) {
+  std::string text;
+  for (const NodeSpec& node : graph.nodes) {
+    for (const OutputInfo& output : node.info->outputs) {
+      if (output.type->name == type) text += (text.empty() ? "" : ", ") + node.name + "." + output.name;
+    }
+  }
+  return text.empty() ? "no node of the graph has one" : "outputs of that type: " + text;
+}
+
+void check_required(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept, std::size_t n,
+                    Diagnostics& diagnostics) {
+  const NodeSpec& node = graph.nodes[n];
+  for (std::size_t i = 0; i < node.info->inputs.size(); ++i) {
+    const InputInfo& input = node.info->inputs[i];
+    if (!input.required || (input.ignored && !input.ignored(node.params).empty())) continue;
+    const auto feeds = [&](const Wire& wire) { return wire.to == n && wire.input == i; };
+    const auto wire = std::find_if(wires.begin(), wires.end(), feeds);
+    const std::string name = node.name + "." + input.name + " (" + std::string(input.type->name) + ")";
+    if (wire == wires.end()) {
+      diagnostics.error(node.place, "nodes." + node.name + ": expected an edge into " + name + ", found none; " +
+                                        outputs_of_type(graph, input.type->name));
+    } else if (!kept.nodes[wire->from]) {
+      diagnostics.error(node.place, "nodes." + node.name + ": " + name + " is required, and " +
+                                        graph.nodes[wire->from].name +
+                                        ", which feeds it, is left out: " + kept.node_reasons.at(wire->from));
+    }
+  }
+}
+
+void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const std::vector<bool>& triggers,
+                 std::size_t n, Diagnostics& diagnostics) {
+  const NodeSpec& node = graph.nodes[n];
+  if (node.info->rate_parameter) return;
+  for (std::size_t e = 0; e < wires.size(); ++e) {
+    if (triggers[e] && wires[e].to == n) return;
+  }
+  std::string inputs;
+  for (const InputInfo& input : node.info->inputs) {
+    if (input.trigger != Trigger::no) inputs += (inputs.empty() ? "" : ", ") + input.name;
+  }
+  diagnostics.error(node.place, "nodes." + node.name +
+                                    ": nothing makes it step: expected an edge into one of its triggers (" +
+                                    (inputs.empty() ? "it has none" : inputs) + "), found none that is kept");
+}
+
+void check_cycle(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
+                 const std::vector<bool>& triggers, Diagnostics& diagnostics) {
+  const std::vector<std::size_t> cycle = find_trigger_cycle(graph, wires, kept, triggers);
+  if (cycle.empty()) return;
+  std::string text;
+  for (const std::size_t e : cycle) text += (text.empty() ? "" : ", ") + graph.edges[e].name();
+  diagnostics.error(graph.edges[cycle[0]].place,
+                    "these edges trigger each other without end: " + text + "; give one of them a delay");
+}
+
+Plan build(GraphSpec graph, bool reference) {
+  const std::vector<Wire> wires = wires_of(graph);
+  Kept kept = prune(graph, wires);
+  Diagnostics diagnostics;
+  const Place whole{graph.file.string(), 0, 0};
+  const bool ends = !graph.record.empty() || std::any_of(graph.nodes.begin(), graph.nodes.end(),
+                                                         [](const NodeSpec& node) { return node.info->sink; });
+  if (!ends && !reference) {
+    diagnostics.error(whole,
+                      "expected a sink among the nodes or something to record, found neither: nothing would run");
+  }
+  const std::vector<bool> triggers = resolve_triggers(graph, wires, kept);
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+    if (!kept.nodes[n] || (reference && only_listens(*graph.nodes[n].info))) continue;
+    const std::size_t before = diagnostics.list().size();
+    check_required(graph, wires, kept, n, diagnostics);
+    if (diagnostics.list().size() == before) check_steps(graph, wires, triggers, n, diagnostics);
+  }
+  check_cycle(graph, wires, kept, triggers, diagnostics);
+  diagnostics.throw_if_any();
+
+  Plan plan;
+  plan.torque = graph.scene.rotates();
+  plan.left_out = std::move(kept.left_out);
+  std::vector<std::size_t> place(graph.nodes.size(), 0);
+  for (const std::size_t n : order_nodes(graph, wires, kept, triggers)) {
+    place[n] = plan.nodes.size();
+    plan.nodes.push_back(graph.nodes[n]);
+  }
+  for (std::size_t e = 0; e < wires.size(); ++e) {
+    if (!kept.edges[e]) continue;
+    const Wire& w = wires[e];
+    plan.edges.push_back({graph.edges[e], place[w.from], w.output, place[w.to], w.input, triggers[e]});
+  }
+  for (const std::string& stream : graph.record) {
+    const std::string name = stream.substr(0, stream.find('.'));
+    const auto node =
+        std::find_if(graph.nodes.begin(), graph.nodes.end(), [&](const auto& s) { return s.name == name; });
+    TACTOR_DEMAND(node != graph.nodes.end());
+    const auto n = static_cast<std::size_t>(node - graph.nodes.begin());
+    if (!kept.nodes[n]) {
+      plan.left_out.push_back({"recording " + stream, name + " is left out"});
+      continue;
+    }
+    const OutputInfo* output = node->info->output(stream.substr(name.size() + 1));
+    TACTOR_DEMAND(output != nullptr);
+    plan.streams.push_back({stream, place[n], static_cast<std::size_t>(output - node->info->outputs.data())});
+  }
+  plan.graph = std::move(graph);
+  return plan;
+}
+
+}  // namespace
+
+Plan make_plan(GraphSpec graph) {
+  return build(std::move(graph), false);
+}
+
+Plan make_reference_plan(const Plan& judged) {
+  std::set<std::size_t> nodes;
+  std::vector<bool> edges(judged.edges.size(), false);
+  std::vector<std::size_t> todo;
+  const auto follow = [&](const PlannedEdge& edge, std::size_t e) {
+    edges[e] = true;
+    if (nodes.insert(edge.from).second) todo.push_back(edge.from);
+  };
+  for (std::size_t e = 0; e < judged.edges.size(); ++e) {
+    const PlannedEdge& edge = judged.edges[e];
+    const NodeInfo& reader = *judged.nodes[edge.to].info;
+    if (!reader.sink || !reader.inputs[edge.input].reference) continue;
+    nodes.insert(edge.to);
+    follow(edge, e);
+  }
+  while (!todo.empty()) {
+    const std::size_t n = todo.back();
+    todo.pop_back();
+    if (only_listens(*judged.nodes[n].info)) continue;
+    for (std::size_t e = 0; e < judged.edges.size(); ++e) {
+      if (judged.edges[e].to == n) follow(judged.edges[e], e);
+    }
+  }
+
+  GraphSpec graph = judged.graph;
+  graph.clock = Clock::virtual_;
+  graph.record.clear();
+  graph.nodes.clear();
+  graph.edges.clear();
+  for (const std::size_t n : nodes) {
+    NodeSpec node = judged.nodes[n];
+    node.cost = {};
+    for (std::size_t i = 0; i < node.params.size(); ++i) {
+      if (const auto& value = node.info->params[i].in_reference) node.params[i] = *value;
+    }
+    graph.nodes.push_back(std::move(node));
+  }
+  for (std::size_t e = 0; e < judged.edges.size(); ++e) {
+    if (edges[e]) graph.edges.push_back(judged.edges[e].spec);
+  }
+  return build(std::move(graph), true);
+}
+
+}  // namespace tactor

@@ -1,0 +1,42 @@
+// The steps from a checked graph to a plan.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+/// The edges of a graph by the indices of their nodes and ports.
+struct Wire {
+  std::size_t from = 0, output = 0, to = 0, input = 0;
+};
+std::vector<Wire> wires_of(const GraphSpec& graph);
+
+/// What stays of a graph, by index.
+struct Kept {
+  std::vector<bool> nodes;
+  std::vector<bool> edges;
+  std::map<std::size_t, std::string> node_reasons;  ///< why a node is left out
+  std::vector<LeftOut> left_out;
+};
+
+/// Takes out what the scene and the parameters make needless, and then what reaches no sink and no recording.
+Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires);
+
+/// For each edge whether it makes its reader step.
+std::vector<bool> resolve_triggers(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept);
+
+/// A cycle of triggers without a delay, as indices of edges; empty where there is none.
+std::vector<std::size_t> find_trigger_cycle(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
+                                            const std::vector<bool>& triggers);
+
+/// The kept nodes, writers before readers. Inside of a cycle only edges that trigger without a delay count, and the
+/// order of the file decides the rest.
+std::vector<std::size_t> order_nodes(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
+                                     const std::vector<bool>& triggers);
+
+}  // namespace tactor

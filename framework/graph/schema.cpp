@@ -1,0 +1,211 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The bounds are those of the bare number; a text with a unit is checked by its form alone.
+Json number(const std::string& unit, double min, double max, bool above_min) {
+  Json bare = {{"type", "number"}};
+  if (std::isfinite(min)) bare[above_min ? "exclusiveMinimum" : "minimum"] = min;
+  if (std::isfinite(max)) bare["maximum"] = max;
+  const Json with_unit = {{"type", "string"}, {"pattern", R"(^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?(\s*\S.*)?$)"}};
+  return {{"description", "unit " + unit}, {"anyOf", {bare, with_unit}}};
+}
+
+Json number(const std::string& unit) {
+  return number(unit, -INFINITY, INFINITY, false);
+}
+Json above_zero(const std::string& unit) {
+  return number(unit, 0, INFINITY, true);
+}
+Json not_negative(const std::string& unit) {
+  return number(unit, 0, INFINITY, false);
+}
+
+Json list(const Json& item, std::size_t size) {
+  Json schema = {{"type", "array"}, {"items", item}};
+  if (size > 0) schema["minItems"] = schema["maxItems"] = size;
+  return schema;
+}
+
+Json closed(Json properties) {
+  return {{"type", "object"}, {"properties", std::move(properties)}, {"additionalProperties", false}};
+}
+
+Json value_json(const ParamValue& value) {
+  if (const auto* b = std::get_if<bool>(&value)) return *b;
+  if (const auto* i = std::get_if<std::int64_t>(&value)) return *i;
+  if (const auto* d = std::get_if<double>(&value)) return *d;
+  if (const auto* s = std::get_if<std::string>(&value)) return *s;
+  if (const auto* v = std::get_if<std::vector<double>>(&value)) return *v;
+  return nullptr;
+}
+
+Json table_schema(const ParamInfo& param) {
+  Json columns = Json::object();
+  Json required = Json::array();
+  Json cells = Json::array();
+  for (const ColumnInfo& column : param.columns) {
+    columns[column.name] = number(column.unit);
+    cells.push_back(number(column.unit));
+    if (!column.default_value) required.push_back(column.name);
+  }
+  Json as_map = closed(columns);
+  as_map["required"] = required;
+  const Json as_list = {{"type", "array"}, {"prefixItems", cells}, {"items", false}, {"minItems", cells.size()}};
+  return {{"type", "array"}, {"items", {{"anyOf", {as_map, as_list}}}}};
+}
+
+Json param_schema(const ParamInfo& param) {
+  Json schema;
+  switch (param.kind) {
+    case ParamKind::boolean:
+      schema = {{"type", "boolean"}};
+      break;
+    case ParamKind::integer:
+      schema = {{"type", "integer"},
+                {"minimum", static_cast<std::int64_t>(param.min)},
+                {"maximum", static_cast<std::int64_t>(param.max)}};
+      break;
+    case ParamKind::real:
+      schema = number(param.unit, param.min, param.max, param.above_min);
+      break;
+    case ParamKind::text:
+      // A text that looks like a number is one to an editor.
+      schema = {{"type", {"string", "number", "boolean"}}};
+      break;
+    case ParamKind::choice:
+      schema = {{"enum", param.choices}};
+      break;
+    case ParamKind::file:
+      schema = {{"type", "string"}};
+      break;
+    case ParamKind::reals:
+      schema = list(number(param.unit, param.min, param.max, param.above_min), param.size);
+      break;
+    case ParamKind::table:
+      schema = table_schema(param);
+      break;
+    case ParamKind::mapping:
+      schema = {{"type", "object"}, {"additionalProperties", {{"type", {"string", "number", "boolean"}}}}};
+      break;
+  }
+  std::string unit;
+  if (schema.contains("description")) unit = " (" + schema["description"].get<std::string>() + ")";
+  schema["description"] = param.doc + unit;
+  if (param.default_value) {
+    if (Json value = value_json(*param.default_value); !value.is_null()) schema["default"] = value;
+  }
+  return schema;
+}
+
+Json scene_schema() {
+  const Json pose = closed(
+      {{"p", list(number("m"), 3)}, {"rpy", list(number("rad"), 3)}, {"quaternion", list({{"type", "number"}}, 4)}});
+  Json sphere = closed({{"radius", above_zero("m")}});
+  sphere["required"] = {"radius"};
+  const Json material = closed({{"stiffness", above_zero("N/m")},
+                                {"damping", not_negative("N s/m")},
+                                {"friction", not_negative("1")},
+                                {"patch_area", above_zero("m^2")}});
+  Json body = closed({{"mesh", {{"type", "string"}}},
+                      {"sphere", sphere},
+                      {"scale", above_zero("1")},
+                      {"pose", pose},
+                      {"motion", {{"enum", {"static", "translation", "rigid"}}}},
+                      {"mass", above_zero("kg")},
+                      {"inertia", list(above_zero("kg m^2"), 3)},
+                      {"material", material}});
+  body["type"] = {"object", "null"};
+  return closed(
+      {{"gravity", list(number("m/s^2"), 3)}, {"bodies", {{"type", "object"}, {"additionalProperties", body}}}});
+}
+
+Json cost_schema() {
+  const Json time = not_negative("s");
+  Json constant = closed({{"constant", time}, {"jitter", number("1", 0, 1, false)}, {"min", time}, {"max", time}});
+  Json per_contact = closed(
+      {{"per_contact", time}, {"base", time}, {"jitter", number("1", 0, 1, false)}, {"min", time}, {"max", time}});
+  // A file that extends another may name the jitter alone, so no key is required.
+  const Json trace = closed({{"trace", {{"type", "string"}}}});
+  return {{"anyOf", {{{"const", "none"}}, constant, per_contact, trace}}};
+}
+
+Json edges_schema() {
+  const Json arrow = {{"type", "string"}, {"pattern", R"(^\s*\w+\.\w+\s*->\s*\w+\.\w+\s*$)"}};
+  const Json queue = {{"type", "string"},
+                      {"pattern", R"(^(latest|queue\(\s*[1-9]\d*\s*,\s*(drop_oldest|drop_newest|block)\s*\))$)"}};
+  const Json end = {{"type", "string"}, {"pattern", R"(^\w+\.\w+$)"}};
+  Json full = closed({{"from", end}, {"to", end}, {"queue", queue}, {"delay", not_negative("s")}});
+  full["required"] = {"from", "to"};
+  const Json value = {{"anyOf", {{{"type", "null"}}, queue, closed({{"queue", queue}, {"delay", not_negative("s")}})}}};
+  const Json one_entry = {{"type", "object"},
+                          {"minProperties", 1},
+                          {"maxProperties", 1},
+                          {"propertyNames", arrow},
+                          {"additionalProperties", value}};
+  return {{"type", "array"}, {"items", {{"anyOf", {arrow, one_entry, full}}}}};
+}
+
+// `if` the node's type is this one, `then` that.
+Json when_type(const std::string& type, Json then) {
+  return {{"if", {{"type", "object"}, {"properties", {{"type", {{"const", type}}}}}, {"required", {"type"}}}},
+          {"then", std::move(then)}};
+}
+
+}  // namespace
+
+std::string graph_schema(Registry& registry) {
+  registry.load_all();
+  Json definitions = Json::object();
+  Json types = Json::array();
+  Json by_type = Json::array();
+  Json complete = Json::array();
+  for (const NodeInfo* info : registry.types()) {
+    Json properties = {{"type", {{"const", info->type}, {"description", info->summary}}},
+                       {"cost", {{"$ref", "#/$defs/cost"}}}};
+    Json required = Json::array();
+    for (const ParamInfo& param : info->params) {
+      properties[param.name] = param_schema(param);
+      if (!param.default_value) required.push_back(param.name);
+    }
+    definitions[info->type] = closed(properties);
+    definitions[info->type]["description"] = info->summary;
+    types.push_back(info->type);
+    by_type.push_back(when_type(info->type, {{"$ref", "#/$defs/" + info->type}}));
+    if (!required.empty()) complete.push_back(when_type(info->type, {{"required", required}}));
+  }
+  definitions["cost"] = cost_schema();
+
+  Json node = {{"type", {"object", "null"}}, {"properties", {{"type", {{"enum", types}}}}}};
+  if (!by_type.empty()) node["allOf"] = by_type;
+  // Without `extends` nothing can come from elsewhere, so each node must be complete.
+  Json whole_node = {{"type", "object"}, {"required", {"type"}}};
+  if (!complete.empty()) whole_node["allOf"] = complete;
+
+  Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Tactor graph"}};
+  schema.update(
+      closed({{"title", {{"type", "string"}}},
+              {"extends", {{"type", "string"}}},
+              {"clock", {{"enum", {"virtual", "real"}}}},
+              {"duration", above_zero("s")},
+              {"seed", {{"type", "integer"}, {"minimum", 0}}},
+              {"scene", scene_schema()},
+              {"nodes", {{"type", "object"}, {"additionalProperties", node}}},
+              {"edges", edges_schema()},
+              {"record", {{"type", "array"}, {"items", {{"type", "string"}, {"pattern", R"(^\w+\.\w+$)"}}}}}}));
+  schema["if"] = {{"not", {{"required", {"extends"}}}}};
+  schema["then"] = {{"required", {"duration", "nodes"}},
+                    {"properties", {{"nodes", {{"minProperties", 1}, {"additionalProperties", whole_node}}}}}};
+  schema["$defs"] = definitions;
+  return schema.dump(2) + "\n";
+}
+
+}  // namespace tactor

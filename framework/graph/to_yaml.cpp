@@ -1,0 +1,135 @@
+#include <array>
+#include <cstdio>
+
+#include "framework/graph/spec.hpp"
+#include "framework/graph/texts.hpp"
+#include "framework/graph/values.hpp"
+
+namespace tactor {
+
+namespace {
+
+// A double-quoted scalar, in which every text can be written.
+std::string quote(std::string_view text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      result += '\\';
+      result += c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      std::array<char, 8> escape{};
+      std::snprintf(escape.data(), escape.size(), "\\x%02x", static_cast<unsigned>(byte));
+      result += escape.data();
+    } else {
+      result += c;
+    }
+  }
+  return result + "\"";
+}
+
+std::string list(const std::vector<double>& values) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + number_text(values[i]);
+  return text + "]";
+}
+
+std::string list(const Vec3& v) {
+  return list(std::vector<double>{v.x, v.y, v.z});
+}
+
+std::string seconds(Duration duration) {
+  return number_text(duration.seconds());
+}
+
+struct WriteValue {
+  std::string operator()(bool value) const { return value ? "true" : "false"; }
+  std::string operator()(std::int64_t value) const { return std::to_string(value); }
+  std::string operator()(double value) const { return number_text(value); }
+  std::string operator()(const std::string& value) const { return quote(value); }
+  std::string operator()(const std::vector<double>& values) const { return list(values); }
+  std::string operator()(const Table& table) const {
+    if (table.rows() == 0) return "[]";
+    std::string text;
+    for (std::size_t r = 0; r < table.rows(); ++r) {
+      const auto first = table.values.begin() + static_cast<std::ptrdiff_t>(r * table.columns);
+      text += "\n      - " + list({first, first + static_cast<std::ptrdiff_t>(table.columns)});
+    }
+    return text;
+  }
+  std::string operator()(const Mapping& mapping) const {
+    if (mapping.empty()) return "{}";
+    std::string text;
+    for (const auto& [key, value] : mapping) text += "\n      " + quote(key) + ": " + quote(value);
+    return text;
+  }
+};
+
+std::string write_cost(const CostModel& cost) {
+  if (cost.kind == CostModel::Kind::none) return "none";
+  if (cost.kind == CostModel::Kind::trace) return "{trace: " + quote(cost.trace_file.string()) + "}";
+  std::string text = cost.kind == CostModel::Kind::constant
+                         ? "{constant: " + seconds(cost.base)
+                         : "{per_contact: " + seconds(cost.each) + ", base: " + seconds(cost.base);
+  text += ", jitter: " + number_text(cost.jitter) + ", min: " + seconds(cost.min);
+  if (cost.max) text += ", max: " + seconds(*cost.max);
+  return text + "}";
+}
+
+std::string write_body(const Body& body) {
+  std::string text = "    " + body.name + ":\n";
+  const auto line = [&](const std::string& key, const std::string& value) {
+    text += "      " + key + ": " + value + "\n";
+  };
+  if (body.mesh) line("mesh", quote(body.mesh->string()));
+  if (body.sphere_radius) line("sphere", "{radius: " + number_text(*body.sphere_radius) + "}");
+  line("scale", number_text(body.scale));
+  const Quat& R = body.X_WB.R;
+  line("pose", "{p: " + list(body.X_WB.p) + ", quaternion: " + list(std::vector<double>{R.w, R.x, R.y, R.z}) + "}");
+  line("motion", body.motion == Motion::fixed ? "static" : body.motion == Motion::rigid ? "rigid" : "translation");
+  line("mass", number_text(body.mass));
+  if (body.inertia) line("inertia", list(*body.inertia));
+  const Material& m = body.material;
+  line("material", "{stiffness: " + number_text(m.stiffness) + ", damping: " + number_text(m.damping) +
+                       ", friction: " + number_text(m.friction) + ", patch_area: " + number_text(m.patch_area) + "}");
+  return text;
+}
+
+std::string write_node(const NodeSpec& node) {
+  std::string text = "  " + node.name + ":\n    type: " + node.info->type + "\n";
+  for (std::size_t i = 0; i < node.params.size(); ++i) {
+    const std::string value = std::visit(WriteValue{}, node.params[i]);
+    text += "    " + node.info->params[i].name + ":" + (value.starts_with('\n') ? "" : " ") + value + "\n";
+  }
+  return text + "    cost: " + write_cost(node.cost) + "\n";
+}
+
+std::string write_edge(const EdgeSpec& edge) {
+  std::string text =
+      "  - {from: " + edge.from_node + "." + edge.from_port + ", to: " + edge.to_node + "." + edge.to_port;
+  if (!edge.queue_is_default) text += ", queue: " + quote(queue_text(edge.queue));
+  if (edge.delay.ns > 0) text += ", delay: " + seconds(edge.delay);
+  return text + "}\n";
+}
+
+}  // namespace
+
+std::string to_yaml(const GraphSpec& spec) {
+  std::string text;
+  if (!spec.title.empty()) text += "title: " + quote(spec.title) + "\n";
+  text += std::string("clock: ") + (spec.clock == Clock::real ? "real" : "virtual") + "\n";
+  text += "duration: " + seconds(spec.duration) + "\n";
+  text += "seed: " + std::to_string(spec.seed) + "\n";
+  text += "scene:\n  gravity: " + list(spec.scene.gravity_W) + "\n";
+  text += spec.scene.bodies.empty() ? "  bodies: {}\n" : "  bodies:\n";
+  for (const Body& body : spec.scene.bodies) text += write_body(body);
+  text += "nodes:\n";
+  for (const NodeSpec& node : spec.nodes) text += write_node(node);
+  text += spec.edges.empty() ? "edges: []\n" : "edges:\n";
+  for (const EdgeSpec& edge : spec.edges) text += write_edge(edge);
+  text += spec.record.empty() ? "record: []\n" : "record:\n";
+  for (const std::string& stream : spec.record) text += "  - " + stream + "\n";
+  return text;
+}
+
+}  // namespace tactor
