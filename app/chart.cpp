@@ -96,8 +96,8 @@ std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
           }
         }
         script << "EOD\n";
-        plot += fmt::format("{}$data{} using 1:2 title {} {}", plot.empty() ? "plot " : ", ", block,
-                            quoted(curve.name), curve_style(curve));
+        plot += fmt::format("{}$data{} using 1:2 title {} {}", plot.empty() ? "plot " : ", ", block, quoted(curve.name),
+                            curve_style(curve));
         ++block;
       }
       script << plot << "\n";

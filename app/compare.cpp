@@ -181,8 +181,12 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
 Json to_json(const Comparison& comparison) {
   const auto difference = [](const std::optional<PairedDifference>& d) -> Json {
     if (!d) return nullptr;
-    return {{"pairs", d->pairs}, {"mean_N", d->mean},   {"low_N", d->low}, {"high_N", d->high},
-            {"effect_size", d->effect_size}, {"p_wilcoxon", d->p_wilcoxon}};
+    return {{"pairs", d->pairs},
+            {"mean_N", d->mean},
+            {"low_N", d->low},
+            {"high_N", d->high},
+            {"effect_size", d->effect_size},
+            {"p_wilcoxon", d->p_wilcoxon}};
   };
   Json json;
   json["tactor"] = TACTOR_VERSION;
@@ -201,9 +205,8 @@ Json to_json(const Comparison& comparison) {
       for (const double v : values) figure["by_seed"].push_back(std::isfinite(v) ? Json(v) : Json());
     }
     if (row.one_step_anova) {
-      graph["against_first"]["one_step_anova"] = {{"F", row.one_step_anova->F},
-                                                  {"p", row.one_step_anova->p},
-                                                  {"df_within", row.one_step_anova->df_within}};
+      graph["against_first"]["one_step_anova"] = {
+          {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
     }
     graph["against_first"]["one_step_rms"] = difference(row.one_step);
     graph["against_first"]["delivered_rms"] = difference(row.delivered);
@@ -213,8 +216,8 @@ Json to_json(const Comparison& comparison) {
 }
 
 std::string comparison_table(const Comparison& comparison) {
-  std::string out = fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(),
-                                comparison.seeds.size() == 1 ? "" : "s");
+  std::string out =
+      fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
   std::size_t label = 22;
   std::size_t width = 12;
   for (const Column& column : comparison.columns) label = std::max(label, column.label.size());
@@ -237,7 +240,8 @@ std::string comparison_table(const Comparison& comparison) {
     const CompareRow& row = comparison.rows[i];
     out += fmt::format("  {}", row.graph);
     if (row.one_step_anova) {
-      out += fmt::format(": one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p));
+      out +=
+          fmt::format(": one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p));
     }
     for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
       if (d) {

@@ -25,10 +25,10 @@ struct Column {
 struct CompareRow {
   std::string graph;
   std::string title;
-  std::vector<RunResult> runs;             ///< one a seed, without curves except the first's
-  std::vector<std::vector<double>> values; ///< [column][seed]
+  std::vector<RunResult> runs;              ///< one a seed, without curves except the first's
+  std::vector<std::vector<double>> values;  ///< [column][seed]
   /// Against the first graph; absent for the first.
-  std::optional<Anova> one_step_anova;     ///< over the single one-step errors of all seeds, as in the paper
+  std::optional<Anova> one_step_anova;        ///< over the single one-step errors of all seeds, as in the paper
   std::optional<PairedDifference> one_step;   ///< of the one-step RMS error over seeds, in N
   std::optional<PairedDifference> delivered;  ///< of the delivered RMS error over seeds, in N
 };

@@ -175,9 +175,9 @@ std::string figures_table(const RunResult& run) {
 std::string cost_table(const RunResult& run) {
   std::string rows;
   for (const NodeCost& node : run.nodes) {
-    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                        escape(node.node), escape(node.type), node.steps, pretty(node.median_us), pretty(node.p99_us),
-                        pretty(node.total_s));
+    rows +=
+        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(node.node),
+                    escape(node.type), node.steps, pretty(node.median_us), pretty(node.p99_us), pretty(node.total_s));
   }
   return "<table><thead><tr><th>node</th><th>type</th><th>steps</th><th>median µs</th><th>p99 µs</th><th>CPU "
          "s</th></tr></thead><tbody>\n" +
@@ -224,16 +224,16 @@ std::string compare_row_html(const Comparison& comparison, std::size_t c) {
   std::string row = fmt::format("<tr><td>{}</td>", escape(comparison.columns[c].label));
   for (const CompareRow& graph : comparison.rows) {
     const std::vector<double>& values = graph.values[c];
-    row += fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)),
-                       pretty(standard_deviation(values)));
+    row +=
+        fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)), pretty(standard_deviation(values)));
   }
   return row + "</tr>\n";
 }
 
 std::string difference_cells(const std::optional<PairedDifference>& d) {
   if (!d) return "<td>-</td><td>-</td><td>-</td><td>-</td>";
-  return fmt::format("<td>{:+.4f}</td><td>[{:+.4f}, {:+.4f}]</td><td>{:+.2f}</td><td>{}</td>", d->mean, d->low,
-                     d->high, d->effect_size, pretty(d->p_wilcoxon));
+  return fmt::format("<td>{:+.4f}</td><td>[{:+.4f}, {:+.4f}]</td><td>{:+.2f}</td><td>{}</td>", d->mean, d->low, d->high,
+                     d->effect_size, pretty(d->p_wilcoxon));
 }
 
 std::string significance_table(const Comparison& comparison) {
@@ -242,9 +242,9 @@ std::string significance_table(const Comparison& comparison) {
   for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
     const CompareRow& row = comparison.rows[i];
     rows += fmt::format("<tr><td>{}</td>", escape(row.graph));
-    rows += row.one_step_anova ? fmt::format("<td>{}</td><td>{}</td>", pretty(row.one_step_anova->F),
-                                             pretty(row.one_step_anova->p))
-                               : "<td>-</td><td>-</td>";
+    rows += row.one_step_anova
+                ? fmt::format("<td>{}</td><td>{}</td>", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p))
+                : "<td>-</td><td>-</td>";
     rows += difference_cells(row.one_step) + difference_cells(row.delivered) + "</tr>\n";
   }
   return fmt::format(
@@ -260,16 +260,16 @@ std::string significance_table(const Comparison& comparison) {
 }  // namespace
 
 std::string run_report(const RunResult& run) {
-  std::string body = fmt::format(
-      "<p class=\"sub\">{}{}seed {}, {} s of virtual time in {} s, {} MB, tactor {}</p>\n", escape(run.title),
-      run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), pretty(run.wall_s), pretty(run.peak_memory_MB),
-      TACTOR_VERSION);
+  std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s of virtual time in {} s, {} MB, tactor {}</p>\n",
+                                 escape(run.title), run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s),
+                                 pretty(run.wall_s), pretty(run.peak_memory_MB), TACTOR_VERSION);
   const std::vector<Chart> rows = four_rows(run);
   if (!rows.empty()) body += "<h2>The run</h2>\n" + draw_svg(rows, 1160, 210);
   const std::pair<double, double> range = liveliest_window(run);
   const std::string axis = liveliest_axis(run, range);
   Chart zoom = zoom_on(run, range, axis);
-  if (const Series* s = run.curve("commanded." + axis)) zoom.curves.push_back(cut(*s, "commanded", series_color(0), range));
+  if (const Series* s = run.curve("commanded." + axis))
+    zoom.curves.push_back(cut(*s, "commanded", series_color(0), range));
   if (zoom.curves.size() > 0) {
     zoom.curves.push_back(arrivals(run, range, axis));
     body += "<h2>Zoom</h2>\n" + draw_svg({zoom}, 1160, 360);
@@ -314,7 +314,10 @@ std::string compare_report(const Comparison& comparison) {
   const std::pair<double, double> range = liveliest_window(first);
   const std::string axis = liveliest_axis(first, range);
   Chart zoom = zoom_on(first, range, axis);
-  Chart whole{"Force on the device, seed " + std::to_string(first.seed), "time s", "N", {},
+  Chart whole{"Force on the device, seed " + std::to_string(first.seed),
+              "time s",
+              "N",
+              {},
               std::pair<double, double>{0, first.duration_s}};
   if (const Series* s = first.curve("reference.norm")) whole.curves.push_back(thinned(*s, "reference", "#555555"));
   Chart pareto{"Error against run time", "CPU ms per second of virtual time", "delivered RMS error N", {}, {}};
@@ -355,8 +358,8 @@ std::string compare_report(const Comparison& comparison) {
   for (const CompareRow& row : comparison.rows) {
     const std::vector<Chart> charts = four_rows(row.runs.front());
     if (charts.empty()) continue;
-    body += "<h2>" + escape(row.graph) + "</h2>\n" + draw_svg(charts, 1160, 190) +
-            "<p>Left out in this graph:</p>\n" + left_out_list(row.runs.front());
+    body += "<h2>" + escape(row.graph) + "</h2>\n" + draw_svg(charts, 1160, 190) + "<p>Left out in this graph:</p>\n" +
+            left_out_list(row.runs.front());
   }
   return page(names, body);
 }

@@ -84,9 +84,12 @@ struct GraphOptions {
   std::optional<double> duration;
 
   void add_to(CLI::App& verb, bool with_seed) {
-    verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")->expected(1)->allow_extra_args(false);
+    verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")
+        ->expected(1)
+        ->allow_extra_args(false);
     if (with_seed) verb.add_option("--seed", seed, "Seed of everything random (default: the graph's)");
-    verb.add_option("--duration", duration, "Virtual time to run, in s (default: the graph's)")->check(CLI::PositiveNumber);
+    verb.add_option("--duration", duration, "Virtual time to run, in s (default: the graph's)")
+        ->check(CLI::PositiveNumber);
   }
   [[nodiscard]] Overrides overrides() const { return {set, seed, duration}; }
 };
@@ -94,7 +97,8 @@ struct GraphOptions {
 Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overrides) {
   Plan plan = make_plan(load_graph(graph, registry, overrides, mesh_folders()));
   if (plan.graph.clock == Clock::real) {
-    throw InputError(graph.string() + ": clock: real needs the live engine, which this version does not have; use clock: virtual");
+    throw InputError(graph.string() +
+                     ": clock: real needs the live engine, which this version does not have; use clock: virtual");
   }
   return plan;
 }
@@ -209,7 +213,8 @@ int main_checked(int argc, char** argv) {
 
   fs::path graph;
   std::optional<fs::path> out;
-  CLI::App* run_verb = app.add_subcommand("run", "Run a graph; writes summary.json, report.html, graph.yaml and the recording");
+  CLI::App* run_verb =
+      app.add_subcommand("run", "Run a graph; writes summary.json, report.html, graph.yaml and the recording");
   run_verb->add_option("graph", graph, "The graph file (YAML)")->required();
   options.add_to(*run_verb, true);
   run_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
@@ -221,10 +226,13 @@ int main_checked(int argc, char** argv) {
   CLI::App* compare_verb = app.add_subcommand("compare", "Run several graphs over several seeds, side by side");
   compare_verb->add_option("graphs", graphs, "Graph files; the first is what the others are compared with")->required();
   options.add_to(*compare_verb, false);
-  compare_verb->add_option("--seeds", compare_options.seeds, "Number of seeds")->capture_default_str()->check(CLI::Range(1, 10000));
+  compare_verb->add_option("--seeds", compare_options.seeds, "Number of seeds")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
   compare_verb->add_option("--first-seed", compare_options.first_seed, "The first seed")->capture_default_str();
   compare_options.jobs = std::max(1U, std::thread::hardware_concurrency());
-  compare_verb->add_option("--jobs", compare_options.jobs, "Reference runs at once (default: the cores)")->check(CLI::Range(1, 1024));
+  compare_verb->add_option("--jobs", compare_options.jobs, "Reference runs at once (default: the cores)")
+      ->check(CLI::Range(1, 1024));
   compare_verb->add_option("--out", compare_out, "Folder for the results")->capture_default_str();
   compare_verb->callback([&] { result = run_compare(graphs, options, compare_options, compare_out); });
 
@@ -238,7 +246,9 @@ int main_checked(int argc, char** argv) {
   std::string format = "mermaid";
   CLI::App* graph_verb = app.add_subcommand("graph", "Draw a graph");
   graph_verb->add_option("graph", graph, "The graph file")->required();
-  graph_verb->add_option("--format", format, "mermaid, dot or svg")->capture_default_str()->check(CLI::IsMember({"mermaid", "dot", "svg"}));
+  graph_verb->add_option("--format", format, "mermaid, dot or svg")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"mermaid", "dot", "svg"}));
   options.add_to(*graph_verb, false);
   graph_verb->callback([&] { result = draw(graph, options, format); });
 

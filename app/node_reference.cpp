@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "app/run.hpp"
+#include "framework/graph/texts.hpp"
 
 namespace tactor {
 
@@ -121,7 +121,8 @@ std::string node_reference_markdown(const std::vector<const NodeInfo*>& types) {
     if (!info->details.empty()) out += "\n" + info->details + "\n";
     if (!info->inputs.empty()) out += "\n| input | message | | |\n|---|---|---|---|\n";
     for (const InputInfo& input : info->inputs) {
-      out += fmt::format("| `{}` | {} | {} | {} |\n", input.name, input.type->name, trigger_text(input), cell(input.doc));
+      out +=
+          fmt::format("| `{}` | {} | {} | {} |\n", input.name, input.type->name, trigger_text(input), cell(input.doc));
     }
     if (!info->outputs.empty()) out += "\n| output | message | |\n|---|---|---|\n";
     for (const OutputInfo& output : info->outputs) {

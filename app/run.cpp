@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "app/statistics.hpp"
+#include "framework/graph/texts.hpp"
 #include "framework/record/recorder.hpp"
 
 namespace tactor {
@@ -114,21 +115,6 @@ const Series* RunResult::curve(std::string_view name) const {
     if (s.name == name) return &s;
   }
   return nullptr;
-}
-
-std::string queue_text(const Queue& queue) {
-  const std::string size = std::to_string(queue.capacity);
-  switch (queue.policy) {
-    case QueuePolicy::latest:
-      return "latest";
-    case QueuePolicy::drop_oldest:
-      return "queue(" + size + ", drop_oldest)";
-    case QueuePolicy::drop_newest:
-      return "queue(" + size + ", drop_newest)";
-    case QueuePolicy::block:
-      return "queue(" + size + ", block)";
-  }
-  return {};
 }
 
 RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& options) {

@@ -33,7 +33,7 @@ struct EdgeResult {
 
 /// How the reference run came about.
 struct ReferenceCost {
-  bool made = false;    ///< the graph has a sink that asked for one
+  bool made = false;  ///< the graph has a sink that asked for one
   bool cached = false;
   double cpu_s = 0;
 };
@@ -75,8 +75,5 @@ RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& 
 /// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand.
 /// Returns true if a run was made.
 bool prepare_reference(const Plan& plan, const Registry& registry, const std::filesystem::path& cache_folder);
-
-/// Name of a queue policy as graphs write it, for example `queue(64, drop_oldest)`.
-std::string queue_text(const Queue& queue);
 
 }  // namespace tactor

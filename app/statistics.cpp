@@ -65,7 +65,9 @@ double signed_rank_p(std::vector<double> differences) {
 
 }  // namespace
 
-double median(std::span<const double> values) { return quantile(values, 0.5); }
+double median(std::span<const double> values) {
+  return quantile(values, 0.5);
+}
 
 double quantile(std::span<const double> values, double q) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -94,15 +96,14 @@ std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const do
   const auto n_a = static_cast<double>(a.size());
   const auto n_b = static_cast<double>(b.size());
   const double grand = (n_a * mean_a + n_b * mean_b) / (n_a + n_b);
-  const double between =
-      n_a * (mean_a - grand) * (mean_a - grand) + n_b * (mean_b - grand) * (mean_b - grand);
+  const double between = n_a * (mean_a - grand) * (mean_a - grand) + n_b * (mean_b - grand) * (mean_b - grand);
   const double within = square_sum_about(a, mean_a) + square_sum_about(b, mean_b);
   Anova result;
   result.df_within = n_a + n_b - 2;
   if (!(within > 0)) return std::nullopt;
   result.F = between / (within / result.df_within);
-  result.p = boost::math::cdf(
-      boost::math::complement(boost::math::fisher_f(result.df_between, result.df_within), result.F));
+  result.p =
+      boost::math::cdf(boost::math::complement(boost::math::fisher_f(result.df_between, result.df_within), result.F));
   return result;
 }
 

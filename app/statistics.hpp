@@ -30,7 +30,7 @@ std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const do
 struct PairedDifference {
   std::size_t pairs = 0;
   double mean = 0;
-  double low = 0;          ///< 95 % confidence interval of the mean, Student t
+  double low = 0;  ///< 95 % confidence interval of the mean, Student t
   double high = 0;
   double effect_size = 0;  ///< Cohen's d of the differences: mean / standard deviation
   double p_wilcoxon = 1;   ///< signed-rank test, two-sided; exact up to 25 pairs without ties, else normal

@@ -92,8 +92,8 @@ std::string summary_table(const RunResult& result) {
   }
   for (const EdgeResult& edge : result.edges) {
     if (edge.figures.dropped > 0) {
-      out += fmt::format("  dropped {} of {} messages on {}\n", edge.figures.dropped,
-                         edge.figures.delivered, edge.edge);
+      out +=
+          fmt::format("  dropped {} of {} messages on {}\n", edge.figures.dropped, edge.figures.delivered, edge.edge);
     }
   }
   if (!result.left_out.empty()) {

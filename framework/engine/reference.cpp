@@ -90,8 +90,8 @@ void add_scene(KeyText& text, const Scene& scene) {
     text.add(static_cast<std::int64_t>(body.motion));
     text.add(body.mass);
     if (body.inertia) text.add(*body.inertia);
-    for (const double m : {body.material.stiffness, body.material.damping, body.material.friction,
-                           body.material.patch_area}) {
+    for (const double m :
+         {body.material.stiffness, body.material.damping, body.material.friction, body.material.patch_area}) {
       text.add(m);
     }
   }

@@ -37,13 +37,13 @@ struct VirtualClock::NodeState {
   bool triggered = false;
   int blocked_edges = 0;
   std::vector<InputBase*> inputs;
-  std::vector<InputBase*> trigger_queues;     // inputs whose unread messages ask for a step
-  std::vector<OutputBase*> outputs;           // by index into NodeInfo::outputs
-  std::vector<std::uint64_t> sequence;        // by output
+  std::vector<InputBase*> trigger_queues;             // inputs whose unread messages ask for a step
+  std::vector<OutputBase*> outputs;                   // by index into NodeInfo::outputs
+  std::vector<std::uint64_t> sequence;                // by output
   std::vector<std::vector<std::size_t>> edges_out;    // by output
   std::vector<std::vector<std::size_t>> streams_out;  // by output
-  std::vector<std::vector<Held>> held;        // by output: what becomes visible when the node is free again
-  std::vector<std::size_t> held_count;        // by output: entries of `held` in use; their memory is kept
+  std::vector<std::vector<Held>> held;                // by output: what becomes visible when the node is free again
+  std::vector<std::size_t> held_count;                // by output: entries of `held` in use; their memory is kept
   std::vector<std::size_t> edges_in;
   NodeFigures figures;
 
@@ -130,7 +130,9 @@ void VirtualClock::follow(const VirtualClock& judged) {
   }
 }
 
-const NodeFigures& VirtualClock::node_figures(std::size_t index) const { return states_[index].figures; }
+const NodeFigures& VirtualClock::node_figures(std::size_t index) const {
+  return states_[index].figures;
+}
 
 EdgeFigures VirtualClock::edge_figures(std::size_t index) const {
   const EdgeState& edge = edges_[index];

@@ -55,9 +55,9 @@ class Keep final : public Node {
   static NodeInfo declare() {
     return Declare<Keep>("sample.keep", "Keeps.")
         .sink()
-        .input("in", &Keep::in,
-               {.doc = "what comes", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64},
-                .reference = true})
+        .input(
+            "in", &Keep::in,
+            {.doc = "what comes", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}, .reference = true})
         .info();
   }
   struct Entry {
@@ -81,7 +81,8 @@ struct SamplePlan {
 
   explicit SamplePlan(CostModel cost, double duration_s, Queue relay_queue = {}) {
     plan.graph.duration = Duration::from_seconds(duration_s);
-    plan.nodes = {{"counter", &counter, {1000.0}, {}, {}}, {"relay", &relay, {}, cost, {}}, {"keep", &keep, {}, {}, {}}};
+    plan.nodes = {
+        {"counter", &counter, {1000.0}, {}, {}}, {"relay", &relay, {}, cost, {}}, {"keep", &keep, {}, {}, {}}};
     PlannedEdge first;
     first.spec = {"counter", "out", "relay", "in", relay_queue, true, {}, {}};
     first.from = 0;

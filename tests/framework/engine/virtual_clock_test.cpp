@@ -29,7 +29,9 @@ class Log final : public RunObserver {
   std::string text;
 };
 
-const Keep& kept(VirtualClock& engine) { return dynamic_cast<const Keep&>(engine.node(2)); }
+const Keep& kept(VirtualClock& engine) {
+  return dynamic_cast<const Keep&>(engine.node(2));
+}
 
 }  // namespace
 
