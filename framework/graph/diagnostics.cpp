@@ -68,7 +68,7 @@ std::string did_you_mean(std::string_view given, const std::vector<std::string>&
   // A third of the letters may differ; texts too long for a name are not compared.
   constexpr std::size_t longest = 64;
   if (given.empty() || given.size() > longest) return {};
-  std::size_t best = std::max<std::size_t>(1, given.size() / 3) + 1;
+  std::size_t best = std::max<std::size_t>(1, (given.size() + 1) / 3) + 1;
   const std::string* nearest = nullptr;
   for (const std::string& name : names) {
     if (name.size() > longest || name == given) continue;

@@ -4,6 +4,7 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -219,6 +220,19 @@ std::string plain_message(const std::string& message) {
   return message;
 }
 
+// The column of a tab in front of the text of a line; 0 where there is none. Lines count from 1.
+int tab_in_indentation(const std::string& text, int line) {
+  std::size_t begin = 0;
+  for (int i = 1; i < line; ++i) {
+    begin = text.find('\n', begin);
+    if (begin == std::string::npos) return 0;
+    ++begin;
+  }
+  const std::size_t end = std::min(text.find_first_not_of(" \t", begin), text.size());
+  const std::size_t tab = text.find('\t', begin);
+  return tab < end ? static_cast<int>(tab - begin) + 1 : 0;
+}
+
 // Refuses what no text file holds, before the parser sees it.
 bool check_characters(const std::string& text, const std::string& file, Diagnostics& diagnostics) {
   Place place{file, 1, 1};
@@ -310,7 +324,8 @@ std::optional<Tree> parse_yaml(const std::string& text, const std::string& file,
     return std::nullopt;
   }
   if (!check_characters(text, file, diagnostics)) return std::nullopt;
-  std::istringstream stream(text);
+  // Without the last line breaks the parser sees a quote that is open at the end of the file, which it else lets pass.
+  std::istringstream stream(text.substr(0, text.find_last_not_of(" \t\r\n") + 1));
   TreeBuilder builder(file, diagnostics);
   try {
     YAML::Parser parser(stream);
@@ -320,8 +335,13 @@ std::optional<Tree> parse_yaml(const std::string& text, const std::string& file,
     return std::nullopt;
   } catch (const YAML::Exception& e) {
     const bool placed = e.mark.line >= 0 && e.mark.column >= 0;
-    const Place place = placed ? Place{file, e.mark.line + 1, e.mark.column + 1} : Place{file, 0, 0};
-    diagnostics.error(place, "not valid YAML: " + plain_message(e.msg));
+    Place place = placed ? Place{file, e.mark.line + 1, e.mark.column + 1} : Place{file, 0, 0};
+    std::string message = plain_message(e.msg);
+    if (const int tab = tab_in_indentation(text, place.line); tab > 0) {
+      place.column = tab;
+      message = "a tab is used for indentation: use spaces";
+    }
+    diagnostics.error(place, "not valid YAML: " + message);
     return std::nullopt;
   }
   return builder.take();

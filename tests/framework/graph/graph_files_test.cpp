@@ -1,0 +1,306 @@
+// What a graph file says reaches the spec in SI units; files extend one another; the command line comes last.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "framework/graph/plan.hpp"
+#include "test_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::testing;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path good = fs::path(TACTOR_SOURCE_DIR) / "tests/framework/graph/good";
+
+struct Fixture {
+  Registry registry = test_registry();
+  Folder folder;
+
+  GraphSpec load(const std::string& name, const Overrides& overrides = {}) {
+    return load_graph(folder.path() / name, registry, overrides);
+  }
+};
+
+const ParamValue& param(const GraphSpec& spec, const std::string& node, const std::string& name) {
+  const NodeSpec* found = spec.node(node);
+  BOOST_REQUIRE(found != nullptr);
+  return found->params.at(found->info->param(name).value());
+}
+
+std::vector<std::string> edge_names(const GraphSpec& spec) {
+  std::vector<std::string> names;
+  for (const EdgeSpec& edge : spec.edges) names.push_back(edge.name());
+  return names;
+}
+
+const std::string base = R"(title: the base
+duration: 1 s
+scene:
+  bodies:
+    tool: {sphere: {radius: 4 mm}, motion: rigid, mass: 50 g, material: {friction: 0.5, stiffness: 100}}
+    wall: {sphere: {radius: 1 m}}
+nodes:
+  device: {type: test.device, rate: 500, cost: {per_contact: 1 ms, base: 2 ms}}
+  gate: {type: test.gate}
+  judge: {type: test.judge}
+edges:
+  - device.commanded -> gate.in
+  - gate.out -> judge.commanded: queue(8, block)
+record: [gate.out, device.commanded]
+)";
+
+bool same(const CostModel& a, const CostModel& b) {
+  return a.kind == b.kind && a.base == b.base && a.each == b.each && a.jitter == b.jitter && a.min == b.min &&
+         a.max == b.max && a.trace == b.trace && a.trace_file == b.trace_file;
+}
+
+bool same(const Body& a, const Body& b) {
+  return a.name == b.name && a.mesh == b.mesh && a.sphere_radius == b.sphere_radius && a.scale == b.scale &&
+         a.X_WB == b.X_WB && a.motion == b.motion && a.mass == b.mass && a.inertia == b.inertia &&
+         a.material.stiffness == b.material.stiffness && a.material.damping == b.material.damping &&
+         a.material.friction == b.material.friction && a.material.patch_area == b.material.patch_area;
+}
+
+}  // namespace
+
+BOOST_FIXTURE_TEST_CASE(values_reach_the_spec_in_si_units, Fixture) {
+  const GraphSpec spec = load_graph(good / "pipeline.yaml", registry);
+  BOOST_TEST(spec.name == "pipeline");
+  BOOST_TEST((spec.clock == Clock::real));
+  BOOST_TEST(spec.duration.ns == 2'500'000'000);
+  BOOST_TEST(spec.seed == 18446744073709551615U);
+  BOOST_TEST(std::get<double>(param(spec, "device", "rate")) == 4000.0);
+  BOOST_TEST(std::get<double>(param(spec, "device", "encoder_step")) == 1e-5, boost::test_tools::tolerance(1e-15));
+  BOOST_TEST(std::get<double>(param(spec, "coupling", "stiffness")) == 800.0, boost::test_tools::tolerance(1e-15));
+  BOOST_TEST(std::get<std::int64_t>(param(spec, "values", "count")) == -5);
+  BOOST_TEST(std::get<std::string>(param(spec, "values", "label")) == "a \"quoted\" text: with \\ and \t tab");
+  BOOST_TEST(std::get<std::string>(param(spec, "values", "data")) == (good / "trace.csv").string());
+  const auto gains = std::get<std::vector<double>>(param(spec, "values", "gains"));
+  BOOST_TEST(gains == (std::vector<double>{1, 2, 3000}), boost::test_tools::per_element());
+  const auto rows = std::get<Table>(param(spec, "values", "rows"));
+  const std::vector<double> expected{1e-3, 2e-3, 2e-3, 0.25, 3e-3, 4e-3};
+  BOOST_TEST_REQUIRE(rows.values.size() == expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) BOOST_TEST(std::abs(rows.values[i] - expected[i]) < 1e-17);
+  BOOST_TEST((std::get<Mapping>(param(spec, "values", "names")) == Mapping{{"a", "x"}, {"b c", "y: z"}}));
+}
+
+BOOST_FIXTURE_TEST_CASE(bodies_reach_the_scene, Fixture) {
+  const GraphSpec spec = load_graph(good / "pipeline.yaml", registry);
+  const Body& wall = spec.scene.bodies.at(0);
+  BOOST_TEST(wall.material.stiffness == 2000.0, boost::test_tools::tolerance(1e-15));
+  BOOST_TEST(wall.material.patch_area == 1e-4, boost::test_tools::tolerance(1e-14));
+  // Roll is zero, so x goes to Rz(0.3) Ry(90 deg) x = -z.
+  BOOST_TEST(norm(rotate(wall.X_WB.R, {1, 0, 0}) - Vec3{0, 0, -1}) < 1e-15);
+  // z goes to Rz(0.3) x.
+  BOOST_TEST(norm(rotate(wall.X_WB.R, {0, 0, 1}) - Vec3{std::cos(0.3), std::sin(0.3), 0}) < 1e-15);
+  const Body& tool = spec.scene.bodies.at(1);
+  BOOST_TEST((spec.scene.tool() == &tool));
+  BOOST_TEST(spec.scene.rotates());
+  BOOST_TEST(tool.mass == 0.05, boost::test_tools::tolerance(1e-15));
+  BOOST_TEST((tool.inertia == Vec3{1e-6, 2e-6, 2.5e-6}));
+  BOOST_TEST((tool.X_WB.R == Quat{0.6, 0, 0.8, 0}));
+}
+
+BOOST_FIXTURE_TEST_CASE(costs_and_queues_reach_the_spec, Fixture) {
+  const GraphSpec spec = load_graph(good / "pipeline.yaml", registry);
+  const CostModel& collision = spec.node("collision")->cost;
+  BOOST_TEST((collision.kind == CostModel::Kind::per_item));
+  BOOST_TEST(collision.each.ns == 500'000);
+  BOOST_TEST(collision.base.ns == 6'000'000);
+  BOOST_TEST(collision.jitter == 0.1, boost::test_tools::tolerance(1e-15));
+  BOOST_TEST(collision.min.ns == 1'000'000);
+  BOOST_TEST(collision.max.value().ns == 20'000'000);
+  const CostModel& trace = spec.node("coupling")->cost;
+  BOOST_TEST((trace.trace == std::vector<Duration>{{5'000'000}, {6'100'000}, {7'000'000}}));
+  BOOST_TEST((spec.node("predictor")->cost.kind == CostModel::Kind::none));
+
+  BOOST_TEST(spec.edges[0].queue_is_default);
+  BOOST_TEST((spec.edges[1].queue.policy == QueuePolicy::drop_newest));
+  BOOST_TEST(spec.edges[1].queue.capacity == 64U);
+  BOOST_TEST((spec.edges[2].queue.policy == QueuePolicy::block));
+  BOOST_TEST(spec.edges[2].delay.ns == 1'000'000);
+  BOOST_TEST(!spec.edges[3].queue_is_default);
+  BOOST_TEST(spec.edges[5].delay.ns == 250'000);
+  BOOST_TEST(spec.edges[5].queue_is_default);
+  // The default is the input's own.
+  BOOST_TEST((spec.edges[7].queue.policy == QueuePolicy::drop_oldest));
+  BOOST_TEST(spec.edges[7].queue.capacity == 512U);
+}
+
+BOOST_FIXTURE_TEST_CASE(written_yaml_loads_to_the_same_graph, Fixture) {
+  const GraphSpec spec = load_graph(good / "pipeline.yaml", registry);
+  const fs::path file = folder.write("pipeline.yaml", to_yaml(spec));
+  const GraphSpec again = load_graph(file, registry);
+  BOOST_TEST(again.name == spec.name);
+  BOOST_TEST(again.title == spec.title);
+  BOOST_TEST((again.clock == spec.clock));
+  BOOST_TEST(again.duration.ns == spec.duration.ns);
+  BOOST_TEST(again.seed == spec.seed);
+  BOOST_TEST((again.scene.gravity_W == spec.scene.gravity_W));
+  BOOST_TEST_REQUIRE(again.scene.bodies.size() == spec.scene.bodies.size());
+  for (std::size_t i = 0; i < spec.scene.bodies.size(); ++i) {
+    BOOST_TEST(same(again.scene.bodies[i], spec.scene.bodies[i]));
+  }
+  BOOST_TEST_REQUIRE(again.nodes.size() == spec.nodes.size());
+  for (std::size_t i = 0; i < spec.nodes.size(); ++i) {
+    BOOST_TEST(again.nodes[i].name == spec.nodes[i].name);
+    BOOST_TEST(again.nodes[i].info == spec.nodes[i].info);
+    BOOST_TEST((again.nodes[i].params == spec.nodes[i].params));
+    BOOST_TEST(same(again.nodes[i].cost, spec.nodes[i].cost));
+  }
+  BOOST_TEST_REQUIRE(again.edges.size() == spec.edges.size());
+  for (std::size_t i = 0; i < spec.edges.size(); ++i) {
+    BOOST_TEST(again.edges[i].name() == spec.edges[i].name());
+    BOOST_TEST((again.edges[i].queue.policy == spec.edges[i].queue.policy));
+    BOOST_TEST(again.edges[i].queue.capacity == spec.edges[i].queue.capacity);
+    BOOST_TEST(again.edges[i].queue_is_default == spec.edges[i].queue_is_default);
+    BOOST_TEST(again.edges[i].delay.ns == spec.edges[i].delay.ns);
+  }
+  BOOST_TEST(again.record == spec.record, boost::test_tools::per_element());
+  BOOST_TEST(to_yaml(again) == to_yaml(spec));
+}
+
+BOOST_FIXTURE_TEST_CASE(aliases_repeat_a_value, Fixture) {
+  const GraphSpec spec =
+      load_text(folder, "duration: &t 1 s\nnodes:\n  v: &v {type: test.values, pause: *t}\n  w: *v\n");
+  BOOST_TEST(std::get<double>(param(spec, "w", "pause")) == 1.0);
+}
+
+BOOST_FIXTURE_TEST_CASE(an_extending_file_changes_only_what_it_names, Fixture) {
+  static_cast<void>(folder.write("base.yaml", base));
+  static_cast<void>(folder.write("middle.yaml", "extends: base.yaml\nduration: 2 s\nnodes:\n  device: {rate: 600}\n"));
+  static_cast<void>(folder.write("top.yaml",
+                                 "extends: middle.yaml\nnodes:\n  device: {encoder_step: 1 mm, cost: {base: 3 ms}}\n"
+                                 "scene: {bodies: {tool: {mass: 70 g, material: {friction: 0.1}}}}\n"));
+  const GraphSpec spec = load("top.yaml");
+  BOOST_TEST(spec.title == "the base");
+  BOOST_TEST(spec.duration.ns == 2'000'000'000);
+  BOOST_TEST(std::get<double>(param(spec, "device", "rate")) == 600.0);
+  BOOST_TEST(std::get<double>(param(spec, "device", "encoder_step")) == 1e-3);
+  BOOST_TEST(spec.node("device")->cost.base.ns == 3'000'000);
+  BOOST_TEST(spec.node("device")->cost.each.ns == 1'000'000);
+  BOOST_TEST(spec.scene.bodies.at(0).mass == 0.07, boost::test_tools::tolerance(1e-15));
+  BOOST_TEST(spec.scene.bodies.at(0).material.friction == 0.1);
+  BOOST_TEST(spec.scene.bodies.at(0).material.stiffness == 100.0);
+  BOOST_TEST(spec.edges.size() == 2U);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_node_of_another_type_takes_nothing_over, Fixture) {
+  static_cast<void>(folder.write("base.yaml", base));
+  static_cast<void>(folder.write("top.yaml",
+                                 "extends: base.yaml\nnodes:\n  gate: {type: test.twist}\nedges:\n"
+                                 "  - device.commanded -> gate.force\n  - device.commanded -> gate.in: ~\n"));
+  const GraphSpec spec = load("top.yaml");
+  BOOST_TEST(spec.node("gate")->info->type == "test.twist");
+  static_cast<void>(folder.write(
+      "other.yaml", "extends: base.yaml\nnodes:\n  device: {type: test.values}\n  gate: ~\n  judge: ~\nrecord: []\n"));
+  const GraphSpec other = load("other.yaml");
+  BOOST_TEST(std::get<double>(param(other, "device", "rate")) == 10.0);
+  BOOST_TEST((other.node("device")->cost.kind == CostModel::Kind::none));
+}
+
+BOOST_FIXTURE_TEST_CASE(a_null_takes_a_node_out_with_its_edges_and_recordings, Fixture) {
+  static_cast<void>(folder.write("base.yaml", base));
+  static_cast<void>(folder.write("top.yaml",
+                                 "extends: base.yaml\nnodes: {gate: ~}\nedges: [device.commanded -> judge.commanded]\n"
+                                 "scene: {bodies: {wall: ~}}\n"));
+  const GraphSpec spec = load("top.yaml");
+  BOOST_TEST(spec.nodes.size() == 2U);
+  BOOST_TEST(edge_names(spec) == std::vector<std::string>{"device.commanded -> judge.commanded"},
+             boost::test_tools::per_element());
+  BOOST_TEST(spec.record == std::vector<std::string>{"device.commanded"}, boost::test_tools::per_element());
+  BOOST_TEST(spec.scene.bodies.size() == 1U);
+}
+
+BOOST_FIXTURE_TEST_CASE(an_edge_takes_the_place_of_the_one_into_the_same_input, Fixture) {
+  static_cast<void>(folder.write("base.yaml", base));
+  static_cast<void>(folder.write("top.yaml",
+                                 "extends: base.yaml\nedges:\n  - device.commanded -> judge.commanded\n"
+                                 "  - gate.out -> judge.force\nrecord: [gate.out]\n"));
+  const GraphSpec spec = load("top.yaml");
+  const std::vector<std::string> expected{"device.commanded -> gate.in", "device.commanded -> judge.commanded",
+                                          "gate.out -> judge.force"};
+  BOOST_TEST(edge_names(spec) == expected, boost::test_tools::per_element());
+  BOOST_TEST(spec.edges[1].queue_is_default);
+  BOOST_TEST(spec.record == std::vector<std::string>{"gate.out"}, boost::test_tools::per_element());
+}
+
+BOOST_FIXTURE_TEST_CASE(a_shape_and_a_cost_of_another_kind_replace_the_old_one, Fixture) {
+  static_cast<void>(folder.write("base.yaml", base));
+  static_cast<void>(folder.write("duck.off", "OFF"));
+  static_cast<void>(folder.write("top.yaml",
+                                 "extends: base.yaml\nscene: {bodies: {wall: {mesh: duck.off}}}\n"
+                                 "nodes: {device: {cost: {constant: 7 ms}}}\n"));
+  const GraphSpec spec = load("top.yaml");
+  BOOST_TEST(!spec.scene.bodies.at(1).sphere_radius.has_value());
+  BOOST_TEST(spec.scene.bodies.at(1).mesh.value() == folder.path() / "duck.off");
+  BOOST_TEST((spec.node("device")->cost.kind == CostModel::Kind::constant));
+  BOOST_TEST(spec.node("device")->cost.base.ns == 7'000'000);
+}
+
+BOOST_FIXTURE_TEST_CASE(files_are_found_beside_the_text_that_names_them_and_in_the_mesh_folders, Fixture) {
+  const fs::path inner = folder.write("inner/shape.off", "OFF");
+  static_cast<void>(
+      folder.write("inner/base.yaml",
+                   "duration: 1 s\nscene: {bodies: {wall: {mesh: shape.off}}}\nnodes: {v: {type: test.values}}\n"));
+  static_cast<void>(folder.write("top.yaml", "extends: inner/base.yaml\nscene: {bodies: {floor: {mesh: far.off}}}\n"));
+  const fs::path far = folder.write("meshes/far.off", "OFF");
+  const GraphSpec spec = load_graph(folder.path() / "top.yaml", registry, {}, {folder.path() / "meshes"});
+  BOOST_TEST(spec.scene.bodies.at(0).mesh.value() == inner);
+  BOOST_TEST(spec.scene.bodies.at(1).mesh.value() == far);
+}
+
+BOOST_FIXTURE_TEST_CASE(the_command_line_comes_last, Fixture) {
+  Overrides overrides;
+  overrides.set = {"device.rate=2 kHz", "scene.bodies.tool.mass = 90 g", "device.cost.constant=1 ms", "clock=real",
+                   "record=[gate.out]"};
+  overrides.seed = 42;
+  overrides.duration_s = 0.25;
+  const GraphSpec spec = load_text(folder, base, overrides);
+  BOOST_TEST(std::get<double>(param(spec, "device", "rate")) == 2000.0);
+  BOOST_TEST(spec.scene.bodies.at(0).mass == 0.09, boost::test_tools::tolerance(1e-15));
+  BOOST_TEST((spec.node("device")->cost.kind == CostModel::Kind::constant));
+  BOOST_TEST((spec.clock == Clock::real));
+  BOOST_TEST(spec.seed == 42U);
+  BOOST_TEST(spec.duration.ns == 250'000'000);
+  BOOST_TEST(spec.record.size() == 1U);
+}
+
+BOOST_FIXTURE_TEST_CASE(errors_of_the_command_line_name_the_option, Fixture) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"device.rat=3",
+       "--set device.rat=3: nodes.device.rat: expected a parameter of test.device (type, cost, rate, "
+       "encoder_step), found an unknown one; did you mean \"rate\"?"},
+      {"devise.rate=3",
+       "--set devise.rate=3: devise: expected a node of the graph (device, gate, judge), found none of "
+       "that name; did you mean \"device\"?"},
+      {"device.rate=3 kg", "--set device.rate=3 kg: nodes.device.rate: expected a rate (Hz), found 3 kg"},
+      {"scene.bodies.tol.mass=3",
+       "--set scene.bodies.tol.mass=3: scene.bodies.tol: expected a body of the scene (tool, "
+       "wall), found none of that name; did you mean \"tool\"?"},
+      {"duration",
+       "--set duration: expected node.parameter=value, scene.bodies.body.key=value, duration=... or "
+       "seed=..., found no ="},
+      {"device.rate=[", "--set device.rate=[: not valid YAML: "},
+      {"device..rate=1", "found an empty name"},
+      {"durration=1 s", "did you mean \"duration\"?"},
+      {"seed=-3", "--set seed=-3: seed: expected a whole number"},
+  };
+  for (const auto& [text, expected] : cases) {
+    Overrides overrides;
+    overrides.set = {text};
+    const std::string found = errors_of(folder, base, overrides);
+    BOOST_TEST(found.find(expected) != std::string::npos, text << " gives " << found);
+  }
+}
+
+BOOST_FIXTURE_TEST_CASE(a_missing_file_and_a_folder_are_told_apart, Fixture) {
+  const auto says = [&](const std::string& text) {
+    return [text](const GraphError& e) { return std::string(e.what()).find(text) != std::string::npos; };
+  };
+  BOOST_CHECK_EXCEPTION(load("none.yaml"), GraphError, says("none.yaml: there is no such file"));
+  BOOST_CHECK_EXCEPTION(load("."), GraphError, says("expected a graph file, found a folder"));
+}

@@ -1,0 +1,64 @@
+// The JSON Schema, judged by a validator that is not ours: good graphs pass, graphs with errors of form do not.
+#include <boost/test/unit_test.hpp>
+#include <cstdlib>
+#include <fstream>
+
+#include "framework/graph/plan.hpp"
+#include "test_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::testing;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path here = fs::path(TACTOR_SOURCE_DIR) / "tests/framework/graph";
+
+struct Fixture {
+  Folder folder;
+  fs::path schema;
+
+  Fixture() {
+    Registry registry = test_registry();
+    schema = folder.write("schema.json", graph_schema(registry));
+  }
+
+  // The exit code of the validator: 0 all valid, 1 some not, 2 the validator itself is not there.
+  int validate(const std::vector<fs::path>& files) const {
+    std::string command = "/usr/bin/python3 '" + (here / "validate.py").string() + "' '" + schema.string() + "'";
+    for (const fs::path& file : files) command += " '" + file.string() + "'";
+    const int status = std::system((command + " >/dev/null 2>&1").c_str());
+    return status / 256;
+  }
+};
+
+boost::test_tools::assertion_result has_validator(boost::unit_test::test_unit_id) {
+  const int status = std::system("/usr/bin/python3 -c 'import jsonschema, yaml' >/dev/null 2>&1");
+  boost::test_tools::assertion_result result(status == 0);
+  result.message() << "python3-jsonschema or python3-yaml is not installed";
+  return result;
+}
+
+}  // namespace
+
+BOOST_TEST_DECORATOR(*boost::unit_test::precondition(has_validator))
+BOOST_FIXTURE_TEST_CASE(good_graphs_validate, Fixture) {
+  const fs::path part = folder.write("part.yaml",
+                                     "extends: other.yaml\nnodes:\n  device: {rate: 2 kHz}\n  refit: ~\n"
+                                     "edges:\n  - a.b -> c.d: ~\nscene: {bodies: {wall: ~}}\n");
+  const fs::path written = folder.write("pipeline.yaml", pipeline(rigid_scene));
+  BOOST_TEST(validate({here / "good/pipeline.yaml", part, written}) == 0);
+}
+
+BOOST_TEST_DECORATOR(*boost::unit_test::precondition(has_validator))
+BOOST_FIXTURE_TEST_CASE(graphs_with_errors_of_form_do_not_validate, Fixture) {
+  for (const char* name :
+       {"unknown_key", "no_nodes", "zero_duration", "bad_clock", "integer_is_a_fraction", "integer_out_of_bounds",
+        "list_of_wrong_length", "table_lacks_a_column", "table_row_too_long", "node_without_type", "unknown_type",
+        "missing_parameter", "unknown_parameter", "choice_misspelt", "cost_is_a_time", "edge_without_arrow",
+        "queue_of_zero", "motion_misspelt", "sphere_without_radius"}) {
+    const fs::path file = here / "bad" / (std::string(name) + ".yaml");
+    BOOST_TEST(fs::exists(file));
+    BOOST_TEST(validate({file}) == 1, name);
+  }
+}
