@@ -76,9 +76,16 @@ void MeshCollision::query(const Pose& X_WT, ContactSet& set) {
   }
   set.count = static_cast<std::int32_t>(order_.size());
   set.penetrating = 0;
+  const auto pressure = [](const Contact& c) { return c.weight * std::max(0.0, -c.distance); };
+  double kept = 0, all = 0;
+  for (const Contact& c : found_) all += pressure(c);
   for (std::size_t i = 0; i < order_.size(); ++i) {
     set.contact[i] = found_[order_[i]];
+    kept += pressure(set.contact[i]);
     if (set.contact[i].distance < 0) ++set.penetrating;
+  }
+  if (set.truncated > 0 && kept > 0) {
+    for (std::size_t i = 0; i < order_.size(); ++i) set.contact[i].weight *= all / kept;
   }
 }
 
