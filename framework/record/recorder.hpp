@@ -28,7 +28,8 @@ struct RecordingHeader {
 class Recorder {
  public:
   virtual ~Recorder() = default;
-  /// Adds the stream `name` (`node.port`) and returns its index; only before the first `write`.
+  /// Adds the stream `name` (`node.port`, each once, no slash) and returns its index; only before the first `write`.
+  /// `type` outlives the recorder.
   virtual std::size_t add_stream(std::string_view name, const MessageType& type) = 0;
   /// Takes in a message, a struct of the stream's type. Flushes when the last flush is half a second of wall time ago;
   /// a caller that may pause longer calls `flush` itself.
