@@ -146,7 +146,8 @@ class TreeBuilder final : public YAML::EventHandler {
     check_tag(mark, tag);
     if (awaits_key()) {
       fail(place(mark),
-           std::string("expected a name as the key, found ") + (kind == Tree::Kind::map ? "a map" : "a list"));
+           std::string("expected a name as the key, found ") +
+               (kind == Tree::Kind::map ? "a map (or a { without its })" : "a list (or a [ without its ])"));
     }
     check_depth(mark, 1);
     count(mark, 1);

@@ -46,6 +46,19 @@ bool loads(const Folder& folder, const std::string& text) {
   }
 }
 
+// Text with the number in the place of each #.
+std::string numbered(const std::string& text, int number) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '#') {
+      result.append(std::to_string(number));
+    } else {
+      result.push_back(c);
+    }
+  }
+  return result;
+}
+
 std::string repeated(const std::string& text, std::size_t times) {
   std::string result;
   for (std::size_t i = 0; i < times; ++i) result += text;
@@ -83,7 +96,9 @@ BOOST_AUTO_TEST_CASE(zero_bytes_and_other_encodings_are_refused_with_their_place
   BOOST_TEST(contains(errors_of(folder, "title: \xc0\xaf\n"), ":1:8: expected text in UTF-8"));
   BOOST_TEST(contains(errors_of(folder, "title: \xed\xa0\x80\n"), ":1:8: expected text in UTF-8"));
   BOOST_TEST(contains(errors_of(folder, "title: \xe2\x82"), ":1:8: expected text in UTF-8"));
-  const std::string good = "\xef\xbb\xbfduration: 1 s\r\ntitle: \xe2\x82\xac\r\nnodes: {v: {type: test.values}}\r\n";
+  const std::string good =
+      "\xef\xbb\xbf"
+      "duration: 1 s\r\ntitle: \xe2\x82\xac\r\nnodes: {v: {type: test.values}}\r\n";
   BOOST_TEST(errors_of(folder, good) == "");
 }
 
@@ -91,20 +106,21 @@ BOOST_AUTO_TEST_CASE(aliases_do_not_grow_beyond_the_bound) {
   const Folder folder;
   std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 30; ++i) {
-    const std::string before = "*a" + std::to_string(i - 1);
-    bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + before + repeated(", " + before, 9) + "]\n";
+    bomb += numbered("a#: &a# ", i);
+    bomb += numbered("[*a#, *a#, *a#, *a#, *a#, *a#, *a#, *a#, *a#, *a#]\n", i - 1);
   }
   BOOST_TEST(contains(errors_of(folder, bomb), "expected at most 100000 values with aliases expanded"));
   std::string chain = "a0: &a0 [x]\n";
   for (int i = 1; i < 5000; ++i) {
-    chain += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [*a" + std::to_string(i - 1) + "]\n";
+    chain += numbered("a#: &a# ", i);
+    chain += numbered("[*a#]\n", i - 1);
   }
   BOOST_TEST(contains(errors_of(folder, chain), "expected at most 64 levels of nesting"));
 }
 
 BOOST_AUTO_TEST_CASE(nesting_is_bounded_in_every_form) {
   const Folder folder;
-  for (const std::string& open :
+  for (const std::string open :
        {"[", "{a: ", "- ", "? ", "[a: ", "{? ", "[[], ", "{[", "!x [", "&a [", "a: [", "\"a\": {"}) {
     for (const std::size_t depth : {60, 100, 1000, 100'000}) BOOST_TEST(!loads(folder, repeated(open, depth)));
   }
@@ -117,13 +133,13 @@ BOOST_AUTO_TEST_CASE(nesting_is_bounded_in_every_form) {
 BOOST_AUTO_TEST_CASE(large_files_within_the_bounds_are_read) {
   const Folder folder;
   std::string many = "duration: 1 s\nnodes:\n";
-  for (int i = 0; i < 1900; ++i) many += "  n" + std::to_string(i) + ": {type: test.values}\n";
+  for (int i = 0; i < 1900; ++i) many += numbered("  n#: {type: test.values}\n", i);
   BOOST_TEST(loads(folder, many));
   std::string keys = "duration: 1 s\nnodes:\n";
-  for (int i = 0; i < 2100; ++i) keys += "  n" + std::to_string(i) + ": {type: test.values}\n";
+  for (int i = 0; i < 2100; ++i) keys += numbered("  n#: {type: test.values}\n", i);
   BOOST_TEST(contains(errors_of(folder, keys), "expected at most 2000 keys in a map"));
   std::string rows = "duration: 1 s\nnodes:\n  v:\n    type: test.values\n    rows:\n";
-  for (int i = 0; i < 30000; ++i) rows += "      - [" + std::to_string(i) + ", 1]\n";
+  for (int i = 0; i < 30000; ++i) rows += numbered("      - [#, 1]\n", i);
   BOOST_TEST(loads(folder, rows));
 }
 
@@ -132,8 +148,10 @@ BOOST_AUTO_TEST_CASE(a_long_chain_of_nodes_is_ordered_without_deep_recursion) {
   std::string nodes = "duration: 1 s\nnodes:\n  device: {type: test.device}\n  judge: {type: test.judge}\n";
   std::string edges = "edges:\n  - device.commanded -> n0.in\n  - n1899.out -> judge.commanded\n";
   for (int i = 0; i < 1900; ++i) {
-    nodes += "  n" + std::to_string(i) + ": {type: test.gate}\n";
-    if (i > 0) edges += "  - n" + std::to_string(i - 1) + ".out -> n" + std::to_string(i) + ".in\n";
+    nodes += numbered("  n#: {type: test.gate}\n", i);
+    if (i == 0) continue;
+    edges += numbered("  - n#.out", i - 1);
+    edges += numbered(" -> n#.in\n", i);
   }
   BOOST_TEST(loads(folder, nodes + edges));
 }

@@ -284,7 +284,7 @@ BOOST_FIXTURE_TEST_CASE(errors_of_the_command_line_name_the_option, Fixture) {
       {"duration",
        "--set duration: expected node.parameter=value, scene.bodies.body.key=value, duration=... or "
        "seed=..., found no ="},
-      {"device.rate=[", "--set device.rate=[: not valid YAML: "},
+      {"device.rate=[", "--set device.rate=[: expected a name as the key, found a list (or a [ without its ])"},
       {"device..rate=1", "found an empty name"},
       {"durration=1 s", "did you mean \"duration\"?"},
       {"seed=-3", "--set seed=-3: seed: expected a whole number"},

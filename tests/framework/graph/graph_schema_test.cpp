@@ -53,7 +53,7 @@ BOOST_FIXTURE_TEST_CASE(good_graphs_validate, Fixture) {
 BOOST_TEST_DECORATOR(*boost::unit_test::precondition(has_validator))
 BOOST_FIXTURE_TEST_CASE(graphs_with_errors_of_form_do_not_validate, Fixture) {
   for (const char* name :
-       {"unknown_key", "no_nodes", "zero_duration", "bad_clock", "integer_is_a_fraction", "integer_out_of_bounds",
+       {"unknown_key", "no_nodes", "no_duration", "bad_clock", "integer_is_a_fraction", "integer_out_of_bounds",
         "list_of_wrong_length", "table_lacks_a_column", "table_row_too_long", "node_without_type", "unknown_type",
         "missing_parameter", "unknown_parameter", "choice_misspelt", "cost_is_a_time", "edge_without_arrow",
         "queue_of_zero", "motion_misspelt", "sphere_without_radius"}) {
