@@ -54,6 +54,8 @@ Traits::FT duck(const Traits::Point_3& q) {
 
 int main(int argc, char** argv) try {
   if (argc != 2) throw InputError("usage: make_duck OUTPUT.off");
+  // The mesher draws from it; the same seed makes the same duck.
+  CGAL::get_default_random() = CGAL::Random(1);
   Triangulation triangulation;
   CGAL::Complex_2_in_triangulation_3<Triangulation> complex(triangulation);
   const CGAL::Implicit_surface_3<Traits, Traits::FT (*)(const Traits::Point_3&)> implicit(
