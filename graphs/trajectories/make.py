@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Makes the trajectories beside this file from the meshes: `make.py MESH_FOLDER`.
 
 They are constructed, not recorded from people: paths over a surface found on the mesh, with a stated depth below it.
@@ -16,7 +16,8 @@ STEP = 0.02  # s between way-points
 
 
 def read_off(path):
-    words = path.read_text().split()
+    lines = (line.split("#")[0] for line in path.read_text().splitlines())
+    words = " ".join(lines).split()
     assert words[0] == "OFF"
     n_vertices, n_faces = int(words[1]), int(words[2])
     at = 4
