@@ -48,24 +48,23 @@ struct Series {
 /// What nodes have to say after a run: figures under dotted names, and curves.
 class Report {
  public:
-  /// Sets a figure. The name carries the unit (`delivered.force.rms_error_N`).
-  void set(std::string name, double value) { figures_.emplace_back(std::move(name), value); }
+  /// Sets a figure. The name carries the unit (`delivered.force.rms_error_N`); no name is the beginning of another.
+  void set(std::string_view name, double value) { slot(name) = value; }
   /// Adds to a count that several nodes share (`fallbacks`).
-  void add(std::string_view name, double value) {
-    for (auto& [key, sum] : figures_) {
-      if (key == name) {
-        sum += value;
-        return;
-      }
-    }
-    figures_.emplace_back(name, value);
-  }
+  void add(std::string_view name, double value) { slot(name) += value; }
   void add_series(Series series) { series_.push_back(std::move(series)); }
 
   [[nodiscard]] const std::vector<std::pair<std::string, double>>& figures() const { return figures_; }
   [[nodiscard]] const std::vector<Series>& series() const { return series_; }
 
  private:
+  double& slot(std::string_view name) {
+    for (auto& [key, value] : figures_) {
+      if (key == name) return value;
+    }
+    return figures_.emplace_back(name, 0.0).second;
+  }
+
   std::vector<std::pair<std::string, double>> figures_;
   std::vector<Series> series_;
 };

@@ -67,9 +67,9 @@ class ForecastGuard {
 
   void report(Report& report) const {
     report.add("fallbacks", static_cast<double>(fallbacks_));
-    report.add("fallbacks.rejected_samples", static_cast<double>(rejected_));
-    report.add("fallbacks.not_finite", static_cast<double>(not_finite_));
-    report.add("fallbacks.clamped", static_cast<double>(clamped_));
+    report.add("prediction.rejected_samples", static_cast<double>(rejected_));
+    report.add("prediction.not_finite", static_cast<double>(not_finite_));
+    report.add("prediction.clamped", static_cast<double>(clamped_));
     report.add("prediction.warm_up", static_cast<double>(warm_up_));
   }
 

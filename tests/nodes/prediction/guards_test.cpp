@@ -158,7 +158,7 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted_once) {
         BOOST_TEST(bad.fallback == 1);
       }
     }
-    BOOST_TEST(with.figures()["fallbacks.rejected_samples"] == 1.0);
+    BOOST_TEST(with.figures()["prediction.rejected_samples"] == 1.0);
     BOOST_TEST(with.figures()["refit.rejected_samples"] == 1.0);
   }
 }
