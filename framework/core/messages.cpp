@@ -39,8 +39,7 @@ MessageType describe(std::string_view name, std::string_view frame, Build build)
 
 template <>
 const MessageType& message_type<Wrench>() {
-  static const MessageType type =
-      describe<Wrench>("Wrench", "W", [](auto& f) { add_wrench(f, "force", "torque", 0); });
+  static const MessageType type = describe<Wrench>("Wrench", "W", [](auto& f) { add_wrench(f, "force", "torque", 0); });
   return type;
 }
 
@@ -99,8 +98,8 @@ const MessageType& message_type<ContactSet>() {
     f.push_back({"truncated", "1", i32, offsetof(ContactSet, truncated), 1});
     // A contact is 14 numbers in a row: p_TC, p_WC, n_W, distance, weight, stiffness, damping, friction.
     static_assert(sizeof(Contact) == 14 * sizeof(double));
-    f.push_back({"contact", "m, m, 1, m, 1, N/m, N s/m, 1", f64, offsetof(ContactSet, contact),
-                 14 * ContactSet::capacity});
+    f.push_back(
+        {"contact", "m, m, 1, m, 1, N/m, N s/m, 1", f64, offsetof(ContactSet, contact), 14 * ContactSet::capacity});
   });
   return type;
 }
@@ -110,6 +109,8 @@ const MessageType& message_type<ArCoefficients>() {
   static const MessageType type = describe<ArCoefficients>("ArCoefficients", "", [](auto& f) {
     f.push_back({"force_order", "1", i32, offsetof(ArCoefficients, force_order), 1});
     f.push_back({"torque_order", "1", i32, offsetof(ArCoefficients, torque_order), 1});
+    f.push_back({"removal", "1", i32, offsetof(ArCoefficients, removal), 1});
+    f.push_back({"window", "1", i32, offsetof(ArCoefficients, window), 1});
     f.push_back({"force", "1", f64, offsetof(ArCoefficients, force), ArCoefficients::max_order});
     f.push_back({"torque", "1", f64, offsetof(ArCoefficients, torque), ArCoefficients::max_order});
     f.push_back({"force_error_variance", "N^2", f64, offsetof(ArCoefficients, force_error_variance), 1});

@@ -31,55 +31,65 @@ struct DeviceState {
 /// The spring and damper between handle and tool. Force on the device: -k_t (p_WD - p_WT) - b_t (v_WD - v_WT);
 /// the tool gets the opposite. Torque likewise with the rotation vector of R_WD R_WT^T.
 struct CouplingLaw {
-  double k_t = 0;         ///< N/m
-  double b_t = 0;         ///< N s/m
-  double k_r = 0;         ///< N m/rad
-  double b_r = 0;         ///< N m s/rad
-  double force_max = 0;   ///< N, by norm
-  double torque_max = 0;  ///< N m, by norm
+  double k_t = 0;             ///< N/m
+  double b_t = 0;             ///< N s/m
+  double k_r = 0;             ///< N m/rad
+  double b_r = 0;             ///< N m s/rad
+  double force_max = 0;       ///< N, by norm
+  double torque_max = 0;      ///< N m, by norm
   std::int32_t massless = 0;  ///< 1: the tool is in quasi-static balance, its inertia is left out
   std::int32_t reserved = 0;
 };
 
 /// The tool and the device at one instant of the simulated time, with what acts on the tool.
 struct PhysicsState {
-  Pose X_WT;             ///< m
-  Twist V_WT;            ///< m/s, rad/s
-  Pose X_WD;             ///< m, the handle pose the step was computed against
-  Twist V_WD;            ///< m/s, rad/s
-  Wrench contact_T_W;    ///< sum of the contacts on the tool, about the tool origin
+  Pose X_WT;                  ///< m
+  Twist V_WT;                 ///< m/s, rad/s
+  Pose X_WD;                  ///< m, the handle pose the step was computed against
+  Twist V_WD;                 ///< m/s, rad/s
+  Wrench contact_T_W;         ///< sum of the contacts on the tool, about the tool origin
   std::int32_t contacts = 0;  ///< contacts that carried force
   std::int32_t reserved = 0;
 };
 
 /// One contact between the tool and a static body, linearised at the pose the query was made for.
 struct Contact {
-  Vec3 p_TC;            ///< m, the tool's point in its own frame
-  Vec3 p_WC;            ///< m, the nearest point of the other body's surface
-  Vec3 n_W;             ///< unit, from the other body towards the tool
-  double distance = 0;  ///< m, signed; negative inside: dot(n_W, p_W(tool point) - p_WC)
-  double weight = 0;    ///< the share of a contact patch this point stands for; multiplies stiffness and damping
-  double stiffness = 0; ///< N/m for weight 1
-  double damping = 0;   ///< N s/m for weight 1
-  double friction = 0;  ///< Coulomb coefficient
+  Vec3 p_TC;             ///< m, the tool's point in its own frame
+  Vec3 p_WC;             ///< m, the nearest point of the other body's surface
+  Vec3 n_W;              ///< unit, from the other body towards the tool
+  double distance = 0;   ///< m, signed; negative inside: dot(n_W, p_W(tool point) - p_WC)
+  double weight = 0;     ///< the share of a contact patch this point stands for; multiplies stiffness and damping
+  double stiffness = 0;  ///< N/m for weight 1
+  double damping = 0;    ///< N s/m for weight 1
+  double friction = 0;   ///< Coulomb coefficient
 };
 
 /// The contacts of one query: those that penetrate and those within its margin.
 struct ContactSet {
   static constexpr int capacity = 128;
-  Pose X_WT;                      ///< the tool pose of the query
-  std::int32_t count = 0;         ///< entries of `contact` in use
-  std::int32_t penetrating = 0;   ///< those with distance < 0
-  std::int32_t truncated = 0;     ///< found and left out because the set was full
+  Pose X_WT;                     ///< the tool pose of the query
+  std::int32_t count = 0;        ///< entries of `contact` in use
+  std::int32_t penetrating = 0;  ///< those with distance < 0
+  std::int32_t truncated = 0;    ///< found and left out because the set was full
   std::int32_t reserved = 0;
   std::array<Contact, capacity> contact;
 };
 
-/// Coefficients of an auto-regressive predictor: x_{t+1} = sum_i phi_i x_{t-i+1}, one set for force and one for torque.
+/// What an auto-regressive model leaves out of the samples before it weighs them.
+enum class Removal : std::int32_t {
+  none,        ///< nothing: x_{t+1} = sum_i phi_i x_{t-i+1}
+  mean,        ///< the mean m of the last window: x_{t+1} = m + sum_i phi_i (x_{t-i+1} - m)
+  difference,  ///< the level, by differences d_t = x_t - x_{t-1}: x_{t+1} = x_t + sum_i phi_i d_{t-i+1}
+};
+
+/// Coefficients phi_i of an auto-regressive predictor, one set for force and one for torque. Order 0: nothing could be
+/// fitted, the reader holds the current value.
 struct ArCoefficients {
   static constexpr int max_order = 32;
   std::int32_t force_order = 0;
   std::int32_t torque_order = 0;
+  Removal removal = Removal::none;  ///< how they were fitted, and so how they are to be applied
+  std::int32_t window = 0;          ///< samples they were fitted to
   std::array<double, max_order> force{};
   std::array<double, max_order> torque{};
   double force_error_variance = 0;   ///< N^2 a sample, of the fit
@@ -88,15 +98,15 @@ struct ArCoefficients {
 
 /// A physics force and what is expected one physics sample later.
 struct Forecast {
-  Wrench current_D_W;    ///< on the device, valid at the message's stamp
-  Wrench predicted_D_W;  ///< on the device, expected at stamp + horizon
-  double horizon = 0;    ///< s, the estimated physics period
+  Wrench current_D_W;         ///< on the device, valid at the message's stamp
+  Wrench predicted_D_W;       ///< on the device, expected at stamp + horizon
+  double horizon = 0;         ///< s, the estimated physics period
   std::int32_t fallback = 0;  ///< 1: the predictor could not be used and a hold stands in for it
   std::int32_t reserved = 0;
 };
 
-/// A force on the device as a cubic in time: F(t) = c[0] + c[1] s + c[2] s^2 + c[3] s^3 with s = (t - begin) / (end - begin).
-/// Before `begin` it holds F(begin), after `end` it holds F(end).
+/// A force on the device as a cubic in time: F(t) = c[0] + c[1] s + c[2] s^2 + c[3] s^3 with s = (t - begin) / (end -
+/// begin). Before `begin` it holds F(begin), after `end` it holds F(end).
 struct ForceSegment {
   Time begin;
   Time end;

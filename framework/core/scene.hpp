@@ -20,10 +20,10 @@ enum class Motion {
 /// Contact properties of a body's surface. Two bodies in contact: stiffnesses in series, damping of the softer,
 /// friction as the geometric mean.
 struct Material {
-  double stiffness = 2000;    ///< N/m for one contact patch
-  double damping = 2;         ///< N s/m for one contact patch
-  double friction = 0.3;      ///< Coulomb coefficient
-  double patch_area = 1e-4;   ///< m^2, the area one contact patch stands for where a mesh touches a mesh
+  double stiffness = 2000;   ///< N/m for one contact patch
+  double damping = 2;        ///< N s/m for one contact patch
+  double friction = 0.3;     ///< Coulomb coefficient
+  double patch_area = 1e-4;  ///< m^2, the area one contact patch stands for where a mesh touches a mesh
 };
 
 /// A body. Exactly one of `mesh` and `sphere_radius` is set.
@@ -34,8 +34,8 @@ struct Body {
   double scale = 1;                           ///< multiplies the mesh's coordinates to give metres
   Pose X_WB;                                  ///< the body in the world at the start
   Motion motion = Motion::fixed;
-  double mass = 0.1;                          ///< kg, of a moving body
-  std::optional<Vec3> inertia;                ///< kg m^2, principal, in the body frame; from the mesh when absent
+  double mass = 0.1;            ///< kg, of a moving body
+  std::optional<Vec3> inertia;  ///< kg m^2, principal, in the body frame; from the mesh when absent
   Material material;
 };
 

@@ -26,18 +26,36 @@ struct Vec3 {
   constexpr bool operator==(const Vec3&) const = default;
 };
 
-constexpr Vec3 operator+(Vec3 a, const Vec3& b) { return a += b; }
-constexpr Vec3 operator-(Vec3 a, const Vec3& b) { return a -= b; }
-constexpr Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
-constexpr Vec3 operator*(Vec3 a, double s) { return a *= s; }
-constexpr Vec3 operator*(double s, Vec3 a) { return a *= s; }
-constexpr Vec3 operator/(Vec3 a, double s) { return a *= 1.0 / s; }
-constexpr double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+constexpr Vec3 operator+(Vec3 a, const Vec3& b) {
+  return a += b;
+}
+constexpr Vec3 operator-(Vec3 a, const Vec3& b) {
+  return a -= b;
+}
+constexpr Vec3 operator-(const Vec3& a) {
+  return {-a.x, -a.y, -a.z};
+}
+constexpr Vec3 operator*(Vec3 a, double s) {
+  return a *= s;
+}
+constexpr Vec3 operator*(double s, Vec3 a) {
+  return a *= s;
+}
+constexpr Vec3 operator/(Vec3 a, double s) {
+  return a *= 1.0 / s;
+}
+constexpr double dot(const Vec3& a, const Vec3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 constexpr Vec3 cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-inline double norm(const Vec3& a) { return std::sqrt(dot(a, a)); }
-inline bool is_finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
+inline double norm(const Vec3& a) {
+  return std::sqrt(dot(a, a));
+}
+inline bool is_finite(const Vec3& a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
 
 /// A unit quaternion: the rotation R_AB that takes vectors expressed in B to A.
 struct Quat {
@@ -50,7 +68,9 @@ constexpr Quat operator*(const Quat& a, const Quat& b) {
   return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
           a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
-constexpr Quat inverse(const Quat& q) { return {q.w, -q.x, -q.y, -q.z}; }
+constexpr Quat inverse(const Quat& q) {
+  return {q.w, -q.x, -q.y, -q.z};
+}
 
 /// R_AB v_B: the vector expressed in A.
 constexpr Vec3 rotate(const Quat& q, const Vec3& v) {
@@ -89,10 +109,16 @@ struct Pose {
 };
 
 /// X_AC = X_AB X_BC.
-constexpr Pose operator*(const Pose& a, const Pose& b) { return {a.p + rotate(a.R, b.p), a.R * b.R}; }
-constexpr Pose inverse(const Pose& a) { return {rotate(inverse(a.R), -a.p), inverse(a.R)}; }
+constexpr Pose operator*(const Pose& a, const Pose& b) {
+  return {a.p + rotate(a.R, b.p), a.R * b.R};
+}
+constexpr Pose inverse(const Pose& a) {
+  return {rotate(inverse(a.R), -a.p), inverse(a.R)};
+}
 /// p_AQ from p_BQ.
-constexpr Vec3 transform(const Pose& X_AB, const Vec3& p_BQ) { return X_AB.p + rotate(X_AB.R, p_BQ); }
+constexpr Vec3 transform(const Pose& X_AB, const Vec3& p_BQ) {
+  return X_AB.p + rotate(X_AB.R, p_BQ);
+}
 
 /// Linear velocity in m/s and angular velocity in rad/s, both expressed in the frame the motion is measured in.
 struct Twist {
@@ -106,9 +132,17 @@ struct Wrench {
   Vec3 torque;
 };
 
-constexpr Wrench operator+(const Wrench& a, const Wrench& b) { return {a.force + b.force, a.torque + b.torque}; }
-constexpr Wrench operator-(const Wrench& a, const Wrench& b) { return {a.force - b.force, a.torque - b.torque}; }
-constexpr Wrench operator*(double s, const Wrench& a) { return {s * a.force, s * a.torque}; }
-inline bool is_finite(const Wrench& a) { return is_finite(a.force) && is_finite(a.torque); }
+constexpr Wrench operator+(const Wrench& a, const Wrench& b) {
+  return {a.force + b.force, a.torque + b.torque};
+}
+constexpr Wrench operator-(const Wrench& a, const Wrench& b) {
+  return {a.force - b.force, a.torque - b.torque};
+}
+constexpr Wrench operator*(double s, const Wrench& a) {
+  return {s * a.force, s * a.torque};
+}
+inline bool is_finite(const Wrench& a) {
+  return is_finite(a.force) && is_finite(a.torque);
+}
 
 }  // namespace tactor

@@ -27,9 +27,15 @@ struct Duration {
   }
 };
 
-constexpr Duration operator+(Duration a, Duration b) { return {a.ns + b.ns}; }
-constexpr Duration operator-(Duration a, Duration b) { return {a.ns - b.ns}; }
-constexpr Duration operator*(Duration a, std::int64_t n) { return {a.ns * n}; }
+constexpr Duration operator+(Duration a, Duration b) {
+  return {a.ns + b.ns};
+}
+constexpr Duration operator-(Duration a, Duration b) {
+  return {a.ns - b.ns};
+}
+constexpr Duration operator*(Duration a, std::int64_t n) {
+  return {a.ns * n};
+}
 
 /// A point in time: nanoseconds since the start of the run.
 struct Time {
@@ -41,8 +47,14 @@ struct Time {
   constexpr auto operator<=>(const Time&) const = default;
 };
 
-constexpr Time operator+(Time t, Duration d) { return {t.ns + d.ns}; }
-constexpr Time operator-(Time t, Duration d) { return {t.ns - d.ns}; }
-constexpr Duration operator-(Time a, Time b) { return {a.ns - b.ns}; }
+constexpr Time operator+(Time t, Duration d) {
+  return {t.ns + d.ns};
+}
+constexpr Time operator-(Time t, Duration d) {
+  return {t.ns - d.ns};
+}
+constexpr Duration operator-(Time a, Time b) {
+  return {a.ns - b.ns};
+}
 
 }  // namespace tactor

@@ -21,7 +21,7 @@ struct PlannedEdge {
   std::size_t output = 0;  ///< index into the writer's NodeInfo::outputs
   std::size_t to = 0;
   std::size_t input = 0;
-  bool triggers = false;   ///< a message on it makes the reader step
+  bool triggers = false;  ///< a message on it makes the reader step
 };
 
 /// An output that is recorded.
@@ -33,21 +33,21 @@ struct PlannedStream {
 
 /// What an engine runs.
 struct Plan {
-  GraphSpec graph;                 ///< scene, clock, duration, seed; all nodes of the file, left out or not
-  std::vector<NodeSpec> nodes;     ///< those that run, writers before readers; the order breaks ties in time
+  GraphSpec graph;              ///< scene, clock, duration, seed; all nodes of the file, left out or not
+  std::vector<NodeSpec> nodes;  ///< those that run, writers before readers; the order breaks ties in time
   std::vector<PlannedEdge> edges;
   std::vector<PlannedStream> streams;
   std::vector<LeftOut> left_out;
-  bool torque = true;              ///< false: the scene is translation-only
+  bool torque = true;  ///< false: the scene is translation-only
 };
 
 /// Leaves out what the scene does not need and orders the rest. Throws GraphError for cycles of triggers without a
 /// delay and for required inputs that nothing feeds.
 Plan make_plan(GraphSpec graph);
 
-/// The plan of the run that `judged` is compared with: only what feeds the `reference` inputs of its sinks, no costs, no
-/// recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty nodes where no
-/// sink asks for a reference.
+/// The plan of the run that `judged` is compared with: only what feeds the `reference` inputs of its sinks, no costs,
+/// no recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty nodes where
+/// no sink asks for a reference.
 Plan make_reference_plan(const Plan& judged);
 
 /// The plan as a diagram.

@@ -31,8 +31,8 @@ struct CostModel {
   Kind kind = Kind::none;
   Duration base;
   Duration each;
-  double jitter = 0;  ///< standard deviation as a fraction of the cost; the draw is cut at 3 of them
-  Duration min;       ///< the cost is never below
+  double jitter = 0;            ///< standard deviation as a fraction of the cost; the draw is cut at 3 of them
+  Duration min;                 ///< the cost is never below
   std::optional<Duration> max;  ///< nor above
   std::vector<Duration> trace;
   std::filesystem::path trace_file;  ///< absolute, where `trace` was read from
@@ -60,7 +60,7 @@ struct EdgeSpec {
 
 /// A checked graph.
 struct GraphSpec {
-  std::string name;  ///< the file's stem
+  std::string name;   ///< the file's stem
   std::string title;  ///< one line of prose, or empty
   std::filesystem::path file;
   Clock clock = Clock::virtual_;

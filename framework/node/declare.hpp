@@ -73,8 +73,15 @@ class Declare {
 
   template <class T>
   Declare& input(std::string name, Input<T> N::*port, InputOptions o) {
-    info_.inputs.push_back({std::move(name), &message_type<T>(), std::move(o.doc), o.trigger, o.required, o.queue,
-                            o.reference, {}, [port](Node& node) -> InputBase& { return static_cast<N&>(node).*port; }});
+    info_.inputs.push_back({std::move(name),
+                            &message_type<T>(),
+                            std::move(o.doc),
+                            o.trigger,
+                            o.required,
+                            o.queue,
+                            o.reference,
+                            {},
+                            [port](Node& node) -> InputBase& { return static_cast<N&>(node).*port; }});
     return *this;
   }
   /// The input just declared is not read where `test(params)` gives a reason.
@@ -95,8 +102,8 @@ class Declare {
 
   /// A real number, or a Duration (in s) where the member is one.
   template <class M>
-    requires std::same_as<M, double> || std::same_as<M, Duration>
-  Declare& real(std::string name, M P::*member, RealOptions o) {
+  requires std::same_as<M, double> || std::same_as<M, Duration> Declare& real(std::string name, M P::*member,
+                                                                              RealOptions o) {
     ParamInfo p = base(std::move(name), ParamKind::real, std::move(o.doc));
     p.unit = std::move(o.unit);
     if (o.default_value) p.default_value = *o.default_value;
@@ -122,8 +129,7 @@ class Declare {
     return real(std::move(name), member, std::move(o));
   }
   template <std::integral M>
-    requires(!std::same_as<M, bool>)
-  Declare& integer(std::string name, M P::*member, IntegerOptions o) {
+  requires(!std::same_as<M, bool>) Declare& integer(std::string name, M P::*member, IntegerOptions o) {
     ParamInfo p = base(std::move(name), ParamKind::integer, std::move(o.doc));
     if (o.default_value) p.default_value = *o.default_value;
     p.min = static_cast<double>(o.min);
@@ -158,9 +164,9 @@ class Declare {
     return push(std::move(p));
   }
   template <class E>
-    requires std::is_enum_v<E>
-  Declare& choice(std::string name, E P::*member, std::vector<Choice<E>> choices, std::optional<E> default_value,
-                  std::string doc, std::optional<E> in_reference = std::nullopt) {
+  requires std::is_enum_v<E> Declare& choice(std::string name, E P::*member, std::vector<Choice<E>> choices,
+                                             std::optional<E> default_value, std::string doc,
+                                             std::optional<E> in_reference = std::nullopt) {
     ParamInfo p = base(std::move(name), ParamKind::choice, std::move(doc));
     for (const Choice<E>& c : choices) {
       p.choices.push_back(c.name);

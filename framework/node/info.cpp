@@ -14,8 +14,12 @@ const Item* find_named(const std::vector<Item>& items, std::string_view name) {
 
 }  // namespace
 
-const InputInfo* NodeInfo::input(std::string_view name) const { return find_named(inputs, name); }
-const OutputInfo* NodeInfo::output(std::string_view name) const { return find_named(outputs, name); }
+const InputInfo* NodeInfo::input(std::string_view name) const {
+  return find_named(inputs, name);
+}
+const OutputInfo* NodeInfo::output(std::string_view name) const {
+  return find_named(outputs, name);
+}
 std::optional<std::size_t> NodeInfo::param(std::string_view name) const {
   const ParamInfo* found = find_named(params, name);
   if (found == nullptr) return std::nullopt;

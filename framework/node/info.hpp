@@ -55,16 +55,16 @@ struct ColumnInfo {
 struct ParamInfo {
   std::string name;
   ParamKind kind = ParamKind::real;
-  std::string unit = "1";                   ///< the SI unit of the value
-  std::optional<ParamValue> default_value;  ///< absent: the parameter must be given
+  std::string unit = "1";                                 ///< the SI unit of the value
+  std::optional<ParamValue> default_value;                ///< absent: the parameter must be given
   double min = -std::numeric_limits<double>::infinity();  ///< smallest value allowed, or see `above_min`
   double max = std::numeric_limits<double>::infinity();   ///< largest value allowed
-  bool above_min = false;                   ///< true: the value must be larger than `min`
+  bool above_min = false;                                 ///< true: the value must be larger than `min`
   std::vector<std::string> choices;
   std::vector<ColumnInfo> columns;
   std::size_t size = 0;
-  std::string doc;                          ///< one line
-  std::optional<ParamValue> in_reference;   ///< the value this parameter takes in a reference run
+  std::string doc;                         ///< one line
+  std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
   std::function<void(void* params, const ParamValue&)> assign;
 };
 

@@ -15,11 +15,11 @@ namespace tactor {
 
 /// What a node may know when it is made.
 struct NodeContext {
-  std::string name;      ///< its name in the graph
-  const Scene* scene;    ///< never null; outlives the node
-  bool torque = true;    ///< false: the scene is translation-only, torques are neither computed nor sent
+  std::string name;        ///< its name in the graph
+  const Scene* scene;      ///< never null; outlives the node
+  bool torque = true;      ///< false: the scene is translation-only, torques are neither computed nor sent
   std::uint64_t seed = 0;  ///< for its random streams, derived from the run's seed and its name
-  Duration duration;     ///< of the run
+  Duration duration;       ///< of the run
 };
 
 /// What a step may ask of the engine.

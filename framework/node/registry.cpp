@@ -90,7 +90,8 @@ void Registry::load(const std::string& prefix, const fs::path& file) {
   const auto abi = reinterpret_cast<int (*)()>(dlsym(handle, "tactor_node_abi"));
   const auto register_nodes = reinterpret_cast<void (*)(Registry&)>(dlsym(handle, "tactor_register_nodes"));
   if (abi == nullptr || register_nodes == nullptr) {
-    throw InputError(file.string() + " is no node library: it does not export tactor_register_nodes (see TACTOR_NODES)");
+    throw InputError(file.string() +
+                     " is no node library: it does not export tactor_register_nodes (see TACTOR_NODES)");
   }
   if (abi() != TACTOR_NODE_ABI) {
     throw InputError(file.string() + " was built for node interface " + std::to_string(abi()) + ", this program has " +

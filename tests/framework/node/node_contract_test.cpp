@@ -41,7 +41,9 @@ class Gain final : public Node {
   Output<Wrench> out;
 };
 
-Stamp at(std::int64_t ns, std::uint64_t sequence = 0) { return {Time{ns}, Time{ns}, sequence}; }
+Stamp at(std::int64_t ns, std::uint64_t sequence = 0) {
+  return {Time{ns}, Time{ns}, sequence};
+}
 
 }  // namespace
 

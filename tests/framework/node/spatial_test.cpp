@@ -16,7 +16,9 @@ struct Draw {
   Vec3 vector(double size) { return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)}; }
 };
 
-Eigen::Vector3d eigen(const Vec3& v) { return {v.x, v.y, v.z}; }
+Eigen::Vector3d eigen(const Vec3& v) {
+  return {v.x, v.y, v.z};
+}
 
 }  // namespace
 

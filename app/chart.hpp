@@ -1,0 +1,39 @@
+// Line charts as self-contained SVG, drawn by gnuplot.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tactor {
+
+/// A curve, or marks where `points` is set.
+struct Curve {
+  std::string name;
+  std::vector<double> x;
+  std::vector<double> y;
+  std::string color = "#000000";
+  bool points = false;
+  bool dashed = false;
+  bool steps = false;  ///< hold each value until the next
+  double width = 1.4;
+};
+
+struct Chart {
+  std::string title;
+  std::string x_label;
+  std::string y_label;
+  std::vector<Curve> curves;
+  std::optional<std::pair<double, double>> x_range;
+  bool log_x = false;
+  bool log_y = false;
+};
+
+/// The charts under each other, `width` by `height` pixels each. Throws RunError where gnuplot is missing or fails.
+std::string draw_svg(const std::vector<Chart>& charts, int width, int height);
+
+/// Colours that stay apart for colour-blind readers (Okabe and Ito), by index.
+std::string series_color(std::size_t index);
+
+}  // namespace tactor

@@ -1,0 +1,257 @@
+#include "app/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+
+#include "app/summary.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+const std::vector<Column>& error_columns() {
+  static const std::vector<Column> columns{
+      {"delivered.force.rms_error_N", "RMS error N"},
+      {"delivered.force.max_error_N", "max error N"},
+      {"delivered.force.delay_ms", "delay ms"},
+      {"delivered.force.rms_d1_N_per_ms", "RMS 1st diff N/ms"},
+      {"delivered.force.rms_d2_N_per_ms2", "RMS 2nd diff N/ms²"},
+      {"delivered.force.max_step_N", "largest step N"},
+      {"delivered.force.share_beyond_jnd", "beyond JND"},
+      {"delivered.torque.rms_error_Nm", "torque RMS error N m"},
+      {"one_step.force.rms_error_N", "one-step RMS N"},
+      {"one_step.force.rms_error_hold_N", "one-step RMS of hold N"},
+      {"physics.rate_hz_median", "physics Hz"},
+      {"contacts.median", "contacts"},
+      {"fallbacks", "fallbacks"},
+      {"drops", "drops"},
+  };
+  return columns;
+}
+
+/// A figure by its dotted name, or one of the run's own.
+double value_of(const RunResult& run, const std::string& name) {
+  if (name == "cpu_ms_per_s") return 1e3 * run.cpu_s / run.duration_s;
+  constexpr std::string_view cost = "cost_us.";
+  if (name.starts_with(cost)) {
+    for (const NodeCost& node : run.nodes) {
+      if (name == fmt::format("cost_us.{}.median", node.node)) return node.median_us;
+    }
+    return std::nan("");
+  }
+  return run.figure(name);
+}
+
+/// Runs `work(i)` for i in [0, count) on `jobs` threads; the first exception is thrown again.
+template <class Work>
+void in_parallel(std::size_t count, unsigned jobs, Work work) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr failure;
+  std::mutex mutex;
+  const auto loop = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!failure) failure = std::current_exception();
+        next = count;
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  for (unsigned t = 1; t < jobs; ++t) threads.emplace_back(loop);
+  loop();
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+void judge_against_first(Comparison& comparison) {
+  const auto pooled = [](const CompareRow& row) {
+    std::vector<double> all;
+    for (const RunResult& run : row.runs) {
+      if (const Series* errors = run.curve("one_step_error")) {
+        all.insert(all.end(), errors->value.begin(), errors->value.end());
+      }
+    }
+    return all;
+  };
+  const auto figures = [](const CompareRow& row, std::string_view name) {
+    std::vector<double> all;
+    for (const RunResult& run : row.runs) all.push_back(run.figure(name));
+    return all;
+  };
+  const CompareRow& first = comparison.rows.front();
+  for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
+    CompareRow& row = comparison.rows[i];
+    row.one_step_anova = one_way_anova(pooled(first), pooled(row));
+    for (const auto& [target, name] :
+         {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
+      const std::vector<double> a = figures(first, name);
+      const std::vector<double> b = figures(row, name);
+      if (std::isfinite(mean(a)) && std::isfinite(mean(b))) *target = paired_difference(a, b);
+    }
+  }
+}
+
+}  // namespace
+
+Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, const std::vector<fs::path>& mesh_folders,
+                   const CompareOptions& options) {
+  Comparison comparison;
+  for (int s = 0; s < options.seeds; ++s) comparison.seeds.push_back(options.first_seed + static_cast<unsigned>(s));
+
+  // All graphs are checked before anything runs.
+  std::vector<std::vector<Plan>> plans(graphs.size());
+  for (std::size_t g = 0; g < graphs.size(); ++g) {
+    for (const std::uint64_t seed : comparison.seeds) {
+      Overrides overrides = options.overrides;
+      overrides.seed = seed;
+      plans[g].push_back(make_plan(load_graph(graphs[g], registry, overrides, mesh_folders)));
+    }
+  }
+
+  const std::size_t total = graphs.size() * comparison.seeds.size();
+  const auto tell = [&](double share, const std::string& what) {
+    if (options.progress && !options.progress(share, what)) throw RunError("interrupted");
+  };
+  // Graphs that differ in what comes after physics share a reference, so one graph a seed is prepared at a time and
+  // the others find it.
+  for (std::size_t g = 0; g < graphs.size(); ++g) {
+    tell(0.5 * static_cast<double>(g) / static_cast<double>(graphs.size()), "reference runs");
+    in_parallel(comparison.seeds.size(), options.jobs,
+                [&](std::size_t s) { prepare_reference(plans[g][s], registry, options.cache_folder); });
+  }
+
+  for (std::size_t g = 0; g < graphs.size(); ++g) {
+    comparison.rows.push_back({plans[g].front().graph.name, plans[g].front().graph.title, {}, {}, {}, {}, {}});
+  }
+  std::size_t done = 0;
+  for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
+    for (std::size_t g = 0; g < graphs.size(); ++g) {
+      tell(0.5 + 0.5 * static_cast<double>(done++) / static_cast<double>(total), comparison.rows[g].graph);
+      RunOptions run_options;
+      run_options.cache_folder = options.cache_folder;
+      RunResult result = execute(plans[g][s], registry, run_options);
+      if (s > 0) std::erase_if(result.series, [](const Series& c) { return c.name != "one_step_error"; });
+      comparison.rows[g].runs.push_back(std::move(result));
+    }
+  }
+  tell(1.0, "done");
+
+  comparison.columns = error_columns();
+  comparison.columns.push_back({"cpu_ms_per_s", "CPU ms per s", true});
+  std::set<std::string> seen;
+  for (const CompareRow& row : comparison.rows) {
+    for (const NodeCost& node : row.runs.front().nodes) {
+      if (seen.insert(node.node).second) {
+        comparison.columns.push_back({fmt::format("cost_us.{}.median", node.node), node.node + " us", true});
+      }
+    }
+  }
+  for (CompareRow& row : comparison.rows) {
+    for (const Column& column : comparison.columns) {
+      std::vector<double> values;
+      for (const RunResult& run : row.runs) values.push_back(value_of(run, column.figure));
+      row.values.push_back(std::move(values));
+    }
+  }
+  // A column that nothing reports is no column.
+  for (std::size_t c = comparison.columns.size(); c-- > 0;) {
+    bool any = false;
+    for (const CompareRow& row : comparison.rows) any = any || std::isfinite(mean(row.values[c]));
+    if (any) continue;
+    comparison.columns.erase(comparison.columns.begin() + static_cast<std::ptrdiff_t>(c));
+    for (CompareRow& row : comparison.rows) row.values.erase(row.values.begin() + static_cast<std::ptrdiff_t>(c));
+  }
+  judge_against_first(comparison);
+  return comparison;
+}
+
+Json to_json(const Comparison& comparison) {
+  const auto difference = [](const std::optional<PairedDifference>& d) -> Json {
+    if (!d) return nullptr;
+    return {{"pairs", d->pairs},
+            {"mean_N", d->mean},
+            {"low_N", d->low},
+            {"high_N", d->high},
+            {"effect_size", d->effect_size},
+            {"p_wilcoxon", d->p_wilcoxon}};
+  };
+  Json json;
+  json["tactor"] = TACTOR_VERSION;
+  json["seeds"] = comparison.seeds;
+  json["graphs"] = Json::array();
+  for (const CompareRow& row : comparison.rows) {
+    Json graph;
+    graph["graph"] = row.graph;
+    graph["title"] = row.title;
+    for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+      const std::vector<double>& values = row.values[c];
+      Json& figure = graph["figures"][comparison.columns[c].figure];
+      const double centre = mean(values);
+      figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()}, {"sd", standard_deviation(values)}};
+      figure["by_seed"] = Json::array();
+      for (const double v : values) figure["by_seed"].push_back(std::isfinite(v) ? Json(v) : Json());
+    }
+    if (row.one_step_anova) {
+      graph["against_first"]["one_step_anova"] = {
+          {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
+    }
+    graph["against_first"]["one_step_rms"] = difference(row.one_step);
+    graph["against_first"]["delivered_rms"] = difference(row.delivered);
+    json["graphs"].push_back(std::move(graph));
+  }
+  return json;
+}
+
+std::string comparison_table(const Comparison& comparison) {
+  std::string out =
+      fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
+  std::size_t label = 22;
+  std::size_t width = 12;
+  for (const Column& column : comparison.columns) label = std::max(label, column.label.size());
+  for (const CompareRow& row : comparison.rows) width = std::max(width, row.graph.size() + 2);
+  out += fmt::format("  {:<{}}", "", label);
+  for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", row.graph, width);
+  out += "\n";
+  bool in_run_times = false;
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+    if (comparison.columns[c].run_time && !in_run_times) {
+      out += "  run time (CPU)\n";
+      in_run_times = true;
+    }
+    out += fmt::format("  {:<{}}", comparison.columns[c].label, label);
+    for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", pretty(mean(row.values[c])), width);
+    out += "\n";
+  }
+  out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
+  for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
+    const CompareRow& row = comparison.rows[i];
+    out += fmt::format("  {}", row.graph);
+    if (row.one_step_anova) {
+      out +=
+          fmt::format(": one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p));
+    }
+    for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
+      if (d) {
+        out += fmt::format("; {} {:+.4f} N [{:+.4f}, {:+.4f}], p = {}", name, d->mean, d->low, d->high,
+                           pretty(d->p_wilcoxon));
+      }
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace tactor

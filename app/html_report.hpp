@@ -1,0 +1,18 @@
+// Self-contained HTML pages: one run, or several pipelines side by side.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/compare.hpp"
+#include "app/run.hpp"
+
+namespace tactor {
+
+/// The report of one run: the four rows of the paper's figures, a zoom, and every figure.
+std::string run_report(const RunResult& result);
+
+/// The report of a comparison.
+std::string compare_report(const Comparison& comparison);
+
+}  // namespace tactor

@@ -1,0 +1,301 @@
+// The command `tactor`.
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/compare.hpp"
+#include "app/html_report.hpp"
+#include "app/node_reference.hpp"
+#include "app/run.hpp"
+#include "app/summary.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/record/csv.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace fs = std::filesystem;
+using namespace tactor;
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+/// Where meshes named in graphs are looked for after the graph's own folder.
+std::vector<fs::path> mesh_folders() {
+  std::vector<fs::path> folders;
+  if (const char* folder = std::getenv("TACTOR_MESH_PATH")) folders.emplace_back(folder);
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
+  folders.push_back(program.parent_path() / "meshes");
+  folders.push_back(program.parent_path() / "share" / "tactor" / "meshes");
+  return folders;
+}
+
+/// A bar on the last line of a terminal; nothing where standard error is none.
+class ProgressBar {
+ public:
+  ~ProgressBar() { clear(); }
+  bool operator()(double share, const std::string& what) {
+    if (terminal_) {
+      constexpr int width = 30;
+      const int full = std::clamp(static_cast<int>(share * width + 0.5), 0, width);
+      fmt::print(stderr, "\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what);
+      std::fflush(stderr);
+      shown_ = true;
+    }
+    return interrupted == 0;
+  }
+  void clear() {
+    if (shown_) fmt::print(stderr, "\r{: <78}\r", "");
+    shown_ = false;
+  }
+
+ private:
+  const bool terminal_ = isatty(STDERR_FILENO) == 1;
+  bool shown_ = false;
+};
+
+void write_file(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw RunError("cannot write " + path.string());
+}
+
+fs::path make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw InputError("--out " + folder.string() + ": cannot make this folder: " + error.message());
+  return folder;
+}
+
+/// Options that several verbs share.
+struct GraphOptions {
+  std::vector<std::string> set;
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration;
+
+  void add_to(CLI::App& verb, bool with_seed) {
+    verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")
+        ->expected(1)
+        ->allow_extra_args(false);
+    if (with_seed) verb.add_option("--seed", seed, "Seed of everything random (default: the graph's)");
+    verb.add_option("--duration", duration, "Virtual time to run, in s (default: the graph's)")
+        ->check(CLI::PositiveNumber);
+  }
+  [[nodiscard]] Overrides overrides() const { return {set, seed, duration}; }
+};
+
+Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overrides) {
+  Plan plan = make_plan(load_graph(graph, registry, overrides, mesh_folders()));
+  if (plan.graph.clock == Clock::real) {
+    throw InputError(graph.string() +
+                     ": clock: real needs the live engine, which this version does not have; use clock: virtual");
+  }
+  return plan;
+}
+
+int run(const fs::path& graph, const GraphOptions& options, std::optional<fs::path> out) {
+  Registry registry(default_node_folders());
+  const Plan plan = load_plan(graph, registry, options.overrides());
+  const fs::path folder = make_folder(out.value_or(fs::path("out") / plan.graph.name));
+  RunOptions run_options;
+  run_options.recording = folder / "recording.h5";
+  run_options.cache_folder = default_cache_folder();
+  ProgressBar bar;
+  run_options.progress = [&bar](double share, const char* what) { return bar(share, what); };
+  const RunResult result = execute(plan, registry, run_options);
+  bar.clear();
+  write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
+  write_file(folder / "graph.yaml", result.graph_yaml);
+  write_file(folder / "report.html", run_report(result));
+  fmt::print("{}\n  {}\n", summary_table(result), (folder / "report.html").string());
+  return result.interrupted ? 1 : 0;
+}
+
+int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& base,
+                const fs::path& out) {
+  Registry registry(default_node_folders());
+  for (const fs::path& graph : graphs) static_cast<void>(load_plan(graph, registry, options.overrides()));
+  const fs::path folder = make_folder(out);
+  CompareOptions compare_options = base;
+  compare_options.overrides = options.overrides();
+  compare_options.cache_folder = default_cache_folder();
+  ProgressBar bar;
+  compare_options.progress = [&bar](double share, const std::string& what) { return bar(share, what); };
+  const Comparison comparison = compare(graphs, registry, mesh_folders(), compare_options);
+  bar.clear();
+  write_file(folder / "compare.json", to_json(comparison).dump(2) + "\n");
+  write_file(folder / "report.html", compare_report(comparison));
+  fmt::print("{}\n  {}\n", comparison_table(comparison), (folder / "report.html").string());
+  return 0;
+}
+
+int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool explained) {
+  Registry registry(default_node_folders());
+  bool bad = false;
+  for (const fs::path& graph : graphs) {
+    try {
+      const Plan plan = make_plan(load_graph(graph, registry, options.overrides(), mesh_folders()));
+      fmt::print("{}: ok\n", graph.string());
+      if (explained) fmt::print("{}\n", explain(plan));
+    } catch (const InputError& error) {
+      fmt::print(stderr, "{}\n", error.what());
+      bad = true;
+    }
+  }
+  return bad ? 2 : 0;
+}
+
+/// Standard output of a program that reads `input` on its standard input.
+std::string filter(const std::string& command, const std::string& input) {
+  const fs::path file = fs::temp_directory_path() / fmt::format("tactor-{}.dot", getpid());
+  write_file(file, input);
+  FILE* pipe = popen((command + " " + file.string()).c_str(), "r");
+  if (pipe == nullptr) throw RunError("cannot start " + command);
+  std::string out;
+  std::array<char, 4096> buffer{};
+  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) out.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  fs::remove(file);
+  if (status != 0) throw RunError(command + " failed (Debian package graphviz)");
+  return out;
+}
+
+int draw(const fs::path& graph, const GraphOptions& options, const std::string& format) {
+  Registry registry(default_node_folders());
+  const Plan plan = make_plan(load_graph(graph, registry, options.overrides(), mesh_folders()));
+  if (format == "mermaid") fmt::print("{}", to_diagram(plan, DiagramFormat::mermaid));
+  if (format == "dot") fmt::print("{}", to_diagram(plan, DiagramFormat::dot));
+  if (format == "svg") fmt::print("{}", filter("dot -Tsvg", to_diagram(plan, DiagramFormat::dot)));
+  return 0;
+}
+
+int list_nodes(const std::string& type, bool markdown) {
+  Registry registry(default_node_folders());
+  if (!type.empty()) {
+    if (const NodeInfo* info = registry.find(type)) {
+      fmt::print("{}", node_help(*info));
+      return 0;
+    }
+  }
+  registry.load_all();
+  if (!type.empty()) {
+    std::vector<std::string> names;
+    for (const NodeInfo* info : registry.types()) names.push_back(info->type);
+    throw InputError("there is no node type " + type + did_you_mean(type, names) + "; `tactor nodes` lists them");
+  }
+  fmt::print("{}", markdown ? node_reference_markdown(registry.types()) : node_list(registry.types()));
+  return 0;
+}
+
+int export_csv_file(const fs::path& recording, const std::string& stream) {
+  const std::unique_ptr<RecordingReader> reader = load_record_library().open(recording);
+  export_csv(*reader, reader->find(stream), std::cout);
+  return 0;
+}
+
+int main_checked(int argc, char** argv) {
+  CLI::App app{"Tactor renders smooth force feedback from slow physics.", "tactor"};
+  app.set_version_flag("--version", TACTOR_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 done, 1 failed while running, 2 bad input.");
+  int result = 0;
+  GraphOptions options;
+
+  fs::path graph;
+  std::optional<fs::path> out;
+  CLI::App* run_verb =
+      app.add_subcommand("run", "Run a graph; writes summary.json, report.html, graph.yaml and the recording");
+  run_verb->add_option("graph", graph, "The graph file (YAML)")->required();
+  options.add_to(*run_verb, true);
+  run_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
+  run_verb->callback([&] { result = run(graph, options, out); });
+
+  std::vector<fs::path> graphs;
+  CompareOptions compare_options;
+  fs::path compare_out = "out/compare";
+  CLI::App* compare_verb = app.add_subcommand("compare", "Run several graphs over several seeds, side by side");
+  compare_verb->add_option("graphs", graphs, "Graph files; the first is what the others are compared with")->required();
+  options.add_to(*compare_verb, false);
+  compare_verb->add_option("--seeds", compare_options.seeds, "Number of seeds")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
+  compare_verb->add_option("--first-seed", compare_options.first_seed, "The first seed")->capture_default_str();
+  compare_options.jobs = std::max(1U, std::thread::hardware_concurrency());
+  compare_verb->add_option("--jobs", compare_options.jobs, "Reference runs at once (default: the cores)")
+      ->check(CLI::Range(1, 1024));
+  compare_verb->add_option("--out", compare_out, "Folder for the results")->capture_default_str();
+  compare_verb->callback([&] { result = run_compare(graphs, options, compare_options, compare_out); });
+
+  bool explained = false;
+  CLI::App* check_verb = app.add_subcommand("check", "Check graphs without running them");
+  check_verb->add_option("graphs", graphs, "Graph files")->required();
+  check_verb->add_flag("--explain", explained, "Show what runs, the queues, and what was left out and why");
+  options.add_to(*check_verb, false);
+  check_verb->callback([&] { result = check(graphs, options, explained); });
+
+  std::string format = "mermaid";
+  CLI::App* graph_verb = app.add_subcommand("graph", "Draw a graph");
+  graph_verb->add_option("graph", graph, "The graph file")->required();
+  graph_verb->add_option("--format", format, "mermaid, dot or svg")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"mermaid", "dot", "svg"}));
+  options.add_to(*graph_verb, false);
+  graph_verb->callback([&] { result = draw(graph, options, format); });
+
+  std::string type;
+  bool markdown = false;
+  CLI::App* nodes_verb = app.add_subcommand("nodes", "List the node types, or tell everything about one");
+  nodes_verb->add_option("type", type, "A node type, for example prediction.ar");
+  nodes_verb->add_flag("--markdown", markdown, "The whole reference as Markdown");
+  nodes_verb->callback([&] { result = list_nodes(type, markdown); });
+
+  CLI::App* schema_verb = app.add_subcommand("schema", "Print the JSON Schema of graph files, for editors");
+  schema_verb->callback([&] {
+    Registry registry(default_node_folders());
+    fmt::print("{}\n", graph_schema(registry));
+  });
+
+  fs::path recording;
+  std::string stream;
+  CLI::App* export_verb = app.add_subcommand("export", "Print a recorded stream as CSV");
+  export_verb->add_option("recording", recording, "A recording (HDF5)")->required();
+  export_verb->add_option("stream", stream, "The stream, for example device.commanded")->required();
+  export_verb->callback([&] { result = export_csv_file(recording, stream); });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& done) {
+    return app.exit(done);
+  } catch (const CLI::ParseError& error) {
+    app.exit(error);
+    return 2;
+  }
+  return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("tactor"));
+  try {
+    return main_checked(argc, argv);
+  } catch (const InputError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "tactor: {}\n", error.what());
+    return 1;
+  }
+}

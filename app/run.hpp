@@ -1,0 +1,79 @@
+// One run of a planned graph with its reference run: what `tactor run` and `tactor compare` are made of.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/engine/reference.hpp"
+#include "framework/engine/virtual_clock.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+/// CPU time a node's steps took.
+struct NodeCost {
+  std::string node;
+  std::string type;
+  std::uint64_t steps = 0;
+  std::uint64_t missed_ticks = 0;
+  double median_us = 0;
+  double p99_us = 0;
+  double total_s = 0;
+};
+
+struct EdgeResult {
+  std::string edge;
+  std::string queue;
+  EdgeFigures figures;
+};
+
+/// How the reference run came about.
+struct ReferenceCost {
+  bool made = false;  ///< the graph has a sink that asked for one
+  bool cached = false;
+  double cpu_s = 0;
+};
+
+/// A finished run.
+struct RunResult {
+  std::string graph;
+  std::string title;
+  std::uint64_t seed = 0;
+  double duration_s = 0;  ///< virtual time that was run
+  double wall_s = 0;      ///< of the run alone, without its reference
+  double cpu_s = 0;
+  double peak_memory_MB = 0;  ///< of the process so far
+  bool interrupted = false;
+  ReferenceCost reference;
+  std::vector<std::pair<std::string, double>> figures;  ///< by dotted name
+  std::vector<Series> series;
+  std::vector<NodeCost> nodes;
+  std::vector<EdgeResult> edges;
+  std::vector<LeftOut> left_out;
+  std::string graph_yaml;  ///< resolved
+
+  /// The figure of that name, or NaN.
+  [[nodiscard]] double figure(std::string_view name) const;
+  /// The curve of that name, or null.
+  [[nodiscard]] const Series* curve(std::string_view name) const;
+};
+
+struct RunOptions {
+  std::optional<std::filesystem::path> recording;  ///< where to record what the graph asks for; absent: nowhere
+  std::filesystem::path cache_folder;
+  /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.
+  std::function<bool(double share, const char* what)> progress;
+};
+
+/// Runs the plan under the virtual clock, then its reference run (or takes it from the cache), and judges.
+RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& options);
+
+/// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand.
+/// Returns true if a run was made.
+bool prepare_reference(const Plan& plan, const Registry& registry, const std::filesystem::path& cache_folder);
+
+}  // namespace tactor

@@ -1,0 +1,41 @@
+// Tests of whether two pipelines differ: the paper's one-way ANOVA, and the paired difference over seeds.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+
+namespace tactor {
+
+/// Middle of the sorted values (mean of the two middle ones where their number is even). NaN for none.
+double median(std::span<const double> values);
+/// The value below which the share `q` in [0, 1] lies, linearly interpolated between order statistics. NaN for none.
+double quantile(std::span<const double> values, double q);
+double mean(std::span<const double> values);
+/// Sample standard deviation (divisor n - 1); 0 for fewer than two.
+double standard_deviation(std::span<const double> values);
+
+/// One-way analysis of variance between two groups of samples.
+struct Anova {
+  double F = 0;
+  double p = 1;
+  double df_between = 1;
+  double df_within = 0;
+};
+/// Absent where a group has fewer than two values or nothing varies within the groups.
+/// The test takes its samples for independent; samples of a time series are not, see PairedDifference.
+std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const double> b);
+
+/// The difference b - a over pairs (one pair a seed).
+struct PairedDifference {
+  std::size_t pairs = 0;
+  double mean = 0;
+  double low = 0;  ///< 95 % confidence interval of the mean, Student t
+  double high = 0;
+  double effect_size = 0;  ///< Cohen's d of the differences: mean / standard deviation
+  double p_wilcoxon = 1;   ///< signed-rank test, two-sided; exact up to 25 pairs without ties, else normal
+};
+/// Absent for fewer than two pairs.
+std::optional<PairedDifference> paired_difference(std::span<const double> a, std::span<const double> b);
+
+}  // namespace tactor

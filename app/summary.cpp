@@ -1,0 +1,106 @@
+#include "app/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace tactor {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  // Counts read better without a fraction.
+  if (value == std::floor(value) && std::abs(value) < 1e15) return static_cast<std::int64_t>(value);
+  return value;
+}
+
+void set_nested(Json& root, const std::string& dotted, Json value) {
+  Json* at = &root;
+  std::size_t begin = 0;
+  for (std::size_t dot = dotted.find('.'); dot != std::string::npos; dot = dotted.find('.', begin)) {
+    at = &(*at)[dotted.substr(begin, dot - begin)];
+    begin = dot + 1;
+  }
+  (*at)[dotted.substr(begin)] = std::move(value);
+}
+
+}  // namespace
+
+std::string pretty(double value) {
+  if (!std::isfinite(value)) return "-";
+  if (value == 0) return "0";
+  const double size = std::abs(value);
+  if (size >= 1e6 || size < 1e-4) return fmt::format("{:.2e}", value);
+  if (value == std::floor(value) && size < 1e5) return fmt::format("{:.0f}", value);
+  const int digits = std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
+  return fmt::format("{:.{}f}", value, digits);
+}
+
+Json to_json(const RunResult& result) {
+  Json json;
+  json["tactor"] = TACTOR_VERSION;
+  json["graph"] = result.graph;
+  json["seed"] = result.seed;
+  json["duration_s"] = result.duration_s;
+  json["interrupted"] = result.interrupted;
+  json["wall_s"] = result.wall_s;
+  json["cpu_s"] = result.cpu_s;
+  json["realtime_factor"] = number(result.duration_s / result.wall_s);
+  json["peak_memory_MB"] = result.peak_memory_MB;
+  for (const auto& [name, value] : result.figures) set_nested(json, name, number(value));
+  json["cost_us"] = Json::object();
+  for (const NodeCost& node : result.nodes) {
+    json["cost_us"][node.node] = {{"type", node.type},
+                                  {"steps", node.steps},
+                                  {"missed_ticks", node.missed_ticks},
+                                  {"median", number(node.median_us)},
+                                  {"p99", number(node.p99_us)},
+                                  {"total_s", node.total_s}};
+  }
+  json["edges"] = Json::object();
+  for (const EdgeResult& edge : result.edges) {
+    json["edges"][edge.edge] = {{"queue", edge.queue},
+                                {"delivered", edge.figures.delivered},
+                                {"drops", edge.figures.dropped},
+                                {"superseded", edge.figures.superseded}};
+  }
+  if (result.reference.made) {
+    json["reference_run"] = {{"cached", result.reference.cached}, {"cpu_s", result.reference.cpu_s}};
+  }
+  json["left_out"] = Json::array();
+  for (const LeftOut& item : result.left_out) json["left_out"].push_back({{"what", item.what}, {"why", item.why}});
+  return json;
+}
+
+std::string summary_table(const RunResult& result) {
+  std::string out;
+  out += fmt::format("\n{}  seed {}  {} s of virtual time in {:.2f} s ({:.0f} times real time), {:.0f} MB\n\n",
+                     result.graph, result.seed, pretty(result.duration_s), result.wall_s,
+                     result.duration_s / result.wall_s, result.peak_memory_MB);
+  std::size_t width = 20;
+  for (const auto& [name, value] : result.figures) width = std::max(width, name.size());
+  for (const auto& [name, value] : result.figures) out += fmt::format("  {:<{}}  {:>12}\n", name, width, pretty(value));
+  out += fmt::format("\n  {:<16} {:<24} {:>9} {:>12} {:>12} {:>10}\n", "node", "type", "steps", "median us", "p99 us",
+                     "CPU s");
+  for (const NodeCost& node : result.nodes) {
+    out += fmt::format("  {:<16} {:<24} {:>9} {:>12} {:>12} {:>10}\n", node.node, node.type, node.steps,
+                       pretty(node.median_us), pretty(node.p99_us), pretty(node.total_s));
+  }
+  for (const EdgeResult& edge : result.edges) {
+    if (edge.figures.dropped > 0) {
+      out +=
+          fmt::format("  dropped {} of {} messages on {}\n", edge.figures.dropped, edge.figures.delivered, edge.edge);
+    }
+  }
+  if (!result.left_out.empty()) {
+    out += "\n  left out:\n";
+    for (const LeftOut& item : result.left_out) out += fmt::format("    {}: {}\n", item.what, item.why);
+  }
+  return out;
+}
+
+}  // namespace tactor

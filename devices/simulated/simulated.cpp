@@ -1,0 +1,251 @@
+#include "devices/simulated/simulated.hpp"
+
+#include <algorithm>
+
+#include "framework/core/check.hpp"
+#include "framework/core/segment.hpp"
+#include "framework/node/declare.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// Room for the path of half an hour at 1 kHz; a longer one grows.
+constexpr double max_reserved_samples = 2e6;
+/// A target older than this many ticks is not moved on along its velocity.
+constexpr std::int64_t longest_extrapolation = 5;
+
+Vec3 clamped(const Vec3& value, double max) {
+  const double size = norm(value);
+  return size > max ? (max / size) * value : value;
+}
+
+DeviceState to_message(const MotionState& motion) {
+  DeviceState message;
+  message.X_WD = motion.X;
+  message.V_WD = motion.V;
+  return message;
+}
+
+}  // namespace
+
+SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& context)
+    : params_(params),
+      rotates_(context.torque),
+      handle_({.inertia = params.mass + params.hand_mass,
+               .damping = params.damping,
+               .coulomb = params.friction,
+               .hand_damping = params.hand_damping,
+               .hand_stiffness = params.hand_stiffness},
+              {.inertia = params.inertia + params.hand_inertia,
+               .damping = params.damping_angle,
+               .coulomb = params.friction_angle,
+               .hand_damping = params.hand_damping_angle,
+               .hand_stiffness = params.hand_stiffness_angle},
+              params.sub_step, context.torque),
+      encoder_(params.encoder_step, params.encoder_step_angle, params.velocity_cutoff, context.torque) {
+  if (params_.loop == Loop::closed) {
+    const double samples = context.duration.seconds() * params_.rate + 2;
+    path_.reserve(static_cast<std::size_t>(std::min(samples, max_reserved_samples)));
+  }
+}
+
+NodeInfo SimulatedDevice::declare() {
+  using D = SimulatedDevice;
+  return Declare<D>("device.simulated", "A haptic device and the hand on it, in software.")
+      .details(
+          "Each tick it moves the handle, shows its state through encoders and commands the force of the newest "
+          "segment, "
+          "clamped by norm. Open loop: the handle is where the target says. Closed loop: handle and hand are one body, "
+          "M a = F - b v - friction + b_h (v_T - v) + k_h (x_T - x), driven by the commanded force, held from tick to "
+          "tick, "
+          "and by the hand towards the target; rotation alike. Mass, damping and stiffness of the hand default to the "
+          "usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the path of the judged run.")
+      .input("target", &D::target, {.doc = "where the hand is to be"})
+      .input("segment", &D::segment, {.doc = "the force to command, evaluated each tick", .required = false})
+      .output("state", &D::state, "the handle as the encoders show it")
+      .output("commanded", &D::commanded, "the wrench on the handle at this tick, zero before the first segment")
+      .output("truth", &D::truth, "the handle as it is")
+      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000, .in_reference = 10000})
+      .choice("loop", &Params::loop, {{"open", Loop::open}, {"closed", Loop::closed}}, std::optional(Loop::open),
+              "whether the commanded force moves the handle")
+      .real("encoder_step", &Params::encoder_step,
+            {.doc = "step of the position encoders; 0 for none",
+             .unit = "m",
+             .default_value = 1e-5,
+             .min = 0,
+             .max = 1e-2,
+             .in_reference = 0})
+      .real("encoder_step_angle", &Params::encoder_step_angle,
+            {.doc = "step of the angle encoders; 0 for none",
+             .unit = "rad",
+             .default_value = 1e-4,
+             .min = 0,
+             .max = 0.1,
+             .in_reference = 0})
+      .real("velocity_cutoff", &Params::velocity_cutoff,
+            {.doc = "cut-off of the low-pass on differences of the encoders",
+             .unit = "Hz",
+             .default_value = 50,
+             .min = 0,
+             .max = 1e5,
+             .above_min = true})
+      .real("force_max", &Params::force_max,
+            {.doc = "largest force by norm", .unit = "N", .default_value = 10, .min = 0, .max = 1000})
+      .real("torque_max", &Params::torque_max,
+            {.doc = "largest torque by norm", .unit = "N m", .default_value = 0.5, .min = 0, .max = 100})
+      .real("mass", &Params::mass,
+            {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0, .max = 100, .above_min = true})
+      .real("damping", &Params::damping,
+            {.doc = "viscous friction of the handle", .unit = "N s/m", .default_value = 0.2, .min = 0, .max = 1000})
+      .real("friction", &Params::friction,
+            {.doc = "Coulomb friction of the handle", .unit = "N", .default_value = 0.05, .min = 0, .max = 100})
+      .real("hand_mass", &Params::hand_mass,
+            {.doc = "mass of the hand", .unit = "kg", .default_value = 0.55, .min = 0, .max = 100})
+      .real("hand_damping", &Params::hand_damping,
+            {.doc = "damping of the hand towards its target",
+             .unit = "N s/m",
+             .default_value = 6.5,
+             .min = 0,
+             .max = 1e4})
+      .real("hand_stiffness", &Params::hand_stiffness,
+            {.doc = "stiffness of the hand towards its target",
+             .unit = "N/m",
+             .default_value = 135,
+             .min = 0,
+             .max = 1e6})
+      .real("inertia", &Params::inertia,
+            {.doc = "inertia of the handle",
+             .unit = "kg m^2",
+             .default_value = 5e-5,
+             .min = 0,
+             .max = 10,
+             .above_min = true})
+      .real("damping_angle", &Params::damping_angle,
+            {.doc = "viscous friction of the handle's rotation",
+             .unit = "N m s/rad",
+             .default_value = 1e-4,
+             .min = 0,
+             .max = 10})
+      .real("friction_angle", &Params::friction_angle,
+            {.doc = "Coulomb friction of the handle's rotation",
+             .unit = "N m",
+             .default_value = 1e-3,
+             .min = 0,
+             .max = 10})
+      .real("hand_inertia", &Params::hand_inertia,
+            {.doc = "inertia of the hand", .unit = "kg m^2", .default_value = 5e-4, .min = 0, .max = 10})
+      .real("hand_damping_angle", &Params::hand_damping_angle,
+            {.doc = "damping of the hand's rotation towards its target",
+             .unit = "N m s/rad",
+             .default_value = 0.01,
+             .min = 0,
+             .max = 100})
+      .real("hand_stiffness_angle", &Params::hand_stiffness_angle,
+            {.doc = "stiffness of the hand's rotation towards its target",
+             .unit = "N m/rad",
+             .default_value = 0.5,
+             .min = 0,
+             .max = 1e4})
+      .real("sub_step", &Params::sub_step,
+            {.doc = "longest step of the closed loop's integration",
+             .unit = "s",
+             .default_value = 1e-4,
+             .min = 0,
+             .max = 1e-2,
+             .above_min = true})
+      .info();
+}
+
+MotionState SimulatedDevice::target_at(Time now) const {
+  const Stamped<Target>& newest = *target.latest();
+  MotionState result{newest.value.X_WH, newest.value.V_WH};
+  // A target of an earlier tick (two clocks, a lost message) is moved on, so that the handle does not stand and jump.
+  const double age = (now - newest.stamp.valid).seconds();
+  if (age > 0 && age <= static_cast<double>(longest_extrapolation) / params_.rate) {
+    result.X.p += age * result.V.v;
+    if (rotates_) result.X.R = from_rotation_vector(age * result.V.w) * result.X.R;
+  }
+  return result;
+}
+
+MotionState SimulatedDevice::followed_at(Time now) {
+  while (followed_leg_ + 2 < followed_.size() && followed_[followed_leg_ + 1].t <= now) ++followed_leg_;
+  const Sample& a = followed_[followed_leg_];
+  if (followed_.size() == 1 || now <= a.t) return a.motion;
+  const Sample& b = followed_[followed_leg_ + 1];
+  if (now >= b.t) return b.motion;
+  const double dt = (b.t - a.t).seconds();
+  return interpolate(a.motion, b.motion, dt, (now - a.t).seconds() / dt, rotates_);
+}
+
+void SimulatedDevice::move_handle(Time now) {
+  if (follows_) {
+    motion_ = followed_at(now);
+    return;
+  }
+  const MotionState to = target_at(now);
+  if (params_.loop == Loop::open) {
+    motion_ = to;
+    return;
+  }
+  if (!started_) {
+    handle_.place(to);
+  } else {
+    handle_.advance((now - last_).seconds(), commanded_D_W_, target_state_, to);
+  }
+  const MotionState& moved = handle_.state();
+  if (started_) {
+    // The force was held, so force times way is its work exactly.
+    energy_ += dot(commanded_D_W_.force, moved.X.p - motion_.X.p);
+    if (rotates_) energy_ += dot(commanded_D_W_.torque, to_rotation_vector(moved.X.R * inverse(motion_.X.R)));
+    energy_generated_ = std::max(energy_generated_, energy_);
+  }
+  motion_ = moved;
+  target_state_ = to;
+  max_speed_ = std::max(max_speed_, norm(motion_.V.v));
+  path_.push_back({now, motion_});
+}
+
+Wrench SimulatedDevice::command(Time now) {
+  const Stamped<ForceSegment>* newest = segment.latest();
+  if (newest == nullptr) return {};
+  Wrench wrench = evaluate(newest->value, now);
+  if (!rotates_) wrench.torque = {};
+  if (!is_finite(wrench)) {
+    ++rejected_;
+    return {};
+  }
+  return {clamped(wrench.force, params_.force_max), clamped(wrench.torque, params_.torque_max)};
+}
+
+void SimulatedDevice::step(StepContext& context) {
+  const Time now = context.now();
+  if (target.latest() != nullptr) {
+    move_handle(now);
+    started_ = true;
+    last_ = now;
+    state.send(now, to_message(encoder_.read(motion_, now)));
+    truth.send(now, to_message(motion_));
+  }
+  commanded_D_W_ = command(now);
+  commanded.send(now, commanded_D_W_);
+}
+
+void SimulatedDevice::follow(const Node& judged) {
+  const auto* device = dynamic_cast<const SimulatedDevice*>(&judged);
+  TACTOR_DEMAND(device != nullptr);
+  if (device->params_.loop != Loop::closed || device->path_.empty()) return;
+  followed_ = device->path_;
+  followed_leg_ = 0;
+  follows_ = true;
+}
+
+void SimulatedDevice::report(Report& report) const {
+  report.set("device.rejected_forces", static_cast<double>(rejected_));
+  if (params_.loop != Loop::closed || follows_) return;
+  report.set("device.energy_generated_J", energy_generated_);
+  report.set("device.max_speed_m_per_s", max_speed_);
+}
+
+}  // namespace tactor

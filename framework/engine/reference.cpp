@@ -1,0 +1,264 @@
+#include "framework/engine/reference.hpp"
+
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string hex(const XXH128_hash_t& hash) {
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, hash);
+  std::string text;
+  for (const unsigned char byte : canonical.digest) {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
+  }
+  return text;
+}
+
+std::optional<std::string> read_file(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+/// Collects the parts of a key, each with its length, so that no two different lists run together.
+class KeyText {
+ public:
+  void add(std::string_view text) {
+    text_ += std::to_string(text.size()) + ':';
+    text_ += text;
+  }
+  void add(double value) { add(std::to_string(std::bit_cast<std::uint64_t>(value))); }
+  void add(std::int64_t value) { add(std::to_string(value)); }
+  void add(const Vec3& v) { add(v.x), add(v.y), add(v.z); }
+  void add_file(const fs::path& path) {
+    const std::optional<std::string> bytes = read_file(path);
+    add(bytes ? hex(XXH3_128bits(bytes->data(), bytes->size())) : "missing");
+  }
+  void add(const ParamInfo& info, const ParamValue& value) {
+    add(info.name);
+    if (const auto* b = std::get_if<bool>(&value)) add(std::int64_t{*b});
+    if (const auto* i = std::get_if<std::int64_t>(&value)) add(*i);
+    if (const auto* d = std::get_if<double>(&value)) add(*d);
+    if (const auto* s = std::get_if<std::string>(&value)) {
+      if (info.kind == ParamKind::file && !s->empty()) {
+        add_file(*s);
+      } else {
+        add(*s);
+      }
+    }
+    if (const auto* list = std::get_if<std::vector<double>>(&value)) {
+      add(static_cast<std::int64_t>(list->size()));
+      for (const double d : *list) add(d);
+    }
+    if (const auto* table = std::get_if<Table>(&value)) {
+      add(static_cast<std::int64_t>(table->values.size()));
+      for (const double d : table->values) add(d);
+    }
+    if (const auto* mapping = std::get_if<Mapping>(&value)) {
+      for (const auto& [from, to] : *mapping) add(from), add(to);
+    }
+  }
+  [[nodiscard]] std::string key() const { return hex(XXH3_128bits(text_.data(), text_.size())); }
+
+ private:
+  std::string text_;
+};
+
+void add_scene(KeyText& text, const Scene& scene) {
+  text.add(scene.gravity_W);
+  for (const Body& body : scene.bodies) {
+    text.add(body.name);
+    if (body.mesh) text.add_file(*body.mesh);
+    text.add(body.sphere_radius.value_or(0.0));
+    text.add(body.scale);
+    text.add(body.X_WB.p);
+    for (const double q : {body.X_WB.R.w, body.X_WB.R.x, body.X_WB.R.y, body.X_WB.R.z}) text.add(q);
+    text.add(static_cast<std::int64_t>(body.motion));
+    text.add(body.mass);
+    if (body.inertia) text.add(*body.inertia);
+    for (const double m :
+         {body.material.stiffness, body.material.damping, body.material.friction, body.material.patch_area}) {
+      text.add(m);
+    }
+  }
+}
+
+class Capture final : public RunObserver {
+ public:
+  Capture(const Plan& plan, Reference& reference) : plan_(plan), reference_(reference) {}
+  void on_reference(std::size_t edge, const Stamp& stamp, const void* payload) override {
+    const PlannedEdge& planned = plan_.edges[edge];
+    ReferenceStream& stream = reference_[planned.spec.to_node + "." + planned.spec.to_port];
+    const std::size_t size = plan_.nodes[planned.to].info->inputs[planned.input].type->size;
+    const auto* bytes = static_cast<const std::byte*>(payload);
+    stream.stamps.push_back(stamp);
+    stream.payloads.insert(stream.payloads.end(), bytes, bytes + size);
+  }
+
+ private:
+  const Plan& plan_;
+  Reference& reference_;
+};
+
+constexpr std::string_view file_magic = "tactor reference 1\n";
+
+void put(std::string& out, const void* data, std::size_t size) {
+  out.append(static_cast<const char*>(data), size);
+}
+
+/// Reads from a buffer and remembers whether it ran over the end.
+class Cursor {
+ public:
+  explicit Cursor(std::string_view bytes) : rest_(bytes) {}
+  bool take(void* data, std::size_t size) {
+    if (size > rest_.size()) return ok_ = false;
+    if (size > 0) std::memcpy(data, rest_.data(), size);
+    rest_.remove_prefix(size);
+    return true;
+  }
+  std::uint64_t number() {
+    std::uint64_t n = 0;
+    take(&n, sizeof n);
+    return n;
+  }
+  [[nodiscard]] std::size_t left() const { return rest_.size(); }
+  [[nodiscard]] bool ok() const { return ok_; }
+
+ private:
+  std::string_view rest_;
+  bool ok_ = true;
+};
+
+}  // namespace
+
+bool ReferenceStream::operator==(const ReferenceStream& other) const {
+  return stamps.size() == other.stamps.size() && payloads == other.payloads &&
+         std::equal(stamps.begin(), stamps.end(), other.stamps.begin(), [](const Stamp& a, const Stamp& b) {
+           return a.valid == b.valid && a.produced == b.produced && a.sequence == b.sequence;
+         });
+}
+
+std::string reference_key(const Plan& plan, const std::vector<fs::path>& libraries) {
+  KeyText text;
+  text.add(static_cast<std::int64_t>(plan.graph.seed));
+  text.add(plan.graph.duration.ns);
+  text.add(std::int64_t{plan.torque});
+  add_scene(text, plan.graph.scene);
+  for (const NodeSpec& node : plan.nodes) {
+    text.add(node.name);
+    text.add(node.info->type);
+    for (std::size_t i = 0; i < node.params.size(); ++i) text.add(node.info->params[i], node.params[i]);
+  }
+  for (const PlannedEdge& edge : plan.edges) {
+    text.add(edge.spec.name());
+    text.add(static_cast<std::int64_t>(edge.spec.queue.policy));
+    text.add(std::int64_t{edge.spec.queue.capacity});
+    text.add(edge.spec.delay.ns);
+  }
+  for (const fs::path& library : libraries) text.add_file(library);
+  return text.key();
+}
+
+Reference run_reference(const Plan& plan, const VirtualClock* judged) {
+  VirtualClock engine(plan, false);
+  if (judged != nullptr) engine.follow(*judged);
+  Reference reference;
+  Capture capture(plan, reference);
+  engine.run(capture);
+  return reference;
+}
+
+bool must_be_followed(const VirtualClock& judged) {
+  for (std::size_t i = 0; i < judged.plan().nodes.size(); ++i) {
+    if (judged.node(i).must_be_followed()) return true;
+  }
+  return false;
+}
+
+void set_reference(VirtualClock& judged, const Reference& reference) {
+  const Plan& plan = judged.plan();
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    for (const InputInfo& input : plan.nodes[n].info->inputs) {
+      if (!input.reference) continue;
+      const auto it = reference.find(plan.nodes[n].name + "." + input.name);
+      if (it != reference.end()) input.access(judged.node(n)).set_reference(it->second.stamps, it->second.payloads);
+    }
+  }
+}
+
+std::optional<Reference> ReferenceCache::load(const std::string& key) const {
+  const std::optional<std::string> bytes = read_file(folder_ / (key + ".ref"));
+  if (!bytes || bytes->size() < file_magic.size() + 32 || !bytes->starts_with(file_magic)) return std::nullopt;
+  const std::string_view sum = std::string_view(*bytes).substr(file_magic.size(), 32);
+  const std::string_view body = std::string_view(*bytes).substr(file_magic.size() + 32);
+  if (hex(XXH3_128bits(body.data(), body.size())) != sum) return std::nullopt;
+  Cursor cursor(body);
+  Reference reference;
+  const std::uint64_t streams = cursor.number();
+  for (std::uint64_t s = 0; s < streams && cursor.ok(); ++s) {
+    std::string name(std::min<std::uint64_t>(cursor.number(), cursor.left()), '\0');
+    cursor.take(name.data(), name.size());
+    ReferenceStream& stream = reference[name];
+    const std::uint64_t count = cursor.number();
+    const std::uint64_t size = cursor.number();
+    if (count > cursor.left() / sizeof(Stamp) || size > cursor.left()) return std::nullopt;
+    stream.stamps.resize(count);
+    stream.payloads.resize(size);
+    cursor.take(stream.stamps.data(), count * sizeof(Stamp));
+    cursor.take(stream.payloads.data(), size);
+  }
+  if (!cursor.ok() || cursor.left() != 0) return std::nullopt;
+  return reference;
+}
+
+bool ReferenceCache::store(const std::string& key, const Reference& reference) const {
+  static_assert(std::is_trivially_copyable_v<Stamp>);
+  std::string body;
+  const auto number = [&body](std::uint64_t n) { put(body, &n, sizeof n); };
+  number(reference.size());
+  for (const auto& [name, stream] : reference) {
+    number(name.size());
+    put(body, name.data(), name.size());
+    number(stream.stamps.size());
+    number(stream.payloads.size());
+    put(body, stream.stamps.data(), stream.stamps.size() * sizeof(Stamp));
+    put(body, stream.payloads.data(), stream.payloads.size());
+  }
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) return false;
+  const fs::path part = folder_ / (key + "." + std::to_string(getpid()) + ".part");
+  {
+    std::ofstream file(part, std::ios::binary);
+    file << file_magic << hex(XXH3_128bits(body.data(), body.size())) << body;
+    if (!file.flush()) {
+      fs::remove(part, error);
+      return false;
+    }
+  }
+  fs::rename(part, folder_ / (key + ".ref"), error);
+  return !error;
+}
+
+fs::path default_cache_folder() {
+  if (const char* folder = std::getenv("TACTOR_CACHE")) return folder;
+  if (const char* folder = std::getenv("XDG_CACHE_HOME")) return fs::path(folder) / "tactor";
+  if (const char* home = std::getenv("HOME")) return fs::path(home) / ".cache" / "tactor";
+  return fs::temp_directory_path() / "tactor-cache";
+}
+
+}  // namespace tactor

@@ -1,0 +1,53 @@
+// The reference run: what the sinks of a run are judged against, made on demand and cached by content.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/engine/virtual_clock.hpp"
+
+namespace tactor {
+
+/// What arrived at one reference input.
+struct ReferenceStream {
+  std::vector<Stamp> stamps;
+  std::vector<std::byte> payloads;
+  bool operator==(const ReferenceStream& other) const;
+};
+
+/// By `node.input`.
+using Reference = std::map<std::string, ReferenceStream>;
+
+/// A key over everything that the outcome of a reference plan depends on: node types, parameters, edges, scene, the
+/// bytes of its files, seed, duration and the code (`libraries`: files whose bytes count). 32 hexadecimal digits.
+std::string reference_key(const Plan& reference_plan, const std::vector<std::filesystem::path>& libraries);
+
+/// Runs a reference plan. `judged`: the finished run for the nodes that must follow it, or null.
+Reference run_reference(const Plan& reference_plan, const VirtualClock* judged);
+
+/// True where a node of the run asks the reference run to follow it, so that it can't be made beforehand or cached.
+bool must_be_followed(const VirtualClock& judged);
+
+/// Hands the reference to the sinks of a finished run.
+void set_reference(VirtualClock& judged, const Reference& reference);
+
+/// Reference runs on disk, one file a key, written atomically. A file that does not check out is made again.
+class ReferenceCache {
+ public:
+  explicit ReferenceCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  [[nodiscard]] std::optional<Reference> load(const std::string& key) const;
+  /// A cache that can't be written is no error: the run goes on without. Returns false then.
+  bool store(const std::string& key, const Reference& reference) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// TACTOR_CACHE, or XDG_CACHE_HOME/tactor, or ~/.cache/tactor.
+std::filesystem::path default_cache_folder();
+
+}  // namespace tactor

@@ -1,0 +1,24 @@
+// The entry of libtactor_record.so.
+#include "framework/record/hdf5_reader.hpp"
+#include "framework/record/hdf5_writer.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace {
+
+using namespace tactor;
+
+constexpr RecordLibrary library{
+    .create = [](const std::filesystem::path& path, const RecordingHeader& header) -> std::unique_ptr<Recorder> {
+      return std::make_unique<Hdf5Recorder>(path, header);
+    },
+    .open = [](const std::filesystem::path& path) -> std::unique_ptr<RecordingReader> {
+      return std::make_unique<Hdf5Reader>(path);
+    },
+    .mend = mend_recording,
+};
+
+}  // namespace
+
+extern "C" __attribute__((visibility("default"))) const tactor::RecordLibrary* tactor_record_library(int abi) {
+  return abi == TACTOR_RECORD_ABI ? &library : nullptr;
+}

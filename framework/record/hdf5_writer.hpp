@@ -1,0 +1,58 @@
+// Writes recordings as HDF5: readable by others while the run lasts, compressed and reproducible once closed.
+#pragma once
+
+#include <chrono>
+
+#include "framework/record/hdf5_layout.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace tactor {
+
+/// The recorder of `RecordLibrary::create`.
+///
+/// While the run lasts the file is in HDF5's single-writer/multiple-reader mode, in which every state of the file on
+/// disk is readable. Flushes follow the wall clock and so leave traces in that file's layout; `close` therefore copies
+/// the streams, chunk by chunk, to a second file and moves it over the first.
+class Hdf5Recorder final : public Recorder {
+ public:
+  Hdf5Recorder(std::filesystem::path path, RecordingHeader header);
+  ~Hdf5Recorder() override;
+
+  std::size_t add_stream(std::string_view name, const MessageType& type) override;
+  void write(std::size_t stream, const Stamp& stamp, const void* payload) override;
+  void flush() override;
+  void close() override;
+
+ private:
+  struct Stream {
+    std::string name;
+    const MessageType* type;
+    Handle memory_type;
+    Handle data;                     // the dataset of the file being written
+    std::vector<std::byte> records;  // taken in and not yet written
+    std::uint64_t buffered = 0;      // messages in `records`
+    std::uint64_t written = 0;       // messages in the dataset
+  };
+  enum class State { declaring, writing, closed };
+
+  [[noreturn]] void fail(const char* doing) const;
+  /// Makes an empty recording at `path`, with the datasets' handles in the streams.
+  Handle make_file(const std::filesystem::path& path, bool final) const;
+  Handle make_data(hid_t file, const Stream& stream, bool final) const;
+  void start();
+  void write_buffered(Stream& stream);
+  void rewrite_compressed(const std::filesystem::path& to);
+
+  std::filesystem::path path_;
+  RecordingHeader header_;
+  std::vector<Stream> streams_;
+  Handle file_;
+  int lock_ = -1;
+  State state_ = State::declaring;
+  std::chrono::steady_clock::time_point flushed_;
+};
+
+/// Takes the lock that a running recorder holds on its file; the descriptor, or -1 where another process holds it.
+int lock_recording(const std::filesystem::path& path);
+
+}  // namespace tactor

@@ -1,0 +1,45 @@
+// Makes bunny.off: the Stanford bunny of CGAL's demo data, decimated and brought to metres.
+#include <cstdio>
+#include <fstream>
+
+#include <CGAL/IO/OFF.h>
+
+#include "framework/core/check.hpp"
+#include "meshes/decimate.hpp"
+#include "meshes/write_off.hpp"
+
+using namespace tactor;
+
+namespace {
+
+constexpr std::size_t face_count = 20990;
+constexpr double height = 0.15;  // m
+
+/// Scales to the height, along y as in the source, and centres the bounding box on the origin.
+void bring_to_metres(TriangleMesh& mesh) {
+  Vec3 low = mesh.vertices.front(), high = low;
+  for (const Vec3& v : mesh.vertices) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], v[axis]);
+      high[axis] = std::max(high[axis], v[axis]);
+    }
+  }
+  const double scale = height / (high.y - low.y);
+  for (Vec3& v : mesh.vertices) v = scale * (v - 0.5 * (low + high));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  if (argc != 3) throw InputError("usage: make_bunny SOURCE.off OUTPUT.off");
+  Surface surface;
+  std::ifstream in(argv[1]);
+  if (!in || !CGAL::IO::read_OFF(in, surface)) throw InputError(std::string(argv[1]) + ": cannot be read as OFF");
+  TriangleMesh mesh = decimate(surface, face_count, "bunny");
+  bring_to_metres(mesh);
+  write_off(argv[2], mesh, "Stanford bunny, Stanford Computer Graphics Laboratory; decimated; metres");
+  return 0;
+} catch (const std::exception& e) {
+  std::fprintf(stderr, "make_bunny: %s\n", e.what());
+  return 1;
+}

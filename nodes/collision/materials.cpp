@@ -1,0 +1,23 @@
+#include "nodes/collision/materials.hpp"
+
+#include <cmath>
+
+namespace tactor {
+
+Material combine(const Material& a, const Material& b) {
+  Material both = a.stiffness <= b.stiffness ? a : b;
+  const double sum = a.stiffness + b.stiffness;
+  both.stiffness = sum > 0 ? a.stiffness * (b.stiffness / sum) : 0;
+  both.friction = std::sqrt(a.friction * b.friction);
+  return both;
+}
+
+std::string nothing_to_hit(const Scene& scene) {
+  if (scene.tool() == nullptr) return "nothing in the scene moves";
+  for (const Body& body : scene.bodies) {
+    if (body.motion == Motion::fixed) return {};
+  }
+  return "the scene has nothing to hit";
+}
+
+}  // namespace tactor

@@ -1,0 +1,32 @@
+// What the declarations of the couplings have in common.
+#pragma once
+
+#include <string>
+
+#include "framework/node/declare.hpp"
+#include "nodes/coupling/law.hpp"
+
+namespace tactor {
+
+/// Adds the ports and the device's limits to the declaration of coupling N.
+template <class N>
+void declare_coupling(Declare<N>& declaration) {
+  using P = typename N::Params;
+  // The template arguments let pointers to the members of the base classes convert.
+  declaration
+      .template input<PhysicsState>(
+          "state", &N::state,
+          {.doc = "tool and handle at one instant; a force is sent for each", .trigger = Trigger::yes})
+      .template output<Wrench>("force", &N::force, "wrench on the device about its handle, limited by norm")
+      .template output<CouplingLaw>("law", &N::law, "the spring and damper, sent once at the start")
+      .template real<double>("force_max", &P::force_max,
+                             {.doc = "largest force on the device, by norm", .unit = "N", .default_value = 8, .min = 0})
+      .template real<double>(
+          "torque_max", &P::torque_max,
+          {.doc = "largest torque on the device, by norm", .unit = "N m", .default_value = 0.3, .min = 0})
+      .unneeded([](const Scene& scene) {
+        return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
+      });
+}
+
+}  // namespace tactor

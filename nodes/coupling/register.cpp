@@ -1,0 +1,10 @@
+#include "framework/node/registry.hpp"
+#include "nodes/coupling/adaptive.hpp"
+#include "nodes/coupling/dynamic.hpp"
+#include "nodes/coupling/static.hpp"
+
+TACTOR_NODES(registry) {
+  registry.add<tactor::StaticCoupling>();
+  registry.add<tactor::DynamicCoupling>();
+  registry.add<tactor::AdaptiveCoupling>();
+}

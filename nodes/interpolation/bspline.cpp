@@ -1,0 +1,95 @@
+#include "nodes/interpolation/bspline.hpp"
+
+#include "framework/core/segment.hpp"
+
+namespace tactor {
+
+std::array<Wrench, 4> bspline_cubic(const std::array<Wrench, 4>& P) {
+  return {(1.0 / 6.0) * (P[0] + 4.0 * P[1] + P[2]), 0.5 * (P[2] - P[0]), 0.5 * (P[0] - 2.0 * P[1] + P[2]),
+          (1.0 / 6.0) * ((P[3] - P[0]) + 3.0 * (P[1] - P[2]))};
+}
+
+std::array<Wrench, 4> bspline_continued(const Wrench& value, const Wrench& slope, const Wrench& curvature,
+                                        const Wrench& next) {
+  const Wrench P1 = value - (1.0 / 6.0) * curvature;
+  const Wrench P2 = P1 + slope + 0.5 * curvature;
+  const Wrench P0 = P1 - slope + 0.5 * curvature;
+  std::array<Wrench, 4> c = bspline_cubic({P0, P1, P2, next});
+  // The join is exact by construction; the control points would give it up to rounding.
+  c[0] = value;
+  c[1] = slope;
+  c[2] = 0.5 * curvature;
+  return c;
+}
+
+NodeInfo BSpline::declare() {
+  Declare<BSpline> node("interpolation.bspline", "A smooth curve by uniform cubic B-splines.");
+  node.details(
+          "Each forecast gives one segment, as long as the estimated physics period. `join: paper` takes the control "
+          "points F_{t-2}, F_{t-1}, F_t, F_{t+1|t}, all of them predicted ones or the past ones actual "
+          "(`control_points`); "
+          "with predicted ones neighbouring segments join with C2 where forecasts arrive exactly one estimated period "
+          "apart, and jump where they do not; with actual ones they always jump by a sixth of the prediction error and "
+          "more. `join: continuous` takes as the three past control points those of the curve being displayed, which "
+          "its value, slope and curvature at the arrival define uniquely, and the predicted force as the fourth. That "
+          "is the paper's curve where forecasts arrive on time, and C2 where they come early or the period changes. If "
+          "a forecast is late (u >= 1) the end value is held, and the next segment starts from it at rest.\n"
+          "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering.")
+      .input("forecast", &BSpline::forecast, {.doc = "the force and the predicted one", .trigger = Trigger::yes})
+      .output("segment", &BSpline::segment, "a B-spline segment over one estimated period")
+      .choice("control_points", &Params::control_points,
+              {{"mixed", ControlPoints::mixed}, {"predicted", ControlPoints::predicted}},
+              std::optional(ControlPoints::predicted),
+              "the past control points of `join: paper`: actual forces, or what was predicted for them")
+      .choice("join", &Params::join, {{"paper", Join::paper}, {"continuous", Join::continuous}},
+              std::optional(Join::continuous),
+              "the segment as printed in the paper, or the one that goes on from the displayed curve");
+  return declare_period(node).info();
+}
+
+BSpline::BSpline(const Params& params, const NodeContext& context)
+    : params_(params), torque_(context.torque), period_(params) {}
+
+ForceSegment BSpline::as_printed(const Forecast& f, Time begin, Duration length) {
+  if (!any_) control_.fill(f.current_D_W);
+  // `control_` holds P_0..P_3 of the segment before; each moves on by one place.
+  control_ = {control_[1], control_[2], control_[3], f.predicted_D_W};
+  if (params_.control_points == ControlPoints::mixed) control_[2] = f.current_D_W;
+  return {begin, begin + length, bspline_cubic(control_)};
+}
+
+ForceSegment BSpline::from_displayed(const Forecast& f, Time begin, Duration length) const {
+  const Wrench value = evaluate(curve_, begin);
+  Wrench slope;
+  Wrench curvature;
+  // On time counts as still moving; only a value held beyond the end is at rest.
+  if (any_ && begin <= curve_.end) {
+    const double u = normalised_time(curve_, begin);
+    const double ratio = length.seconds() / (curve_.end - curve_.begin).seconds();
+    const std::array<Wrench, 4>& c = curve_.c;
+    slope = ratio * (c[1] + u * (2.0 * c[2] + (3.0 * u) * c[3]));
+    curvature = (ratio * ratio) * (2.0 * c[2] + (6.0 * u) * c[3]);
+  }
+  return {begin, begin + length, bspline_continued(value, slope, curvature, f.predicted_D_W)};
+}
+
+void BSpline::step(StepContext& context) {
+  const Stamped<Forecast>* newest = forecast.latest();
+  if (newest == nullptr) return;
+  const Time now = context.now();
+  Forecast f = newest->value;
+  if (!torque_) f.current_D_W.torque = f.predicted_D_W.torque = {};
+  period_.update(newest->stamp.valid);
+  if (any_ && now > curve_.end) ++late_;
+  if (any_ && now < curve_.end) ++early_;
+  curve_ = params_.join == Join::paper ? as_printed(f, now, period_.value()) : from_displayed(f, now, period_.value());
+  any_ = true;
+  segment.send(now, curve_);
+}
+
+void BSpline::report(Report& report) const {
+  report.set("interpolation.late", static_cast<double>(late_));
+  report.set("interpolation.early", static_cast<double>(early_));
+}
+
+}  // namespace tactor

@@ -1,0 +1,31 @@
+#include "nodes/interpolation/linear.hpp"
+
+#include "framework/core/segment.hpp"
+
+namespace tactor {
+
+NodeInfo LinearInterpolation::declare() {
+  Declare<LinearInterpolation> node("interpolation.linear",
+                                    "A straight line from the displayed to the predicted force.");
+  node.details(
+          "The line starts at the value displayed when the forecast arrives and reaches the predicted one after the "
+          "estimated physics period. If the next forecast is late the value reached is held; if it is early the next "
+          "line starts from where this one is.")
+      .input("forecast", &LinearInterpolation::forecast, {.doc = "the force to go to", .trigger = Trigger::yes})
+      .output("segment", &LinearInterpolation::segment, "a line over one estimated period");
+  return declare_period(node).info();
+}
+
+LinearInterpolation::LinearInterpolation(const Params& params, const NodeContext&) : period_(params) {}
+
+void LinearInterpolation::step(StepContext& context) {
+  const Stamped<Forecast>* newest = forecast.latest();
+  if (newest == nullptr) return;
+  period_.update(newest->stamp.valid);
+  const Time now = context.now();
+  const Wrench displayed = evaluate(curve_, now);
+  curve_ = {now, now + period_.value(), {displayed, newest->value.predicted_D_W - displayed}};
+  segment.send(now, curve_);
+}
+
+}  // namespace tactor

@@ -1,0 +1,56 @@
+#include "nodes/interpolation/lowpass.hpp"
+
+#include <cmath>
+
+namespace tactor {
+
+NodeInfo LowPass::declare() {
+  return Declare<LowPass>("interpolation.lowpass", "Smooths the held force by a critically damped low-pass.")
+      .details(
+          "tau^2 F'' + 2 tau F' + F = F_t for force and torque, solved exactly from tick to tick. The baseline for "
+          "every smooth method: what it gains in smoothness it pays with a delay of 2 tau. Each tick sends the cubic "
+          "that has the filter's values and slopes at both ends. The predicted force is not looked at.")
+      .input("forecast", &LowPass::forecast, {.doc = "the force to follow"})
+      .output("segment", &LowPass::segment, "the filter's curve over one tick")
+      .real("time_constant", &Params::time_constant,
+            {.doc = "tau, of each of the two equal poles",
+             .unit = "s",
+             .default_value = 0.004,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .info();
+}
+
+LowPass::LowPass(const Params& params, const NodeContext&)
+    : tau_(params.time_constant.seconds()), tick_(Duration::from_rate(params.rate)) {}
+
+LowPass::State LowPass::after(const State& state, double h) const {
+  const double decay = std::exp(-h / tau_);
+  const Wrench e = state.value - target_;
+  const Wrench slope = state.rate + (1.0 / tau_) * e;
+  return {target_ + decay * (e + h * slope), decay * (state.rate - (h / tau_) * slope)};
+}
+
+void LowPass::step(StepContext& context) {
+  const Stamped<Forecast>* newest = forecast.latest();
+  if (newest == nullptr) return;
+  const Time now = context.now();
+  // The old target held until this tick, however long ago the last one was.
+  if (running_) state_ = after(state_, (now - last_).seconds());
+  running_ = true;
+  last_ = now;
+  target_ = newest->value.current_D_W;
+  const double h = tick_.seconds();
+  const State end = after(state_, h);
+  const Wrench change = end.value - state_.value;
+  const Wrench begin_slope = h * state_.rate;
+  const Wrench end_slope = h * end.rate;
+  segment.send(now, {now,
+                     now + tick_,
+                     {state_.value, begin_slope, 3.0 * change - 2.0 * begin_slope - end_slope,
+                      begin_slope + end_slope - 2.0 * change}});
+}
+
+}  // namespace tactor

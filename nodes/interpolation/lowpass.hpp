@@ -1,0 +1,41 @@
+// A critically damped low-pass of second order on the held physics force.
+#pragma once
+
+#include "framework/core/messages.hpp"
+#include "framework/node/declare.hpp"
+
+namespace tactor {
+
+/// interpolation.lowpass: tau^2 F'' + 2 tau F' + F = F_t, with F_t the newest physics force. Between ticks the input is
+/// constant, so with e = F - F_t the exact solution serves:
+///   e(h) = (e + (F' + e / tau) h) exp(-h / tau),  F'(h) = (F' - (F' + e / tau) h / tau) exp(-h / tau).
+/// A ramp is displayed 2 tau late.
+class LowPass final : public Node {
+ public:
+  struct Params {
+    Duration time_constant;
+    double rate = 0;
+  };
+  LowPass(const Params& params, const NodeContext& context);
+  static NodeInfo declare();
+  void step(StepContext& context) override;
+
+  Input<Forecast> forecast;
+  Output<ForceSegment> segment;
+
+ private:
+  struct State {
+    Wrench value;  // N, N m
+    Wrench rate;   // N/s, N m/s
+  };
+  [[nodiscard]] State after(const State& state, double h) const;
+
+  double tau_;  // s
+  Duration tick_;
+  State state_;
+  Wrench target_;
+  Time last_;
+  bool running_ = false;
+};
+
+}  // namespace tactor

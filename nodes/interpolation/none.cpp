@@ -1,0 +1,23 @@
+#include "nodes/interpolation/none.hpp"
+
+#include "framework/core/segment.hpp"
+
+namespace tactor {
+
+NodeInfo NoInterpolation::declare() {
+  return Declare<NoInterpolation>("interpolation.none", "Displays each force in a step and holds it.")
+      .details("F(t) = F_t from the time the forecast arrives. The predicted force is not looked at.")
+      .input("forecast", &NoInterpolation::forecast, {.doc = "the force to display", .trigger = Trigger::yes})
+      .output("segment", &NoInterpolation::segment, "a constant")
+      .info();
+}
+
+NoInterpolation::NoInterpolation(const Params&, const NodeContext&) {}
+
+void NoInterpolation::step(StepContext& context) {
+  const Stamped<Forecast>* newest = forecast.latest();
+  if (newest == nullptr) return;
+  segment.send(context.now(), constant_segment(context.now(), newest->value.current_D_W));
+}
+
+}  // namespace tactor

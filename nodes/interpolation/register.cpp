@@ -1,0 +1,12 @@
+#include "framework/node/registry.hpp"
+#include "nodes/interpolation/bspline.hpp"
+#include "nodes/interpolation/linear.hpp"
+#include "nodes/interpolation/lowpass.hpp"
+#include "nodes/interpolation/none.hpp"
+
+TACTOR_NODES(registry) {
+  registry.add<tactor::NoInterpolation>();
+  registry.add<tactor::LinearInterpolation>();
+  registry.add<tactor::LowPass>();
+  registry.add<tactor::BSpline>();
+}

@@ -1,0 +1,100 @@
+// What every predictor does around its own formula: bad samples are kept out, outputs stay within the device's limits.
+#pragma once
+
+#include <cstdint>
+
+#include "framework/core/spatial.hpp"
+#include "framework/node/node.hpp"
+
+namespace tactor {
+
+/// The device's limits on force and torque, by norm.
+struct ForceLimits {
+  double force_max = 0;   ///< N
+  double torque_max = 0;  ///< N m
+};
+
+/// True where the square of x is finite, so that x can be weighed and summed.
+inline bool is_usable(const Vec3& x) {
+  return std::isfinite(dot(x, x));
+}
+inline bool is_usable(const Wrench& x) {
+  return is_usable(x.force) && is_usable(x.torque);
+}
+
+/// `x` shortened to `limit` where it is longer.
+inline Vec3 clamped(const Vec3& x, double limit) {
+  const double size = norm(x);
+  return size > limit ? (limit / size) * x : x;
+}
+
+/// Counts what a predictor could not use or had to mend; a prediction is mended for force and torque apart.
+class ForecastGuard {
+ public:
+  ForecastGuard(const ForceLimits& limits, bool torque) : limits_(limits), torque_(torque) {}
+
+  /// Takes a sample in: the sample where it is usable, else the last usable one (zero before the first), counted.
+  /// Returns true where it was usable.
+  bool accept(Wrench& sample) {
+    if (!torque_) sample.torque = {};
+    if (is_usable(sample)) {
+      last_ = sample;
+      return true;
+    }
+    sample = last_;
+    ++rejected_;
+    ++fallbacks_;
+    return false;
+  }
+
+  /// Makes `predicted` one that can be displayed: `current` where it is not finite, shortened to the device's limits.
+  /// Returns true where it had to be mended, and counts it.
+  bool mend(const Wrench& current, Wrench& predicted) {
+    bool mended = mend(current.force, predicted.force, limits_.force_max);
+    if (torque_) {
+      mended = mend(current.torque, predicted.torque, limits_.torque_max) || mended;
+    } else {
+      predicted.torque = {};
+    }
+    if (mended) ++fallbacks_;
+    return mended;
+  }
+
+  /// Counts a prediction that was held because nothing better could be computed.
+  void count_held() { ++fallbacks_; }
+  /// Counts a prediction that was held because the history is still too short.
+  void count_warm_up() { ++warm_up_; }
+
+  void report(Report& report) const {
+    report.add("fallbacks", static_cast<double>(fallbacks_));
+    report.add("fallbacks.rejected_samples", static_cast<double>(rejected_));
+    report.add("fallbacks.not_finite", static_cast<double>(not_finite_));
+    report.add("fallbacks.clamped", static_cast<double>(clamped_));
+    report.add("prediction.warm_up", static_cast<double>(warm_up_));
+  }
+
+  [[nodiscard]] bool torque() const { return torque_; }
+
+ private:
+  bool mend(const Vec3& current, Vec3& predicted, double limit) {
+    bool mended = false;
+    if (!is_usable(predicted)) {
+      predicted = current;
+      ++not_finite_;
+      mended = true;
+    }
+    if (norm(predicted) > limit) {
+      predicted = clamped(predicted, limit);
+      ++clamped_;
+      mended = true;
+    }
+    return mended;
+  }
+
+  ForceLimits limits_;
+  bool torque_;
+  Wrench last_;
+  std::int64_t fallbacks_ = 0, rejected_ = 0, not_finite_ = 0, clamped_ = 0, warm_up_ = 0;
+};
+
+}  // namespace tactor

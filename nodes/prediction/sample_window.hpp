@@ -1,0 +1,68 @@
+// The last N vector samples in a ring, and their autocovariance kept up to date sample by sample.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "framework/core/check.hpp"
+#include "framework/core/messages.hpp"
+
+namespace tactor {
+
+/// The last `capacity` samples; storage is allocated once.
+class SampleWindow {
+ public:
+  explicit SampleWindow(std::size_t capacity) : samples_(capacity) { TACTOR_DEMAND(capacity > 0); }
+
+  void push(const Vec3& x) {
+    newest_ = newest_ + 1 == samples_.size() ? 0 : newest_ + 1;
+    samples_[newest_] = x;
+    if (size_ < samples_.size()) ++size_;
+  }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t capacity() const { return samples_.size(); }
+  [[nodiscard]] bool full() const { return size_ == samples_.size(); }
+  /// The sample that came `age` samples before the newest; needs age < size().
+  [[nodiscard]] const Vec3& operator[](std::size_t age) const {
+    return samples_[age <= newest_ ? newest_ - age : newest_ + samples_.size() - age];
+  }
+  /// The mean of the newest `count` samples, or of all where there are fewer, summed afresh; zero where there are none.
+  [[nodiscard]] Vec3 mean(std::size_t count) const;
+
+ private:
+  std::vector<Vec3> samples_;
+  std::size_t newest_ = 0;
+  std::size_t size_ = 0;
+};
+
+/// A window with its biased autocovariance (see autocovariance()). Without removal of a mean a sample costs two scalar
+/// products a lag: the products with the sample that leaves go, those with the one that comes are added. Rounding stays
+/// bounded, because the sums are made afresh once a window, and at once where they have fallen far below what they
+/// were.
+class AutocovarianceWindow {
+ public:
+  /// `lags` autocovariances, r[0] to r[lags - 1], of the last `window` samples; needs 1 <= lags <= window.
+  AutocovarianceWindow(std::size_t window, std::size_t lags, bool remove_mean);
+
+  /// Needs a sample whose square is finite.
+  void push(const Vec3& x);
+  [[nodiscard]] bool full() const { return window_.full(); }
+  [[nodiscard]] std::size_t capacity() const { return window_.capacity(); }
+  /// Writes r; needs a full window and r.size() == lags.
+  void covariances(std::span<double> r);
+  /// The energy that removal of the mean can leave by rounding, for has_energy(); of the last covariances().
+  [[nodiscard]] double noise() const { return noise_; }
+
+ private:
+  void sum_afresh();
+
+  SampleWindow window_;
+  bool remove_mean_;
+  std::vector<double> sums_;
+  std::vector<Vec3> ordered_;
+  double peak_ = 0;  // the largest energy sum since the sums were made afresh
+  std::size_t since_afresh_ = 0;
+  double noise_ = 0;
+};
+
+}  // namespace tactor

@@ -1,0 +1,259 @@
+#include "nodes/sink/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "nodes/sink/signal_metrics.hpp"
+
+namespace tactor {
+
+namespace {
+
+using std::string;
+
+double median(std::vector<double> x) {
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), middle, x.end());
+  if (x.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(x.begin(), middle));
+}
+
+void add_axes(Report& report, const string& name, const char* unit, const std::vector<double>& time,
+              const std::vector<Vec3>& value) {
+  for (int axis = 0; axis < 4; ++axis) {
+    Series s{name + (axis == 0 ? ".x" : axis == 1 ? ".y" : axis == 2 ? ".z" : ".norm"), unit, time, {}};
+    s.value.reserve(value.size());
+    for (const Vec3& v : value) s.value.push_back(axis < 3 ? v[axis] : norm(v));
+    report.add_series(std::move(s));
+  }
+}
+
+template <class T, class Of>
+void drain(NewMessages<T>& messages, Input<T>& in, Of of) {
+  Stamped<T> m;
+  while (messages.next(in, m)) of(m);
+}
+
+}  // namespace
+
+NodeInfo Metrics::declare() {
+  const Queue every{QueuePolicy::drop_oldest, 64};
+  return Declare<Metrics>("sink.metrics", "Judges the delivered force: error, delay and smoothness.")
+      .sink()
+      .details(
+          "delivered.*: `commanded` against the physics force of the reference run at the same time: RMS and largest "
+          "error, delay (lag of the cross-correlation peak, positive: late), RMS of the first and second difference, "
+          "the "
+          "second also as the excess over the reference's, largest step, share of time beyond what can be felt, "
+          "largest push the wrong way after contact is lost. one_step.*: the predicted force against the next physics "
+          "force, and what a hold errs. physics.*: from the stamps of `force`. contacts.*: contacts that carried "
+          "force. Without a reference the delivered figures that need one are left out.")
+      .input("commanded", &Metrics::commanded,
+             {.doc = "what the device is told to display, at its rate", .trigger = Trigger::yes, .queue = every})
+      .input("force", &Metrics::force,
+             {.doc = "the physics force; the reference run's is the truth",
+              .trigger = Trigger::yes,
+              .queue = every,
+              .reference = true})
+      .input("forecast", &Metrics::forecast,
+             {.doc = "what was predicted", .trigger = Trigger::yes, .required = false, .queue = every})
+      .input("state", &Metrics::state,
+             {.doc = "for the contacts", .trigger = Trigger::yes, .required = false, .queue = every})
+      .input("device", &Metrics::device,
+             {.doc = "for the displacement", .trigger = Trigger::yes, .required = false, .queue = every})
+      .real("settle", &Params::settle,
+            {.doc = "the start that is left out of the figures", .unit = "s", .default_value = 0.2, .min = 0})
+      .real("jnd_force", &Params::jnd_force,
+            {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
+      .real(
+          "jnd_torque", &Params::jnd_torque,
+          {.doc = "the smallest torque that is felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
+      .real("jnd_fraction", &Params::jnd_fraction,
+            {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
+      .real("max_delay", &Params::max_delay,
+            {.doc = "largest delay that is looked for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
+      .real("loss_force", &Params::loss_force,
+            {.doc = "contact is lost where the reference force falls under it",
+             .unit = "N",
+             .default_value = 0.2,
+             .min = 0})
+      .real("loss_torque", &Params::loss_torque,
+            {.doc = "contact is lost where the reference torque falls under it",
+             .unit = "N m",
+             .default_value = 0.01,
+             .min = 0})
+      .real("loss_window", &Params::loss_window,
+            {.doc = "time after a loss in which overshoot is looked for", .unit = "s", .default_value = 0.2, .min = 0})
+      .info();
+}
+
+Metrics::Metrics(const Params& params, const NodeContext& context) : params_(params), torque_(context.torque) {
+  // Room for a 1 kHz device and 250 Hz physics; faster ones make the vectors grow.
+  const auto ms = static_cast<std::size_t>(std::max(0.0, context.duration.milliseconds())) + 64;
+  commands_.reserve(ms);
+  positions_.reserve(ms);
+  forces_.reserve(ms / 4);
+  forecasts_.reserve(ms / 4);
+  contacts_.reserve(ms / 4);
+}
+
+void Metrics::step(StepContext&) {
+  drain(new_commanded_, commanded, [this](const auto& m) { commands_.push_back(m); });
+  drain(new_force_, force, [this](const auto& m) { forces_.push_back(m); });
+  drain(new_forecast_, forecast, [this](const auto& m) { forecasts_.push_back(m); });
+  drain(new_state_, state, [this](const auto& m) {
+    contacts_.push_back({m.stamp.produced, m.stamp.valid, m.value.contacts});
+  });
+  drain(new_device_, device, [this](const auto& m) { positions_.push_back({m.stamp.valid, m.value.X_WD.p}); });
+}
+
+void Metrics::report(Report& report) const {
+  const Part force_part{"force", "N", &Wrench::force, params_.jnd_force, params_.loss_force};
+  const Part torque_part{"torque", "Nm", &Wrench::torque, params_.jnd_torque, params_.loss_torque};
+  report_delivered(report, force_part);
+  if (torque_) report_delivered(report, torque_part);
+  report_one_step(report, force_part, true);
+  if (torque_) report_one_step(report, torque_part, false);
+  report_physics(report);
+  report_contacts(report);
+  report_displacement(report);
+}
+
+void Metrics::report_delivered(Report& report, const Part& part) const {
+  const auto truth = force.reference();
+  std::vector<double> time;
+  std::vector<Vec3> shown;
+  std::vector<Vec3> wanted;
+  std::size_t cursor = 0;
+  std::size_t settled = 0;
+  for (const Stamped<Wrench>& c : commands_) {
+    const Time t = c.stamp.valid;
+    if (!truth.empty() && t > truth.back().stamp.valid) break;
+    if (t.ns < params_.settle.ns) ++settled;
+    time.push_back(t.seconds());
+    shown.push_back(c.value.*part.member);
+    if (!truth.empty()) wanted.push_back(value_at(truth, t, cursor).*part.member);
+  }
+  // The series of a force keep the short names; those of a torque say what they are.
+  const string prefix = string(part.name) == "force" ? "" : "torque.";
+  const char* unit = prefix.empty() ? "N" : "N m";
+  add_axes(report, prefix + "commanded", unit, time, shown);
+  if (!truth.empty()) add_axes(report, prefix + "reference", unit, time, wanted);
+  if (time.size() < settled + 3) return;
+
+  const double step = (time.back() - time[settled]) / static_cast<double>(time.size() - settled - 1);
+  const double step_ms = 1e3 * step;
+  const std::span<const Vec3> x = std::span(shown).subspan(settled);
+  const string delivered = string("delivered.") + part.name + ".";
+  const string N = part.unit;
+  const Smoothness mine = smoothness(x, step_ms);
+  report.set(delivered + "rms_d1_" + N + "_per_ms", mine.rms_d1);
+  report.set(delivered + "rms_d2_" + N + "_per_ms2", mine.rms_d2);
+  report.set(delivered + "max_step_" + N, mine.max_step);
+  if (truth.empty()) return;
+
+  const std::span<const Vec3> r = std::span(wanted).subspan(settled);
+  const Smoothness ideal = smoothness(r, step_ms);
+  const string reference = string("reference.") + part.name + ".";
+  report.set(reference + "rms_" + N, rms(r));
+  report.set(reference + "rms_d1_" + N + "_per_ms", ideal.rms_d1);
+  report.set(reference + "rms_d2_" + N + "_per_ms2", ideal.rms_d2);
+  report.set(reference + "max_step_" + N, ideal.max_step);
+  report.set(delivered + "rms_d2_excess_" + N + "_per_ms2", mine.rms_d2 - ideal.rms_d2);
+  report.set(delivered + "rms_error_" + N, rms_error(x, r));
+  report.set(delivered + "max_error_" + N, max_error(x, r));
+  if (const auto lag = delay_steps(x, r, std::llround(params_.max_delay.seconds() / step))) {
+    report.set(delivered + "delay_ms", *lag * step_ms);
+  }
+  report.set(delivered + "share_beyond_jnd", share_beyond(x, r, part.jnd, params_.jnd_fraction));
+  report.set(delivered + "overshoot_after_loss_" + N,
+             overshoot_after_loss(x, r, part.loss, std::llround(params_.loss_window.seconds() / step)));
+}
+
+void Metrics::report_one_step(Report& report, const Part& part, bool series) const {
+  std::vector<double> predicted;
+  std::vector<double> held;
+  Series errors{"one_step_error", "N", {}, {}};
+  std::size_t next = 0;
+  for (const Stamped<Forecast>& f : forecasts_) {
+    while (next < forces_.size() && forces_[next].stamp.valid <= f.stamp.valid) ++next;
+    if (next == forces_.size()) break;
+    if (f.stamp.valid.ns < params_.settle.ns) continue;
+    const Vec3 actual = forces_[next].value.*part.member;
+    predicted.push_back(norm(f.value.predicted_D_W.*part.member - actual));
+    held.push_back(norm(f.value.current_D_W.*part.member - actual));
+    errors.time.push_back(forces_[next].stamp.valid.seconds());
+    errors.value.push_back(predicted.back());
+  }
+  if (predicted.empty()) return;
+  const string one_step = string("one_step.") + part.name + ".";
+  report.set(one_step + "rms_error_" + part.unit, rms(predicted));
+  report.set(one_step + "rms_error_hold_" + part.unit, rms(held));
+  if (series) report.add_series(std::move(errors));
+}
+
+void Metrics::report_physics(Report& report) const {
+  Series size{"physics.norm", "N", {}, {}};
+  Series rate{"physics_rate", "Hz", {}, {}};
+  std::vector<double> settled_rates;
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
+    const Stamp& stamp = forces_[i].stamp;
+    size.time.push_back(stamp.produced.seconds());
+    size.value.push_back(norm(forces_[i].value.force));
+    if (i == 0) continue;
+    const double interval = (stamp.valid - forces_[i - 1].stamp.valid).seconds();
+    if (interval <= 0) continue;
+    rate.time.push_back(stamp.produced.seconds());
+    rate.value.push_back(1.0 / interval);
+    if (stamp.valid.ns >= params_.settle.ns) settled_rates.push_back(1.0 / interval);
+  }
+  report.set("physics.steps", static_cast<double>(forces_.size()));
+  if (!settled_rates.empty()) {
+    const auto [low, high] = std::minmax_element(settled_rates.begin(), settled_rates.end());
+    report.set("physics.rate_hz_min", *low);
+    report.set("physics.rate_hz_max", *high);
+    report.set("physics.rate_hz_median", median(settled_rates));
+  }
+  report.add_series(std::move(size));
+  report.add_series(std::move(rate));
+}
+
+void Metrics::report_contacts(Report& report) const {
+  if (contacts_.empty()) return;
+  Series count{"contacts", "1", {}, {}};
+  std::vector<double> settled;
+  for (const Contacts& c : contacts_) {
+    count.time.push_back(c.produced.seconds());
+    count.value.push_back(c.count);
+    if (c.valid.ns >= params_.settle.ns) settled.push_back(c.count);
+  }
+  if (!settled.empty()) {
+    report.set("contacts.max", *std::max_element(settled.begin(), settled.end()));
+    report.set("contacts.median", median(settled));
+  }
+  report.add_series(std::move(count));
+}
+
+void Metrics::report_displacement(Report& report) const {
+  if (positions_.empty()) return;
+  Series displacement{"displacement", "m", {}, {}};
+  for (const Position& p : positions_) {
+    displacement.time.push_back(p.valid.seconds());
+    displacement.value.push_back(norm(p.p_WD - positions_.front().p_WD));
+  }
+  report.add_series(std::move(displacement));
+}
+
+Wrench value_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor) {
+  TACTOR_ASSERT(!samples.empty());
+  while (cursor + 1 < samples.size() && samples[cursor + 1].stamp.valid <= t) ++cursor;
+  const Stamped<Wrench>& before = samples[cursor];
+  if (t <= before.stamp.valid || cursor + 1 == samples.size()) return before.value;
+  const Stamped<Wrench>& after = samples[cursor + 1];
+  const double s = (t - before.stamp.valid).seconds() / (after.stamp.valid - before.stamp.valid).seconds();
+  return before.value + s * (after.value - before.value);
+}
+
+}  // namespace tactor

@@ -1,0 +1,80 @@
+// The judge of a run: what the device was told to display against what an ideal run would have displayed.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "framework/core/messages.hpp"
+#include "framework/node/declare.hpp"
+#include "framework/node/new_messages.hpp"
+
+namespace tactor {
+
+/// sink.metrics: stores what arrives while the run goes on and computes its figures afterwards (see declare()).
+class Metrics final : public Node {
+ public:
+  struct Params {
+    Duration settle;
+    double jnd_force = 0;     // N
+    double jnd_torque = 0;    // N m
+    double jnd_fraction = 0;  // of the reference
+    Duration max_delay;
+    double loss_force = 0;   // N
+    double loss_torque = 0;  // N m
+    Duration loss_window;
+  };
+  Metrics(const Params& params, const NodeContext& context);
+  static NodeInfo declare();
+  void step(StepContext& context) override;
+  void report(Report& report) const override;
+
+  Input<Wrench> commanded;
+  Input<Wrench> force;
+  Input<Forecast> forecast;
+  Input<PhysicsState> state;
+  Input<DeviceState> device;
+
+ private:
+  struct Contacts {
+    Time produced;
+    Time valid;
+    std::int32_t count = 0;
+  };
+  struct Position {
+    Time valid;
+    Vec3 p_WD;
+  };
+  /// One part of a wrench, with the name, the unit and the thresholds its figures have.
+  struct Part {
+    const char* name;
+    const char* unit;
+    Vec3 Wrench::*member;
+    double jnd;
+    double loss;
+  };
+
+  void report_delivered(Report& report, const Part& part) const;
+  void report_one_step(Report& report, const Part& part, bool series) const;
+  void report_physics(Report& report) const;
+  void report_contacts(Report& report) const;
+  void report_displacement(Report& report) const;
+
+  Params params_;
+  bool torque_;
+  NewMessages<Wrench> new_commanded_;
+  NewMessages<Wrench> new_force_;
+  NewMessages<Forecast> new_forecast_;
+  NewMessages<PhysicsState> new_state_;
+  NewMessages<DeviceState> new_device_;
+  std::vector<Stamped<Wrench>> commands_;
+  std::vector<Stamped<Wrench>> forces_;
+  std::vector<Stamped<Forecast>> forecasts_;
+  std::vector<Contacts> contacts_;
+  std::vector<Position> positions_;
+};
+
+/// The value at `t` on the lines between the samples, by their valid stamps; the first before, the last after them.
+/// `cursor` is a sample at or before t, and moves on; start with 0 and never decreasing times. Needs samples.
+Wrench value_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor);
+
+}  // namespace tactor

@@ -1,0 +1,48 @@
+// How far one sampled force signal is from another: error, delay, smoothness, share that can be felt.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "framework/core/spatial.hpp"
+
+namespace tactor {
+
+// Signals are vectors at a uniform step; N stands for their unit (N m where they are torques). Two signals that are
+// compared have the same length and the same times. An empty or too short signal gives 0.
+
+/// Root of the mean of the squared values.
+double rms(std::span<const double> x);
+/// Root of the mean of |x_i|^2.
+double rms(std::span<const Vec3> x);
+/// Root of the mean of |x_i - reference_i|^2.
+double rms_error(std::span<const Vec3> x, std::span<const Vec3> reference);
+/// The largest |x_i - reference_i|.
+double max_error(std::span<const Vec3> x, std::span<const Vec3> reference);
+
+/// Differences of a signal.
+struct Smoothness {
+  double rms_d1 = 0;    ///< N/ms, of (x_i - x_{i-1}) / step
+  double rms_d2 = 0;    ///< N/ms^2, of (x_{i+1} - 2 x_i + x_{i-1}) / step^2
+  double max_step = 0;  ///< N, the largest |x_i - x_{i-1}|
+};
+/// `step_ms` in ms.
+Smoothness smoothness(std::span<const Vec3> x, double step_ms);
+
+/// By how many steps `x` is behind `reference`: the lag of the largest normalised cross-correlation
+/// sum_i x_{i+l} . r_i / sqrt(sum_i |x_{i+l}|^2 sum_i |r_i|^2) within +-max_lag, both without their means, refined by
+/// the parabola through the peak and its neighbours. Positive: x is late. Nothing where a signal is constant or has no
+/// more than 2 max_lag samples. Of equal peaks the nearest to zero counts.
+std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag);
+
+/// The share of samples with |x_i - reference_i| > max(floor, fraction |reference_i|).
+double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, double floor, double fraction);
+
+/// The largest push the wrong way after contact was lost. Contact is lost at i where |reference| falls to `threshold`
+/// or under; with d the direction of reference_{i-1}, it is the largest -(x_j - reference_j) . d over the `window`
+/// samples from i on, as long as the reference stays under the threshold; 0 where there is none.
+double overshoot_after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold,
+                            std::int64_t window);
+
+}  // namespace tactor

@@ -1,0 +1,8 @@
+#include "framework/node/registry.hpp"
+#include "nodes/source/recording.hpp"
+#include "nodes/source/trajectory.hpp"
+
+TACTOR_NODES(registry) {
+  registry.add<tactor::RecordingSource>();
+  registry.add<tactor::TrajectorySource>();
+}

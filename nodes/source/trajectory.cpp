@@ -1,0 +1,134 @@
+#include "nodes/source/trajectory.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "framework/core/check.hpp"
+#include "framework/core/units.hpp"
+#include "framework/node/declare.hpp"
+#include "nodes/source/csv_table.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr std::array<std::string_view, 7> column_names{"t", "x", "y", "z", "rx", "ry", "rz"};
+constexpr std::array<std::string_view, 7> column_units{"s", "m", "m", "m", "rad", "rad", "rad"};
+
+WayPoint way_point(const std::array<double, 7>& row) {
+  return {row[0], {row[1], row[2], row[3]}, {row[4], row[5], row[6]}};
+}
+
+std::vector<WayPoint> points_of_table(const Table& table) {
+  std::vector<WayPoint> points;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    std::array<double, 7> row{};
+    for (std::size_t c = 0; c < row.size(); ++c) row[c] = table.at(i, c);
+    points.push_back(way_point(row));
+  }
+  return points;
+}
+
+std::vector<WayPoint> points_of_file(const std::filesystem::path& path) {
+  const CsvTable table = read_csv(path);
+  std::vector<std::size_t> target(table.columns.size());
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    const CsvColumn& column = table.columns[c];
+    const auto at = std::find(column_names.begin(), column_names.end(), column.name);
+    const std::string place = path.string() + ":1: column '" + column.heading + "'";
+    if (at == column_names.end()) {
+      throw InputError(place + " is not one of t x y z rx ry rz with a unit, for example t_s or x [mm]");
+    }
+    target[c] = static_cast<std::size_t>(at - column_names.begin());
+    const std::string unit(column_units[target[c]]);
+    if (!column.unit) throw InputError(place + " names no unit; write " + std::string(*at).append("_").append(unit));
+    if (column.unit->dimension != parse_unit(unit)->dimension) {
+      throw InputError(place + " is in " + describe(column.unit->dimension) + ", expected a unit such as " + unit);
+    }
+    for (std::size_t before = 0; before < c; ++before) {
+      if (target[before] == target[c]) throw InputError(place + " gives " + std::string(*at) + " a second time");
+    }
+  }
+  if (!table.find("t")) throw InputError(path.string() + ":1: there is no column t, for example t_s");
+  std::vector<WayPoint> points;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    std::array<double, 7> row{};
+    for (std::size_t c = 0; c < target.size(); ++c) row[target[c]] = table.at(i, c) * table.columns[c].unit->scale;
+    points.push_back(way_point(row));
+    if (i > 0 && points[i].t <= points[i - 1].t) {
+      throw InputError(table.place(i) + ": the times of way-points must increase");
+    }
+  }
+  return points;
+}
+
+Path make_path(const TrajectorySource::Params& params, const std::string& name) {
+  const bool table = params.points.rows() > 0;
+  if (table == !params.file.empty()) {
+    throw InputError(name + ": exactly one of points and file is expected, found " + (table ? "both" : "neither"));
+  }
+  return Path(table ? points_of_table(params.points) : points_of_file(params.file), params.interpolation,
+              table ? name + ": points" : params.file.string());
+}
+
+}  // namespace
+
+TrajectorySource::TrajectorySource(const Params& params, const NodeContext& context)
+    : rotates_(context.torque),
+      path_(make_path(params, context.name)),
+      tremor_(params.tremor_amplitude, params.tremor_low, params.tremor_high, params.tremor_components, context.seed) {
+  if (params.tremor_low > params.tremor_high) {
+    throw InputError(context.name + ": tremor_low must not be above tremor_high, found " +
+                     std::to_string(params.tremor_low) + " Hz and " + std::to_string(params.tremor_high) + " Hz");
+  }
+}
+
+NodeInfo TrajectorySource::declare() {
+  std::vector<ColumnInfo> columns;
+  for (std::size_t i = 0; i < column_names.size(); ++i) {
+    columns.push_back({std::string(column_names[i]), std::string(column_units[i]),
+                       i == 0 ? std::nullopt : std::optional<double>(0.0)});
+  }
+  return Declare<TrajectorySource>("source.trajectory", "Moves the hand's target along way-points, with tremor.")
+      .details(
+          "Between way-points the target moves from rest to rest with minimum jerk (Flash and Hogan 1985), evenly, or "
+          "along a natural cubic spline. It rests before the first and after the last. Rotations are given as rotation "
+          "vectors and left out where the tool cannot rotate. Tremor is a sum of sinusoids whose frequencies and "
+          "phases "
+          "follow from the seed, so that the motion is one function of time at any rate.")
+      .output("target", &TrajectorySource::target, "where the hand is to be, valid at the time of the step")
+      .rate("rate", &Params::rate, {.doc = "targets a second", .default_value = 1000, .in_reference = 10000})
+      .table("points", &Params::points, columns, false, "way-points; rx ry rz is a rotation vector")
+      .file("file", &Params::file, false,
+            "way-points from comma-separated values with columns such as t_s, x_mm, rx [rad]; instead of points")
+      .choice("interpolation", &Params::interpolation,
+              {{"minimum_jerk", PathKind::minimum_jerk}, {"linear", PathKind::linear}, {"cubic", PathKind::cubic}},
+              std::optional(PathKind::minimum_jerk), "how the target moves between way-points")
+      .real("tremor_amplitude", &Params::tremor_amplitude,
+            {.doc = "root mean square of the tremor on each axis; 0 for none",
+             .unit = "m",
+             .default_value = 0,
+             .min = 0,
+             .max = 0.01})
+      .real("tremor_low", &Params::tremor_low,
+            {.doc = "lower end of the tremor's band", .unit = "Hz", .default_value = 8, .min = 0, .max = 500})
+      .real("tremor_high", &Params::tremor_high,
+            {.doc = "upper end of the tremor's band", .unit = "Hz", .default_value = 12, .min = 0, .max = 500})
+      .integer("tremor_components", &Params::tremor_components,
+               {.doc = "sinusoids on each axis", .default_value = 16, .min = 1, .max = 256})
+      .info();
+}
+
+Target TrajectorySource::at(double t) const {
+  Target result = path_.at(t, rotates_);
+  const Tremor::Value shake = tremor_.at(t);
+  result.X_WH.p += shake.p;
+  result.V_WH.v += shake.v;
+  return result;
+}
+
+void TrajectorySource::step(StepContext& context) {
+  target.send(context.now(), at(context.now().seconds()));
+}
+
+}  // namespace tactor

@@ -1,0 +1,206 @@
+"""The command's verbs, outputs and exit codes."""
+import json
+import os
+import signal
+import subprocess
+import time
+import unittest
+import xml.etree.ElementTree
+
+import jsonschema
+import yaml
+
+from harness import GRAPHS, TACTOR, CommandTest, left_out, tactor
+
+
+class ExitCodes(CommandTest):
+    def test_help_and_version_succeed_for_every_verb(self):
+        self.assertIn("0.1.0", self.run_ok("--version").stdout)
+        self.run_ok("--help")
+        for verb in ("run", "compare", "check", "graph", "nodes", "schema", "export"):
+            self.assertGreater(len(self.run_ok(verb, "--help").stdout), 80)
+
+    def test_bad_input_is_exit_code_2_with_the_place(self):
+        bad = self.write("bad.yaml", "clock: virtual\nduration: 3 kg\nnodes: {}\n")
+        for verb in ("run", "check", "graph", "compare"):
+            result = tactor(verb, bad, cwd=self.folder)
+            self.assertEqual(result.returncode, 2, verb)
+            self.assertIn("bad.yaml:2:11", result.stderr)
+
+    def test_wrong_options_are_exit_code_2(self):
+        graph = GRAPHS / "duck_off.yaml"
+        for arguments in ([], ["fly"], ["run"], ["run", graph, "--duration", "-1"], ["run", graph, "--seed", "x"],
+                          ["run", graph, "--set", "collision.margni=3 mm"], ["run", graph, "--set", "nonsense"],
+                          ["run", "no/such/file.yaml"], ["run", self.folder], ["nodes", "prediction.arr"],
+                          ["compare", graph, "--seeds", "0"], ["graph", graph, "--format", "png"],
+                          ["export", graph, "device.state"]):
+            result = tactor(*arguments)
+            self.assertEqual(result.returncode, 2, f"{arguments}: {result.stdout}{result.stderr}")
+            self.assertGreater(len(result.stderr), 10)
+
+    def test_the_nearest_name_is_offered(self):
+        self.assertIn("prediction.ar", tactor("nodes", "prediction.arr").stderr)
+        self.assertIn("encoder_step", tactor("check", GRAPHS / "duck_off.yaml", "--set",
+                                             "device.encoder_stepp=1 um").stderr)
+
+    def test_an_out_folder_that_cannot_be_made_is_bad_input(self):
+        self.assertEqual(tactor("run", GRAPHS / "duck_off.yaml", "--out", "/proc/nowhere").returncode, 2)
+
+    def test_the_live_clock_is_refused_plainly(self):
+        graph = self.small_graph("  - device.commanded -> metrics.commanded\n").read_text()
+        graph = graph.replace("clock: virtual", "clock: real")
+        graph = graph.replace("nodes:", "nodes:\n  metrics: {type: sink.metrics}")
+        graph += "  - device.commanded -> metrics.force\n"
+        result = tactor("run", self.write("real.yaml", graph))
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("clock", result.stderr)
+
+    def test_an_interrupt_ends_the_run_with_code_1_and_keeps_what_there_is(self):
+        out = self.folder / "out"
+        process = subprocess.Popen([TACTOR, "run", GRAPHS / "duck_off.yaml", "--duration", "100000", "--out", out],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   env=dict(os.environ, **self.environment))
+        time.sleep(1.5)
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, stderr)
+        self.assertTrue(json.loads((out / "summary.json").read_text())["interrupted"])
+
+
+class Outputs(CommandTest):
+    def test_a_run_leaves_its_files_and_the_promised_figures(self):
+        summary = self.run_graph(GRAPHS / "peg_in_hole_refit.yaml", "--duration", "1.5", "--seed", "7")
+        for name in ("summary.json", "graph.yaml", "report.html"):
+            self.assertTrue((self.folder / "out" / name).exists(), name)
+        self.assertEqual(summary["seed"], 7)
+        self.assertEqual(summary["duration_s"], 1.5)
+        for quantity, unit in (("force", "N"), ("torque", "Nm")):
+            for key in (f"rms_error_{unit}", f"max_error_{unit}", "delay_ms", f"rms_d1_{unit}_per_ms",
+                        f"rms_d2_{unit}_per_ms2", f"max_step_{unit}"):
+                self.assertIn(key, summary["delivered"][quantity])
+        self.assertIn("share_beyond_jnd", summary["delivered"]["force"])
+        self.assertIn("rms_error_N", summary["one_step"]["force"])
+        for key in ("rate_hz_min", "rate_hz_median", "rate_hz_max", "steps"):
+            self.assertGreater(summary["physics"][key], 0)
+        self.assertIn("median", summary["contacts"])
+        for node in ("collision", "dynamics", "coupling", "prediction", "refit", "device"):
+            self.assertGreater(summary["cost_us"][node]["p99"], 0)
+        for key in ("graph", "wall_s", "cpu_s", "realtime_factor", "refits", "fallbacks", "drops", "left_out"):
+            self.assertIn(key, summary)
+
+    def test_the_resolved_graph_runs_to_the_same_figures(self):
+        first = self.run_graph(GRAPHS / "duck_3_refit.yaml", "--duration", "1", out="a")
+        second = self.run_graph(self.folder / "a" / "graph.yaml", out="b")
+        self.assertEqual(first["delivered"], second["delivered"])
+        self.assertEqual(first["physics"], second["physics"])
+
+    def test_a_report_is_self_contained(self):
+        self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "1")
+        page = (self.folder / "out" / "report.html").read_text()
+        self.assertIn("<svg", page)
+        for outside in ("http://cdn", "https://cdn", "<script src", "<link", "@import", "url(http"):
+            self.assertNotIn(outside, page)
+
+    def test_set_changes_the_answer(self):
+        soft = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "2", "--set", "coupling.k_0=100 N/m",
+                              "--set", "coupling.k_min=10 N/m", out="soft")
+        hard = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "2", out="hard")
+        self.assertLess(soft["reference"]["force"]["max_step_N"], hard["reference"]["force"]["max_step_N"])
+
+    def test_compare_puts_error_and_run_time_side_by_side(self):
+        out = self.folder / "cmp"
+        self.run_ok("compare", *(GRAPHS / f"duck_{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "2",
+                    "--duration", "1.5", "--out", out)
+        result = json.loads((out / "compare.json").read_text())
+        self.assertEqual([g["graph"] for g in result["graphs"]], ["duck_off", "duck_fixed", "duck_refit"])
+        for graph in result["graphs"]:
+            self.assertEqual(len(graph["figures"]["delivered.force.rms_error_N"]["by_seed"]), 2)
+            self.assertGreater(graph["figures"]["cpu_ms_per_s"]["mean"], 0)
+        self.assertIn("F", result["graphs"][1]["against_first"]["one_step_anova"])
+        page = (out / "report.html").read_text()
+        self.assertIn("run time", page)
+        self.assertIn("<svg", page)
+
+    def test_a_damaged_reference_cache_is_made_again(self):
+        first = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")
+        (file,) = (self.folder / "cache").glob("*.ref")
+        data = bytearray(file.read_bytes())
+        data[len(data) // 2] ^= 0xFF
+        file.write_bytes(data)
+        second = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")
+        self.assertFalse(second["reference_run"]["cached"])
+        self.assertEqual(first["delivered"], second["delivered"])
+        self.assertTrue(self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")["reference_run"]["cached"])
+
+
+class LeavingOut(CommandTest):
+    def test_a_translation_only_scene_computes_no_torque_and_says_so(self):
+        summary = self.run_graph(GRAPHS / "duck_refit.yaml", "--duration", "0.5")
+        self.assertTrue(left_out(summary, "torque"))
+        self.assertNotIn("torque", summary["delivered"])
+        self.assertIn("torque", self.run_ok("check", "--explain", GRAPHS / "duck_refit.yaml").stdout)
+
+    def test_fixed_coefficients_start_no_refitter(self):
+        summary = self.run_graph(GRAPHS / "duck_fixed.yaml", "--duration", "0.5")
+        self.assertNotIn("refit", summary["cost_us"])
+        self.assertEqual(summary["refits"], 0)
+        (reason,) = [item["why"] for item in left_out(summary, "node refit")]
+        self.assertGreater(len(reason), 5)
+        self.assertIn("coefficients are fixed", self.run_ok("check", "--explain", GRAPHS / "duck_fixed.yaml").stdout)
+
+    def test_nothing_to_hit_needs_no_collision_and_loads_no_mesh_library_code_for_it(self):
+        summary = self.run_graph(GRAPHS / "peg_free_off.yaml", "--duration", "0.5")
+        self.assertTrue(left_out(summary, "collision"))
+        self.assertNotIn("collision", summary["cost_us"])
+
+    def loaded(self, graph):
+        result = self.run_ok("run", graph, "--out", self.folder / "out",
+                             environment={**self.environment, "LD_DEBUG": "files"})
+        return result.stderr
+
+    def test_libraries_are_loaded_only_when_named(self):
+        without = self.small_graph("""  - device.commanded -> metrics.commanded
+  - device.commanded -> metrics.force
+""")
+        text = without.read_text().replace("nodes:", "nodes:\n  metrics: {type: sink.metrics}")
+        without.write_text(text)
+        loaded = self.loaded(without)
+        self.assertIn("libtactor_source.so", loaded)
+        for library in ("libhdf5", "libtactor_record.so", "libtactor_collision.so", "libtactor_prediction.so",
+                        "libgmp", "libcaf"):
+            self.assertNotIn(library, loaded)
+        recorded = self.write("recorded.yaml", text + "record: [device.state]\n")
+        self.assertIn("libhdf5", self.loaded(recorded))
+
+
+class Drawing(CommandTest):
+    def test_diagrams_name_every_node(self):
+        for form in ("mermaid", "dot", "svg"):
+            text = self.run_ok("graph", GRAPHS / "bunny_refit.yaml", "--format", form).stdout
+            for node in ("trajectory", "device", "collision", "dynamics", "coupling", "refit", "prediction",
+                         "interpolation", "metrics"):
+                self.assertIn(node, text)
+            if form == "svg":
+                xml.etree.ElementTree.fromstring(text)
+
+    def test_nodes_are_listed_and_explained(self):
+        listing = self.run_ok("nodes").stdout
+        for name in ("source.trajectory", "source.recording", "device.simulated", "collision.mesh", "collision.sphere",
+                     "dynamics.rigid", "coupling.static", "coupling.dynamic", "coupling.adaptive", "prediction.ar",
+                     "prediction.refit", "prediction.hold", "prediction.linear", "interpolation.bspline",
+                     "interpolation.none", "interpolation.lowpass", "interpolation.linear", "sink.metrics"):
+            self.assertIn(name, listing)
+            self.assertIn("parameters", self.run_ok("nodes", name).stdout + "parameters" * (name == "prediction.none"))
+
+    def test_the_schema_accepts_the_shipped_graphs_and_refuses_a_wrong_one(self):
+        schema = json.loads(self.run_ok("schema").stdout)
+        validator = jsonschema.Draft202012Validator(schema)
+        for graph in sorted(GRAPHS.glob("*.yaml")):
+            with self.subTest(graph=graph.name):
+                validator.validate(yaml.safe_load(graph.read_text()))
+        with self.assertRaises(jsonschema.ValidationError):
+            validator.validate({"clock": "sundial", "nodes": {}})
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,60 @@
+"""Same graph and seed give the same bytes; a debug and a release build agree on every event."""
+import hashlib
+import os
+import pathlib
+import unittest
+
+import h5py
+import numpy
+
+from harness import GRAPHS, CommandTest
+
+RECORD = "record: [device.state, device.commanded, collision.contacts, dynamics.state, coupling.force, prediction.forecast, interpolation.segment]\n"
+
+
+class Determinism(CommandTest):
+    def recording(self, scene, seed, out, **options):
+        graph = self.write(f"{scene}.yaml", f"extends: {GRAPHS / scene}_refit.yaml\n{RECORD}")
+        self.run_graph(graph, "--duration", "0.6", "--seed", str(seed), out=out, **options)
+        return self.folder / out / "recording.h5"
+
+    def digest(self, path):
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+
+    def test_the_same_seed_gives_the_same_bytes_and_another_does_not(self):
+        for scene in ("duck", "peg_in_hole", "bunny"):
+            with self.subTest(scene=scene):
+                first = self.digest(self.recording(scene, 3, "a"))
+                self.assertEqual(first, self.digest(self.recording(scene, 3, "b")))
+                self.assertNotEqual(first, self.digest(self.recording(scene, 4, "c")))
+
+    def test_two_runs_in_one_process_agree(self):
+        import json
+        out = self.folder / "cmp"
+        graph = GRAPHS / "peg_in_hole_refit.yaml"
+        self.run_ok("compare", graph, graph, "--seeds", "2", "--duration", "0.6", "--out", out)
+        a, b = json.loads((out / "compare.json").read_text())["graphs"]
+        for name, figure in a["figures"].items():
+            if not name.startswith(("cost_us", "cpu")):
+                self.assertEqual(figure, b["figures"][name], name)
+
+    def test_a_debug_build_makes_the_same_events(self):
+        debug = pathlib.Path(os.environ.get("TACTOR_DEBUG_BUILD", ""))
+        if not debug.is_file():
+            self.skipTest("no debug build beside this one (build/dev)")
+        for scene in ("duck", "peg_in_hole", "bunny"):
+            with self.subTest(scene=scene):
+                release = h5py.File(self.recording(scene, 5, "release"))
+                checked = h5py.File(self.recording(scene, 5, "debug", program=str(debug)))
+                self.assertEqual(sorted(release["streams"]), sorted(checked["streams"]))
+                for stream in release["streams"]:
+                    a = release["streams"][stream]["data"][...]
+                    b = checked["streams"][stream]["data"][...]
+                    self.assertEqual(len(a), len(b), stream)
+                    for column in a.dtype.names:
+                        if numpy.issubdtype(a.dtype[column].base, numpy.integer):
+                            numpy.testing.assert_array_equal(a[column], b[column], f"{stream}.{column}")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,62 @@
+"""Runs the command in a folder of its own and reads what it leaves behind."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+GRAPHS = ROOT / "graphs"
+TACTOR = os.environ.get("TACTOR", str(ROOT / "build/release/bin/tactor"))
+# The outputs of a chain that needs no mesh: a trajectory, the simulated device, metrics.
+EDGES_OF_A_SMALL_GRAPH = """
+clock: virtual
+duration: 0.5 s
+scene: {bodies: {}}
+nodes:
+  trajectory:
+    type: source.trajectory
+    points: [{t: 0 s, x: 0 mm}, {t: 0.5 s, x: 10 mm}]
+  device: {type: device.simulated}
+edges:
+  - trajectory.target -> device.target
+"""
+
+
+def tactor(*arguments, program=TACTOR, environment=None, cwd=None, timeout=300):
+    """The finished command: returncode, stdout, stderr."""
+    env = dict(os.environ, **(environment or {}))
+    return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, env=env, cwd=cwd,
+                          timeout=timeout, check=False)
+
+
+class CommandTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tactor-test-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+        self.environment = {"TACTOR_CACHE": str(self.folder / "cache")}
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def run_ok(self, *arguments, **options):
+        options.setdefault("environment", self.environment)
+        result = tactor(*arguments, **options)
+        self.assertEqual(result.returncode, 0, f"{arguments}\n{result.stdout}\n{result.stderr}")
+        return result
+
+    def run_graph(self, graph, *arguments, out="out", **options):
+        """Runs a graph and returns its summary."""
+        self.run_ok("run", graph, "--out", self.folder / out, *arguments, **options)
+        return json.loads((self.folder / out / "summary.json").read_text())
+
+    def small_graph(self, extra=""):
+        return self.write("small.yaml", EDGES_OF_A_SMALL_GRAPH + extra)
+
+
+def left_out(summary, word):
+    return [item for item in summary["left_out"] if word in item["what"]]

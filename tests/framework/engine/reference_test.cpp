@@ -1,0 +1,126 @@
+// Reference runs: what sinks see of them, and a cache that never hands out what does not check out.
+#include "framework/engine/reference.hpp"
+
+#include <boost/test/unit_test.hpp>
+#include <fstream>
+#include <iterator>
+
+#include "tests/framework/engine/sample_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::sample;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct TemporaryFolder {
+  fs::path path = fs::temp_directory_path() / ("tactor-reference-" + std::to_string(getpid()));
+  TemporaryFolder() { fs::create_directories(path); }
+  ~TemporaryFolder() { fs::remove_all(path); }
+};
+
+CostModel five_milliseconds() {
+  CostModel cost;
+  cost.kind = CostModel::Kind::constant;
+  cost.base = {5'000'000};
+  return cost;
+}
+
+/// What make_reference_plan makes of the sample: no costs, the counter at 10 kHz.
+Plan reference_of(const SamplePlan& sample) {
+  Plan plan = sample.plan;
+  for (NodeSpec& node : plan.nodes) node.cost = {};
+  plan.nodes[0].params[0] = 10000.0;
+  return plan;
+}
+
+std::string bytes(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_sink_gets_what_arrived_in_the_reference_run) {
+  const SamplePlan sample(five_milliseconds(), 0.1);
+  const Plan plan = reference_of(sample);
+  const Reference reference = run_reference(plan, nullptr);
+  BOOST_REQUIRE(reference.contains("keep.in"));
+  BOOST_TEST(reference.at("keep.in").stamps.size() == 1000U);
+
+  VirtualClock engine(sample.plan, false);
+  RunObserver nobody;
+  engine.run(nobody);
+  set_reference(engine, reference);
+  const auto truth = dynamic_cast<const Keep&>(engine.node(2)).in.reference();
+  BOOST_REQUIRE(truth.size() == 1000U);
+  BOOST_TEST(truth[517].stamp.valid.ns == 51'700'000);
+  BOOST_TEST(truth[517].value.force.x == 517.0);
+}
+
+BOOST_AUTO_TEST_CASE(the_cache_gives_back_what_it_was_given) {
+  const TemporaryFolder folder;
+  const SamplePlan sample(five_milliseconds(), 0.1);
+  const Plan plan = reference_of(sample);
+  const Reference reference = run_reference(plan, nullptr);
+  const ReferenceCache cache(folder.path);
+  const std::string key = reference_key(plan, {});
+  BOOST_TEST(!cache.load(key));
+  BOOST_TEST(cache.store(key, reference));
+  const std::optional<Reference> loaded = cache.load(key);
+  BOOST_REQUIRE(loaded);
+  BOOST_TEST((*loaded == reference));
+}
+
+BOOST_AUTO_TEST_CASE(a_damaged_cache_file_is_not_used) {
+  const TemporaryFolder folder;
+  const SamplePlan sample(five_milliseconds(), 0.01);
+  const ReferenceCache cache(folder.path);
+  BOOST_TEST(cache.store("k", run_reference(reference_of(sample), nullptr)));
+  const fs::path file = folder.path / "k.ref";
+  const std::string good = bytes(file);
+  for (std::size_t at = 0; at < good.size(); at += 97) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(bad[at] ^ 0x10);
+    std::ofstream(file, std::ios::binary) << bad;
+    BOOST_TEST(!cache.load("k"));
+    std::ofstream(file, std::ios::binary) << good.substr(0, at);
+    BOOST_TEST(!cache.load("k"));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_no_error) {
+  const ReferenceCache cache("/proc/no/such/place");
+  BOOST_TEST(!cache.store("k", {}));
+  BOOST_TEST(!cache.load("k"));
+}
+
+BOOST_AUTO_TEST_CASE(the_key_changes_with_everything_that_changes_the_outcome) {
+  const TemporaryFolder folder;
+  const SamplePlan sample({}, 0.1);
+  Plan plan = sample.plan;
+  plan.graph.scene.bodies.push_back({});
+  const std::string key = reference_key(plan, {});
+  BOOST_TEST(reference_key(plan, {}) == key);
+
+  const auto differs = [&](auto change) {
+    Plan other = plan;
+    change(other);
+    return reference_key(other, {}) != key;
+  };
+  BOOST_TEST(differs([](Plan& p) { p.graph.seed = 2; }));
+  BOOST_TEST(differs([](Plan& p) { p.graph.duration.ns += 1; }));
+  BOOST_TEST(differs([](Plan& p) { p.graph.scene.gravity_W.z = 0; }));
+  BOOST_TEST(differs([](Plan& p) { p.graph.scene.bodies[0].material.friction += 1e-12; }));
+  BOOST_TEST(differs([](Plan& p) { p.nodes[0].params[0] = 2000.0; }));
+  BOOST_TEST(differs([](Plan& p) { p.edges[0].spec.queue = {QueuePolicy::drop_oldest, 3}; }));
+  BOOST_TEST(differs([](Plan& p) { p.edges.pop_back(); }));
+
+  // A mesh counts by its bytes, not by its name.
+  const fs::path mesh = folder.path / "mesh.off";
+  std::ofstream(mesh) << "one";
+  plan.graph.scene.bodies[0].mesh = mesh;
+  const std::string one = reference_key(plan, {});
+  std::ofstream(mesh) << "two";
+  BOOST_TEST(reference_key(plan, {}) != one);
+}

@@ -1,0 +1,115 @@
+// Files that are no recordings, damaged ones and full disks give errors with the path, never a crash.
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/uniform_int_distribution.hpp>
+#include <boost/test/unit_test.hpp>
+#include <csignal>
+
+#include "framework/core/check.hpp"
+#include "recording_fixture.hpp"
+
+using namespace tactor;
+using namespace tactor::testing;
+
+namespace {
+
+std::filesystem::path make_recording(const Folder& folder) {
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  write_rows(*recorder, 2500);
+  recorder->close();
+  return folder / "a.h5";
+}
+
+/// Runs `work` in another process, which HDF5 may take down; its exit code, or -1 where a signal ended it.
+template <class Work>
+int in_child(Work work) {
+  const pid_t child = fork();
+  if (child == 0) _exit(work());
+  int status = 0;
+  if (waitpid(child, &status, 0) != child) return -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+enum Outcome { intact = 0, refused = 1, wrong = 2 };
+
+int read_all(const std::filesystem::path& path) {
+  try {
+    const auto reader = load_record_library().open(path);
+    return read_and_compare(*reader) >= 0 && reader->header().graph == header.graph ? intact : wrong;
+  } catch (const InputError& e) {
+    return std::string(e.what()).find(path.string()) != std::string::npos ? refused : wrong;
+  } catch (...) {
+    return wrong;
+  }
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(missing_empty_and_foreign_files_are_refused_with_their_path) {
+  const Folder folder;
+  BOOST_TEST(read_all(folder / "missing.h5") == refused);
+  write_bytes(folder / "empty.h5", "");
+  BOOST_TEST(read_all(folder / "empty.h5") == refused);
+  write_bytes(folder / "text.h5", "t,x\n0,1\n");
+  BOOST_TEST(read_all(folder / "text.h5") == refused);
+  BOOST_TEST(read_all(folder / ".") == refused);
+}
+
+BOOST_AUTO_TEST_CASE(a_recording_cut_anywhere_is_refused) {
+  const Folder folder;
+  const std::string whole = bytes_of(make_recording(folder));
+  for (std::size_t k = 0; k < 40; ++k) {
+    write_bytes(folder / "cut.h5", whole.substr(0, whole.size() * k / 40));
+    BOOST_TEST(in_child([&] { return read_all(folder / "cut.h5"); }) == refused, k);
+  }
+  write_bytes(folder / "cut.h5", whole.substr(0, whole.size() - 1));
+  BOOST_TEST(in_child([&] { return read_all(folder / "cut.h5"); }) == refused);
+}
+
+BOOST_AUTO_TEST_CASE(flipped_bytes_are_refused_or_harmless_and_never_change_a_value) {
+  const Folder folder;
+  const std::string whole = bytes_of(make_recording(folder));
+  boost::random::mt19937 random(1);
+  int refusals = 0;
+  for (int k = 0; k < 300; ++k) {
+    std::string damaged = whole;
+    // Half of the flips go where the structure is: to the beginning of the file.
+    const std::size_t end = k % 2 == 0 ? whole.size() : std::min<std::size_t>(whole.size(), 4096);
+    const std::size_t at = boost::random::uniform_int_distribution<std::size_t>(0, end - 1)(random);
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << boost::random::uniform_int_distribution<int>(0, 7)(random)));
+    write_bytes(folder / "damaged.h5", damaged);
+    const int outcome = in_child([&] { return read_all(folder / "damaged.h5"); });
+    BOOST_TEST((outcome == intact || outcome == refused), "flip at byte " << at << " ends in " << outcome);
+    refusals += outcome == refused ? 1 : 0;
+  }
+  BOOST_TEST(refusals > 150);
+}
+
+BOOST_AUTO_TEST_CASE(a_path_that_cannot_be_written_is_refused_before_the_run) {
+  const Folder folder;
+  BOOST_CHECK_THROW(load_record_library().create(folder / "no/such/folder.h5", header), InputError);
+  BOOST_CHECK_THROW(load_record_library().create(folder / ".", header), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(a_full_disk_is_a_run_error_with_the_path) {
+  const Folder folder;
+  const int outcome = in_child([&] {
+    // A limit on file sizes stands for the full disk: write() then fails in the same place.
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{100'000, 100'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      const auto recorder = load_record_library().create(folder / "a.h5", header);
+      write_rows(*recorder, 20'000);
+      recorder->close();
+      return 3;
+    } catch (const RunError& e) {
+      return std::string(e.what()).find((folder / "a.h5").string()) != std::string::npos ? 0 : 4;
+    } catch (...) {
+      return 5;
+    }
+  });
+  BOOST_TEST(outcome == 0);
+}

@@ -1,0 +1,220 @@
+// A recording holds what was written, for our reader and for h5py, also where the writer was killed.
+#include <sys/wait.h>
+
+#include <boost/test/unit_test.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <sstream>
+
+#include "framework/core/check.hpp"
+#include "framework/record/csv.hpp"
+#include "recording_fixture.hpp"
+
+using namespace tactor;
+using namespace tactor::testing;
+
+namespace {
+
+bool has_h5py(boost::unit_test::test_unit_id) {
+  return std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") == 0;
+}
+
+struct NeedsH5py {
+  boost::test_tools::assertion_result operator()(boost::unit_test::test_unit_id id) const {
+    boost::test_tools::assertion_result result(has_h5py(id));
+    if (!result) result.message() << "/usr/bin/python3 has no h5py";
+    return result;
+  }
+};
+
+int check_with_h5py(const std::filesystem::path& path, std::int64_t least, std::int64_t most, const char* mode,
+                    bool complete) {
+  std::ostringstream command;
+  command << "/usr/bin/python3 " << TACTOR_SOURCE_DIR << "/tests/framework/record/check_recording.py " << path << ' '
+          << least << ' ' << most << ' ' << mode << ' ' << complete;
+  return std::system(command.str().c_str());
+}
+
+/// Writes 3000 rows in another process, flushes, writes 500 more and is killed without warning.
+void write_and_be_killed(const std::filesystem::path& path) {
+  const pid_t child = fork();
+  BOOST_REQUIRE(child >= 0);
+  if (child == 0) {
+    const std::unique_ptr<Recorder> recorder = load_record_library().create(path, header);
+    write_rows(*recorder, 3000);
+    recorder->flush();
+    for (std::int64_t i = 3000; i < 3500; ++i) {
+      const Wrench wrench = wrench_of(i);
+      recorder->write(0, stamp_of(i), &wrench);
+    }
+    raise(SIGKILL);
+  }
+  int status = 0;
+  BOOST_REQUIRE(waitpid(child, &status, 0) == child);
+  BOOST_REQUIRE(WIFSIGNALED(status));
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(what_was_written_is_read_back) {
+  const Folder folder;
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  write_rows(*recorder, 2500);
+  recorder->close();
+  const auto reader = load_record_library().open(folder / "a.h5");
+  BOOST_TEST(reader->complete());
+  BOOST_TEST(reader->header().graph == header.graph);
+  BOOST_TEST(reader->header().seed == header.seed);
+  BOOST_TEST(reader->header().version == header.version);
+  BOOST_REQUIRE(reader->streams().size() == 2U);
+  BOOST_TEST(reader->streams()[reader->find("device.state")].count == 250U);
+  BOOST_TEST(read_and_compare(*reader) == 2500);
+  BOOST_CHECK_EXCEPTION(static_cast<void>(reader->find("device.stat")), InputError, [](const InputError& e) {
+    return std::string(e.what()).find("it has: coupling.force, device.state") != std::string::npos;
+  });
+}
+
+BOOST_AUTO_TEST_CASE(every_message_type_survives_byte_for_byte) {
+  const Folder folder;
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  std::vector<const MessageType*> types;
+  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingLaw", "PhysicsState", "ContactSet",
+                           "ArCoefficients", "Forecast", "ForceSegment"}) {
+    types.push_back(find_message_type(name));
+    BOOST_REQUIRE(types.back() != nullptr);
+    recorder->add_stream(name, *types.back());
+  }
+  // Every byte of a field different from its neighbours, nothing between the fields.
+  const auto payload_of = [](const MessageType& type) {
+    std::vector<std::byte> payload(type.size);
+    for (const Field& field : type.fields) {
+      const std::size_t size = field.count * (field.kind == FieldKind::i32 ? 4 : 8);
+      for (std::size_t i = 0; i < size; ++i) payload[field.offset + i] = std::byte((field.offset + 7 * i) % 251);
+    }
+    return payload;
+  };
+  for (std::size_t s = 0; s < types.size(); ++s) recorder->write(s, stamp_of(3), payload_of(*types[s]).data());
+  recorder->close();
+  const auto reader = load_record_library().open(folder / "a.h5");
+  for (const MessageType* type : types) {
+    std::vector<Stamp> stamps;
+    std::vector<std::byte> payloads;
+    const std::size_t stream = reader->find(type->name);
+    BOOST_TEST(reader->streams()[stream].type == type);
+    reader->read(stream, 0, 1, stamps, payloads);
+    BOOST_TEST((payloads == payload_of(*type)), std::string(type->name));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_long_graph_and_an_empty_stream_are_kept) {
+  const Folder folder;
+  RecordingHeader big = header;
+  big.graph.assign(200'000, 'x');
+  const auto recorder = load_record_library().create(folder / "a.h5", big);
+  recorder->add_stream("a.b", message_type<Wrench>());
+  recorder->close();
+  const auto reader = load_record_library().open(folder / "a.h5");
+  BOOST_TEST((reader->header().graph == big.graph));
+  BOOST_TEST(reader->streams()[0].count == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(the_same_messages_give_the_same_bytes_however_they_were_flushed) {
+  const Folder folder;
+  const auto first = load_record_library().create(folder / "a.h5", header);
+  write_rows(*first, 2500);
+  first->close();
+  const auto second = load_record_library().create(folder / "b.h5", header);
+  write_rows(*second, 2500, 7);
+  second->close();
+  BOOST_TEST((bytes_of(folder / "a.h5") == bytes_of(folder / "b.h5")));
+}
+
+BOOST_AUTO_TEST_CASE(an_independent_reader_finds_the_same, *boost::unit_test::precondition(NeedsH5py{})) {
+  const Folder folder;
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  write_rows(*recorder, 2500);
+  recorder->flush();
+  BOOST_TEST(check_with_h5py(folder / "a.h5", 2500, 2500, "swmr", false) == 0, "while the writer is at work");
+  recorder->close();
+  BOOST_TEST(check_with_h5py(folder / "a.h5", 2500, 2500, "plain", true) == 0, "closed");
+}
+
+BOOST_AUTO_TEST_CASE(a_killed_writer_leaves_what_it_had_flushed) {
+  const Folder folder;
+  write_and_be_killed(folder / "a.h5");
+  {
+    const auto reader = load_record_library().open(folder / "a.h5");
+    BOOST_TEST(!reader->complete());
+    BOOST_TEST(reader->header().graph == header.graph);
+    BOOST_TEST(read_and_compare(*reader) >= 3000);
+  }
+  load_record_library().mend(folder / "a.h5");
+  const auto reader = load_record_library().open(folder / "a.h5");
+  BOOST_TEST(read_and_compare(*reader) >= 3000);
+}
+
+BOOST_AUTO_TEST_CASE(a_killed_writers_file_opens_elsewhere_in_swmr_mode_and_plainly_once_mended,
+                     *boost::unit_test::precondition(NeedsH5py{})) {
+  const Folder folder;
+  write_and_be_killed(folder / "a.h5");
+  BOOST_TEST(check_with_h5py(folder / "a.h5", 3000, 3500, "swmr", false) == 0);
+  load_record_library().mend(folder / "a.h5");
+  BOOST_TEST(check_with_h5py(folder / "a.h5", 3000, 3500, "plain", false) == 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_file_being_written_is_neither_mended_nor_overwritten) {
+  const Folder folder;
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  write_rows(*recorder, 10);
+  recorder->flush();
+  BOOST_CHECK_THROW(load_record_library().mend(folder / "a.h5"), InputError);
+  BOOST_CHECK_THROW(load_record_library().create(folder / "a.h5", header), InputError);
+  recorder->close();
+  BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) == 10);
+}
+
+BOOST_AUTO_TEST_CASE(a_recorder_that_is_dropped_leaves_a_readable_incomplete_file) {
+  const Folder folder;
+  {
+    const auto recorder = load_record_library().create(folder / "a.h5", header);
+    write_rows(*recorder, 100);
+  }
+  const auto reader = load_record_library().open(folder / "a.h5");
+  BOOST_TEST(!reader->complete());
+  BOOST_TEST(read_and_compare(*reader) == 100);
+}
+
+BOOST_AUTO_TEST_CASE(the_csv_export_has_units_exact_times_and_numbers_that_read_back) {
+  const Folder folder;
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  write_rows(*recorder, 600);
+  recorder->close();
+  const auto reader = load_record_library().open(folder / "a.h5");
+  std::stringstream csv;
+  export_csv(*reader, reader->find("coupling.force"), csv);
+  std::string line;
+  std::getline(csv, line);
+  BOOST_TEST(line ==
+             "valid_s,produced_s,sequence,force_x [N],force_y [N],force_z [N],torque_x [N m],torque_y [N m],"
+             "torque_z [N m]");
+  std::int64_t i = 0;
+  for (; std::getline(csv, line); ++i) {
+    std::vector<double> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(std::strtod(cell.c_str(), nullptr));
+    const Wrench w = wrench_of(i);
+    const std::vector<double> expected{
+        double(i) / 1e3, (double(i) + 0.25) / 1e3, double(i), w.force.x, w.force.y, w.force.z, w.torque.x, w.torque.y,
+        w.torque.z};
+    BOOST_TEST(cells == expected, boost::test_tools::per_element());
+    if (i == 3) BOOST_TEST(line.substr(0, 25) == "0.003000000,0.003250000,3");
+  }
+  BOOST_TEST(i == 600);
+  std::stringstream states;
+  export_csv(*reader, reader->find("device.state"), states);
+  std::getline(states, line);
+  BOOST_TEST(line ==
+             "valid_s,produced_s,sequence,p_WD_x [m],p_WD_y [m],p_WD_z [m],R_WD_w [1],R_WD_x [1],R_WD_y [1],"
+             "R_WD_z [1],v_WD_x [m/s],v_WD_y [m/s],v_WD_z [m/s],w_WD_x [rad/s],w_WD_y [rad/s],w_WD_z [rad/s],"
+             "buttons [1]");
+}

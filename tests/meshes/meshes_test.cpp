@@ -1,0 +1,68 @@
+// The meshes made at build time: exact counts, solid, sized in metres, and the peg fits into the hole.
+#include <boost/test/unit_test.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "nodes/collision/mesh_check.hpp"
+#include "nodes/scene/mass_properties.hpp"
+
+using namespace tactor;
+namespace tt = boost::test_tools;
+
+namespace {
+
+TriangleMesh made(const std::string& name) {
+  return read_off(std::string(TACTOR_BINARY_DIR) + "/meshes/" + name + ".off");
+}
+
+Vec3 size_of(const TriangleMesh& mesh) {
+  Vec3 low = mesh.vertices.front(), high = low;
+  for (const Vec3& v : mesh.vertices) {
+    for (int i = 0; i < 3; ++i) low[i] = std::min(low[i], v[i]), high[i] = std::max(high[i], v[i]);
+  }
+  return high - low;
+}
+
+/// Vertices - edges + faces: 2 for a sphere, 0 for a surface with one handle.
+long euler(const TriangleMesh& mesh) {
+  return static_cast<long>(mesh.vertices.size()) - static_cast<long>(mesh.faces.size()) / 2;
+}
+
+double regular_polygon(double radius) {
+  return 0.5 * 43 * radius * radius * std::sin(2 * std::numbers::pi / 43);
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(every_mesh_has_its_exact_count_and_is_solid) {
+  for (const auto& [name, faces, characteristic] : {std::tuple{"duck", 13926U, 2L}, std::tuple{"bunny", 20990U, 2L},
+                                                    std::tuple{"peg", 168U, 2L}, std::tuple{"plate", 188U, 0L}}) {
+    const TriangleMesh mesh = made(name);
+    BOOST_TEST(mesh.faces.size() == faces);
+    BOOST_TEST(euler(mesh) == characteristic);
+    BOOST_CHECK_NO_THROW(check_solid(mesh, name));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(duck_and_bunny_are_sized_in_metres) {
+  const Vec3 duck = size_of(made("duck"));
+  BOOST_TEST(duck.x == 0.1, tt::tolerance(0.15));
+  BOOST_TEST(size_of(made("bunny")).y == 0.15, tt::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(peg_and_plate_have_the_volume_of_their_polygons) {
+  BOOST_TEST(mass_properties(made("peg")).volume == regular_polygon(0.01) * 0.05, tt::tolerance(1e-9));
+  BOOST_TEST(mass_properties(made("plate")).volume == (0.0064 - regular_polygon(0.0105)) * 0.02, tt::tolerance(1e-9));
+  BOOST_TEST(norm(mass_properties(made("peg")).center) < 1e-12);
+  BOOST_TEST(norm(mass_properties(made("plate")).center) < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(the_peg_stands_in_the_hole_with_half_a_millimetre_around_it) {
+  const TriangleMesh peg = made("peg"), plate = made("plate");
+  double peg_radius = 0, hole_radius = 1;
+  for (const Vec3& v : peg.vertices) peg_radius = std::max(peg_radius, std::hypot(v.x, v.y));
+  for (const Vec3& v : plate.vertices) hole_radius = std::min(hole_radius, std::hypot(v.x, v.y));
+  BOOST_TEST(hole_radius - peg_radius == 0.0005, tt::tolerance(1e-9));
+}

@@ -1,0 +1,180 @@
+// Signed distance against closed forms and a brute-force search; solids are told from broken meshes.
+#include <boost/test/unit_test.hpp>
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/uniform_real_distribution.hpp>
+
+#include "framework/core/check.hpp"
+#include "nodes/collision/exact_distance.hpp"
+#include "nodes/collision/sample_tree.hpp"
+#include "tests/nodes/shapes.hpp"
+
+using namespace tactor;
+namespace tt = boost::test_tools;
+
+namespace {
+
+struct Dice {
+  boost::random::mt19937_64 generator{7};
+  double operator()(double low, double high) {
+    return boost::random::uniform_real_distribution<double>(low, high)(generator);
+  }
+  Vec3 in_cube(double half) { return {(*this)(-half, half), (*this)(-half, half), (*this)(-half, half)}; }
+};
+
+/// Signed distance to a centred box, by cases.
+double box_distance(const Vec3& edges, const Vec3& x) {
+  Vec3 out;
+  double inside = -1e9;
+  for (int i = 0; i < 3; ++i) {
+    const double d = std::abs(x[i]) - edges[i] / 2;
+    out[i] = std::max(d, 0.0);
+    inside = std::max(inside, d);
+  }
+  return inside > 0 ? norm(out) : inside;
+}
+
+/// Distance to a segment, for a brute-force distance to triangles.
+double segment_distance(const Vec3& a, const Vec3& b, const Vec3& x) {
+  const double t = std::clamp(dot(x - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+  return norm(x - a - t * (b - a));
+}
+
+double unsigned_distance(const TriangleMesh& mesh, const Vec3& x) {
+  double least = 1e9;
+  for (const auto& f : mesh.faces) {
+    const Vec3 a = mesh.vertices[static_cast<std::size_t>(f[0])], b = mesh.vertices[static_cast<std::size_t>(f[1])],
+               c = mesh.vertices[static_cast<std::size_t>(f[2])];
+    const Vec3 n = cross(b - a, c - a) / norm(cross(b - a, c - a));
+    const double height = dot(x - a, n);
+    const Vec3 q = x - height * n;
+    const bool within =
+        dot(cross(b - a, q - a), n) >= 0 && dot(cross(c - b, q - b), n) >= 0 && dot(cross(a - c, q - c), n) >= 0;
+    least = std::min(
+        least, within ? std::abs(height)
+                      : std::min({segment_distance(a, b, x), segment_distance(b, c, x), segment_distance(c, a, x)}));
+  }
+  return least;
+}
+
+/// The solid angle of the mesh at x over 4 pi: 1 inside, 0 outside (A. van Oosterom and J. Strackee, 1983).
+double winding(const TriangleMesh& mesh, const Vec3& x) {
+  double sum = 0;
+  for (const auto& f : mesh.faces) {
+    const Vec3 a = mesh.vertices[static_cast<std::size_t>(f[0])] - x,
+               b = mesh.vertices[static_cast<std::size_t>(f[1])] - x,
+               c = mesh.vertices[static_cast<std::size_t>(f[2])] - x;
+    const double la = norm(a), lb = norm(b), lc = norm(c);
+    sum += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+  }
+  return sum / (4 * std::numbers::pi);
+}
+
+/// An icosphere with spikes and dents: sharp convex and concave features.
+TriangleMesh spiky() {
+  TriangleMesh mesh = test::icosphere(0.05, 2);
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) mesh.vertices[i] *= i % 3 == 0 ? 1.5 : i % 3 == 1 ? 0.7 : 1.0;
+  return mesh;
+}
+
+std::string refusal(const TriangleMesh& mesh) {
+  try {
+    const ExactDistance distance(mesh, "part.off");
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(the_distance_to_a_box_is_the_closed_form) {
+  const Vec3 edges{0.1, 0.2, 0.3};
+  const ExactDistance distance(test::box(edges), "box");
+  Dice dice;
+  int hint = -1;
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 x = dice.in_cube(0.25);
+    const Nearest n = distance.query(x, hint);
+    BOOST_TEST(std::abs(n.distance - box_distance(edges, x)) < 1e-12);
+    BOOST_TEST(norm(n.p + n.distance * n.gradient - x) < 1e-12);
+    hint = n.face;
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_sign_is_right_beside_sharp_edges_and_vertices) {
+  const TriangleMesh mesh = spiky();
+  const ExactDistance distance(mesh, "spiky");
+  Dice dice;
+  for (int i = 0; i < 1500; ++i) {
+    const Vec3 x = dice.in_cube(0.08);
+    const Nearest n = distance.query(x, static_cast<int>(dice(0, 300)));
+    BOOST_TEST(std::abs(n.distance) == unsigned_distance(mesh, x), tt::tolerance(1e-9));
+    BOOST_TEST((n.distance < 0) == (winding(mesh, x) > 0.5));
+    const double h = 1e-7;
+    BOOST_TEST(distance.query(x + h * n.gradient, n.face).distance > n.distance);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(on_the_surface_the_gradient_is_the_outward_normal) {
+  const ExactDistance distance(test::box({0.1, 0.1, 0.1}), "box");
+  const Nearest face = distance.query({0.05, 0.01, 0.02});
+  BOOST_TEST(std::abs(face.distance) < 1e-15);
+  BOOST_TEST(norm(face.gradient - Vec3{1, 0, 0}) < 1e-12);
+  const Nearest corner = distance.query({0.05, 0.05, 0.05});
+  BOOST_TEST(corner.gradient.x > 0.5);
+  BOOST_TEST(corner.gradient.x == corner.gradient.y, tt::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(a_mesh_without_an_inside_is_refused_with_its_fault) {
+  BOOST_TEST(refusal(test::box({1, 1, 1})) == "accepted");
+  TriangleMesh open = test::box({1, 1, 1});
+  open.faces.pop_back();
+  BOOST_TEST(refusal(open).find("part.off: the surface has a hole") != std::string::npos);
+  TriangleMesh inward = test::box({1, 1, 1});
+  for (auto& f : inward.faces) std::swap(f[0], f[1]);
+  BOOST_TEST(refusal(inward).find("the faces look inwards") != std::string::npos);
+  TriangleMesh one_flipped = test::box({1, 1, 1});
+  std::swap(one_flipped.faces[3][0], one_flipped.faces[3][1]);
+  BOOST_TEST(refusal(one_flipped).find("no manifold surface") != std::string::npos);
+  TriangleMesh crossing = test::box({1, 1, 1});
+  crossing.vertices[7] = {-0.1, -0.2, -0.8};
+  BOOST_TEST_CONTEXT(refusal(crossing))
+  BOOST_TEST(refusal(crossing).find("the surface cuts itself") != std::string::npos);
+  TriangleMesh flat = test::box({1, 1, 1});
+  flat.vertices[1] = flat.vertices[0];
+  BOOST_TEST(refusal(flat).find("has no area") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(culling_finds_what_brute_force_finds_whatever_came_before) {
+  const TriangleMesh body = spiky();
+  const ExactDistance distance(body, "spiky");
+  const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 3), 0);
+  SampleTree tree(samples);
+  std::vector<NearSample> found;
+  Dice dice;
+  const double margin = 0.002;
+  Vec3 p{0.1, 0, 0}, r;
+  std::size_t total = 0;
+  for (int step = 0; step < 150; ++step) {
+    // Mostly small steps with a few jumps.
+    const double reach = step % 20 == 0 ? 0.03 : 0.002;
+    p = 0.98 * p + dice.in_cube(reach);
+    r += dice.in_cube(10 * reach);
+    const Pose X{p, from_rotation_vector(r)};
+    tree.find(distance, X, margin, found);
+    std::vector<int> by_tree, by_force;
+    for (const NearSample& n : found) by_tree.push_back(n.sample);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (distance.query(transform(X, samples[i].p)).distance < margin) by_force.push_back(static_cast<int>(i));
+    }
+    std::sort(by_tree.begin(), by_tree.end());
+    BOOST_TEST(by_tree == by_force, tt::per_element());
+    for (const NearSample& n : found) {
+      const Nearest fresh = distance.query(transform(X, samples[static_cast<std::size_t>(n.sample)].p));
+      BOOST_TEST(std::abs(n.nearest.distance - fresh.distance) < 1e-14);
+    }
+    total += found.size();
+  }
+  BOOST_TEST(total > 1000U);
+}

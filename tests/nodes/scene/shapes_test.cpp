@@ -1,0 +1,163 @@
+// Meshes are read strictly, and their integrals agree with the closed forms of simple solids.
+#include <boost/test/unit_test.hpp>
+
+#include "framework/core/check.hpp"
+#include "nodes/scene/body_mesh.hpp"
+#include "nodes/scene/mass_properties.hpp"
+#include "nodes/scene/surface_samples.hpp"
+#include "tests/nodes/shapes.hpp"
+
+using namespace tactor;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+void check_near(const Vec3& a, const Vec3& b, double tolerance) {
+  BOOST_TEST(norm(a - b) <= tolerance);
+}
+
+std::string message_for(const std::string& text) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / "tactor_test_bad.off";
+  std::ofstream(path) << text;
+  try {
+    read_off(path);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+bool says(const std::string& text, const std::string& place, const std::string& expected) {
+  const std::string message = message_for(text);
+  BOOST_TEST_MESSAGE(message);
+  return message.find("bad.off" + place) != std::string::npos && message.find(expected) != std::string::npos;
+}
+
+const std::string four = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+const std::string faces = "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n";
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_broken_mesh_file_is_refused_with_its_line) {
+  BOOST_TEST(message_for(four + faces) == "no error");
+  BOOST_TEST(says("", "", "the header OFF, found the end of the file"));
+  BOOST_TEST(says("PLY\n", ":1:", "the header OFF"));
+  BOOST_TEST(says("OFF\n-4 4 0\n", ":2:", "4 vertices or more"));
+  BOOST_TEST(says("OFF\n4 4 0\n0 0 0\n1 nan 0\n0 1 0\n0 0 1\n" + faces, ":4:", "finite coordinates"));
+  BOOST_TEST(says("OFF\n4 4 0\n0 0 0\n1 x 0\n0 1 0\n0 0 1\n" + faces, ":4:", "a coordinate of a vertex, found 'x'"));
+  BOOST_TEST(says(four + "3 0 2 1\n3 0 1 4\n3 1 2 3\n3 0 3 2\n", ":8:", "an index from 0 to 3, found '4'"));
+  BOOST_TEST(says(four + "3 0 2 1\n3 0 1 1\n3 1 2 3\n3 0 3 2\n", ":8:", "distinct corners"));
+  BOOST_TEST(says(four + "3 0 2 1\n", ":7:", "the end of the file"));
+  BOOST_TEST(says(four + faces + "3 0 1 2\n", ":11:", "the end of the file after 4 faces"));
+  BOOST_CHECK_THROW(read_off("/nonexistent/mesh.off"), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(polygons_become_triangles_and_comments_and_colours_are_left_out) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / "tactor_test_pyramid.off";
+  std::ofstream(path) << "OFF # a pyramid\n5 5 8\n0 0 0\n1 0 0\n1 1 0\n\n0 1 0\n0.5 0.5 1\n"
+                      << "4 0 3 2 1 255 0 0\n3 0 1 4\n3 1 2 4\n3 2 3 4 # last but one\n3 3 0 4\n";
+  const TriangleMesh mesh = read_off(path);
+  BOOST_TEST(mesh.faces.size() == 6U);
+  BOOST_TEST(mass_properties(mesh).volume == 1.0 / 3.0, boost::test_tools::tolerance(1e-14));
+}
+
+BOOST_AUTO_TEST_CASE(a_box_has_the_closed_form_inertia) {
+  const Vec3 a{0.1, 0.2, 0.3};
+  const MassProperties p = mass_properties(test::box(a, {1, -2, 3}));
+  const double v = 0.1 * 0.2 * 0.3;
+  BOOST_TEST(p.volume == v, boost::test_tools::tolerance(1e-12));
+  check_near(p.center, {1, -2, 3}, 1e-13);
+  BOOST_TEST(p.inertia(0, 0) == v / 12 * (0.04 + 0.09), boost::test_tools::tolerance(1e-10));
+  BOOST_TEST(p.inertia(1, 1) == v / 12 * (0.01 + 0.09), boost::test_tools::tolerance(1e-10));
+  BOOST_TEST(p.inertia(2, 2) == v / 12 * (0.01 + 0.04), boost::test_tools::tolerance(1e-10));
+  BOOST_TEST(std::abs(p.inertia(0, 1)) + std::abs(p.inertia(0, 2)) + std::abs(p.inertia(1, 2)) < 1e-15);
+}
+
+BOOST_AUTO_TEST_CASE(a_corner_tetrahedron_has_the_closed_form_inertia) {
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+  const MassProperties p = mass_properties(mesh);
+  BOOST_TEST(p.volume == 1.0 / 6, boost::test_tools::tolerance(1e-14));
+  check_near(p.center, {0.25, 0.25, 0.25}, 1e-15);
+  // The integral of x^2 is 1/60 and of x y 1/120; the centre takes 1/6 * 1/16 off each.
+  BOOST_TEST(p.inertia(0, 0) == 2 * (1.0 / 60 - 1.0 / 96), boost::test_tools::tolerance(1e-13));
+  BOOST_TEST(p.inertia(0, 1) == -(1.0 / 120 - 1.0 / 96), boost::test_tools::tolerance(1e-13));
+}
+
+BOOST_AUTO_TEST_CASE(a_fine_sphere_comes_near_the_closed_forms_quadratically) {
+  double last = 1;
+  for (const int level : {3, 4, 5}) {
+    const MassProperties p = mass_properties(test::icosphere(0.05, level));
+    const double volume = 4.0 / 3 * pi * 0.05 * 0.05 * 0.05;
+    const double error = 1 - p.volume / volume;
+    BOOST_TEST(error > 0);
+    BOOST_TEST(error < 0.3 * last);
+    last = error;
+    BOOST_TEST(p.inertia(0, 0) / p.volume == 0.4 * 0.05 * 0.05, boost::test_tools::tolerance(3 * error));
+    check_near(p.center, {}, 1e-14);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(rigid_motion_rotates_the_inertia_and_moves_the_centre) {
+  const TriangleMesh mesh = test::box({0.1, 0.2, 0.3}, {0.01, 0.02, 0.03});
+  const Pose X{{5, -3, 2}, from_rotation_vector({0.4, -1.1, 0.7})};
+  TriangleMesh moved = mesh;
+  for (Vec3& v : moved.vertices) v = transform(X, v);
+  const MassProperties a = mass_properties(mesh), b = mass_properties(moved);
+  BOOST_TEST(b.volume == a.volume, boost::test_tools::tolerance(1e-11));
+  check_near(b.center, transform(X, a.center), 1e-12);
+  Eigen::Matrix3d R;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 column = rotate(X.R, {i == 0 ? 1.0 : 0.0, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0});
+    R.col(i) << column.x, column.y, column.z;
+  }
+  BOOST_TEST((b.inertia - R * a.inertia * R.transpose()).norm() < 1e-9 * a.inertia.norm());
+}
+
+BOOST_AUTO_TEST_CASE(sample_areas_sum_to_the_surface_and_no_gap_exceeds_the_spacing) {
+  const TriangleMesh mesh = test::box({0.01, 0.02, 0.1});
+  BOOST_TEST(sample_surface(mesh, 0).size() == 8U);
+  for (const double spacing : {0.0, 0.013, 0.005}) {
+    const std::vector<SurfaceSample> samples = sample_surface(mesh, spacing);
+    double area = 0;
+    for (const SurfaceSample& s : samples) area += s.area;
+    BOOST_TEST(area == surface_area(mesh), boost::test_tools::tolerance(1e-12));
+    if (spacing == 0) continue;
+    // Any point of the surface has a sample within the spacing; tried along one face's diagonal.
+    for (double t = 0; t <= 1; t += 0.01) {
+      const Vec3 q{0.005, -0.01 + 0.02 * t, -0.05 + 0.1 * t};
+      double nearest = 1;
+      for (const SurfaceSample& s : samples) nearest = std::min(nearest, norm(s.p - q));
+      BOOST_TEST(nearest <= spacing);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_moving_body_has_its_origin_at_the_centre_of_mass_and_a_fixed_one_keeps_its_frame) {
+  Body body;
+  body.name = "block";
+  body.mesh = test::write_off(test::box({10, 20, 30}, {100, 0, 0}), "block");
+  body.scale = 0.001;
+  body.mass = 0.6;
+  check_near(load_body_mesh(body).vertices[0], {0.095, -0.01, -0.015}, 1e-15);
+  body.motion = Motion::rigid;
+  check_near(load_body_mesh(body).vertices[0], {-0.005, -0.01, -0.015}, 1e-15);
+  BOOST_TEST(body_inertia(body)(0, 0) == 0.6 / 12 * (4e-4 + 9e-4), boost::test_tools::tolerance(1e-12));
+  body.inertia = Vec3{1, 2, 3};
+  BOOST_TEST(body_inertia(body)(2, 2) == 3.0);
+  Body ball;
+  ball.sphere_radius = 0.01;
+  ball.mass = 0.2;
+  BOOST_TEST(body_inertia(ball)(1, 1) == 0.4 * 0.2 * 1e-4, boost::test_tools::tolerance(1e-14));
+}
+
+BOOST_AUTO_TEST_CASE(a_moving_body_turned_inside_out_is_refused) {
+  TriangleMesh mesh = test::box({1, 1, 1});
+  for (auto& f : mesh.faces) std::swap(f[0], f[1]);
+  Body body;
+  body.mesh = test::write_off(mesh, "inside_out");
+  body.motion = Motion::rigid;
+  BOOST_CHECK_THROW(load_body_mesh(body), InputError);
+}

@@ -1,0 +1,248 @@
+// The simulated device shows its handle through encoders, commands clamped forces, and closes the loop through the
+// hand.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "devices/simulated/simulated.hpp"
+#include "framework/core/segment.hpp"
+
+using namespace tactor;
+
+namespace {
+
+/// A device made from its declared defaults, driven tick by tick.
+class Bench {
+ public:
+  explicit Bench(const std::map<std::string, ParamValue>& given, bool torque = true) {
+    const NodeInfo info = SimulatedDevice::declare();
+    std::vector<ParamValue> values;
+    for (const ParamInfo& param : info.params) {
+      const auto it = given.find(param.name);
+      values.push_back(it == given.end() ? param.default_value.value() : it->second);
+      if (param.name == "rate") period_ = Duration::from_rate(std::get<double>(values.back()));
+    }
+    NodeContext context;
+    context.name = "device";
+    context.scene = &scene_;
+    context.torque = torque;
+    context.duration = Duration{2'000'000'000};
+    node_ = info.create(values, context);
+    device().target.configure({QueuePolicy::latest, 1});
+    device().segment.configure({QueuePolicy::latest, 1});
+  }
+
+  [[nodiscard]] SimulatedDevice& device() { return dynamic_cast<SimulatedDevice&>(*node_); }
+  [[nodiscard]] Time now() const { return now_; }
+  void target(const MotionState& motion) {
+    const Target message{motion.X, motion.V};
+    device().target.push({now_, now_, 0}, &message);
+  }
+  void segment(const ForceSegment& s) { device().segment.push({now_, now_, 0}, &s); }
+  /// Steps at `now` and moves on by a period.
+  void tick() {
+    StepContext context(now_);
+    device().step(context);
+    shown.reset();
+    if (device().state.pending() > 0) {
+      shown = *static_cast<const DeviceState*>(device().state.pending_value(0));
+      truth = *static_cast<const DeviceState*>(device().truth.pending_value(0));
+      BOOST_REQUIRE(device().state.pending_valid(0) == now_);
+    }
+    BOOST_REQUIRE(device().commanded.pending() == 1U);
+    commanded = *static_cast<const Wrench*>(device().commanded.pending_value(0));
+    device().state.clear_pending();
+    device().truth.clear_pending();
+    device().commanded.clear_pending();
+    now_ = now_ + period_;
+  }
+  [[nodiscard]] std::map<std::string, double> figures() {
+    Report report;
+    device().report(report);
+    return {report.figures().begin(), report.figures().end()};
+  }
+
+  std::optional<DeviceState> shown;
+  DeviceState truth;
+  Wrench commanded;
+
+ private:
+  Scene scene_;
+  std::unique_ptr<Node> node_;
+  Time now_;
+  Duration period_;
+};
+
+MotionState swinging(double t) {
+  return {
+      {{0.05 * std::sin(3 * t), 0.02 * std::cos(7 * t), 0.1 * t}, from_rotation_vector({0, 0, 0.5 * std::sin(2 * t)})},
+      {{0.15 * std::cos(3 * t), -0.14 * std::sin(7 * t), 0.1}, {0, 0, std::cos(2 * t)}}};
+}
+
+constexpr double mass = 0.65, damping = 6.5, stiffness = 135;  // of the defaults, without friction of the handle
+const std::map<std::string, ParamValue> smooth_loop{
+    {"loop", std::string("closed")}, {"damping", 0.0}, {"friction", 0.0}, {"encoder_step", 0.0}};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(an_open_loop_handle_is_where_the_target_says_to_half_an_encoder_step) {
+  const double step = 1e-4, step_angle = 1e-3;
+  Bench bench({{"encoder_step", step}, {"encoder_step_angle", step_angle}});
+  for (int i = 0; i < 1000; ++i) {
+    const MotionState wanted = swinging(bench.now().seconds());
+    bench.target(wanted);
+    bench.tick();
+    BOOST_REQUIRE(bench.shown.has_value());
+    BOOST_TEST((bench.truth.X_WD == wanted.X));
+    for (int axis = 0; axis < 3; ++axis) {
+      BOOST_TEST(std::abs(bench.shown->X_WD.p[axis] - wanted.X.p[axis]) <= step / 2 + 1e-15);
+      const double steps = bench.shown->X_WD.p[axis] / step;
+      BOOST_TEST(std::abs(steps - std::round(steps)) < 1e-9);
+    }
+    BOOST_TEST(std::abs(to_rotation_vector(bench.shown->X_WD.R).z - to_rotation_vector(wanted.X.R).z) <=
+               step_angle / 2 + 1e-12);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_velocity_of_an_encoder_is_a_filtered_difference_and_true_without_one) {
+  // Along a ramp the filtered difference tends to the slope; quantisation leaves less than one step a time constant.
+  const double step = 1e-5, cutoff = 50;
+  Bench coarse({{"encoder_step", step}, {"velocity_cutoff", cutoff}});
+  Bench exact({{"encoder_step", 0.0}, {"encoder_step_angle", 0.0}});
+  for (int i = 0; i < 500; ++i) {
+    const double t = coarse.now().seconds();
+    const MotionState ramp{{{0.0873 * t, 0, 0}, {}}, {{0.0873, 0, 0}, {0, 0, 0.1}}};
+    coarse.target(ramp);
+    coarse.tick();
+    exact.target(ramp);
+    exact.tick();
+    if (i == 0) BOOST_TEST(coarse.shown->V_WD.v.x == 0.0);
+    // First-order response to a step of velocity, after the tick at which the first difference is there.
+    const double risen = 1 - std::exp(-2 * 3.141592653589793 * cutoff * t);
+    BOOST_TEST(std::abs(coarse.shown->V_WD.v.x - risen * 0.0873) <= step * 2 * 3.15 * cutoff);
+    BOOST_TEST(exact.shown->V_WD.v.x == 0.0873);
+    BOOST_TEST(exact.shown->V_WD.w.z == 0.1);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(nothing_is_shown_before_the_first_target_and_zero_commanded_before_the_first_segment) {
+  Bench bench({});
+  bench.tick();
+  BOOST_TEST(!bench.shown.has_value());
+  BOOST_TEST((bench.commanded.force == Vec3{}));
+  bench.target({});
+  bench.tick();
+  BOOST_TEST(bench.shown.has_value());
+  BOOST_TEST((bench.commanded.force == Vec3{}));
+}
+
+BOOST_AUTO_TEST_CASE(segments_are_evaluated_at_the_tick_and_clamped_along_their_direction) {
+  Bench bench({{"force_max", 5.0}, {"torque_max", 0.1}});
+  bench.target({});
+  ForceSegment s;
+  s.begin = Time{0};
+  s.end = Time{10'000'000};
+  s.c = {Wrench{{1, 0, 0}, {}}, Wrench{{2, 0, 0}, {0, 0, 0.05}}, Wrench{{3, 0, 0}, {}}, Wrench{{-4, 0, 0}, {}}};
+  bench.segment(s);
+  for (int i = 0; i < 20; ++i) {
+    bench.tick();
+    const double u = std::min(i / 10.0, 1.0);
+    BOOST_TEST(std::abs(bench.commanded.force.x - (1 + 2 * u + 3 * u * u - 4 * u * u * u)) < 1e-12);
+    BOOST_TEST(std::abs(bench.commanded.torque.z - 0.05 * u) < 1e-15);
+  }
+  bench.segment(constant_segment(bench.now(), {{30, -40, 0}, {0, 0, -7}}));
+  bench.tick();
+  BOOST_TEST(norm(bench.commanded.force - Vec3{3, -4, 0}) < 1e-14);
+  BOOST_TEST(norm(bench.commanded.torque - Vec3{0, 0, -0.1}) < 1e-15);
+}
+
+BOOST_AUTO_TEST_CASE(a_segment_that_is_not_finite_is_rejected_and_counted) {
+  Bench bench({});
+  bench.target({});
+  bench.segment(constant_segment(bench.now(), {{std::numeric_limits<double>::quiet_NaN(), 1, 0}, {}}));
+  bench.tick();
+  BOOST_TEST((bench.commanded.force == Vec3{}));
+  BOOST_TEST(bench.figures().at("device.rejected_forces") == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_translation_only_scene_gets_no_torque) {
+  Bench bench({}, false);
+  bench.target({});
+  bench.segment(constant_segment(bench.now(), {{1, 0, 0}, {0.1, 0.1, 0.1}}));
+  bench.tick();
+  BOOST_TEST((bench.commanded.torque == Vec3{}));
+  BOOST_TEST(bench.commanded.force.x == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(the_closed_loop_moves_under_the_commanded_force_and_reports_its_energy) {
+  Bench bench(smooth_loop);
+  const double force = 2, rest = force / stiffness;
+  const double decay = 0.5 * damping / mass, omega = std::sqrt(stiffness / mass - decay * decay);
+  double fastest = 0;
+  for (int i = 0; i < 1500; ++i) {
+    bench.target({});
+    if (i == 0) bench.segment(constant_segment(bench.now(), {{force, 0, 0}, {}}));
+    const double t = bench.now().seconds();
+    bench.tick();
+    // The step response from rest; the force is on the handle from the first tick on.
+    const double expected =
+        rest * (1 - std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t)));
+    BOOST_TEST(std::abs(bench.truth.X_WD.p.x - expected) < 1e-13);
+    fastest = std::max(fastest, bench.truth.V_WD.v.x);
+  }
+  // The most work a held force has done: force times the way to the top of the overshoot.
+  const double overshoot = std::exp(-decay / omega * 3.141592653589793);
+  BOOST_TEST(std::abs(bench.figures().at("device.energy_generated_J") - force * rest * (1 + overshoot)) < 1e-6);
+  BOOST_TEST(bench.figures().at("device.max_speed_m_per_s") == fastest);
+}
+
+BOOST_AUTO_TEST_CASE(a_force_against_the_motion_generates_no_energy) {
+  Bench bench(smooth_loop);
+  for (int i = 0; i < 1500; ++i) {
+    const double t = bench.now().seconds();
+    // A damper on the handle, seen a tick late, while the hand moves one way and then stays.
+    const double s = std::min(t, 1.0);
+    bench.target({{{0.1 * s, 0, 0}, {}}, {{t < 1 ? 0.1 : 0, 0, 0}, {}}});
+    bench.tick();
+    bench.segment(constant_segment(bench.now(), {-2.0 * bench.truth.V_WD.v, {}}));
+  }
+  BOOST_TEST(bench.figures().at("device.energy_generated_J") < 1e-5);
+}
+
+BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_path_of_the_judged_run) {
+  Bench judged(smooth_loop);
+  BOOST_TEST(judged.device().must_be_followed());
+  std::vector<DeviceState> path;
+  for (int i = 0; i < 1000; ++i) {
+    judged.target(swinging(judged.now().seconds()));
+    judged.segment(constant_segment(judged.now(), {{std::sin(0.05 * i), 1, 0}, {0, 0, 0.02}}));
+    judged.tick();
+    path.push_back(judged.truth);
+  }
+  std::map<std::string, ParamValue> given = smooth_loop;
+  given["rate"] = 10000.0;
+  given["encoder_step_angle"] = 0.0;
+  Bench reference(given);
+  reference.device().follow(judged.device());
+  for (std::size_t i = 0; i < 10'000; ++i) {
+    reference.target({});
+    reference.tick();
+    if (i % 10 == 0) {
+      BOOST_REQUIRE(norm(reference.shown->X_WD.p - path[i / 10].X_WD.p) < 1e-15);
+      BOOST_REQUIRE(norm(to_rotation_vector(reference.shown->X_WD.R * inverse(path[i / 10].X_WD.R))) < 1e-14);
+      BOOST_REQUIRE(norm(reference.shown->V_WD.v - path[i / 10].V_WD.v) < 1e-9);
+    } else if (i / 10 + 1 < path.size()) {
+      // Between its samples the path is smooth: less than a micrometre from the chord here.
+      const double s = static_cast<double>(i % 10) / 10;
+      const Vec3 chord = (1 - s) * path[i / 10].X_WD.p + s * path[i / 10 + 1].X_WD.p;
+      BOOST_REQUIRE(norm(reference.shown->X_WD.p - chord) < 1e-6);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(an_open_loop_needs_no_following) {
+  Bench bench({});
+  BOOST_TEST(!bench.device().must_be_followed());
+  BOOST_TEST(bench.figures().count("device.energy_generated_J") == 0U);
+}

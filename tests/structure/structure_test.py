@@ -1,0 +1,101 @@
+"""What may include what, how sources are formatted, and that the documents keep up with the code."""
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SOURCES = [p for folder in ("framework", "nodes", "devices", "meshes", "app", "tests", "bench")
+           for p in sorted((ROOT / folder).rglob("*")) if p.suffix in (".cpp", ".hpp")]
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
+
+
+def includes(path):
+    return INCLUDE.findall(path.read_text())
+
+
+def inside(path, *folders):
+    relative = path.relative_to(ROOT).as_posix()
+    return any(relative.startswith(folder + "/") for folder in folders)
+
+
+class Includes(unittest.TestCase):
+    """Dependencies run one way: app -> engine -> graph -> node -> core; nodes and devices -> node, core."""
+
+    def assert_only(self, pattern, *folders):
+        """Headers that match are included in these folders alone (and by tests and benchmarks)."""
+        for path in SOURCES:
+            if inside(path, "tests", "bench", *folders):
+                continue
+            for header in includes(path):
+                with self.subTest(file=path.relative_to(ROOT).as_posix(), header=header):
+                    self.assertIsNone(re.match(pattern, header), f"only {folders} may include this")
+
+    def test_each_library_is_included_by_its_owner_alone(self):
+        self.assert_only(r"caf/", "framework/engine/live")
+        self.assert_only(r"(hdf5|H5)", "framework/record")
+        self.assert_only(r"CGAL/", "nodes/collision", "meshes")
+        self.assert_only(r"yaml-cpp/", "framework/graph")
+        self.assert_only(r"modbus", "devices/modbus")
+        self.assert_only(r"libusb", "devices/usb")
+        self.assert_only(r"(CLI/|spdlog/)", "app")
+
+    def test_arrows_run_one_way(self):
+        allowed = {
+            "framework/core": ("framework/core",),
+            "framework/node": ("framework/core", "framework/node"),
+            "framework/graph": ("framework/core", "framework/node", "framework/graph"),
+            "framework/record": ("framework/core", "framework/node", "framework/record"),
+            "framework/engine": ("framework/core", "framework/node", "framework/graph", "framework/engine"),
+            # source.recording plays recordings back through the record interface, which holds no HDF5.
+            "nodes/source": ("framework/core", "framework/node", "framework/record", "nodes/source"),
+            "nodes/scene": ("framework/core", "nodes/scene"),
+            "nodes/collision": ("framework/core", "framework/node", "nodes/collision", "nodes/scene"),
+            "nodes/dynamics": ("framework/core", "framework/node", "nodes/dynamics", "nodes/scene"),
+            "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/scene"),
+            "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction"),
+            "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation"),
+            "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
+            "devices": ("framework/core", "framework/node", "devices"),
+        }
+        for path in SOURCES:
+            for folder, targets in allowed.items():
+                if not inside(path, folder):
+                    continue
+                for header in includes(path):
+                    if not header.startswith(("framework/", "nodes/", "devices/", "app/", "meshes/")):
+                        continue
+                    with self.subTest(file=path.relative_to(ROOT).as_posix(), header=header):
+                        self.assertTrue(header.startswith(tuple(t + "/" for t in targets)), f"{folder} may include {targets}")
+
+    def test_nodes_have_no_thread_lock_or_clock_of_their_own(self):
+        forbidden = re.compile(r"#include <(thread|mutex|shared_mutex|condition_variable|chrono|ctime|random)>")
+        for path in SOURCES:
+            if inside(path, "nodes", "devices/simulated"):
+                with self.subTest(file=path.relative_to(ROOT).as_posix()):
+                    self.assertIsNone(forbidden.search(path.read_text()))
+
+
+class Text(unittest.TestCase):
+    def test_sources_are_formatted(self):
+        if shutil.which("clang-format") is None:
+            self.skipTest("clang-format is not installed")
+        result = subprocess.run(["clang-format", "--dry-run", "--Werror", *map(str, SOURCES)], capture_output=True,
+                                text=True, check=False)
+        self.assertEqual(result.returncode, 0, result.stderr[:2000])
+
+    def test_a_file_can_be_told_in_one_sentence(self):
+        for path in SOURCES:
+            with self.subTest(file=path.relative_to(ROOT).as_posix()):
+                self.assertLessEqual(len(path.read_text().splitlines()), 600)
+
+    def test_no_promise_stands_where_code_should(self):
+        promise = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b")
+        for path in SOURCES:
+            with self.subTest(file=path.relative_to(ROOT).as_posix()):
+                self.assertIsNone(promise.search(path.read_text()))
+
+
+if __name__ == "__main__":
+    unittest.main()
