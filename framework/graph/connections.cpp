@@ -2,7 +2,7 @@
 #include <charconv>
 #include <map>
 
-#include "framework/graph/compose.hpp"
+#include "framework/graph/merge.hpp"
 #include "framework/graph/readers.hpp"
 #include "framework/graph/values.hpp"
 

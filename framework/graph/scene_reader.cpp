@@ -9,11 +9,6 @@ namespace tactor {
 
 namespace {
 
-const Tree* value_at(const Tree& map, std::string_view key) {
-  const TreeEntry* entry = map.find(key);
-  return entry == nullptr ? nullptr : &entry->value;
-}
-
 std::optional<Vec3> read_vector(const Tree& tree, const std::string& path, const NumberRule& rule,
                                 Diagnostics& diagnostics) {
   const auto values = read_numbers(tree, path, 3, rule, diagnostics);
@@ -23,7 +18,7 @@ std::optional<Vec3> read_vector(const Tree& tree, const std::string& path, const
 
 void set_number(double& target, const Tree& map, std::string_view key, const std::string& path, const NumberRule& rule,
                 Diagnostics& diagnostics) {
-  if (const Tree* tree = value_at(map, key)) {
+  if (const Tree* tree = map.value(key)) {
     target = read_number(*tree, path + "." + std::string(key), rule, diagnostics).value_or(target);
   }
 }
@@ -52,11 +47,11 @@ Pose read_pose(const Tree& tree, const std::string& path, Diagnostics& diagnosti
   Pose X;
   if (!expect_map(tree, path, "a map with p and rpy or quaternion", diagnostics)) return X;
   check_keys(tree, path, "key", {"p", "rpy", "quaternion"}, diagnostics);
-  if (const Tree* p = value_at(tree, "p")) {
+  if (const Tree* p = tree.value("p")) {
     X.p = read_vector(*p, path + ".p", {.unit = "m"}, diagnostics).value_or(X.p);
   }
-  const Tree* rpy = value_at(tree, "rpy");
-  const Tree* quaternion = value_at(tree, "quaternion");
+  const Tree* rpy = tree.value("rpy");
+  const Tree* quaternion = tree.value("quaternion");
   if (rpy != nullptr && quaternion != nullptr) {
     diagnostics.error(tree.place, path + ": expected either rpy or quaternion, found both");
   } else if (rpy != nullptr) {
@@ -82,8 +77,8 @@ Material read_material(const Tree& tree, const std::string& path, Diagnostics& d
 
 void read_shape(Body& body, const TreeEntry& entry, const std::string& path, const FileFinder& files,
                 Diagnostics& diagnostics) {
-  const Tree* mesh = value_at(entry.value, "mesh");
-  const Tree* sphere = value_at(entry.value, "sphere");
+  const Tree* mesh = entry.value.value("mesh");
+  const Tree* sphere = entry.value.value("sphere");
   if ((mesh == nullptr) == (sphere == nullptr)) {
     diagnostics.error(entry.place,
                       path + ": expected either mesh or sphere, found " + (mesh == nullptr ? "neither" : "both"));
@@ -91,7 +86,7 @@ void read_shape(Body& body, const TreeEntry& entry, const std::string& path, con
   if (mesh != nullptr) body.mesh = files.find(*mesh, path + ".mesh", diagnostics);
   if (sphere != nullptr && expect_map(*sphere, path + ".sphere", "a map with radius", diagnostics)) {
     check_keys(*sphere, path + ".sphere", "key", {"radius"}, diagnostics);
-    if (const Tree* radius = value_at(*sphere, "radius")) {
+    if (const Tree* radius = sphere->value("radius")) {
       body.sphere_radius =
           read_number(*radius, path + ".sphere.radius", {.unit = "m", .min = 0, .above_min = true}, diagnostics);
     } else {
@@ -117,14 +112,14 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
   if (!expect_map(tree, path, "a body: a map with mesh or sphere", diagnostics)) return body;
   check_keys(tree, path, "key", keys, diagnostics);
   read_shape(body, entry, path, files, diagnostics);
-  if (const Tree* pose = value_at(tree, "pose")) body.X_WB = read_pose(*pose, path + ".pose", diagnostics);
-  if (const Tree* motion = value_at(tree, "motion")) {
+  if (const Tree* pose = tree.value("pose")) body.X_WB = read_pose(*pose, path + ".pose", diagnostics);
+  if (const Tree* motion = tree.value("motion")) {
     const auto text = read_choice(*motion, path + ".motion", {"static", "translation", "rigid"}, diagnostics);
     if (text == "translation") body.motion = Motion::translation;
     if (text == "rigid") body.motion = Motion::rigid;
   }
   set_number(body.mass, tree, "mass", path, {.unit = "kg", .min = 0, .above_min = true}, diagnostics);
-  if (const Tree* inertia = value_at(tree, "inertia")) {
+  if (const Tree* inertia = tree.value("inertia")) {
     body.inertia =
         read_vector(*inertia, path + ".inertia", {.unit = "kg m^2", .min = 0, .above_min = true}, diagnostics);
     if (body.inertia) {
@@ -138,7 +133,7 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
       }
     }
   }
-  if (const Tree* material = value_at(tree, "material")) {
+  if (const Tree* material = tree.value("material")) {
     body.material = read_material(*material, path + ".material", diagnostics);
   }
   return body;
@@ -150,10 +145,10 @@ Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnos
   Scene scene;
   if (!expect_map(tree, "scene", "a map with gravity and bodies", diagnostics)) return scene;
   check_keys(tree, "scene", "key", {"gravity", "bodies"}, diagnostics);
-  if (const Tree* gravity = value_at(tree, "gravity")) {
+  if (const Tree* gravity = tree.value("gravity")) {
     scene.gravity_W = read_vector(*gravity, "scene.gravity", {.unit = "m/s^2"}, diagnostics).value_or(scene.gravity_W);
   }
-  const Tree* bodies = value_at(tree, "bodies");
+  const Tree* bodies = tree.value("bodies");
   if (bodies == nullptr || !expect_map(*bodies, "scene.bodies", "a map of bodies", diagnostics)) return scene;
   std::vector<std::string> moving;
   Place second;

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "framework/graph/compose.hpp"
+#include "framework/graph/merge.hpp"
 #include "framework/graph/readers.hpp"
 #include "framework/graph/values.hpp"
 #include "framework/node/registry.hpp"
@@ -17,11 +18,6 @@ namespace {
 // Step rates outside of these have no whole number of nanoseconds worth the name as their period.
 constexpr double lowest_rate_hz = 1e-6;
 constexpr double highest_rate_hz = 1e6;
-
-const Tree* value_at(const Tree& map, std::string_view key) {
-  const TreeEntry* entry = map.find(key);
-  return entry == nullptr ? nullptr : &entry->value;
-}
 
 // Why a type is not known: a misspelt name, or a library that is not there.
 std::string unknown_type(const Tree& tree, Registry& registry) {
@@ -53,7 +49,7 @@ std::string unknown_type(const Tree& tree, Registry& registry) {
 
 const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Registry& registry,
                           Diagnostics& diagnostics) {
-  const Tree* type = value_at(entry.value, "type");
+  const Tree* type = entry.value.value("type");
   if (type == nullptr) {
     diagnostics.error(entry.place, path + ": expected the key type, found none");
     return nullptr;
@@ -85,7 +81,7 @@ void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path
       param.max = std::min(param.max, highest_rate_hz);
       param.above_min = false;
     }
-    const Tree* tree = value_at(entry.value, param.name);
+    const Tree* tree = entry.value.value(param.name);
     std::optional<ParamValue> value = param.default_value;
     if (tree != nullptr) {
       value = read_param(*tree, path + "." + param.name, param, files, diagnostics);
@@ -120,7 +116,7 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
       continue;
     }
     read_params(node, entry, path, files, diagnostics);
-    if (const Tree* cost = value_at(entry.value, "cost")) {
+    if (const Tree* cost = entry.value.value("cost")) {
       node.cost = read_cost(*cost, path + ".cost", files, diagnostics);
     }
     spec.nodes.push_back(std::move(node));
@@ -150,31 +146,31 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   const FileFinder files(file.parent_path(), mesh_folders);
   check_keys(*tree, "", "key", {"title", "extends", "clock", "duration", "seed", "scene", "nodes", "edges", "record"},
              diagnostics);
-  if (const Tree* title = value_at(*tree, "title")) {
+  if (const Tree* title = tree->value("title")) {
     spec.title = read_text(*title, "title", diagnostics).value_or("");
     if (spec.title.find('\n') != std::string::npos) {
       diagnostics.error(title->place, "title: expected one line, found several");
     }
   }
-  if (const Tree* clock = value_at(*tree, "clock")) {
+  if (const Tree* clock = tree->value("clock")) {
     if (read_choice(*clock, "clock", {"virtual", "real"}, diagnostics) == "real") spec.clock = Clock::real;
   }
-  if (const Tree* duration = value_at(*tree, "duration")) {
+  if (const Tree* duration = tree->value("duration")) {
     spec.duration = read_duration(*duration, "duration", true, diagnostics).value_or(Duration{});
   } else {
     diagnostics.error(tree->place, "expected the key duration, found none");
   }
-  if (const Tree* seed = value_at(*tree, "seed")) {
+  if (const Tree* seed = tree->value("seed")) {
     spec.seed = read_seed(*seed, "seed", diagnostics).value_or(spec.seed);
   }
-  if (const Tree* scene = value_at(*tree, "scene")) spec.scene = read_scene(*scene, files, diagnostics);
+  if (const Tree* scene = tree->value("scene")) spec.scene = read_scene(*scene, files, diagnostics);
   std::set<std::string> broken;
-  if (const Tree* nodes = value_at(*tree, "nodes")) {
+  if (const Tree* nodes = tree->value("nodes")) {
     read_nodes(spec, broken, *nodes, registry, files, diagnostics);
-    if (const Tree* edges = value_at(*tree, "edges")) {
+    if (const Tree* edges = tree->value("edges")) {
       spec.edges = read_edges(*edges, spec.nodes, broken, diagnostics);
     }
-    if (const Tree* record = value_at(*tree, "record")) {
+    if (const Tree* record = tree->value("record")) {
       spec.record = read_record(*record, spec.nodes, broken, diagnostics);
     }
   } else {

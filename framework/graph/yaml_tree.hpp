@@ -31,6 +31,8 @@ struct Tree {
   /// The entry of a map by its key; null where there is none or this is no map.
   [[nodiscard]] const TreeEntry* find(std::string_view key) const;
   [[nodiscard]] TreeEntry* find(std::string_view key);
+  /// The value of that entry, or null.
+  [[nodiscard]] const Tree* value(std::string_view key) const;
 };
 
 /// A key and its value.
@@ -57,7 +59,7 @@ inline constexpr std::size_t max_yaml_depth = 64;
 /// further.
 std::optional<Tree> parse_yaml(const std::string& text, const std::string& file, Diagnostics& diagnostics);
 
-/// The same for a file, which must hold a map.
+/// The same for a file, which must hold a map; `name` is what errors call it.
 std::optional<Tree> read_yaml(const std::filesystem::path& file, const std::string& name, Diagnostics& diagnostics);
 
 }  // namespace tactor

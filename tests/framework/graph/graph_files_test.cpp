@@ -304,3 +304,26 @@ BOOST_FIXTURE_TEST_CASE(a_missing_file_and_a_folder_are_told_apart, Fixture) {
   BOOST_CHECK_EXCEPTION(load("none.yaml"), GraphError, says("none.yaml: there is no such file"));
   BOOST_CHECK_EXCEPTION(load("."), GraphError, says("expected a graph file, found a folder"));
 }
+
+BOOST_FIXTURE_TEST_CASE(a_library_that_cannot_be_loaded_is_an_error_at_the_type_that_needs_it, Fixture) {
+  static_cast<void>(folder.write("nodes/libtactor_junk.so", "no library"));
+  Registry with_junk({folder.path() / "nodes"});
+  const fs::path file = folder.write("junk.yaml", "duration: 1 s\nnodes:\n  a: {type: junk.node}\n");
+  const auto at_the_type = [](const GraphError& e) {
+    const std::string text = e.what();
+    return text.find("junk.yaml:3:13: nodes.a.type: cannot load the node library ") != std::string::npos;
+  };
+  BOOST_CHECK_EXCEPTION(load_graph(file, with_junk), GraphError, at_the_type);
+}
+
+BOOST_FIXTURE_TEST_CASE(files_extend_each_other_over_sixteen_levels_and_no_more, Fixture) {
+  static_cast<void>(folder.write("f0.yaml", base));
+  for (int i = 1; i <= 17; ++i) {
+    std::string text = "extends: f";
+    text.append(std::to_string(i - 1)).append(".yaml\n");
+    std::string name = "f";
+    static_cast<void>(folder.write(name.append(std::to_string(i)).append(".yaml"), text));
+  }
+  BOOST_TEST(load("f16.yaml").nodes.size() == 3U);
+  BOOST_CHECK_THROW(load("f17.yaml"), GraphError);
+}

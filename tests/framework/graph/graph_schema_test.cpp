@@ -23,7 +23,7 @@ struct Fixture {
     schema = folder.write("schema.json", graph_schema(registry));
   }
 
-  // The exit code of the validator: 0 all valid, 1 some not, 2 the validator itself is not there.
+  // How many of the files are not valid.
   int validate(const std::vector<fs::path>& files) const {
     std::string command = "/usr/bin/python3 '" + (here / "validate.py").string() + "' '" + schema.string() + "'";
     for (const fs::path& file : files) command += " '" + file.string() + "'";
@@ -52,13 +52,14 @@ BOOST_FIXTURE_TEST_CASE(good_graphs_validate, Fixture) {
 
 BOOST_TEST_DECORATOR(*boost::unit_test::precondition(has_validator))
 BOOST_FIXTURE_TEST_CASE(graphs_with_errors_of_form_do_not_validate, Fixture) {
+  std::vector<fs::path> files;
   for (const char* name :
        {"unknown_key", "no_nodes", "no_duration", "bad_clock", "integer_is_a_fraction", "integer_out_of_bounds",
         "list_of_wrong_length", "table_lacks_a_column", "table_row_too_long", "node_without_type", "unknown_type",
         "missing_parameter", "unknown_parameter", "choice_misspelt", "cost_is_a_time", "edge_without_arrow",
         "queue_of_zero", "motion_misspelt", "sphere_without_radius"}) {
-    const fs::path file = here / "bad" / (std::string(name) + ".yaml");
-    BOOST_TEST(fs::exists(file));
-    BOOST_TEST(validate({file}) == 1, name);
+    files.push_back(here / "bad" / (std::string(name) + ".yaml"));
+    BOOST_TEST(fs::exists(files.back()), name);
   }
+  BOOST_TEST(validate(files) == static_cast<int>(files.size()));
 }

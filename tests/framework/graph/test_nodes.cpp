@@ -179,6 +179,19 @@ struct Gate final : Idle {
   Output<Wrench> out;
 };
 
+struct Listener final : Idle {
+  struct Params {};
+  Listener(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Listener>("test.listener", "Never steps by itself.")
+        .input("in", &Listener::in, {})
+        .output("out", &Listener::out, "")
+        .info();
+  }
+  Input<Wrench> in;
+  Output<Wrench> out;
+};
+
 struct Values final : Idle {
   enum class Color { red, green };
   struct Params {
@@ -243,6 +256,7 @@ Registry test_registry() {
   registry.add<Hold>();
   registry.add<Torque>();
   registry.add<Gate>();
+  registry.add<Listener>();
   registry.add<Values>();
   registry.add<Judge>();
   return registry;

@@ -1,4 +1,4 @@
-"""Validates YAML graphs against a JSON Schema: validate.py SCHEMA GRAPH...; exit code 1 where one is not valid."""
+"""Validates YAML graphs against a JSON Schema: validate.py SCHEMA GRAPH...; the exit code counts those not valid."""
 
 import json
 import sys
@@ -7,7 +7,7 @@ try:
     import jsonschema
     import yaml
 except ImportError:
-    sys.exit(2)
+    sys.exit(255)
 
 
 def main():
@@ -15,14 +15,15 @@ def main():
         schema = json.load(stream)
     jsonschema.Draft202012Validator.check_schema(schema)
     validator = jsonschema.Draft202012Validator(schema)
-    bad = False
+    bad = 0
     for name in sys.argv[2:]:
         with open(name, encoding="utf-8") as stream:
             graph = yaml.safe_load(stream)
-        for error in validator.iter_errors(graph):
+        errors = list(validator.iter_errors(graph))
+        for error in errors:
             print(f"{name}: {error.json_path}: {error.message}")
-            bad = True
-    return 1 if bad else 0
+        bad += len(errors) > 0
+    return bad
 
 
 sys.exit(main())

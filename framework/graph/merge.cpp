@@ -1,0 +1,199 @@
+#include "framework/graph/merge.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+namespace tactor {
+
+std::string trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\n\r");
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(" \t\n\r") - first + 1));
+}
+
+namespace {
+
+std::optional<EdgeEnds> split_arrow(const std::string& text) {
+  const std::size_t arrow = text.find("->");
+  if (arrow == std::string::npos) return std::nullopt;
+  return EdgeEnds{trimmed(std::string_view(text).substr(0, arrow)), trimmed(std::string_view(text).substr(arrow + 2))};
+}
+
+void erase(Tree& map, std::string_view key) {
+  std::erase_if(map.entries, [&](const TreeEntry& e) { return e.key == key; });
+}
+
+void merge_maps(Tree& parent, const Tree& child);
+
+// The child's value over the parent's: maps key by key, everything else replaced.
+void merge_value(Tree& parent, const Tree& child) {
+  if (parent.is_map() && child.is_map()) {
+    merge_maps(parent, child);
+  } else {
+    parent = child;
+  }
+}
+
+using Merge = std::function<void(Tree& parent, const TreeEntry& child)>;
+
+void merge_entries(Tree& parent, const Tree& child, const Merge& merge) {
+  for (const TreeEntry& entry : child.entries) {
+    if (TreeEntry* mine = parent.find(entry.key)) {
+      mine->place = entry.place;
+      merge(mine->value, entry);
+    } else {
+      parent.entries.push_back(entry);
+    }
+  }
+  // A value of the command line does not make its whole map come from there.
+  if (child.place.line > 0) parent.place = child.place;
+}
+
+void merge_maps(Tree& parent, const Tree& child) {
+  merge_entries(parent, child, [](Tree& mine, const TreeEntry& entry) { merge_value(mine, entry.value); });
+}
+
+// Of these keys one is there at most: the one the child names takes the place of the parent's.
+void drop_alternatives(Tree& parent, const Tree& child, const std::vector<std::string>& keys) {
+  const bool named = std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return child.find(key) != nullptr; });
+  if (!named) return;
+  for (const std::string& key : keys) {
+    if (child.find(key) == nullptr) erase(parent, key);
+  }
+}
+
+void merge_body(Tree& parent, const TreeEntry& child) {
+  if (!parent.is_map() || !child.value.is_map()) {
+    parent = child.value;
+    return;
+  }
+  drop_alternatives(parent, child.value, {"mesh", "sphere"});
+  if (const TreeEntry* pose = child.value.find("pose")) {
+    if (TreeEntry* mine = parent.find("pose")) drop_alternatives(mine->value, pose->value, {"rpy", "quaternion"});
+  }
+  merge_maps(parent, child.value);
+}
+
+void merge_node(Tree& parent, const TreeEntry& child) {
+  const TreeEntry* type = child.value.find("type");
+  const TreeEntry* before = parent.find("type");
+  const bool changes = type != nullptr && before != nullptr && type->value.text != before->value.text;
+  if (!parent.is_map() || !child.value.is_map() || changes) {
+    parent = child.value;
+    return;
+  }
+  merge_entries(parent, child.value, [](Tree& mine, const TreeEntry& entry) {
+    if (entry.key == "cost" && mine.is_map() && entry.value.is_map()) {
+      const std::vector<std::string> kinds{"constant", "per_contact", "trace"};
+      const auto changed = [&](const auto& kind) {
+        return entry.value.find(kind) != nullptr && mine.find(kind) == nullptr;
+      };
+      if (std::any_of(kinds.begin(), kinds.end(), changed)) mine = entry.value;
+    }
+    merge_value(mine, entry.value);
+  });
+}
+
+// A null of the child takes the parent's entry out. A null that meets nothing stays, as an error to be found.
+void merge_named(Tree& parent, const Tree& child, const Merge& merge, std::vector<std::string>* removed) {
+  if (!parent.is_map() || !child.is_map()) {
+    parent = child;
+    return;
+  }
+  Tree kept = child;
+  for (const TreeEntry& entry : child.entries) {
+    if (!entry.value.is_null() || parent.find(entry.key) == nullptr) continue;
+    erase(parent, entry.key);
+    erase(kept, entry.key);
+    if (removed != nullptr) removed->push_back(entry.key);
+  }
+  merge_entries(parent, kept, merge);
+}
+
+void merge_edges(Tree& parent, const Tree& child) {
+  if (!parent.is_sequence() || !child.is_sequence()) {
+    parent = child;
+    return;
+  }
+  std::set<std::string> inputs;
+  for (const Tree& edge : child.items) {
+    if (const auto ends = edge_ends(edge)) inputs.insert(ends->to);
+  }
+  std::set<std::string> replaced;
+  std::erase_if(parent.items, [&](const Tree& edge) {
+    const std::optional<EdgeEnds> ends = edge_ends(edge);
+    if (!ends || !inputs.contains(ends->to)) return false;
+    replaced.insert(ends->to);
+    return true;
+  });
+  std::vector<Tree> added;
+  for (const Tree& edge : child.items) {
+    const std::optional<EdgeEnds> ends = edge_ends(edge);
+    const bool takes_out = edge.is_map() && edge.entries.size() == 1 && edge.entries[0].value.is_null();
+    if (!takes_out || !ends || !replaced.contains(ends->to)) added.push_back(edge);
+  }
+  parent.items.insert(parent.items.end(), added.begin(), added.end());
+}
+
+// What the parent said about nodes that the child took out goes with them.
+void forget_nodes(Tree& graph, const std::vector<std::string>& nodes) {
+  const auto gone = [&](const std::string& end) {
+    return std::find(nodes.begin(), nodes.end(), node_of(end)) != nodes.end();
+  };
+  if (TreeEntry* edges = graph.find("edges")) {
+    std::erase_if(edges->value.items, [&](const Tree& edge) {
+      const std::optional<EdgeEnds> ends = edge_ends(edge);
+      return ends && (gone(ends->from) || gone(ends->to));
+    });
+  }
+  if (TreeEntry* record = graph.find("record")) {
+    std::erase_if(record->value.items, [&](const Tree& stream) { return gone(stream.text); });
+  }
+}
+
+}  // namespace
+
+std::optional<EdgeEnds> edge_ends(const Tree& edge) {
+  if (edge.is_scalar()) return split_arrow(edge.text);
+  if (!edge.is_map()) return std::nullopt;
+  if (edge.entries.size() == 1 && edge.entries[0].key.find("->") != std::string::npos) {
+    return split_arrow(edge.entries[0].key);
+  }
+  const Tree* from = edge.value("from");
+  const Tree* to = edge.value("to");
+  if (from == nullptr || to == nullptr || !from->is_scalar() || !to->is_scalar()) return std::nullopt;
+  return EdgeEnds{trimmed(from->text), trimmed(to->text)};
+}
+
+std::string node_of(const std::string& end) {
+  return end.substr(0, end.find('.'));
+}
+
+void merge_graph(Tree& parent, const Tree& child) {
+  if (const TreeEntry* nodes = child.find("nodes")) {
+    if (TreeEntry* mine = parent.find("nodes")) {
+      std::vector<std::string> removed;
+      merge_named(mine->value, nodes->value, merge_node, &removed);
+      forget_nodes(parent, removed);
+    }
+  }
+  merge_entries(parent, child, [](Tree& mine, const TreeEntry& entry) {
+    if (entry.key == "nodes") return;
+    if (entry.key == "edges") {
+      merge_edges(mine, entry.value);
+    } else if (entry.key == "scene" && mine.is_map() && entry.value.is_map()) {
+      merge_entries(mine, entry.value, [](Tree& of_scene, const TreeEntry& part) {
+        if (part.key == "bodies") {
+          merge_named(of_scene, part.value, merge_body, nullptr);
+        } else {
+          merge_value(of_scene, part.value);
+        }
+      });
+    } else {
+      merge_value(mine, entry.value);
+    }
+  });
+}
+
+}  // namespace tactor

@@ -1,0 +1,31 @@
+// Lays one graph tree over another, as `extends` and the command line do.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "framework/graph/yaml_tree.hpp"
+
+namespace tactor {
+
+/// Lays `child` over `parent`: maps merge by key, a null takes a node or a body out, a node of another type replaces
+/// the old one whole, an edge replaces the one into the same input, all else is replaced.
+void merge_graph(Tree& parent, const Tree& child);
+
+/// The two ends of an edge as its text says them; empty where it is none.
+struct EdgeEnds {
+  std::string from;  ///< `node.port`
+  std::string to;
+};
+
+/// The ends of an edge in any of its forms: `a.x -> b.y`, `{a.x -> b.y: ...}`, `{from: a.x, to: b.y, ...}`.
+std::optional<EdgeEnds> edge_ends(const Tree& edge);
+
+/// The node of `node.port`.
+std::string node_of(const std::string& end);
+
+/// The text without spaces and line breaks around it.
+std::string trimmed(std::string_view text);
+
+}  // namespace tactor
