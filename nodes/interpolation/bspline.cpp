@@ -22,28 +22,36 @@ std::array<Wrench, 4> bspline_continued(const Wrench& value, const Wrench& slope
   return c;
 }
 
+std::array<Wrench, 4> hermite_to(const Wrench& value, const Wrench& slope, const std::array<Wrench, 4>& c) {
+  const Wrench change = c[0] + c[1] + c[2] + c[3] - value;
+  const Wrench end_slope = c[1] + 2.0 * c[2] + 3.0 * c[3];
+  return {value, slope, 3.0 * change - 2.0 * slope - end_slope, slope + end_slope - 2.0 * change};
+}
+
 NodeInfo BSpline::declare() {
   Declare<BSpline> node("interpolation.bspline", "A smooth curve by uniform cubic B-splines.");
   node.details(
-          "Each forecast gives one segment, as long as the estimated physics period. `join: paper` takes the control "
-          "points F_{t-2}, F_{t-1}, F_t, F_{t+1|t}, all of them predicted ones or the past ones actual "
-          "(`control_points`); "
-          "with predicted ones neighbouring segments join with C2 where forecasts arrive exactly one estimated period "
-          "apart, and jump where they do not; with actual ones they always jump by a sixth of the prediction error and "
-          "more. `join: continuous` takes as the three past control points those of the curve being displayed, which "
-          "its value, slope and curvature at the arrival define uniquely, and the predicted force as the fourth. That "
-          "is the paper's curve where forecasts arrive on time, and C2 where they come early or the period changes. If "
-          "a forecast is late (u >= 1) the end value is held, and the next segment starts from it at rest.\n"
+          "Each forecast gives one segment, as long as the estimated physics period. The control points are F_{t-2}, "
+          "F_{t-1}, F_t, F_{t+1|t}, with the past ones actual or all as predicted (`control_points`). `join: paper` is "
+          "that "
+          "segment as printed: with predicted points neighbours join with C2 where forecasts arrive exactly one "
+          "estimated period apart, and jump where they do not; with actual ones they always jump by a sixth of the "
+          "prediction error. `join: hermite` starts from the displayed value and slope and reaches the value and slope "
+          "of that segment's end, so it is C1 and no later. `join: continuous` takes as the three past control points "
+          "those that the value, slope and curvature of the displayed curve define uniquely: C2 where forecasts come "
+          "early or the period changes, but later than the others where the period is uneven. If a forecast is late "
+          "(u >= 1) the end value is held, and the next segment starts from it at rest.\n"
           "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering.")
       .input("forecast", &BSpline::forecast, {.doc = "the force and the predicted one", .trigger = Trigger::yes})
       .output("segment", &BSpline::segment, "a B-spline segment over one estimated period")
       .choice("control_points", &Params::control_points,
               {{"mixed", ControlPoints::mixed}, {"predicted", ControlPoints::predicted}},
-              std::optional(ControlPoints::predicted),
-              "the past control points of `join: paper`: actual forces, or what was predicted for them")
-      .choice("join", &Params::join, {{"paper", Join::paper}, {"continuous", Join::continuous}},
-              std::optional(Join::continuous),
-              "the segment as printed in the paper, or the one that goes on from the displayed curve");
+              std::optional(ControlPoints::mixed),
+              "the past control points: actual forces, or what was predicted for them; `join: continuous` reads none")
+      .choice("join", &Params::join,
+              {{"paper", Join::paper}, {"hermite", Join::hermite}, {"continuous", Join::continuous}},
+              std::optional(Join::hermite),
+              "the segment as printed in the paper, or one that goes on from the displayed curve with C1 or with C2");
   return declare_period(node).info();
 }
 
@@ -58,19 +66,16 @@ ForceSegment BSpline::as_printed(const Forecast& f, Time begin, Duration length)
   return {begin, begin + length, bspline_cubic(control_)};
 }
 
-ForceSegment BSpline::from_displayed(const Forecast& f, Time begin, Duration length) const {
-  const Wrench value = evaluate(curve_, begin);
-  Wrench slope;
-  Wrench curvature;
+BSpline::Displayed BSpline::displayed(Time now, Duration length) const {
+  Displayed d{evaluate(curve_, now), {}, {}};
   // On time counts as still moving; only a value held beyond the end is at rest.
-  if (any_ && begin <= curve_.end) {
-    const double u = normalised_time(curve_, begin);
-    const double ratio = length.seconds() / (curve_.end - curve_.begin).seconds();
-    const std::array<Wrench, 4>& c = curve_.c;
-    slope = ratio * (c[1] + u * (2.0 * c[2] + (3.0 * u) * c[3]));
-    curvature = (ratio * ratio) * (2.0 * c[2] + (6.0 * u) * c[3]);
-  }
-  return {begin, begin + length, bspline_continued(value, slope, curvature, f.predicted_D_W)};
+  if (!any_ || now > curve_.end) return d;
+  const double u = normalised_time(curve_, now);
+  const double ratio = length.seconds() / (curve_.end - curve_.begin).seconds();
+  const std::array<Wrench, 4>& c = curve_.c;
+  d.slope = ratio * (c[1] + u * (2.0 * c[2] + (3.0 * u) * c[3]));
+  d.curvature = (ratio * ratio) * (2.0 * c[2] + (6.0 * u) * c[3]);
+  return d;
 }
 
 void BSpline::step(StepContext& context) {
@@ -82,7 +87,10 @@ void BSpline::step(StepContext& context) {
   period_.update(newest->stamp.valid);
   if (any_ && now > curve_.end) ++late_;
   if (any_ && now < curve_.end) ++early_;
-  curve_ = params_.join == Join::paper ? as_printed(f, now, period_.value()) : from_displayed(f, now, period_.value());
+  const Displayed d = displayed(now, period_.value());
+  curve_ = as_printed(f, now, period_.value());
+  if (params_.join == Join::hermite) curve_.c = hermite_to(d.value, d.slope, curve_.c);
+  if (params_.join == Join::continuous) curve_.c = bspline_continued(d.value, d.slope, d.curvature, f.predicted_D_W);
   any_ = true;
   segment.send(now, curve_);
 }

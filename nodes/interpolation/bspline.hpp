@@ -19,14 +19,18 @@ std::array<Wrench, 4> bspline_cubic(const std::array<Wrench, 4>& control);
 std::array<Wrench, 4> bspline_continued(const Wrench& value, const Wrench& slope, const Wrench& curvature,
                                         const Wrench& next);
 
+/// The cubic from `value` and `slope` (per interval) to the value and slope at the end of the cubic `c`: C1 at the
+/// start.
+std::array<Wrench, 4> hermite_to(const Wrench& value, const Wrench& slope, const std::array<Wrench, 4>& c);
+
 /// interpolation.bspline: one segment for each forecast, as long as the estimated physics period.
 class BSpline final : public Node {
  public:
   enum class ControlPoints { mixed, predicted };
-  enum class Join { paper, continuous };
+  enum class Join { paper, hermite, continuous };
   struct Params : PeriodOptions {
-    ControlPoints control_points = ControlPoints::predicted;
-    Join join = Join::continuous;
+    ControlPoints control_points = ControlPoints::mixed;
+    Join join = Join::hermite;
   };
   BSpline(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -38,8 +42,12 @@ class BSpline final : public Node {
   Output<ForceSegment> segment;
 
  private:
+  /// The displayed curve at one time, its derivatives per interval of a length.
+  struct Displayed {
+    Wrench value, slope, curvature;
+  };
   [[nodiscard]] ForceSegment as_printed(const Forecast& f, Time begin, Duration length);
-  [[nodiscard]] ForceSegment from_displayed(const Forecast& f, Time begin, Duration length) const;
+  [[nodiscard]] Displayed displayed(Time now, Duration length) const;
 
   Params params_;
   bool torque_;

@@ -80,13 +80,21 @@ std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3>
     double ab = 0;
     double aa = 0;
     double bb = 0;
+    Vec3 sum_a;
+    Vec3 sum_b;
     for (std::int64_t i = std::max<std::int64_t>(0, -lag); i < std::min(n, n - lag); ++i) {
       const Vec3& p = a[static_cast<std::size_t>(i + lag)];
       const Vec3& q = b[static_cast<std::size_t>(i)];
       ab += dot(p, q);
       aa += dot(p, p);
       bb += dot(q, q);
+      sum_a += p;
+      sum_b += q;
     }
+    const double count = static_cast<double>(n - std::abs(lag));
+    ab -= dot(sum_a, sum_b) / count;
+    aa -= dot(sum_a, sum_a) / count;
+    bb -= dot(sum_b, sum_b) / count;
     // Rounding of the mean leaves a constant signal with next to no energy; the test below sees the whole signal.
     return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0.0;
   };

@@ -31,9 +31,10 @@ struct Smoothness {
 Smoothness smoothness(std::span<const Vec3> x, double step_ms);
 
 /// By how many steps `x` is behind `reference`: the lag of the largest normalised cross-correlation
-/// sum_i x_{i+l} . r_i / sqrt(sum_i |x_{i+l}|^2 sum_i |r_i|^2) within +-max_lag, both without their means, refined by
-/// the parabola through the peak and its neighbours. Positive: x is late. Nothing where a signal is constant or has no
-/// more than 2 max_lag samples. Of equal peaks the nearest to zero counts.
+/// sum_i x_{i+l} . r_i / sqrt(sum_i |x_{i+l}|^2 sum_i |r_i|^2) within +-max_lag, refined by the parabola through the
+/// peak and its neighbours. For each lag the sums are over the samples that overlap, less their means, so that a signal
+/// merely shifted by whole steps correlates by exactly 1. Positive: x is late. Nothing where a signal is constant or
+/// has no more than 2 max_lag samples. Of equal peaks the nearest to zero counts.
 std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag);
 
 /// The share of samples with |x_i - reference_i| > max(floor, fraction |reference_i|).

@@ -1,0 +1,183 @@
+// The sink on constructed streams: every figure it reports is known beforehand.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <numbers>
+#include <string>
+
+#include "nodes/sink/metrics.hpp"
+#include "tests/nodes/force_stream.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double delay_ms = 8;
+constexpr int run_ms = 3000;
+
+Wrench truth(double ms) {
+  return {{std::sin(2 * pi * 1e-3 * ms), 2, 0}, {0, 0.1 * std::cos(2 * pi * 1e-3 * ms), 0}};
+}
+
+Metrics::Params params() {
+  Metrics::Params p;
+  p.settle = Duration::from_seconds(0.5);
+  p.jnd_force = 0.04;
+  p.jnd_torque = 0.002;
+  p.jnd_fraction = 0.07;
+  p.max_delay = Duration::from_seconds(0.1);
+  p.loss_force = 0.2;
+  p.loss_torque = 0.01;
+  p.loss_window = Duration::from_seconds(0.2);
+  return p;
+}
+
+// Physics every 10 ms, visible 10 ms later; predictions that are 0.03 N off; the truth shown `delay_ms` late.
+void run(Metrics& sink) {
+  const Queue queue{QueuePolicy::drop_oldest, 64};
+  sink.commanded.configure(queue);
+  sink.force.configure(queue);
+  sink.forecast.configure(queue);
+  sink.state.configure(queue);
+  sink.device.configure(queue);
+  for (int ms = 0; ms < run_ms; ++ms) {
+    const Stamp now = stamp_ms(ms, static_cast<std::uint64_t>(ms));
+    Wrench shown = truth(ms - delay_ms);
+    sink.commanded.push(now, &shown);
+    DeviceState device;
+    device.X_WD.p = {1, 1e-3 * ms, 0};
+    sink.device.push(now, &device);
+    if (ms % 10 == 0) {
+      const Stamp late{now.valid, now.valid + Duration{10'000'000}, static_cast<std::uint64_t>(ms)};
+      const Wrench force = truth(ms);
+      sink.force.push(late, &force);
+      Forecast f{force, truth(ms + 10), 0.01};
+      f.predicted_D_W.force.z += 0.03;
+      sink.forecast.push(late, &f);
+      PhysicsState state;
+      state.contacts = ms < 2000 ? 4 : 7;
+      sink.state.push(late, &state);
+    }
+    StepContext c(now.produced);
+    sink.step(c);
+  }
+}
+
+void set_reference(Metrics& sink) {
+  std::vector<Stamp> stamps;
+  std::vector<Wrench> values;
+  for (int i = 0; i < 10 * run_ms; ++i) {
+    stamps.push_back(stamp_ms(0.1 * i));
+    values.push_back(truth(0.1 * i));
+  }
+  sink.force.set_reference(stamps, std::as_bytes(std::span(values)));
+}
+
+std::map<std::string, double> figures(const Report& report) {
+  return {report.figures().begin(), report.figures().end()};
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_truth_shown_late_is_told_with_its_delay_and_error) {
+  Metrics sink(params(), context());
+  run(sink);
+  set_reference(sink);
+  Report report;
+  sink.report(report);
+  auto f = figures(report);
+  BOOST_TEST(std::abs(f["delivered.force.delay_ms"] - delay_ms) < 0.1);
+  // Two sines of amplitude 1 apart by d differ by 2 sin(pi d) in amplitude; the torque's amplitude is 0.1.
+  const double amplitude = 2 * std::sin(pi * 1e-3 * delay_ms);
+  BOOST_TEST(std::abs(f["delivered.force.rms_error_N"] - amplitude / std::sqrt(2.0)) < 1e-4);
+  BOOST_TEST(std::abs(f["delivered.force.max_error_N"] - amplitude) < 1e-4);
+  BOOST_TEST(std::abs(f["delivered.torque.rms_error_Nm"] - 0.1 * amplitude / std::sqrt(2.0)) < 1e-5);
+  BOOST_TEST(std::abs(f["delivered.torque.delay_ms"] - delay_ms) < 0.1);
+  // The reference is at least 2 N, so that 7 % of it is 0.14 N, and no error is larger.
+  BOOST_TEST(f["delivered.force.share_beyond_jnd"] == 0.0);
+  const double chord = 2 * std::sin(pi * 1e-3) / std::sqrt(2.0);
+  BOOST_TEST(std::abs(f["delivered.force.rms_d1_N_per_ms"] - chord) < 1e-6);
+  BOOST_TEST(std::abs(f["reference.force.rms_d1_N_per_ms"] - chord) < 1e-6);
+  BOOST_TEST(std::abs(f["delivered.force.rms_d2_excess_N_per_ms2"]) < 1e-7);
+  BOOST_TEST(f["delivered.force.overshoot_after_loss_N"] == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(one_step_errors_are_against_the_next_physics_force) {
+  Metrics sink(params(), context());
+  run(sink);
+  Report report;
+  sink.report(report);
+  auto f = figures(report);
+  BOOST_TEST(std::abs(f["one_step.force.rms_error_N"] - 0.03) < 1e-12);
+  BOOST_TEST(std::abs(f["one_step.force.rms_error_hold_N"] - std::sqrt(2.0) * std::sin(pi * 0.01)) < 2e-4);
+  BOOST_TEST(f["one_step.torque.rms_error_Nm"] < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(physics_and_contacts_are_told_from_their_streams) {
+  Metrics sink(params(), context());
+  run(sink);
+  Report report;
+  sink.report(report);
+  auto f = figures(report);
+  BOOST_TEST(f["physics.steps"] == 300.0);
+  for (const char* name : {"physics.rate_hz_min", "physics.rate_hz_median", "physics.rate_hz_max"}) {
+    BOOST_TEST(std::abs(f[name] - 100) < 1e-9);
+  }
+  BOOST_TEST(f["contacts.max"] == 7.0);
+  BOOST_TEST(f["contacts.median"] == 4.0);
+}
+
+BOOST_AUTO_TEST_CASE(without_a_reference_only_what_is_known_is_told) {
+  Metrics sink(params(), context());
+  run(sink);
+  Report report;
+  sink.report(report);
+  auto f = figures(report);
+  BOOST_TEST(f.contains("delivered.force.rms_d1_N_per_ms"));
+  for (const auto& [name, value] : f) {
+    BOOST_TEST((name.find("error") == std::string::npos || name.starts_with("one_step")), name << " " << value);
+    BOOST_TEST(!name.starts_with("reference"));
+  }
+  BOOST_TEST(!f.contains("delivered.force.delay_ms"));
+}
+
+BOOST_AUTO_TEST_CASE(series_have_one_time_for_each_value) {
+  Metrics sink(params(), context());
+  run(sink);
+  set_reference(sink);
+  Report report;
+  sink.report(report);
+  std::map<std::string, const Series*> series;
+  for (const Series& s : report.series()) {
+    BOOST_TEST(s.time.size() == s.value.size());
+    series[s.name] = &s;
+  }
+  for (const char* name : {"commanded.x", "commanded.norm", "reference.z", "physics.norm", "displacement", "contacts",
+                           "physics_rate", "one_step_error"}) {
+    BOOST_TEST(series.contains(name), name);
+  }
+  BOOST_TEST(std::abs(series["displacement"]->value.back() - 1e-3 * (run_ms - 1)) < 1e-9);
+  // Physics forces stand at the time they arrived.
+  BOOST_TEST(std::abs(series["physics.norm"]->time.front() - 0.010) < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
+  Metrics sink(params(), context(false));
+  run(sink);
+  set_reference(sink);
+  Report report;
+  sink.report(report);
+  for (const auto& [name, value] : report.figures()) {
+    BOOST_TEST(name.find("torque") == std::string::npos, name << " " << value);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_run_that_never_began_reports_nothing_wrong) {
+  Metrics sink(params(), context());
+  Report report;
+  sink.report(report);
+  BOOST_TEST(figures(report)["physics.steps"] == 0.0);
+}
