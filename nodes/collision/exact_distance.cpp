@@ -70,6 +70,50 @@ struct ExactDistance::Impl {
     // Every query brings a hint of its own.
     tree.do_not_accelerate_distance_queries();
     add_pseudo_normals();
+    if (mesh.faces.size() <= scan_limit) add_boxes();
+  }
+
+  void add_boxes() {
+    for (const auto& f : mesh.faces) {
+      Box box{at(f[0]), at(f[0])};
+      for (const int corner : f) {
+        for (int axis = 0; axis < 3; ++axis) {
+          box.low[axis] = std::min(box.low[axis], at(corner)[axis]);
+          box.high[axis] = std::max(box.high[axis], at(corner)[axis]);
+        }
+      }
+      boxes.push_back(box);
+    }
+  }
+
+  [[nodiscard]] OnTriangle nearest_of(std::size_t face, const Vec3& x) const {
+    const auto& f = mesh.faces[face];
+    return nearest_on(at(f[0]), at(f[1]), at(f[2]), x);
+  }
+
+  /// The face nearest to x, given a face and its nearest point to begin with.
+  [[nodiscard]] std::size_t search(const Vec3& x, std::size_t start, const Vec3& p) const {
+    const auto [point, primitive] = tree.closest_point_and_primitive(
+        Kernel::Point_3(x.x, x.y, x.z),
+        {Kernel::Point_3(p.x, p.y, p.z), triangles.cbegin() + static_cast<std::ptrdiff_t>(start)});
+    return static_cast<std::size_t>(primitive - triangles.cbegin());
+  }
+
+  /// The same by looking at every face whose box is near enough.
+  [[nodiscard]] std::size_t scan(const Vec3& x, std::size_t start, const Vec3& p) const {
+    std::size_t best = start;
+    double least = dot(x - p, x - p);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      double apart = 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double d = std::max({boxes[i].low[axis] - x[axis], x[axis] - boxes[i].high[axis], 0.0});
+        apart += d * d;
+      }
+      if (apart >= least) continue;
+      const Vec3 away = x - nearest_of(i, x).p;
+      if (const double d = dot(away, away); d < least) least = d, best = i;
+    }
+    return best;
   }
 
   void add_pseudo_normals() {
@@ -110,7 +154,14 @@ struct ExactDistance::Impl {
     return face_normals[face];
   }
 
+  // Below this many faces a scan is faster than the tree, above all where faces are long and thin.
+  static constexpr std::size_t scan_limit = 512;
+  struct Box {
+    Vec3 low, high;
+  };
+
   TriangleMesh mesh;
+  std::vector<Box> boxes;  // of the faces, where there are few
   Triangles triangles;
   Tree tree;
   std::vector<Vec3> face_normals;
@@ -128,16 +179,9 @@ ExactDistance& ExactDistance::operator=(ExactDistance&&) noexcept = default;
 
 Nearest ExactDistance::query(const Vec3& x, int hint) const {
   const auto start = static_cast<std::size_t>(std::max(hint, 0));
-  const auto nearest_of = [&](std::size_t face) {
-    const auto& f = impl_->mesh.faces[face];
-    return nearest_on(impl_->at(f[0]), impl_->at(f[1]), impl_->at(f[2]), x);
-  };
-  const OnTriangle guess = nearest_of(start);
-  const auto [point, primitive] = impl_->tree.closest_point_and_primitive(
-      Kernel::Point_3(x.x, x.y, x.z), {Kernel::Point_3(guess.p.x, guess.p.y, guess.p.z),
-                                       impl_->triangles.cbegin() + static_cast<std::ptrdiff_t>(start)});
-  const auto face = static_cast<std::size_t>(primitive - impl_->triangles.cbegin());
-  const OnTriangle on = nearest_of(face);
+  const Vec3 guess = impl_->nearest_of(start, x).p;
+  const std::size_t face = impl_->boxes.empty() ? impl_->search(x, start, guess) : impl_->scan(x, start, guess);
+  const OnTriangle on = impl_->nearest_of(face, x);
 
   const Vec3 away = x - on.p;
   const Vec3 n = impl_->normal(face, on);

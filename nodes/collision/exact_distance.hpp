@@ -16,9 +16,9 @@ struct Nearest {
   int face = -1;        ///< the face that holds p
 };
 
-/// Exact distance by CGAL's AABB tree; the sign by the angle-weighted pseudo-normal of the nearest face, edge or vertex
-/// (J. A. Baerentzen and H. Aanaes, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG 11,
-/// 2005), which is right for every closed manifold mesh.
+/// Exact distance by CGAL's AABB tree, or by a scan where the mesh has few faces; the sign by the angle-weighted
+/// pseudo-normal of the nearest face, edge or vertex (J. A. Baerentzen and H. Aanaes, "Signed distance computation
+/// using the angle weighted pseudonormal", IEEE TVCG 11, 2005), which is right for every closed manifold mesh.
 class ExactDistance {
  public:
   /// Throws InputError, beginning with `name`, where the mesh is no solid (see mesh_check.hpp).
