@@ -1,6 +1,8 @@
 // A recording holds what was written, for our reader and for h5py, also where the writer was killed.
 #include <sys/wait.h>
 
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/uniform_int_distribution.hpp>
 #include <boost/test/unit_test.hpp>
 #include <csignal>
 #include <cstdlib>
@@ -160,6 +162,57 @@ BOOST_AUTO_TEST_CASE(a_killed_writers_file_opens_elsewhere_in_swmr_mode_and_plai
   BOOST_TEST(check_with_h5py(folder / "a.h5", 3000, 3500, "swmr", false) == 0);
   load_record_library().mend(folder / "a.h5");
   BOOST_TEST(check_with_h5py(folder / "a.h5", 3000, 3500, "plain", false) == 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_write_half_a_second_after_the_last_flush_flushes_by_itself) {
+  const Folder folder;
+  const pid_t child = fork();
+  BOOST_REQUIRE(child >= 0);
+  if (child == 0) {
+    const std::unique_ptr<Recorder> recorder = load_record_library().create(folder / "a.h5", header);
+    write_rows(*recorder, 100);
+    usleep(600'000);
+    const Wrench wrench = wrench_of(100);
+    recorder->write(0, stamp_of(100), &wrench);
+    raise(SIGKILL);
+  }
+  int status = 0;
+  BOOST_REQUIRE(waitpid(child, &status, 0) == child);
+  BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) == 101);
+}
+
+BOOST_AUTO_TEST_CASE(a_writer_killed_at_any_moment_leaves_a_readable_file) {
+  boost::random::mt19937 random(3);
+  for (int k = 0; k < 25; ++k) {
+    const Folder folder;
+    int started[2];
+    BOOST_REQUIRE(pipe(started) == 0);
+    const pid_t child = fork();
+    BOOST_REQUIRE(child >= 0);
+    if (child == 0) {
+      const std::unique_ptr<Recorder> recorder = load_record_library().create(folder / "a.h5", header);
+      write_rows(*recorder, 1);
+      recorder->flush();
+      if (write(started[1], "x", 1) != 1) _exit(1);
+      for (std::int64_t i = 1;; ++i) {
+        const Wrench wrench = wrench_of(i);
+        recorder->write(0, stamp_of(i), &wrench);
+        if (i % 50 == 0) recorder->flush();
+      }
+    }
+    // Its end alone stays open, so that a child that dies early is seen here.
+    close(started[1]);
+    char x = 0;
+    BOOST_REQUIRE(read(started[0], &x, 1) == 1);
+    usleep(boost::random::uniform_int_distribution<unsigned>(100, 30'000)(random));
+    kill(child, SIGKILL);
+    int status = 0;
+    BOOST_REQUIRE(waitpid(child, &status, 0) == child);
+    close(started[0]);
+    BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) >= 1);
+    load_record_library().mend(folder / "a.h5");
+    BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) >= 1);
+  }
 }
 
 BOOST_AUTO_TEST_CASE(a_file_being_written_is_neither_mended_nor_overwritten) {
