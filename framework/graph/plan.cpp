@@ -148,7 +148,8 @@ Plan make_reference_plan(const Plan& judged) {
     todo.pop_back();
     if (only_listens(*judged.nodes[n].info)) continue;
     for (std::size_t e = 0; e < judged.edges.size(); ++e) {
-      if (judged.edges[e].to == n) follow(judged.edges[e], e);
+      const PlannedEdge& edge = judged.edges[e];
+      if (edge.to == n && judged.nodes[n].info->inputs[edge.input].in_reference) follow(edge, e);
     }
   }
 

@@ -14,6 +14,7 @@ struct InputOptions {
   Trigger trigger = Trigger::no;
   bool required = true;
   Queue queue{};
+  bool in_reference = true;
   bool reference = false;
 };
 
@@ -79,6 +80,7 @@ class Declare {
                             o.trigger,
                             o.required,
                             o.queue,
+                            o.in_reference,
                             o.reference,
                             {},
                             [port](Node& node) -> InputBase& { return static_cast<N&>(node).*port; }});

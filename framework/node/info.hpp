@@ -81,8 +81,9 @@ struct InputInfo {
   std::string doc;
   Trigger trigger = Trigger::no;
   bool required = true;
-  Queue queue{};           ///< the policy of an edge that names none
-  bool reference = false;  ///< a sink judges what arrives here against what arrives here in the reference run
+  Queue queue{};             ///< the policy of an edge that names none
+  bool in_reference = true;  ///< false: a reference run does without it, and without what only feeds it
+  bool reference = false;    ///< a sink judges what arrives here against what arrives here in the reference run
   /// Why the input is not read under these parameter values (by index), or empty where it is.
   std::function<std::string(const std::vector<ParamValue>&)> ignored;
   std::function<InputBase&(Node&)> access;
