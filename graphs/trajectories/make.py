@@ -111,7 +111,7 @@ def ducks(mesh):
         # Tapping 2.5 times a second.
         2: (lambda t: 0.6, lambda t: 0.6 + 0.02 * t, tapping),
         # Sliding fast to and fro.
-        3: (lambda t: 0.8 * math.sin(2 * math.pi * 0.7 * t), lambda t: 0.6, sliding),
+        3: (lambda t: 0.45 * math.sin(2 * math.pi * 0.6 * t), lambda t: 0.6, sliding),
         # Sliding slowly.
         4: (lambda t: 0.4 + 0.08 * t, lambda t: 0.6, sliding),
         # Contact made and broken while sliding.
