@@ -85,7 +85,7 @@ struct GraphOptions {
 
   void add_to(CLI::App& verb, bool with_seed) {
     verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")
-        ->expected(1)
+        ->expected(1, 1000)
         ->allow_extra_args(false);
     if (with_seed) verb.add_option("--seed", seed, "Seed of everything random (default: the graph's)");
     verb.add_option("--duration", duration, "Virtual time to run, in s (default: the graph's)")

@@ -62,7 +62,8 @@ NodeInfo SimulatedDevice::declare() {
           "and by the hand towards the target; rotation alike. Mass, damping and stiffness of the hand default to the "
           "usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the path of the judged run.")
       .input("target", &D::target, {.doc = "where the hand is to be"})
-      .input("segment", &D::segment, {.doc = "the force to command, evaluated each tick", .required = false, .in_reference = false})
+      .input("segment", &D::segment,
+             {.doc = "the force to command, evaluated each tick", .required = false, .in_reference = false})
       .output("state", &D::state, "the handle as the encoders show it")
       .output("commanded", &D::commanded, "the wrench on the handle at this tick, zero before the first segment")
       .output("truth", &D::truth, "the handle as it is")

@@ -93,6 +93,20 @@ std::vector<std::size_t> order(const Lists& readers, const std::vector<std::size
   return result;
 }
 
+bool reaches(const Lists& readers, std::size_t from, std::size_t to) {
+  std::vector<bool> seen(readers.size(), false);
+  std::vector<std::size_t> todo{from};
+  while (!todo.empty()) {
+    const std::size_t n = todo.back();
+    todo.pop_back();
+    if (n == to) return true;
+    if (seen[n]) continue;
+    seen[n] = true;
+    todo.insert(todo.end(), readers[n].begin(), readers[n].end());
+  }
+  return false;
+}
+
 bool binds(const GraphSpec& graph, const std::vector<bool>& triggers, std::size_t e) {
   return triggers[e] && graph.edges[e].delay.ns == 0;
 }
@@ -129,33 +143,16 @@ std::vector<std::size_t> order_nodes(const GraphSpec& graph, const std::vector<W
   const std::size_t count = graph.nodes.size();
   Lists readers(count);
   for (std::size_t e = 0; e < wires.size(); ++e) {
-    if (kept.edges[e]) readers[wires[e].from].push_back(wires[e].to);
+    if (kept.edges[e] && binds(graph, triggers, e)) readers[wires[e].from].push_back(wires[e].to);
   }
-  const Components parts(readers);
-
-  // The components among themselves, ranked by the place of their first node in the file.
-  Lists part_readers(parts.components);
-  std::vector<std::size_t> part_rank(parts.components, count);
-  for (std::size_t n = count; n-- > 0;) part_rank[parts.component[n]] = n;
-  // Inside of components only what binds.
-  Lists bound(count);
-  std::vector<std::size_t> node_rank(count);
-  for (std::size_t n = 0; n < count; ++n) node_rank[n] = n;
+  // The others in the order of the file, as long as they close no loop; one that would is the loop's way back.
   for (std::size_t e = 0; e < wires.size(); ++e) {
-    if (!kept.edges[e]) continue;
-    const std::size_t from = parts.component[wires[e].from];
-    const std::size_t to = parts.component[wires[e].to];
-    if (from != to) part_readers[from].push_back(to);
-    if (from == to && binds(graph, triggers, e)) bound[wires[e].from].push_back(wires[e].to);
+    if (!kept.edges[e] || binds(graph, triggers, e)) continue;
+    if (!reaches(readers, wires[e].to, wires[e].from)) readers[wires[e].from].push_back(wires[e].to);
   }
-  std::vector<std::size_t> part_place(parts.components);
-  const std::vector<std::size_t> part_order = order(part_readers, part_rank);
-  for (std::size_t i = 0; i < part_order.size(); ++i) part_place[part_order[i]] = i;
-
-  std::vector<std::size_t> result = order(bound, node_rank);
-  std::stable_sort(result.begin(), result.end(), [&](std::size_t a, std::size_t b) {
-    return part_place[parts.component[a]] < part_place[parts.component[b]];
-  });
+  std::vector<std::size_t> rank(count);
+  for (std::size_t n = 0; n < count; ++n) rank[n] = n;
+  std::vector<std::size_t> result = order(readers, rank);
   std::erase_if(result, [&](std::size_t n) { return !kept.nodes[n]; });
   return result;
 }

@@ -34,8 +34,9 @@ std::vector<bool> resolve_triggers(const GraphSpec& graph, const std::vector<Wir
 std::vector<std::size_t> find_trigger_cycle(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
                                             const std::vector<bool>& triggers);
 
-/// The kept nodes, writers before readers. Inside of a cycle only edges that trigger without a delay count, and the
-/// order of the file decides the rest.
+/// The kept nodes, writers before readers. Edges that trigger without a delay count first, then the others in the order
+/// of the file; one that would close a loop is the loop's way back and does not count. What is free is in that order
+/// too.
 std::vector<std::size_t> order_nodes(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
                                      const std::vector<bool>& triggers);
 

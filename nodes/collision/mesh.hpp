@@ -17,7 +17,8 @@ namespace tactor {
 /// about one half each where both are finely sampled, nearly 1 for the side that alone has samples there. The shares
 /// change continuously as samples come and go. Contacts stand in the order of bodies, sides and samples; beyond the
 /// capacity of a ContactSet the deepest are kept, with weights raised so that sum(weight * depth) stays what it was; a
-/// flat contact needs a spacing coarse enough not to fill the set, or its pressure gathers at one side. Throws InputError where a mesh is no solid or a body is a sphere.
+/// flat contact needs a spacing coarse enough not to fill the set, or its pressure gathers at one side. Throws
+/// InputError where a mesh is no solid or a body is a sphere.
 class MeshCollision final : public Node {
  public:
   struct Params {
