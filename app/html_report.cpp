@@ -46,7 +46,7 @@ h1 {{ font-size: 1.6em; margin-bottom: 0; }} h2 {{ font-size: 1.2em; margin-top:
 p.sub {{ color: #555; margin-top: .3em; }}
 table {{ border-collapse: collapse; margin: 1em 0; font-variant-numeric: tabular-nums; }}
 th, td {{ padding: .25em .8em; text-align: right; border-bottom: 1px solid #e4e4e4; }}
-th:first-child, td:first-child {{ text-align: left; }}
+th:first-child, td:first-child {{ text-align: left; }} td {{ white-space: nowrap; }}
 thead th {{ border-bottom: 2px solid #888; }} tr.group td {{ background: #f4f4f4; font-weight: 600; }}
 td.sd {{ color: #777; padding-left: 0; text-align: left; }}
 svg {{ max-width: 100%; height: auto; }}

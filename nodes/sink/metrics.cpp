@@ -1,6 +1,7 @@
 #include "nodes/sink/metrics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -195,15 +196,18 @@ void Metrics::report_one_step(Report& report, const Part& part, bool series) con
 }
 
 void Metrics::report_physics(Report& report) const {
-  Series size{"physics.norm", "N", {}, {}};
+  std::array<Series, 3> axes{Series{"physics.x", "N", {}, {}}, {"physics.y", "N", {}, {}}, {"physics.z", "N", {}, {}}};
   Series rate{"physics_rate", "Hz", {}, {}};
   std::vector<double> settled_rates;
   for (std::size_t i = 0; i < forces_.size(); ++i) {
     const Stamp& stamp = forces_[i].stamp;
-    size.time.push_back(stamp.produced.seconds());
-    size.value.push_back(norm(forces_[i].value.force));
+    for (int axis = 0; axis < 3; ++axis) {
+      axes[static_cast<std::size_t>(axis)].time.push_back(stamp.produced.seconds());
+      axes[static_cast<std::size_t>(axis)].value.push_back(forces_[i].value.force[axis]);
+    }
     if (i == 0) continue;
-    const double interval = (stamp.valid - forces_[i - 1].stamp.valid).seconds();
+    // By arrival: what a force is valid for is rounded to samples of the device.
+    const double interval = (stamp.produced - forces_[i - 1].stamp.produced).seconds();
     if (interval <= 0) continue;
     rate.time.push_back(stamp.produced.seconds());
     rate.value.push_back(1.0 / interval);
@@ -216,7 +220,7 @@ void Metrics::report_physics(Report& report) const {
     report.set("physics.rate_hz_max", *high);
     report.set("physics.rate_hz_median", median(settled_rates));
   }
-  report.add_series(std::move(size));
+  for (Series& axis : axes) report.add_series(std::move(axis));
   report.add_series(std::move(rate));
 }
 

@@ -10,7 +10,7 @@ import xml.etree.ElementTree
 import jsonschema
 import yaml
 
-from harness import GRAPHS, TACTOR, CommandTest, left_out, tactor
+from harness import GRAPHS, ROOT, TACTOR, CommandTest, left_out, tactor
 
 
 class ExitCodes(CommandTest):
@@ -193,6 +193,10 @@ class Drawing(CommandTest):
             help_text = self.run_ok("nodes", name).stdout
             self.assertTrue(help_text.startswith(name + ": "), help_text[:80])
             self.assertIn("outputs" if name != "sink.metrics" else "inputs", help_text)
+
+    def test_the_node_reference_in_the_docs_is_up_to_date(self):
+        self.assertEqual((ROOT / "docs/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
+                         "write it again: tactor nodes --markdown > docs/nodes.md")
 
     def test_the_schema_accepts_the_shipped_graphs_and_refuses_a_wrong_one(self):
         schema = json.loads(self.run_ok("schema").stdout)

@@ -155,13 +155,13 @@ BOOST_AUTO_TEST_CASE(series_have_one_time_for_each_value) {
     BOOST_TEST(s.time.size() == s.value.size());
     series[s.name] = &s;
   }
-  for (const char* name : {"commanded.x", "commanded.norm", "reference.z", "physics.norm", "displacement", "contacts",
+  for (const char* name : {"commanded.x", "commanded.norm", "reference.z", "physics.z", "displacement", "contacts",
                            "physics_rate", "one_step_error"}) {
     BOOST_TEST(series.contains(name), name);
   }
   BOOST_TEST(std::abs(series["displacement"]->value.back() - 1e-3 * (run_ms - 1)) < 1e-9);
   // Physics forces stand at the time they arrived.
-  BOOST_TEST(std::abs(series["physics.norm"]->time.front() - 0.010) < 1e-12);
+  BOOST_TEST(std::abs(series["physics.z"]->time.front() - 0.010) < 1e-12);
 }
 
 BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {

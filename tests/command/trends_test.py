@@ -1,0 +1,81 @@
+"""The method's trends on the shipped scenes, with tolerances that leave room for another seed."""
+import json
+import unittest
+
+from harness import GRAPHS, CommandTest
+
+SEED = "2001"  # not one that the scenes were tuned with
+
+
+class Duck(CommandTest):
+    def one_step(self, graph, *settings):
+        arguments = [word for setting in settings for word in ("--set", setting)]
+        summary = self.run_graph(GRAPHS / f"{graph}.yaml", "--seed", SEED, *arguments)
+        return summary["one_step"]["force"]
+
+    def test_the_one_step_error_falls_with_the_window_and_flattens_by_300(self):
+        def mean_error(window):
+            errors = [self.one_step(f"duck_{test}_refit", f"refit.window={window}", "refit.remove=none",
+                                    "prediction.remove=none")["rms_error_N"] for test in (1, 4, 5)]
+            return sum(errors) / len(errors)
+
+        shortest, middle, longest = mean_error(20), mean_error(300), mean_error(500)
+        self.assertLess(middle, shortest)
+        self.assertLess(abs(longest - middle), 0.15 * middle)
+
+    def test_prediction_beats_a_hold_one_step_ahead(self):
+        for test in range(1, 6):
+            with self.subTest(test=test):
+                error = self.one_step(f"duck_{test}_refit")
+                self.assertLess(error["rms_error_N"], error["rms_error_hold_N"])
+
+
+class Bunny(CommandTest):
+    def test_splines_are_far_smoother_and_later_than_the_hold(self):
+        out = self.folder / "cmp"
+        self.run_ok("compare", *(GRAPHS / f"bunny_{p}.yaml" for p in ("off", "fixed", "refit")), "--seeds", "1",
+                    "--first-seed", SEED, "--out", out)
+        off, *splines = (g["figures"] for g in json.loads((out / "compare.json").read_text())["graphs"])
+        for spline in splines:
+            for smoothness in ("rms_d2_N_per_ms2", "max_step_N"):
+                name = f"delivered.force.{smoothness}"
+                self.assertLess(spline[name]["mean"], 0.2 * off[name]["mean"])
+            self.assertGreater(spline["delivered.force.delay_ms"]["mean"], off["delivered.force.delay_ms"]["mean"])
+            self.assertGreater(spline["delivered.force.rms_error_N"]["mean"],
+                               off["delivered.force.rms_error_N"]["mean"])
+        self.assertGreater(off["contacts.median"]["mean"], 10)
+
+
+class PegAtRest(CommandTest):
+    def hanging(self, grams):
+        graph = self.write(f"rest_{grams}.yaml", f"""
+extends: {GRAPHS / 'peg_free_off.yaml'}
+duration: 1 s
+scene: {{bodies: {{tool: {{mass: {grams} g}}}}}}
+nodes: {{trajectory: {{tremor_amplitude: 0 mm}}}}
+record: [dynamics.state, coupling.force]
+""")
+        self.run_graph(graph, out=f"rest_{grams}")
+        recording = self.folder / f"rest_{grams}" / "recording.h5"
+
+        def last(stream):
+            lines = self.run_ok("export", recording, stream).stdout.splitlines()
+            return dict(zip(lines[0].split(","), map(float, lines[-1].split(","))))
+
+        state = last("dynamics.state")
+        return -last("coupling.force")["force_z [N]"], state["p_WD_z [m]"] - state["p_WT_z [m]"]
+
+    def test_the_force_is_the_weight_and_the_sag_grows_less_than_linearly(self):
+        sags = []
+        for grams in (50, 100, 150):
+            force, sag = self.hanging(grams)
+            weight = 9.81e-3 * grams
+            self.assertLess(abs(force - weight), 0.01 * weight)
+            sags.append(sag / grams)
+        self.assertGreater(sags[0], sags[1])
+        self.assertGreater(sags[1], sags[2])
+        self.assertGreater(2 * sags[1], sags[0])  # the sag itself grows
+
+
+if __name__ == "__main__":
+    unittest.main()
