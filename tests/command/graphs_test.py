@@ -3,9 +3,10 @@ import json
 import math
 import unittest
 
-from harness import GRAPHS, CommandTest
+from harness import GRAPHS, CommandTest, needs_collision
 
 
+@needs_collision
 class ShippedGraphs(CommandTest):
     def test_every_graph_checks(self):
         graphs = sorted(GRAPHS.rglob("*.yaml"))
