@@ -191,7 +191,13 @@ int list_nodes(const std::string& type, bool markdown) {
   if (!type.empty()) {
     std::vector<std::string> names;
     for (const NodeInfo* info : registry.types()) names.push_back(info->type);
-    throw InputError("there is no node type " + type + did_you_mean(type, names) + "; `tactor nodes` lists them");
+    std::string message = "there is no node type " + type + did_you_mean(type, names) + "; `tactor nodes` lists them";
+    const std::string prefix = type.substr(0, type.find('.'));
+    const auto of_prefix = [&](const std::string& name) { return name.starts_with(prefix + "."); };
+    if (prefix != type && std::none_of(names.begin(), names.end(), of_prefix)) {
+      message += "; " + registry.why_missing(prefix);
+    }
+    throw InputError(message);
   }
   fmt::print("{}", markdown ? node_reference_markdown(registry.types()) : node_list(registry.types()));
   return 0;

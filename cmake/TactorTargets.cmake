@@ -25,7 +25,9 @@ if(TACTOR_WERROR)
   target_compile_options(tactor_flags INTERFACE -Werror)
 endif()
 if(TACTOR_SANITIZE)
-  target_compile_options(tactor_flags INTERFACE -fsanitize=${TACTOR_SANITIZE} -fno-omit-frame-pointer)
+  # A finding of the undefined-behaviour sanitizer ends the program, so that it fails the test that found it.
+  target_compile_options(tactor_flags INTERFACE -fsanitize=${TACTOR_SANITIZE} -fno-sanitize-recover=all
+                                                -fno-omit-frame-pointer)
   target_link_options(tactor_flags INTERFACE -fsanitize=${TACTOR_SANITIZE})
 endif()
 target_include_directories(tactor_flags INTERFACE ${CMAKE_SOURCE_DIR})

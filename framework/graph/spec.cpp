@@ -39,10 +39,7 @@ std::string unknown_type(const Tree& tree, Registry& registry) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
   });
   if (!library && plausible && prefix.size() < type.size()) {
-    std::string folders;
-    for (const fs::path& folder : registry.folders()) folders += (folders.empty() ? "" : ", ") + folder.string();
-    message += "; the library libtactor_" + prefix + ".so was not found in " +
-               (folders.empty() ? "any folder (TACTOR_NODE_PATH is empty)" : folders);
+    message += "; " + registry.why_missing(prefix);
   }
   return message + did_you_mean(type, names);
 }

@@ -16,6 +16,11 @@ namespace {
 
 constexpr std::string_view library_prefix = "libtactor_";
 constexpr std::string_view library_suffix = ".so";
+#ifdef TACTOR_WITHOUT_CGAL
+constexpr bool built_with_cgal = false;
+#else
+constexpr bool built_with_cgal = true;
+#endif
 
 }  // namespace
 
@@ -73,6 +78,20 @@ std::vector<const NodeInfo*> Registry::types() const {
   std::vector<const NodeInfo*> result;
   for (const auto& [name, info] : types_) result.push_back(&info);
   return result;
+}
+
+std::string Registry::why_missing(std::string_view prefix) const {
+  std::string searched;
+  for (const fs::path& folder : folders_) searched.append(searched.empty() ? "" : ", ").append(folder.string());
+  std::string text("the library ");
+  text.append(library_prefix).append(prefix).append(library_suffix).append(" was not found in ");
+  text.append(searched.empty() ? "any folder (TACTOR_NODE_PATH is empty)" : searched);
+  if (!built_with_cgal && prefix == "collision") {
+    text.append(
+        ": this build has no CGAL, so it has neither collision nor generated meshes; configure with "
+        "-DTACTOR_WITH_CGAL=ON");
+  }
+  return text;
 }
 
 std::vector<std::string> Registry::loaded_libraries() const {

@@ -35,6 +35,8 @@ class Registry {
 
   /// The types known so far, by name.
   [[nodiscard]] std::vector<const NodeInfo*> types() const;
+  /// Why the types of `prefix` are not known: where its library was looked for, and whether this build leaves it out.
+  [[nodiscard]] std::string why_missing(std::string_view prefix) const;
   /// The prefixes whose libraries are loaded.
   [[nodiscard]] std::vector<std::string> loaded_libraries() const;
   /// The folders that are searched, in order.

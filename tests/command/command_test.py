@@ -10,7 +10,8 @@ import xml.etree.ElementTree
 import jsonschema
 import yaml
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest, left_out, tactor
+from harness import (GRAPHS, HAS_COLLISION, HAS_HDF5, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, CommandTest,
+                     left_out, needs_collision, needs_hdf5, tactor)
 
 
 class ExitCodes(CommandTest):
@@ -55,6 +56,7 @@ class ExitCodes(CommandTest):
         self.assertEqual(result.returncode, 2)
         self.assertIn("clock", result.stderr)
 
+    @needs_collision
     def test_an_interrupt_ends_the_run_with_code_1_and_keeps_what_there_is(self):
         out = self.folder / "out"
         process = subprocess.Popen([TACTOR, "run", GRAPHS / "duck_off.yaml", "--duration", "100000", "--out", out],
@@ -67,6 +69,7 @@ class ExitCodes(CommandTest):
         self.assertTrue(json.loads((out / "summary.json").read_text())["interrupted"])
 
 
+@needs_collision
 class Outputs(CommandTest):
     def test_a_run_leaves_its_files_and_the_promised_figures(self):
         summary = self.run_graph(GRAPHS / "peg_in_hole_refit.yaml", "--duration", "2.2", "--seed", "7")
@@ -134,12 +137,14 @@ class Outputs(CommandTest):
 
 
 class LeavingOut(CommandTest):
+    @needs_collision
     def test_a_translation_only_scene_computes_no_torque_and_says_so(self):
         summary = self.run_graph(GRAPHS / "duck_refit.yaml", "--duration", "0.5")
         self.assertTrue(left_out(summary, "torque"))
         self.assertNotIn("torque", summary["delivered"])
         self.assertIn("torque", self.run_ok("check", "--explain", GRAPHS / "duck_refit.yaml").stdout)
 
+    @needs_collision
     def test_fixed_coefficients_start_no_refitter(self):
         summary = self.run_graph(GRAPHS / "duck_fixed.yaml", "--duration", "0.5")
         self.assertNotIn("refit", summary["cost_us"])
@@ -148,6 +153,7 @@ class LeavingOut(CommandTest):
         self.assertGreater(len(reason), 5)
         self.assertIn("coefficients are fixed", self.run_ok("check", "--explain", GRAPHS / "duck_fixed.yaml").stdout)
 
+    @needs_collision
     def test_nothing_to_hit_needs_no_collision_and_loads_no_mesh_library_code_for_it(self):
         summary = self.run_graph(GRAPHS / "peg_free_off.yaml", "--duration", "0.5")
         self.assertTrue(left_out(summary, "collision"))
@@ -159,21 +165,59 @@ class LeavingOut(CommandTest):
         return result.stderr
 
     def test_libraries_are_loaded_only_when_named(self):
-        without = self.small_graph("""  - device.commanded -> metrics.commanded
-  - device.commanded -> metrics.force
-""")
-        text = without.read_text().replace("nodes:", "nodes:\n  metrics: {type: sink.metrics}")
-        without.write_text(text)
-        loaded = self.loaded(without)
+        loaded = self.loaded(self.judged_small_graph())
         self.assertIn("libtactor_source.so", loaded)
         for library in ("libhdf5", "libtactor_record.so", "libtactor_collision.so", "libtactor_prediction.so",
                         "libgmp", "libcaf"):
             self.assertNotIn(library, loaded)
-        recorded = self.write("recorded.yaml", text + "record: [device.state]\n")
-        self.assertIn("libhdf5", self.loaded(recorded))
+
+    @needs_hdf5
+    def test_a_recording_loads_its_library(self):
+        self.assertIn("libhdf5", self.loaded(self.judged_small_graph("record: [device.state]\n")))
+
+
+class MissingParts(CommandTest):
+    def assert_bad_input(self, *arguments, says):
+        result = self.tactor(*arguments)
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        for text in says:
+            self.assertIn(text, result.stderr)
+
+    def tactor(self, *arguments):
+        return tactor(*arguments, environment=self.environment, cwd=self.folder)
+
+    @unittest.skipIf(HAS_COLLISION, "this build has collision")
+    def test_a_build_without_cgal_says_what_it_lacks(self):
+        for arguments in (["run", GRAPHS / "duck_off.yaml"], ["check", GRAPHS / "duck_off.yaml"],
+                          ["nodes", "collision.mesh"]):
+            with self.subTest(arguments=arguments):
+                self.assert_bad_input(*arguments, says=["no CGAL", "-DTACTOR_WITH_CGAL=ON"])
+
+    @unittest.skipIf(HAS_HDF5, "this build has HDF5")
+    def test_a_build_without_hdf5_says_what_it_lacks(self):
+        recorded = self.judged_small_graph("record: [device.state]\n")
+        replayed = self.write("replayed.yaml", """
+clock: virtual
+duration: 1 s
+scene: {bodies: {}}
+nodes:
+  recording: {type: source.recording, file: recording.h5, stream: device.state}
+  device: {type: device.simulated}
+  metrics: {type: sink.metrics}
+edges:
+  - recording.target -> device.target
+""" + METRICS_OF_A_SMALL_GRAPH)
+        self.write("recording.h5", "")
+        for arguments in (["run", recorded], ["run", replayed], ["export", "recording.h5", "device.state"]):
+            with self.subTest(arguments=arguments):
+                self.assert_bad_input(*arguments, says=["no HDF5", "-DTACTOR_WITH_HDF5=ON"])
+
+    def test_what_needs_neither_runs(self):
+        self.run_graph(self.judged_small_graph())
 
 
 class Drawing(CommandTest):
+    @needs_collision
     def test_diagrams_name_every_node(self):
         for form in ("mermaid", "dot", "svg"):
             text = self.run_ok("graph", GRAPHS / "bunny_refit.yaml", "--format", form).stdout
@@ -185,8 +229,9 @@ class Drawing(CommandTest):
 
     def test_nodes_are_listed_and_explained(self):
         listing = self.run_ok("nodes").stdout
-        for name in ("source.trajectory", "source.recording", "device.simulated", "collision.mesh", "collision.sphere",
-                     "dynamics.rigid", "coupling.static", "coupling.dynamic", "coupling.adaptive", "prediction.ar",
+        collision = ("collision.mesh", "collision.sphere") if HAS_COLLISION else ()
+        for name in ("source.trajectory", "source.recording", "device.simulated", *collision, "dynamics.rigid",
+                     "coupling.static", "coupling.dynamic", "coupling.adaptive", "prediction.ar",
                      "prediction.refit", "prediction.hold", "prediction.linear", "interpolation.bspline",
                      "interpolation.none", "interpolation.lowpass", "interpolation.linear", "sink.metrics"):
             self.assertIn(name, listing)
@@ -194,16 +239,20 @@ class Drawing(CommandTest):
             self.assertTrue(help_text.startswith(name + ": "), help_text[:80])
             self.assertIn("outputs" if name != "sink.metrics" else "inputs", help_text)
 
+    @needs_collision
     def test_the_node_reference_in_the_docs_is_up_to_date(self):
         self.assertEqual((ROOT / "docs/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
                          "write it again: tactor nodes --markdown > docs/nodes.md")
 
-    def test_the_schema_accepts_the_shipped_graphs_and_refuses_a_wrong_one(self):
-        schema = json.loads(self.run_ok("schema").stdout)
-        validator = jsonschema.Draft202012Validator(schema)
+    @needs_collision
+    def test_the_schema_accepts_the_shipped_graphs(self):
+        validator = jsonschema.Draft202012Validator(json.loads(self.run_ok("schema").stdout))
         for graph in sorted(GRAPHS.glob("*.yaml")):
             with self.subTest(graph=graph.name):
                 validator.validate(yaml.safe_load(graph.read_text()))
+
+    def test_the_schema_refuses_a_wrong_graph(self):
+        validator = jsonschema.Draft202012Validator(json.loads(self.run_ok("schema").stdout))
         with self.assertRaises(jsonschema.ValidationError):
             validator.validate({"clock": "sundial", "nodes": {}})
 

@@ -7,11 +7,12 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, CommandTest
+from harness import GRAPHS, CommandTest, needs_collision, needs_hdf5
 
 RECORD = "record: [device.state, device.commanded, collision.contacts, dynamics.state, coupling.force, prediction.forecast, interpolation.segment]\n"
 
 
+@needs_collision
 class Determinism(CommandTest):
     def recording(self, scene, seed, out, **options):
         graph = self.write(f"{scene}.yaml", f"extends: {GRAPHS / scene}_refit.yaml\n{RECORD}")
@@ -21,6 +22,7 @@ class Determinism(CommandTest):
     def digest(self, path):
         return hashlib.sha256(path.read_bytes()).hexdigest()
 
+    @needs_hdf5
     def test_the_same_seed_gives_the_same_bytes_and_another_does_not(self):
         for scene in ("duck", "peg_in_hole", "bunny"):
             with self.subTest(scene=scene):
@@ -38,6 +40,7 @@ class Determinism(CommandTest):
             if not name.startswith(("cost_us", "cpu")):
                 self.assertEqual(figure, b["figures"][name], name)
 
+    @needs_hdf5
     def test_a_debug_build_makes_the_same_events(self):
         debug = pathlib.Path(os.environ.get("TACTOR_DEBUG_BUILD", ""))
         if not debug.is_file():

@@ -10,6 +10,18 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRAPHS = ROOT / "graphs"
 TACTOR = os.environ.get("TACTOR", str(ROOT / "build/release/bin/tactor"))
+
+
+def built(*places):
+    """Whether a library is at one of these places, seen from the command's folder."""
+    return any((pathlib.Path(TACTOR).resolve().parent / place).exists() for place in places)
+
+
+# The shipped graphs need collision and the generated meshes, which a build without CGAL lacks.
+HAS_COLLISION = built("nodes/libtactor_collision.so", "../lib/tactor/libtactor_collision.so")
+HAS_HDF5 = built("libtactor_record.so", "../lib/libtactor_record.so")
+needs_collision = unittest.skipUnless(HAS_COLLISION, "this build has no CGAL, so no collision and no meshes")
+needs_hdf5 = unittest.skipUnless(HAS_HDF5, "this build has no HDF5, so no recordings")
 # The outputs of a chain that needs no mesh: a trajectory, the simulated device, metrics.
 EDGES_OF_A_SMALL_GRAPH = """
 clock: virtual
@@ -22,6 +34,9 @@ nodes:
   device: {type: device.simulated}
 edges:
   - trajectory.target -> device.target
+"""
+METRICS_OF_A_SMALL_GRAPH = """  - device.commanded -> metrics.commanded
+  - device.commanded -> metrics.force
 """
 
 
@@ -56,6 +71,12 @@ class CommandTest(unittest.TestCase):
 
     def small_graph(self, extra=""):
         return self.write("small.yaml", EDGES_OF_A_SMALL_GRAPH + extra)
+
+    def judged_small_graph(self, extra=""):
+        """The small graph with metrics, which has something to run for."""
+        text = (EDGES_OF_A_SMALL_GRAPH + METRICS_OF_A_SMALL_GRAPH).replace(
+            "nodes:", "nodes:\n  metrics: {type: sink.metrics}")
+        return self.write("judged.yaml", text + extra)
 
 
 def left_out(summary, word):

@@ -10,18 +10,20 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest
+from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_collision, needs_hdf5
 
 RECORDED = "record: [device.state, device.commanded, coupling.force, prediction.forecast]\n"
 TELEOPERATION = ROOT.parent / "shared/data/tue_1dof_teleop"
 
 
+@needs_hdf5
 class Recordings(CommandTest):
     def recorded_run(self):
         graph = self.write("recorded.yaml", f"extends: {GRAPHS / 'peg_in_hole_refit.yaml'}\n{RECORDED}")
         self.run_graph(graph, "--duration", "3")
         return self.folder / "out" / "recording.h5"
 
+    @needs_collision
     def test_h5py_reads_stamps_values_units_frames_and_the_graph(self):
         with h5py.File(self.recorded_run()) as file:
             data = file["streams/device.commanded/data"]
@@ -33,6 +35,7 @@ class Recordings(CommandTest):
             self.assertIn("N m", text)
             self.assertTrue(any("prediction.ar" in str(v) for v in file.attrs.values()))
 
+    @needs_collision
     def test_the_csv_export_says_what_the_file_says(self):
         recording = self.recorded_run()
         text = self.run_ok("export", recording, "coupling.force").stdout
@@ -44,6 +47,7 @@ class Recordings(CommandTest):
             self.assertEqual(float(row["force_z [N]"]), entry["force"][2])
             self.assertEqual(float(row["torque_x [N m]"]), entry["torque"][0])
 
+    @needs_collision
     def test_a_replayed_force_is_predicted_as_it_was(self):
         recording = self.recorded_run()
         graph = self.write("replay.yaml", f"""
@@ -75,6 +79,7 @@ record: [recording.force, prediction.forecast]
         self.assertGreater(n, 100)
         numpy.testing.assert_array_equal(forecast["predicted_force"][:n], forecast_again["predicted_force"][:n])
 
+    @needs_collision
     def test_a_killed_run_leaves_a_readable_file(self):
         graph = self.write("long.yaml", f"extends: {GRAPHS / 'duck_off.yaml'}\nrecord: [device.state, device.commanded]\n")
         out = self.folder / "killed"

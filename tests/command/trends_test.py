@@ -2,11 +2,12 @@
 import json
 import unittest
 
-from harness import GRAPHS, CommandTest
+from harness import GRAPHS, CommandTest, needs_collision, needs_hdf5
 
 SEED = "2001"  # not one that the scenes were tuned with
 
 
+@needs_collision
 class Duck(CommandTest):
     def one_step(self, graph, *settings):
         arguments = [word for setting in settings for word in ("--set", setting)]
@@ -30,6 +31,7 @@ class Duck(CommandTest):
                 self.assertLess(error["rms_error_N"], error["rms_error_hold_N"])
 
 
+@needs_collision
 class Bunny(CommandTest):
     def test_splines_are_far_smoother_and_later_than_the_hold(self):
         out = self.folder / "cmp"
@@ -46,6 +48,8 @@ class Bunny(CommandTest):
         self.assertGreater(off["contacts.median"]["mean"], 10)
 
 
+@needs_collision
+@needs_hdf5
 class PegAtRest(CommandTest):
     def hanging(self, grams):
         graph = self.write(f"rest_{grams}.yaml", f"""
