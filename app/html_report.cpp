@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/chart.hpp"
 #include "app/summary.hpp"
@@ -119,8 +120,8 @@ std::string liveliest_axis(const RunResult& run, std::pair<double, double> range
   for (const char* axis : {"x", "y", "z"}) {
     const Series* s = run.curve(std::string("commanded.") + axis);
     if (s == nullptr) continue;
-    double low = INFINITY;
-    double high = -INFINITY;
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
     for (std::size_t i = 0; i < s->time.size(); ++i) {
       if (s->time[i] < range.first || s->time[i] > range.second) continue;
       low = std::min(low, s->value[i]);
@@ -270,7 +271,7 @@ std::string run_report(const RunResult& run) {
   Chart zoom = zoom_on(run, range, axis);
   if (const Series* s = run.curve("commanded." + axis))
     zoom.curves.push_back(cut(*s, "commanded", series_color(0), range));
-  if (zoom.curves.size() > 0) {
+  if (!zoom.curves.empty()) {
     zoom.curves.push_back(arrivals(run, range, axis));
     body += "<h2>Zoom</h2>\n" + draw_svg({zoom}, 1160, 360);
   }

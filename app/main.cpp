@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -47,7 +48,7 @@ class ProgressBar {
   bool operator()(double share, const std::string& what) {
     if (terminal_) {
       constexpr int width = 30;
-      const int full = std::clamp(static_cast<int>(share * width + 0.5), 0, width);
+      const int full = std::clamp(static_cast<int>(std::lround(share * width)), 0, width);
       fmt::print(stderr, "\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what);
       std::fflush(stderr);
       shown_ = true;
@@ -103,7 +104,7 @@ Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overr
   return plan;
 }
 
-int run(const fs::path& graph, const GraphOptions& options, std::optional<fs::path> out) {
+int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out) {
   Registry registry(default_node_folders());
   const Plan plan = load_plan(graph, registry, options.overrides());
   const fs::path folder = make_folder(out.value_or(fs::path("out") / plan.graph.name));

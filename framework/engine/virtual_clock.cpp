@@ -28,7 +28,7 @@ struct Held {
 }  // namespace
 
 struct VirtualClock::NodeState {
-  explicit NodeState(CostDraw draw) : cost(std::move(draw)) {}
+  explicit NodeState(const CostDraw& draw) : cost(draw) {}
   CostDraw cost;
   double rate = 0;  // Hz; 0: it steps on messages only
   std::int64_t next_tick = 0;

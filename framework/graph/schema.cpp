@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "framework/graph/plan.hpp"
@@ -20,7 +21,7 @@ Json number(const std::string& unit, double min, double max, bool above_min) {
 }
 
 Json number(const std::string& unit) {
-  return number(unit, -INFINITY, INFINITY, false);
+  return number(unit, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false);
 }
 Json above_zero(const std::string& unit) {
   return number(unit, 0, INFINITY, true);

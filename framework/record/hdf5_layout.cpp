@@ -57,7 +57,7 @@ std::size_t record_size(const MessageType& type) {
 }
 
 std::uint64_t chunk_rows(const MessageType& type) {
-  constexpr std::uint64_t bytes = 128 * 1024;
+  constexpr std::uint64_t bytes = 131072;  // 128 KiB
   return std::clamp<std::uint64_t>(bytes / record_size(type), 1, 1024);
 }
 

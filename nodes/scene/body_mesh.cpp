@@ -15,7 +15,7 @@ TriangleMesh scaled_mesh(const Body& body) {
 }
 
 MassProperties solid_properties(const Body& body, const TriangleMesh& mesh) {
-  const MassProperties properties = mass_properties(mesh);
+  MassProperties properties = mass_properties(mesh);
   if (!(properties.volume > 0)) {
     throw InputError(body.mesh->string() + ": the mesh of the moving body '" + body.name + "' encloses a volume of " +
                      std::to_string(properties.volume) +
@@ -40,7 +40,7 @@ Eigen::Matrix3d body_inertia(const Body& body) {
   if (body.sphere_radius) {
     return 0.4 * body.mass * *body.sphere_radius * *body.sphere_radius * Eigen::Matrix3d::Identity();
   }
-  const MassProperties properties = solid_properties(body, scaled_mesh(body));
+  MassProperties properties = solid_properties(body, scaled_mesh(body));
   return body.mass / properties.volume * properties.inertia;
 }
 
