@@ -40,7 +40,7 @@ Eigen::Matrix3d body_inertia(const Body& body) {
   if (body.sphere_radius) {
     return 0.4 * body.mass * *body.sphere_radius * *body.sphere_radius * Eigen::Matrix3d::Identity();
   }
-  MassProperties properties = solid_properties(body, scaled_mesh(body));
+  const MassProperties properties = solid_properties(body, scaled_mesh(body));
   return body.mass / properties.volume * properties.inertia;
 }
 
