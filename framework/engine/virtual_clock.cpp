@@ -61,14 +61,17 @@ struct VirtualClock::EdgeState {
 struct VirtualClock::Event {
   enum class Kind : std::uint8_t { arrival, free, tick };
   Time time;
-  std::uint64_t count = 0;  // ties are handled in the order of scheduling, which is deterministic
+  std::uint64_t count = 0;  // ties of one kind are handled in the order of scheduling, which is deterministic
   Kind kind = Kind::tick;
   std::size_t index = 0;  // edge of an arrival, else node
 };
 
 struct VirtualClock::Later {
   bool operator()(const Event& a, const Event& b) const {
-    return a.time != b.time ? a.time > b.time : a.count > b.count;
+    if (a.time != b.time) return a.time > b.time;
+    // Ticks last: a node whose cost has passed at this instant is free, and does not miss its tick.
+    const bool a_ticks = a.kind == Event::Kind::tick, b_ticks = b.kind == Event::Kind::tick;
+    return a_ticks != b_ticks ? a_ticks : a.count > b.count;
   }
 };
 

@@ -98,6 +98,16 @@ BOOST_AUTO_TEST_CASE(a_blocking_queue_loses_nothing_and_makes_its_writer_miss_ti
   BOOST_TEST(engine.node_figures(0).missed_ticks > 20U);
 }
 
+BOOST_AUTO_TEST_CASE(a_node_whose_cost_is_its_period_misses_no_tick) {
+  SamplePlan sample({}, 0.010);
+  sample.plan.nodes[0].cost = constant(ms);
+  VirtualClock engine(sample.plan, false);
+  RunObserver nobody;
+  engine.run(nobody);
+  BOOST_TEST(engine.node_figures(0).missed_ticks == 0U);
+  BOOST_TEST(engine.node_figures(0).steps == 10U);
+}
+
 BOOST_AUTO_TEST_CASE(an_edge_delay_adds_to_the_cost) {
   SamplePlan sample(constant(ms / 2), 0.010);
   sample.plan.edges[1].spec.delay = {3 * ms};
