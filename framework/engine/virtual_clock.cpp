@@ -33,6 +33,7 @@ struct VirtualClock::NodeState {
   double rate = 0;  // Hz; 0: it steps on messages only
   std::int64_t next_tick = 0;
   bool busy = false;
+  Time freed{-1};  // when it last became free
   bool tick_due = false;
   bool triggered = false;
   int blocked_edges = 0;
@@ -158,7 +159,13 @@ void VirtualClock::run(RunObserver& observer) {
       events_.pop_back();
       handle(event);
     }
-    const auto ready = std::find_if(states_.begin(), states_.end(), [](const NodeState& s) { return s.runnable(); });
+    // What became visible by a node's becoming free at this instant is worked on before that node steps anew: it may
+    // wait for the answer, as collision does for the tool pose that follows from its contacts.
+    auto ready = std::find_if(states_.begin(), states_.end(),
+                              [this](const NodeState& s) { return s.runnable() && s.freed != now_; });
+    if (ready == states_.end()) {
+      ready = std::find_if(states_.begin(), states_.end(), [](const NodeState& s) { return s.runnable(); });
+    }
     if (ready != states_.end()) {
       step(static_cast<std::size_t>(ready - states_.begin()), false);
       continue;
@@ -198,6 +205,7 @@ void VirtualClock::handle(const Event& event) {
     }
     case Event::Kind::free:
       states_[event.index].busy = false;
+      states_[event.index].freed = now_;
       release(event.index);
       break;
     case Event::Kind::arrival: {
