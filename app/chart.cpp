@@ -38,13 +38,14 @@ class TemporaryFolder {
   fs::path path_;
 };
 
+/// In single quotes, because gnuplot runs what stands between backticks elsewhere as a command.
 std::string quoted(const std::string& text) {
-  std::string out = "\"";
+  std::string out = "'";
   for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
+    if (c == '\'') out += '\'';
     out += c == '\n' ? ' ' : c;
   }
-  return out + "\"";
+  return out + "'";
 }
 
 /// How gnuplot draws a curve.

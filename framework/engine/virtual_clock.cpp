@@ -33,6 +33,7 @@ struct VirtualClock::NodeState {
   double rate = 0;  // Hz; 0: it steps on messages only
   std::int64_t next_tick = 0;
   bool busy = false;
+  Time freed{-1};  // when it last became free
   bool tick_due = false;
   bool triggered = false;
   int blocked_edges = 0;
@@ -61,14 +62,17 @@ struct VirtualClock::EdgeState {
 struct VirtualClock::Event {
   enum class Kind : std::uint8_t { arrival, free, tick };
   Time time;
-  std::uint64_t count = 0;  // ties are handled in the order of scheduling, which is deterministic
+  std::uint64_t count = 0;  // ties of one kind are handled in the order of scheduling, which is deterministic
   Kind kind = Kind::tick;
   std::size_t index = 0;  // edge of an arrival, else node
 };
 
 struct VirtualClock::Later {
   bool operator()(const Event& a, const Event& b) const {
-    return a.time != b.time ? a.time > b.time : a.count > b.count;
+    if (a.time != b.time) return a.time > b.time;
+    // Ticks last: a node whose cost has passed at this instant is free, and does not miss its tick.
+    const bool a_ticks = a.kind == Event::Kind::tick, b_ticks = b.kind == Event::Kind::tick;
+    return a_ticks != b_ticks ? a_ticks : a.count > b.count;
   }
 };
 
@@ -155,7 +159,13 @@ void VirtualClock::run(RunObserver& observer) {
       events_.pop_back();
       handle(event);
     }
-    const auto ready = std::find_if(states_.begin(), states_.end(), [](const NodeState& s) { return s.runnable(); });
+    // What became visible by a node's becoming free at this instant is worked on before that node steps anew: it may
+    // wait for the answer, as collision does for the tool pose that follows from its contacts.
+    auto ready = std::find_if(states_.begin(), states_.end(),
+                              [this](const NodeState& s) { return s.runnable() && s.freed != now_; });
+    if (ready == states_.end()) {
+      ready = std::find_if(states_.begin(), states_.end(), [](const NodeState& s) { return s.runnable(); });
+    }
     if (ready != states_.end()) {
       step(static_cast<std::size_t>(ready - states_.begin()), false);
       continue;
@@ -195,6 +205,7 @@ void VirtualClock::handle(const Event& event) {
     }
     case Event::Kind::free:
       states_[event.index].busy = false;
+      states_[event.index].freed = now_;
       release(event.index);
       break;
     case Event::Kind::arrival: {

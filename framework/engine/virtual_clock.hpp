@@ -3,7 +3,8 @@
 // Semantics: a node that steps at time t sees the messages that arrived by t. What it sends becomes visible at t + its
 // cost; until then the node is busy and its triggers wait by the policies of their queues. A node with a rate that is
 // still busy when its tick comes misses that tick. At one instant messages arrive first, then nodes step in the
-// order of the plan. The same plan gives the same sequence of steps and the same values.
+// order of the plan; a node whose cost has just passed steps anew after the others, so that it sees what they made of
+// its results. The same plan gives the same sequence of steps and the same values.
 #pragma once
 
 #include <cstddef>

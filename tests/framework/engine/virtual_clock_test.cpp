@@ -29,6 +29,27 @@ class Log final : public RunObserver {
   std::string text;
 };
 
+/// Sends the number of its step, and notes what came back of the numbers sent before.
+class Asker final : public Node {
+ public:
+  struct Params {};
+  Asker(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Asker>("sample.asker", "Asks.")
+        .input("in", &Asker::in, {.doc = "what makes it step", .trigger = Trigger::yes})
+        .input("back", &Asker::back, {.doc = "the answer"})
+        .output("out", &Asker::out, "the question")
+        .info();
+  }
+  void step(StepContext& context) override {
+    answers.push_back(back.latest() == nullptr ? -1 : back.latest()->value.force.x);
+    out.send(context.now(), {{static_cast<double>(answers.size() - 1), 0, 0}, {}});
+  }
+  Input<Wrench> in, back;
+  Output<Wrench> out;
+  std::vector<double> answers;
+};
+
 const Keep& kept(VirtualClock& engine) {
   return dynamic_cast<const Keep&>(engine.node(2));
 }
@@ -96,6 +117,39 @@ BOOST_AUTO_TEST_CASE(a_blocking_queue_loses_nothing_and_makes_its_writer_miss_ti
   for (std::size_t i = 0; i < entries.size(); ++i) BOOST_TEST(entries[i].value == static_cast<double>(i));
   BOOST_TEST(engine.edge_figures(0).dropped == 0U);
   BOOST_TEST(engine.node_figures(0).missed_ticks > 20U);
+}
+
+BOOST_AUTO_TEST_CASE(a_node_whose_cost_is_its_period_misses_no_tick) {
+  SamplePlan sample({}, 0.010);
+  sample.plan.nodes[0].cost = constant(ms);
+  VirtualClock engine(sample.plan, false);
+  RunObserver nobody;
+  engine.run(nobody);
+  BOOST_TEST(engine.node_figures(0).missed_ticks == 0U);
+  BOOST_TEST(engine.node_figures(0).steps == 10U);
+}
+
+BOOST_AUTO_TEST_CASE(a_node_that_is_triggered_while_busy_sees_the_answer_to_what_it_has_just_sent) {
+  // counter -> asker (2.5 ms a step) -> relay -> back to the asker, as collision and dynamics are connected.
+  const NodeInfo asker = Asker::declare();
+  SamplePlan sample({}, 0.050);
+  sample.plan.nodes[1] = {"asker", &asker, {}, constant(5 * ms / 2), {}};
+  sample.plan.nodes[2] = {"relay", &sample.relay, {}, {}, {}};
+  PlannedEdge& question = sample.plan.edges[1];
+  question.spec = {"asker", "out", "relay", "in", {}, true, {}, {}};
+  PlannedEdge answer = question;
+  answer.spec = {"relay", "out", "asker", "back", {}, true, {}, {}};
+  answer.from = 2;
+  answer.to = 1;
+  answer.input = 1;
+  answer.triggers = false;
+  sample.plan.edges.push_back(answer);
+  VirtualClock engine(sample.plan, false);
+  RunObserver nobody;
+  engine.run(nobody);
+  const std::vector<double>& answers = dynamic_cast<const Asker&>(engine.node(1)).answers;
+  BOOST_REQUIRE(answers.size() > 10U);
+  for (std::size_t i = 0; i < answers.size(); ++i) BOOST_TEST(answers[i] == static_cast<double>(i) - 1);
 }
 
 BOOST_AUTO_TEST_CASE(an_edge_delay_adds_to_the_cost) {
