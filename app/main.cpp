@@ -279,6 +279,10 @@ int main_checked(int argc, char** argv) {
   export_verb->add_option("stream", stream, "The stream, for example device.commanded")->required();
   export_verb->callback([&] { result = export_csv_file(recording, stream); });
 
+  CLI::App* mend_verb = app.add_subcommand("mend", "Let other HDF5 programs open the recording of a killed run");
+  mend_verb->add_option("recording", recording, "A recording (HDF5)")->required();
+  mend_verb->callback([&] { load_record_library().mend(recording); });
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {

@@ -91,6 +91,11 @@ record: [recording.force, prediction.forecast]
         process.wait(timeout=30)
         text = self.run_ok("export", out / "recording.h5", "device.state").stdout
         self.assertGreater(len(text.splitlines()), 1000)
+        with h5py.File(out / "recording.h5", swmr=True) as file:
+            self.assertEqual(len(file["streams/device.state/data"]), len(text.splitlines()) - 1)
+        self.run_ok("mend", out / "recording.h5")
+        with h5py.File(out / "recording.h5") as file:
+            self.assertEqual(len(file["streams/device.state/data"]), len(text.splitlines()) - 1)
 
     @unittest.skipUnless(TELEOPERATION.is_dir(), "the recordings in shared/data are not here")
     def test_a_real_recording_is_predicted(self):
