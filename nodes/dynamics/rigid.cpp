@@ -134,7 +134,7 @@ NodeInfo RigidDynamics::declare() {
       .input("law", &RigidDynamics::law, {.doc = "the spring and damper between handle and tool"})
       .output("state", &RigidDynamics::state, "tool and handle at the time of the last sample used")
       .real("substep", &Params::substep,
-            {.doc = "longest sub-step", .unit = "s", .default_value = 0.001, .min = 0, .max = 0.01, .above_min = true})
+            {.doc = "longest sub-step", .unit = "s", .default_value = 0.001, .min = 1e-6, .max = 0.01})
       .integer("iterations", &Params::iterations,
                {.doc = "Newton iterations a sub-step, at most", .default_value = 4, .min = 1, .max = 50})
       .real("stick_velocity", &Params::stick_velocity,

@@ -62,7 +62,8 @@ class ExitCodes(CommandTest):
         process = subprocess.Popen([TACTOR, "run", GRAPHS / "duck_off.yaml", "--duration", "100000", "--out", out],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    env=dict(os.environ, **self.environment))
-        time.sleep(1.5)
+        self.wait_until(out.is_dir, process, "the run had its folder")
+        time.sleep(1)
         process.send_signal(signal.SIGINT)
         _, stderr = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 1, stderr)

@@ -5,6 +5,7 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -71,6 +72,16 @@ class CommandTest(unittest.TestCase):
 
     def small_graph(self, extra=""):
         return self.write("small.yaml", EDGES_OF_A_SMALL_GRAPH + extra)
+
+    def wait_until(self, condition, process, what, timeout=120):
+        """Waits for something the started command does, however slow a build or a busy machine makes it."""
+        end = time.monotonic() + timeout
+        while not condition():
+            self.assertIsNone(process.poll(), f"the command ended before {what}")
+            if time.monotonic() > end:
+                process.kill()
+                self.fail(f"{timeout} s have gone by before {what}")
+            time.sleep(0.05)
 
     def judged_small_graph(self, extra=""):
         """The small graph with metrics, which has something to run for."""

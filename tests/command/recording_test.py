@@ -86,10 +86,14 @@ record: [recording.force, prediction.forecast]
         process = subprocess.Popen([TACTOR, "run", graph, "--duration", "100000", "--out", out],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                    env=dict(os.environ, **self.environment))
-        time.sleep(3.5)
+        recording = out / "recording.h5"
+        self.wait_until(lambda: recording.exists() and recording.stat().st_size > 2_000_000, process,
+                        "the recording had some length")
+        # Some flushes later, which come every half second.
+        time.sleep(2)
         process.send_signal(signal.SIGKILL)
         process.wait(timeout=30)
-        text = self.run_ok("export", out / "recording.h5", "device.state").stdout
+        text = self.run_ok("export", recording, "device.state").stdout
         self.assertGreater(len(text.splitlines()), 1000)
         with h5py.File(out / "recording.h5", swmr=True) as file:
             self.assertEqual(len(file["streams/device.state/data"]), len(text.splitlines()) - 1)
