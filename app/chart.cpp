@@ -1,8 +1,6 @@
 #include "app/chart.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
-
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "app/temporary_folder.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -18,27 +17,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder that goes with its owner.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "tactor-chart-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw RunError("cannot make a temporary folder " + name);
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-/// In single quotes, because gnuplot runs what stands between backticks elsewhere as a command.
 std::string quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) {
@@ -106,7 +84,7 @@ std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
     script << "unset multiplot\n";
     if (!script.flush()) throw RunError("cannot write " + script_file.string());
   }
-  const std::string command = "gnuplot " + script_file.string() + " 2>&1";
+  const std::string command = "gnuplot '" + script_file.string() + "' 2>&1";
   std::string said;
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) throw RunError("cannot start gnuplot");

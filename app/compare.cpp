@@ -125,12 +125,14 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
   const auto tell = [&](double share, const std::string& what) {
     if (options.progress && !options.progress(share, what)) throw RunError("interrupted");
   };
+  // Asked by several threads at once, so it only looks whether the user has had enough.
+  const auto go_on = [&options](double) { return !options.interrupted || !options.interrupted(); };
   // Graphs that differ in what comes after physics share a reference, so one graph a seed is prepared at a time and
   // the others find it.
   for (std::size_t g = 0; g < graphs.size(); ++g) {
     tell(0.5 * static_cast<double>(g) / static_cast<double>(graphs.size()), "reference runs");
     in_parallel(comparison.seeds.size(), options.jobs,
-                [&](std::size_t s) { prepare_reference(plans[g][s], registry, options.cache_folder); });
+                [&](std::size_t s) { prepare_reference(plans[g][s], options.cache_folder, go_on); });
   }
 
   for (std::size_t g = 0; g < graphs.size(); ++g) {
@@ -142,7 +144,8 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
       tell(0.5 + 0.5 * static_cast<double>(done++) / static_cast<double>(total), comparison.rows[g].graph);
       RunOptions run_options;
       run_options.cache_folder = options.cache_folder;
-      RunResult result = execute(plans[g][s], registry, run_options);
+      run_options.progress = [&](double, const char*) { return go_on(0); };
+      RunResult result = execute(plans[g][s], run_options);
       if (s > 0) std::erase_if(result.series, [](const Series& c) { return c.name != "one_step_error"; });
       comparison.rows[g].runs.push_back(std::move(result));
     }

@@ -40,12 +40,13 @@ struct Comparison {
 };
 
 struct CompareOptions {
-  int seeds = 5;
+  int seeds = 6;
   std::uint64_t first_seed = 1;
   unsigned jobs = 2;  ///< reference runs at once; the judged runs go one after the other so that their times are fair
   Overrides overrides;
   std::filesystem::path cache_folder;
   std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts
+  std::function<bool()> interrupted;  ///< true interrupts; may be asked by several threads at once
 };
 
 /// Runs every graph with every seed. Throws what the runs throw; an interrupt throws RunError.

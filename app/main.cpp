@@ -20,7 +20,9 @@
 #include "app/node_reference.hpp"
 #include "app/run.hpp"
 #include "app/summary.hpp"
+#include "app/temporary_folder.hpp"
 #include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
 #include "framework/record/recorder.hpp"
 
@@ -88,7 +90,9 @@ struct GraphOptions {
     verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")
         ->expected(1, 1000)
         ->allow_extra_args(false);
-    if (with_seed) verb.add_option("--seed", seed, "Seed of everything random (default: the graph's)");
+    if (with_seed)
+      verb.add_option("--seed", seed, "Seed of everything random (default: the graph's)")
+          ->check(CLI::NonNegativeNumber);
     verb.add_option("--duration", duration, "Virtual time to run, in s (default: the graph's)")
         ->check(CLI::PositiveNumber);
   }
@@ -110,15 +114,18 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   const fs::path folder = make_folder(out.value_or(fs::path("out") / plan.graph.name));
   RunOptions run_options;
   run_options.recording = folder / "recording.h5";
+  // A run that records nothing leaves no recording of an earlier one beside its figures.
+  if (plan.streams.empty()) fs::remove(*run_options.recording);
   run_options.cache_folder = default_cache_folder();
   ProgressBar bar;
   run_options.progress = [&bar](double share, const char* what) { return bar(share, what); };
-  const RunResult result = execute(plan, registry, run_options);
+  const RunResult result = execute(plan, run_options);
   bar.clear();
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
+  fmt::print("{}\n", summary_table(result));
   write_file(folder / "report.html", run_report(result));
-  fmt::print("{}\n  {}\n", summary_table(result), (folder / "report.html").string());
+  fmt::print("  {}\n", (folder / "report.html").string());
   return result.interrupted ? 1 : 0;
 }
 
@@ -131,12 +138,14 @@ int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options
   compare_options.overrides = options.overrides();
   compare_options.cache_folder = default_cache_folder();
   ProgressBar bar;
+  compare_options.interrupted = [] { return interrupted != 0; };
   compare_options.progress = [&bar](double share, const std::string& what) { return bar(share, what); };
   const Comparison comparison = compare(graphs, registry, mesh_folders(), compare_options);
   bar.clear();
   write_file(folder / "compare.json", to_json(comparison).dump(2) + "\n");
+  fmt::print("{}\n", comparison_table(comparison));
   write_file(folder / "report.html", compare_report(comparison));
-  fmt::print("{}\n  {}\n", comparison_table(comparison), (folder / "report.html").string());
+  fmt::print("  {}\n", (folder / "report.html").string());
   return 0;
 }
 
@@ -156,18 +165,17 @@ int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool
   return bad ? 2 : 0;
 }
 
-/// Standard output of a program that reads `input` on its standard input.
+/// Standard output of `command FILE`, the file holding `input`.
 std::string filter(const std::string& command, const std::string& input) {
-  const fs::path file = fs::temp_directory_path() / fmt::format("tactor-{}.dot", getpid());
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "input";
   write_file(file, input);
-  FILE* pipe = popen((command + " " + file.string()).c_str(), "r");
+  FILE* pipe = popen((command + " '" + file.string() + "'").c_str(), "r");
   if (pipe == nullptr) throw RunError("cannot start " + command);
   std::string out;
   std::array<char, 4096> buffer{};
   for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) out.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  fs::remove(file);
-  if (status != 0) throw RunError(command + " failed (Debian package graphviz)");
+  if (pclose(pipe) != 0) throw RunError(command + " failed (Debian package graphviz)");
   return out;
 }
 
@@ -236,7 +244,9 @@ int main_checked(int argc, char** argv) {
   compare_verb->add_option("--seeds", compare_options.seeds, "Number of seeds")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
-  compare_verb->add_option("--first-seed", compare_options.first_seed, "The first seed")->capture_default_str();
+  compare_verb->add_option("--first-seed", compare_options.first_seed, "The first seed")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   compare_options.jobs = std::max(1U, std::thread::hardware_concurrency());
   compare_verb->add_option("--jobs", compare_options.jobs, "Reference runs at once (default: the cores)")
       ->check(CLI::Range(1, 1024));

@@ -1,8 +1,10 @@
 #include "app/run.hpp"
 
+#include <link.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -68,17 +70,16 @@ class Watch final : public RunObserver {
   bool interrupted_ = false;
 };
 
-std::vector<fs::path> code_files(const Registry& registry) {
+/// The program and the libraries of ours that it has loaded.
+std::vector<fs::path> code_files() {
   std::vector<fs::path> files{fs::read_symlink("/proc/self/exe")};
-  for (const std::string& prefix : registry.loaded_libraries()) {
-    for (const fs::path& folder : registry.folders()) {
-      const fs::path file = folder / ("libtactor_" + prefix + ".so");
-      if (fs::exists(file)) {
-        files.push_back(file);
-        break;
-      }
-    }
-  }
+  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
+    const fs::path file = info->dlpi_name;
+    if (file.filename().string().starts_with("libtactor_")) static_cast<std::vector<fs::path>*>(data)->push_back(file);
+    return 0;
+  };
+  dl_iterate_phdr(add, &files);
+  std::sort(files.begin(), files.end());
   return files;
 }
 
@@ -117,7 +118,7 @@ const Series* RunResult::curve(std::string_view name) const {
   return nullptr;
 }
 
-RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& options) {
+RunResult execute(const Plan& plan, const RunOptions& options) {
   RunResult result;
   result.graph = plan.graph.name;
   result.title = plan.graph.title;
@@ -144,18 +145,20 @@ RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& 
 
   const Plan reference_plan = make_reference_plan(plan);
   if (!reference_plan.nodes.empty() && !result.interrupted) {
-    if (options.progress) options.progress(0, "reference run");
+    const auto go_on = [&options](double share) {
+      return !options.progress || options.progress(share, "reference run");
+    };
     result.reference.made = true;
     const double cpu = cpu_seconds();
     if (must_be_followed(engine)) {
-      set_reference(engine, run_reference(reference_plan, &engine));
+      set_reference(engine, run_reference(reference_plan, &engine, go_on));
     } else {
       const ReferenceCache cache(options.cache_folder);
-      const std::string key = reference_key(reference_plan, code_files(registry));
+      const std::string key = reference_key(reference_plan, code_files());
       std::optional<Reference> reference = cache.load(key);
       result.reference.cached = reference.has_value();
       if (!reference) {
-        reference = run_reference(reference_plan, nullptr);
+        reference = run_reference(reference_plan, nullptr, go_on);
         cache.store(key, *reference);
       }
       set_reference(engine, *reference);
@@ -167,6 +170,7 @@ RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& 
   report.set("refits", 0);
   report.set("fallbacks", 0);
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+    report.begin(plan.nodes[i].name);
     engine.node(i).report(report);
     result.nodes.push_back(node_cost(plan.nodes[i], engine.node_figures(i)));
   }
@@ -183,15 +187,15 @@ RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& 
   return result;
 }
 
-bool prepare_reference(const Plan& plan, const Registry& registry, const fs::path& cache_folder) {
+bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std::function<bool(double)>& go_on) {
   const Plan reference_plan = make_reference_plan(plan);
   if (reference_plan.nodes.empty()) return false;
   // Whether a node must be followed is known from its parameters alone, so an engine that never runs can be asked.
   if (must_be_followed(VirtualClock(plan, false))) return false;
   const ReferenceCache cache(cache_folder);
-  const std::string key = reference_key(reference_plan, code_files(registry));
+  const std::string key = reference_key(reference_plan, code_files());
   if (cache.load(key)) return false;
-  cache.store(key, run_reference(reference_plan, nullptr));
+  cache.store(key, run_reference(reference_plan, nullptr, go_on));
   return true;
 }
 

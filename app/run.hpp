@@ -10,7 +10,6 @@
 #include "framework/engine/reference.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/plan.hpp"
-#include "framework/node/registry.hpp"
 
 namespace tactor {
 
@@ -70,10 +69,11 @@ struct RunOptions {
 };
 
 /// Runs the plan under the virtual clock, then its reference run (or takes it from the cache), and judges.
-RunResult execute(const Plan& plan, const Registry& registry, const RunOptions& options);
+RunResult execute(const Plan& plan, const RunOptions& options);
 
-/// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand.
-/// Returns true if a run was made.
-bool prepare_reference(const Plan& plan, const Registry& registry, const std::filesystem::path& cache_folder);
+/// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a
+/// run was made. `go_on` as in run_reference.
+bool prepare_reference(const Plan& plan, const std::filesystem::path& cache_folder,
+                       const std::function<bool(double share)>& go_on);
 
 }  // namespace tactor

@@ -54,7 +54,7 @@ function(tactor_node_library prefix)
   target_link_libraries(tactor_${prefix} PRIVATE nodes_${prefix})
   set_target_properties(tactor_${prefix} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_DIRECTORY}
                                                     INSTALL_RPATH "$ORIGIN/..")
-  install(TARGETS tactor_${prefix} LIBRARY DESTINATION lib/tactor)
+  install(TARGETS tactor_${prefix} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tactor)
   set_property(GLOBAL APPEND PROPERTY TACTOR_NODE_LIBRARIES tactor_${prefix})
 endfunction()
 

@@ -12,13 +12,8 @@ namespace {
 
 /// Room for the path of half an hour at 1 kHz; a longer one grows.
 constexpr double max_reserved_samples = 2e6;
-/// A target older than this many ticks is not moved on along its velocity.
-constexpr std::int64_t longest_extrapolation = 5;
-
-Vec3 clamped(const Vec3& value, double max) {
-  const double size = norm(value);
-  return size > max ? (max / size) * value : value;
-}
+/// A target older than this is not moved on along its velocity; the same in a reference run, whatever its rate.
+constexpr Duration longest_extrapolation{20'000'000};
 
 DeviceState to_message(const MotionState& motion) {
   DeviceState message;
@@ -92,11 +87,11 @@ NodeInfo SimulatedDevice::declare() {
              .max = 1e5,
              .above_min = true})
       .real("force_max", &Params::force_max,
-            {.doc = "largest force by norm", .unit = "N", .default_value = 10, .min = 0, .max = 1000})
+            {.doc = "largest force by norm", .unit = "N", .default_value = 8, .min = 0, .max = 1000})
       .real("torque_max", &Params::torque_max,
-            {.doc = "largest torque by norm", .unit = "N m", .default_value = 0.5, .min = 0, .max = 100})
+            {.doc = "largest torque by norm", .unit = "N m", .default_value = 0.3, .min = 0, .max = 100})
       .real("mass", &Params::mass,
-            {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0, .max = 100, .above_min = true})
+            {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0.001, .max = 100})
       .real("damping", &Params::damping,
             {.doc = "viscous friction of the handle", .unit = "N s/m", .default_value = 0.2, .min = 0, .max = 1000})
       .real("friction", &Params::friction,
@@ -163,7 +158,7 @@ MotionState SimulatedDevice::target_at(Time now) const {
   MotionState result{newest.value.X_WH, newest.value.V_WH};
   // A target of an earlier tick (two clocks, a lost message) is moved on, so that the handle does not stand and jump.
   const double age = (now - newest.stamp.valid).seconds();
-  if (age > 0 && age <= static_cast<double>(longest_extrapolation) / params_.rate) {
+  if (age > 0 && age <= longest_extrapolation.seconds()) {
     result.X.p += age * result.V.v;
     if (rotates_) result.X.R = from_rotation_vector(age * result.V.w) * result.X.R;
   }
@@ -217,7 +212,7 @@ Wrench SimulatedDevice::command(Time now) {
     ++rejected_;
     return {};
   }
-  return {clamped(wrench.force, params_.force_max), clamped(wrench.torque, params_.torque_max)};
+  return {limited(wrench.force, params_.force_max), limited(wrench.torque, params_.torque_max)};
 }
 
 void SimulatedDevice::step(StepContext& context) {

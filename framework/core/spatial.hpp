@@ -53,6 +53,11 @@ constexpr Vec3 cross(const Vec3& a, const Vec3& b) {
 inline double norm(const Vec3& a) {
   return std::sqrt(dot(a, a));
 }
+/// `a` shortened to the length `most` where it is longer.
+inline Vec3 limited(const Vec3& a, double most) {
+  const double length = norm(a);
+  return length > most ? (most / length) * a : a;
+}
 inline bool is_finite(const Vec3& a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }

@@ -99,7 +99,12 @@ void add_scene(KeyText& text, const Scene& scene) {
 
 class Capture final : public RunObserver {
  public:
-  Capture(const Plan& plan, Reference& reference) : plan_(plan), reference_(reference) {}
+  Capture(const Plan& plan, Reference& reference, const std::function<bool(double)>& go_on)
+      : plan_(plan), reference_(reference), go_on_(go_on) {}
+  bool on_progress(Time now) override {
+    if (go_on_ && !go_on_(now.seconds() / plan_.graph.duration.seconds())) throw RunError("interrupted");
+    return true;
+  }
   void on_reference(std::size_t edge, const Stamp& stamp, const void* payload) override {
     const PlannedEdge& planned = plan_.edges[edge];
     ReferenceStream& stream = reference_[planned.spec.to_node + "." + planned.spec.to_port];
@@ -112,6 +117,7 @@ class Capture final : public RunObserver {
  private:
   const Plan& plan_;
   Reference& reference_;
+  const std::function<bool(double)>& go_on_;
 };
 
 constexpr std::string_view file_magic = "tactor reference 1\n";
@@ -173,11 +179,11 @@ std::string reference_key(const Plan& plan, const std::vector<fs::path>& librari
   return text.key();
 }
 
-Reference run_reference(const Plan& plan, const VirtualClock* judged) {
+Reference run_reference(const Plan& plan, const VirtualClock* judged, const std::function<bool(double)>& go_on) {
   VirtualClock engine(plan, false);
   if (judged != nullptr) engine.follow(*judged);
   Reference reference;
-  Capture capture(plan, reference);
+  Capture capture(plan, reference, go_on);
   engine.run(capture);
   return reference;
 }

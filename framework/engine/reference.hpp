@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -26,8 +27,10 @@ using Reference = std::map<std::string, ReferenceStream>;
 /// bytes of its files, seed, duration and the code (`libraries`: files whose bytes count). 32 hexadecimal digits.
 std::string reference_key(const Plan& reference_plan, const std::vector<std::filesystem::path>& libraries);
 
-/// Runs a reference plan. `judged`: the finished run for the nodes that must follow it, or null.
-Reference run_reference(const Plan& reference_plan, const VirtualClock* judged);
+/// Runs a reference plan. `judged`: the finished run for the nodes that must follow it, or null. `go_on` is asked with
+/// the share done every 10 ms of virtual time; where it says no, RunError("interrupted") is thrown.
+Reference run_reference(const Plan& reference_plan, const VirtualClock* judged,
+                        const std::function<bool(double share)>& go_on = {});
 
 /// True where a node of the run asks the reference run to follow it, so that it can't be made beforehand or cached.
 bool must_be_followed(const VirtualClock& judged);

@@ -241,7 +241,9 @@ void VirtualClock::step(std::size_t node, bool first) {
   }
   Duration cost;
   if (!first) {
-    if (measure_cpu_) state.figures.cpu_ns.push_back(static_cast<std::uint32_t>(thread_cpu_ns() - cpu_begin));
+    if (measure_cpu_)
+      state.figures.cpu_ns.push_back(
+          static_cast<std::uint32_t>(std::min<std::int64_t>(thread_cpu_ns() - cpu_begin, UINT32_MAX)));
     ++state.figures.steps;
     cost = state.cost.next(context.work());
     observer_->on_step(node, now_, cost);

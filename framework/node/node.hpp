@@ -1,7 +1,9 @@
 // The node contract: a plain class with no thread, no lock and no clock of its own; an engine decides when it steps.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -48,11 +50,22 @@ struct Series {
 /// What nodes have to say after a run: figures under dotted names, and curves.
 class Report {
  public:
+  /// What follows is said by this node. A figure or curve that another node has set already gets the node's name in
+  /// front.
+  void begin(std::string node) { node_ = std::move(node); }
   /// Sets a figure. The name carries the unit (`delivered.force.rms_error_N`); no name is the beginning of another.
-  void set(std::string_view name, double value) { slot(name) = value; }
+  void set(std::string_view name, double value) {
+    const auto owner = owners_.try_emplace(std::string(name), node_).first;
+    if (owner->second.empty()) owner->second = node_;
+    slot(owner->second == node_ ? std::string(name) : node_ + "." + std::string(name)) = value;
+  }
   /// Adds to a count that several nodes share (`fallbacks`).
   void add(std::string_view name, double value) { slot(name) += value; }
-  void add_series(Series series) { series_.push_back(std::move(series)); }
+  void add_series(Series series) {
+    const auto same = [&series](const Series& s) { return s.name == series.name; };
+    if (std::any_of(series_.begin(), series_.end(), same)) series.name = node_ + "." + series.name;
+    series_.push_back(std::move(series));
+  }
 
   [[nodiscard]] const std::vector<std::pair<std::string, double>>& figures() const { return figures_; }
   [[nodiscard]] const std::vector<Series>& series() const { return series_; }
@@ -65,6 +78,8 @@ class Report {
     return figures_.emplace_back(name, 0.0).second;
   }
 
+  std::string node_;
+  std::map<std::string, std::string> owners_;  // figure -> the node that set it
   std::vector<std::pair<std::string, double>> figures_;
   std::vector<Series> series_;
 };

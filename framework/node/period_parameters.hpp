@@ -21,16 +21,14 @@ Declare<N>& declare_period(Declare<N>& node) {
             {.doc = "the period assumed before the second message",
              .unit = "s",
              .default_value = 0.01,
-             .min = 0,
-             .max = 1,
-             .above_min = true})
+             .min = 1e-6,
+             .max = 1})
       .real("period_max", static_cast<Duration P::*>(&P::period_max),
             {.doc = "a longer interval is a pause and counts as this long",
              .unit = "s",
              .default_value = 0.1,
-             .min = 0,
-             .max = 10,
-             .above_min = true});
+             .min = 1e-6,
+             .max = 10});
 }
 
 }  // namespace tactor

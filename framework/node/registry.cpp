@@ -123,7 +123,7 @@ void Registry::load(const std::string& prefix, const fs::path& file) {
 std::vector<fs::path> default_node_folders() {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
   std::vector<fs::path> folders;
-  for (const fs::path& folder : {program / "nodes", program.parent_path() / "lib" / "tactor"}) {
+  for (const fs::path& folder : {program / "nodes", program.parent_path() / TACTOR_LIBDIR / "tactor"}) {
     if (fs::exists(folder)) folders.push_back(folder);
   }
   return folders;

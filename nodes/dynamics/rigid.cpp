@@ -108,6 +108,7 @@ void RigidDynamics::advance(const Stamped<DeviceState>& sample, const CouplingLa
       const double share = static_cast<double>(i) / static_cast<double>(count);
       last_ = rigid_step(model_, spring, between(used_.value, sample.value, share, model_.rotates), planes, h, tool_);
       if (!last_.solved) ++fallbacks_;
+      if (last_.solved && !last_.converged) ++unconverged_;
     }
   }
   used_ = sample;
@@ -115,6 +116,7 @@ void RigidDynamics::advance(const Stamped<DeviceState>& sample, const CouplingLa
 
 void RigidDynamics::report(Report& report) const {
   report.add("dynamics_fallbacks", static_cast<double>(fallbacks_));
+  report.add("dynamics_unconverged", static_cast<double>(unconverged_));
   report.add("dynamics_rejected_samples", static_cast<double>(rejected_));
 }
 

@@ -45,6 +45,7 @@ class RigidDynamics final : public Node {
   bool waiting_ = false;
   StepResult last_;
   std::int64_t fallbacks_ = 0;
+  std::int64_t unconverged_ = 0;
   std::int64_t rejected_ = 0;
 };
 

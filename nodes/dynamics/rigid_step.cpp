@@ -74,17 +74,20 @@ class Solver {
     Vector velocity;
     velocity.template head<3>() = eigen(before_.V_WT.v);
     if constexpr (rotates) velocity.template tail<3>() = eigen(before_.V_WT.w);
+    bool converged = false;
     for (int i = 0; i < model_.iterations; ++i) {
       evaluate(velocity);
       const Vector change = jacobian_.partialPivLu().solve(residual_);
       if (!change.allFinite()) return {};
       velocity -= change;
-      if (change.cwiseAbs().maxCoeff() <= 1e-12 * (1e-3 + velocity.cwiseAbs().maxCoeff())) break;
+      const double relative = change.cwiseAbs().maxCoeff() / (1e-3 + velocity.cwiseAbs().maxCoeff());
+      converged = relative <= 1e-4;
+      if (relative <= 1e-12) break;
     }
     evaluate(velocity);
     if (!residual_.allFinite()) return {};
     tool = after_;
-    return {true, contact_, touching_};
+    return {true, converged, contact_, touching_};
   }
 
  private:

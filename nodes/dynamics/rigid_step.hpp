@@ -34,8 +34,10 @@ struct ContactPlanes {
 /// What a step found besides the new state.
 struct StepResult {
   bool solved = false;  ///< false: the state is the old pose at rest
-  Wrench contact_T_W;   ///< N, N m: sum of the contacts on the tool about its origin, at the new state
-  int touching = 0;     ///< contacts with a force
+  bool converged =
+      false;           ///< false: solved, but the last Newton iteration still changed the velocity by over 1e-4 of it
+  Wrench contact_T_W;  ///< N, N m: sum of the contacts on the tool about its origin, at the new state
+  int touching = 0;    ///< contacts with a force
 };
 
 /// Advances the tool by h seconds by implicit Euler, solved by Newton's method with a symmetric-friction Jacobian:
@@ -44,6 +46,7 @@ struct StepResult {
 /// with the handle (p_WD, R_WD, v_WD, w_WD) at the end of the step and without limits on its force. The rotation is in
 /// angular momentum, so that a free body keeps its momentum exactly at any step. A contact at tool point r, velocity u:
 ///   phi = distance + n . (p_W(point now) - p_W(point at the query)),   N = max(0, -k phi - b n . u),
+/// (the damper pushes on a point that comes fast from b u / k above the surface on, so that the force has no step)
 ///   f = N n - min(mu N / |u_t|, mu N / stick_velocity) u_t,
 /// with k = stiffness * weight, b = damping * weight. With law.massless the left sides and gravity are zero, and the
 /// tool is in balance. Throws nothing; a system that cannot be solved leaves the pose and sets the velocity to zero.

@@ -19,15 +19,15 @@ Declare<N>& declare_predictor(Declare<N>& node) {
           {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
       .output("forecast", &N::forecast, "the force and what is expected one physics period later")
       .real("force_max", static_cast<double P::*>(&P::force_max),
-            {.doc = "a prediction is shortened to the device's largest force",
+            {.doc = "current and predicted force are shortened to the device's largest force",
              .unit = "N",
              .default_value = 8.0,
              .min = 0,
              .above_min = true})
       .real("torque_max", static_cast<double P::*>(&P::torque_max),
-            {.doc = "a prediction is shortened to the device's largest torque",
+            {.doc = "current and predicted torque are shortened to the device's largest torque",
              .unit = "N m",
-             .default_value = 0.5,
+             .default_value = 0.3,
              .min = 0,
              .above_min = true});
   return declare_period(node);

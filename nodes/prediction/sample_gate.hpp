@@ -22,12 +22,6 @@ inline bool is_usable(const Wrench& x) {
   return is_usable(x.force) && is_usable(x.torque);
 }
 
-/// `x` shortened to `limit` where it is longer.
-inline Vec3 clamped(const Vec3& x, double limit) {
-  const double size = norm(x);
-  return size > limit ? (limit / size) * x : x;
-}
-
 /// Counts what a predictor could not use or had to mend; a prediction is mended for force and torque apart.
 class ForecastGuard {
  public:
@@ -47,9 +41,9 @@ class ForecastGuard {
     return false;
   }
 
-  /// Makes `predicted` one that can be displayed: `current` where it is not finite, shortened to the device's limits.
-  /// Returns true where it had to be mended, and counts it.
-  bool mend(const Wrench& current, Wrench& predicted) {
+  /// Makes both ones that can be displayed: shortened to the device's limits, `predicted` the current one where it is
+  /// not finite. Returns true where the prediction had to be mended, and counts it.
+  bool mend(Wrench& current, Wrench& predicted) {
     bool mended = mend(current.force, predicted.force, limits_.force_max);
     if (torque_) {
       mended = mend(current.torque, predicted.torque, limits_.torque_max) || mended;
@@ -76,15 +70,16 @@ class ForecastGuard {
   [[nodiscard]] bool torque() const { return torque_; }
 
  private:
-  bool mend(const Vec3& current, Vec3& predicted, double limit) {
+  bool mend(Vec3& current, Vec3& predicted, double limit) {
     bool mended = false;
+    current = limited(current, limit);
     if (!is_usable(predicted)) {
       predicted = current;
       ++not_finite_;
       mended = true;
     }
     if (norm(predicted) > limit) {
-      predicted = clamped(predicted, limit);
+      predicted = limited(predicted, limit);
       ++clamped_;
       mended = true;
     }

@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <map>
+#include <string>
 #include <utility>
+
+#include "framework/core/check.hpp"
 
 namespace tactor {
 
 namespace {
+
+constexpr std::size_t most_samples = 1'000'000;
 
 class Refinement {
  public:
@@ -40,7 +45,13 @@ class Refinement {
   /// Both faces of an edge share its midpoint.
   int midpoint(int a, int b) {
     const auto [entry, added] = midpoints_.try_emplace(std::minmax(a, b), static_cast<int>(samples_.size()));
-    if (added) samples_.push_back({0.5 * (at(a) + at(b)), 0});
+    if (added) {
+      if (samples_.size() == most_samples) {
+        throw InputError("a spacing of " + std::to_string(1e3 * spacing_) + " mm gives this mesh more than " +
+                         std::to_string(most_samples) + " contact samples; give a larger one");
+      }
+      samples_.push_back({0.5 * (at(a) + at(b)), 0});
+    }
     return entry->second;
   }
 

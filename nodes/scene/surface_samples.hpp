@@ -16,6 +16,7 @@ struct SurfaceSample {
 /// (m), faces are bisected at their longest edge until none is, so long thin faces get few points; with spacing 0
 /// there are only the vertices. Each sub-triangle gives a third of its area to each corner, so that the areas sum to
 /// the surface's.
+/// Throws InputError beyond a million samples.
 std::vector<SurfaceSample> sample_surface(const TriangleMesh& mesh, double spacing);
 
 }  // namespace tactor

@@ -91,8 +91,8 @@ NodeInfo Metrics::declare() {
 }
 
 Metrics::Metrics(const Params& params, const NodeContext& context) : params_(params), torque_(context.torque) {
-  // Room for a 1 kHz device and 250 Hz physics; faster ones make the vectors grow.
-  const auto ms = static_cast<std::size_t>(std::max(0.0, context.duration.milliseconds())) + 64;
+  // Room for ten minutes of a 1 kHz device and 250 Hz physics; longer runs and faster ones make the vectors grow.
+  const auto ms = static_cast<std::size_t>(std::clamp(context.duration.milliseconds(), 0.0, 6e5)) + 64;
   commands_.reserve(ms);
   positions_.reserve(ms);
   forces_.reserve(ms / 4);

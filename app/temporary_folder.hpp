@@ -1,0 +1,34 @@
+// A folder of one's own that goes with its owner.
+#pragma once
+
+#include <stdlib.h>
+
+#include <filesystem>
+#include <string>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+/// Makes a folder that no other user can foresee or read; removes it with all it holds. Throws RunError where none can
+/// be made.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "tactor-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw RunError("cannot make a temporary folder " + name);
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace tactor
