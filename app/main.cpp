@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -48,7 +49,9 @@ class ProgressBar {
  public:
   ~ProgressBar() { clear(); }
   bool operator()(double share, const std::string& what) {
-    if (terminal_) {
+    const auto now = std::chrono::steady_clock::now();
+    if (terminal_ && now - drawn_ > std::chrono::milliseconds(50)) {
+      drawn_ = now;
       constexpr int width = 30;
       const int full = std::clamp(static_cast<int>(std::lround(share * width)), 0, width);
       fmt::print(stderr, "\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what);
@@ -65,6 +68,7 @@ class ProgressBar {
  private:
   const bool terminal_ = isatty(STDERR_FILENO) == 1;
   bool shown_ = false;
+  std::chrono::steady_clock::time_point drawn_;
 };
 
 void write_file(const fs::path& path, const std::string& text) {
