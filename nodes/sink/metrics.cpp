@@ -86,7 +86,10 @@ NodeInfo Metrics::declare() {
              .default_value = 0.01,
              .min = 0})
       .real("loss_window", &Params::loss_window,
-            {.doc = "time after a loss in which overshoot is looked for", .unit = "s", .default_value = 0.2, .min = 0})
+            {.doc = "time after a loss in which overshoot and ghost force are looked for",
+             .unit = "s",
+             .default_value = 0.2,
+             .min = 0})
       .info();
 }
 
@@ -169,8 +172,9 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
     report.set(delivered + "delay_ms", *lag * step_ms);
   }
   report.set(delivered + "share_beyond_jnd", share_beyond(x, r, part.jnd, params_.jnd_fraction));
-  report.set(delivered + "overshoot_after_loss_" + N,
-             overshoot_after_loss(x, r, part.loss, std::llround(params_.loss_window.seconds() / step)));
+  const AfterLoss loss = after_loss(x, r, part.loss, std::llround(params_.loss_window.seconds() / step));
+  report.set(delivered + "overshoot_after_loss_" + N, loss.overshoot);
+  report.set(delivered + "ghost_after_loss_" + N, loss.ghost);
 }
 
 void Metrics::report_one_step(Report& report, const Part& part, bool series) const {

@@ -126,20 +126,22 @@ double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, do
   return static_cast<double>(beyond) / static_cast<double>(x.size());
 }
 
-double overshoot_after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold,
-                            std::int64_t window) {
+AfterLoss after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold, std::int64_t window) {
   TACTOR_DEMAND(x.size() == reference.size());
-  double largest = 0;
+  AfterLoss result;
+  const auto length = static_cast<std::size_t>(window);
   for (std::size_t i = 1; i < x.size(); ++i) {
     const double before = norm(reference[i - 1]);
     if (before <= threshold || norm(reference[i]) > threshold) continue;
     const Vec3 direction = reference[i - 1] / before;
-    const std::size_t end = std::min(x.size(), i + static_cast<std::size_t>(window));
+    const std::size_t end = std::min(x.size(), i + length);
     for (std::size_t j = i; j < end && norm(reference[j]) <= threshold; ++j) {
-      largest = std::max(largest, -dot(x[j] - reference[j], direction));
+      const double left_over = dot(x[j] - reference[j], direction);
+      result.overshoot = std::max(result.overshoot, -left_over);
+      if (j >= i + length / 2) result.ghost = std::max(result.ghost, left_over);
     }
   }
-  return largest;
+  return result;
 }
 
 }  // namespace tactor

@@ -40,10 +40,15 @@ std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3>
 /// The share of samples with |x_i - reference_i| > max(floor, fraction |reference_i|).
 double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, double floor, double fraction);
 
-/// The largest push the wrong way after contact was lost. Contact is lost at i where |reference| falls to `threshold`
-/// or under; with d the direction of reference_{i-1}, it is the largest -(x_j - reference_j) . d over the `window`
-/// samples from i on, as long as the reference stays under the threshold; 0 where there is none.
-double overshoot_after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold,
-                            std::int64_t window);
+/// What is shown after contact was lost.
+struct AfterLoss {
+  double overshoot = 0;  ///< the largest push the wrong way
+  double ghost = 0;      ///< the largest force still shown the old way in the second half of the window, when what is
+                         ///< merely late has passed
+};
+
+/// Contact is lost at i where |reference| falls to `threshold` or under; with d the direction of reference_{i-1}, looks
+/// at (x_j - reference_j) . d over the `window` samples from i on, as long as the reference stays under the threshold.
+AfterLoss after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold, std::int64_t window);
 
 }  // namespace tactor

@@ -94,8 +94,19 @@ BOOST_AUTO_TEST_CASE(overshoot_is_the_push_the_wrong_way_after_a_loss) {
     });
   };
   const Signal r = sampled(400, [](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.0}; });
-  BOOST_TEST(std::abs(overshoot_after_loss(dip(-0.3), r, 0.2, 200) - 0.3) < 1e-12);
+  BOOST_TEST(std::abs(after_loss(dip(-0.3), r, 0.2, 200).overshoot - 0.3) < 1e-12);
   // A force that is only late still points the right way.
-  BOOST_TEST(overshoot_after_loss(dip(0.3), r, 0.2, 200) == 0.0);
-  BOOST_TEST(overshoot_after_loss(dip(-0.3), r, 0.2, 5) == 0.0);
+  BOOST_TEST(after_loss(dip(0.3), r, 0.2, 200).overshoot == 0.0);
+  BOOST_TEST(after_loss(dip(-0.3), r, 0.2, 5).overshoot == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_ghost_is_what_still_pushes_when_what_is_late_has_passed) {
+  const Signal r = sampled(400, [](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.0}; });
+  // Late by 40 ms: no ghost in a window of 200 ms.
+  const Signal late = sampled(400, [](double t) { return Vec3{0, 0, t < 0.1395 ? 2.0 : 0.0}; });
+  BOOST_TEST(after_loss(late, r, 0.2, 200).ghost == 0.0);
+  // A fifth of a newton that stays.
+  const Signal stays = sampled(400, [](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.2}; });
+  BOOST_TEST(std::abs(after_loss(stays, r, 0.2, 200).ghost - 0.2) < 1e-12);
+  BOOST_TEST(after_loss(stays, r, 0.2, 200).overshoot == 0.0);
 }
