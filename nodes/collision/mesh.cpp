@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "framework/node/declare.hpp"
-#include "nodes/collision/materials.hpp"
 #include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
@@ -47,13 +45,6 @@ MeshCollision::MeshCollision(const Params& params, const NodeContext& context) :
   }
   found_.reserve(std::min<std::size_t>(most, 4096));
   order_.reserve(std::min<std::size_t>(most, 4096));
-}
-
-void MeshCollision::step(StepContext& context) {
-  const Stamped<PhysicsState>* last = state.connected() ? state.latest() : nullptr;
-  query(last != nullptr ? last->value.X_WT : X_WT_start_, set_);
-  context.add_work(set_.penetrating);
-  contacts.send(context.now(), set_);
 }
 
 void MeshCollision::query(const Pose& X_WT, ContactSet& set) {
@@ -127,31 +118,20 @@ void MeshCollision::add_pair(Obstacle& obstacle, const Pose& X_WT) {
 }
 
 NodeInfo MeshCollision::declare() {
-  return Declare<MeshCollision>("collision.mesh", "Exact contacts of a mesh tool with fixed meshes, from both sides.")
-      .details(
-          "Points of either surface against the other's exact signed distance (CGAL's AABB tree, angle-weighted "
-          "pseudo-normals), culled by spheres that remember their last distance. A query does work in proportion to "
-          "the "
-          "penetrating contacts. Thin parts must be thicker than the deepest penetration: beyond the middle of a part "
-          "the nearest surface is the far one. With spacing 0 only vertices touch; large faces need a spacing.")
-      .input("device", &MeshCollision::device, {.doc = "says when to query", .trigger = Trigger::yes})
-      .input("state", &MeshCollision::state,
-             {.doc = "the last tool pose; before the first the tool is where the scene puts it", .required = false})
-      .output("contacts", &MeshCollision::contacts, "the contacts at that pose, stamped with the start of the query")
-      .real("margin", &Params::margin,
-            {.doc = "distance below which contacts are reported before they touch",
-             .unit = "m",
-             .default_value = 0.002,
-             .min = 0,
-             .max = 0.1})
-      .real("spacing", &Params::spacing,
-            {.doc = "longest edge between contact samples; 0: the vertices only",
-             .unit = "m",
-             .default_value = 0,
-             .min = 0,
-             .max = 1})
-      .unneeded(nothing_to_hit)
-      .info();
+  Declare<MeshCollision> d("collision.mesh", "Exact contacts of a mesh tool with fixed meshes, from both sides.");
+  d.details(
+      "Points of either surface against the other's exact signed distance (CGAL's AABB tree, angle-weighted "
+      "pseudo-normals), culled by spheres that remember their last distance. A query does work in proportion to "
+      "the penetrating contacts. Thin parts must be thicker than the deepest penetration: beyond the middle of a part "
+      "the nearest surface is the far one. With spacing 0 only vertices touch; large faces need a spacing.");
+  declare_collision(d);
+  d.real("spacing", &Params::spacing,
+         {.doc = "longest edge between contact samples; 0: the vertices only",
+          .unit = "m",
+          .default_value = 0,
+          .min = 0,
+          .max = 1});
+  return d.info();
 }
 
 }  // namespace tactor

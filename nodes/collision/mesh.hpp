@@ -4,8 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "framework/core/messages.hpp"
-#include "framework/node/info.hpp"
+#include "nodes/collision/collision_node.hpp"
 #include "nodes/collision/sample_tree.hpp"
 
 namespace tactor {
@@ -19,7 +18,7 @@ namespace tactor {
 /// capacity of a ContactSet the deepest are kept, with weights raised so that sum(weight * depth) stays what it was; a
 /// flat contact needs a spacing coarse enough not to fill the set, or its pressure gathers at one side. Throws
 /// InputError where a mesh is no solid or a body is a sphere.
-class MeshCollision final : public Node {
+class MeshCollision final : public CollisionNode {
  public:
   struct Params {
     double margin = 0;   ///< m
@@ -28,14 +27,7 @@ class MeshCollision final : public Node {
   MeshCollision(const Params& params, const NodeContext& context);
   static NodeInfo declare();
 
-  void step(StepContext& context) override;
-
-  /// The contacts at a pose of the tool.
-  void query(const Pose& X_WT, ContactSet& set);
-
-  Input<DeviceState> device;
-  Input<PhysicsState> state;
-  Output<ContactSet> contacts;
+  void query(const Pose& X_WT, ContactSet& set) override;
 
  private:
   struct Obstacle {
@@ -49,14 +41,12 @@ class MeshCollision final : public Node {
   void add_pair(Obstacle& obstacle, const Pose& X_WT);
 
   Params params_;
-  Pose X_WT_start_;
   std::vector<SurfaceSample> samples_;  // of the tool
   std::unique_ptr<ExactDistance> distance_;
   std::vector<Obstacle> obstacles_;
   std::vector<NearSample> of_tool_, of_obstacle_;
   std::vector<Contact> found_;
   std::vector<std::size_t> order_;
-  ContactSet set_;
 };
 
 }  // namespace tactor

@@ -1,7 +1,5 @@
 #include "nodes/collision/sphere.hpp"
 
-#include "framework/node/declare.hpp"
-#include "nodes/collision/materials.hpp"
 #include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
@@ -68,31 +66,13 @@ void SphereCollision::query(const Pose& X_WT, ContactSet& set) {
   }
 }
 
-void SphereCollision::step(StepContext& context) {
-  const Stamped<PhysicsState>* last = state.connected() ? state.latest() : nullptr;
-  query(last != nullptr ? last->value.X_WT : X_WT_start_, set_);
-  context.add_work(set_.penetrating);
-  contacts.send(context.now(), set_);
-}
-
 NodeInfo SphereCollision::declare() {
-  return Declare<SphereCollision>("collision.sphere", "Exact contacts of a sphere tool with fixed meshes and spheres.")
-      .details(
-          "The signed distance of the sphere's centre less its radius, one contact a body. Where the sphere fits into "
-          "a "
-          "notch it touches one side of it at a time.")
-      .input("device", &SphereCollision::device, {.doc = "says when to query", .trigger = Trigger::yes})
-      .input("state", &SphereCollision::state,
-             {.doc = "the last tool pose; before the first the tool is where the scene puts it", .required = false})
-      .output("contacts", &SphereCollision::contacts, "the contacts at that pose, stamped with the start of the query")
-      .real("margin", &Params::margin,
-            {.doc = "distance below which contacts are reported before they touch",
-             .unit = "m",
-             .default_value = 0.002,
-             .min = 0,
-             .max = 0.1})
-      .unneeded(nothing_to_hit)
-      .info();
+  Declare<SphereCollision> d("collision.sphere", "Exact contacts of a sphere tool with fixed meshes and spheres.");
+  d.details(
+      "The signed distance of the sphere's centre less its radius, one contact a body. Where the sphere fits into "
+      "a notch it touches one side of it at a time.");
+  declare_collision(d);
+  return d.info();
 }
 
 }  // namespace tactor

@@ -4,8 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "framework/core/messages.hpp"
-#include "framework/node/info.hpp"
+#include "nodes/collision/collision_node.hpp"
 #include "nodes/collision/exact_distance.hpp"
 
 namespace tactor {
@@ -13,7 +12,7 @@ namespace tactor {
 /// One contact of weight 1 for each fixed body whose surface is nearer than `margin` (m) to the sphere's: the point of
 /// the sphere that is deepest, along the gradient of the body's signed distance at the centre. Throws InputError where
 /// the tool is no sphere or a mesh is no solid.
-class SphereCollision final : public Node {
+class SphereCollision final : public CollisionNode {
  public:
   struct Params {
     double margin = 0;  ///< m
@@ -21,14 +20,7 @@ class SphereCollision final : public Node {
   SphereCollision(const Params& params, const NodeContext& context);
   static NodeInfo declare();
 
-  void step(StepContext& context) override;
-
-  /// The contacts at a pose of the tool.
-  void query(const Pose& X_WT, ContactSet& set);
-
-  Input<DeviceState> device;
-  Input<PhysicsState> state;
-  Output<ContactSet> contacts;
+  void query(const Pose& X_WT, ContactSet& set) override;
 
  private:
   struct Obstacle {
@@ -43,9 +35,7 @@ class SphereCollision final : public Node {
 
   Params params_;
   double radius_ = 0;
-  Pose X_WT_start_;
   std::vector<Obstacle> obstacles_;
-  ContactSet set_;
 };
 
 }  // namespace tactor
