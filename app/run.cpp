@@ -190,11 +190,12 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
 bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std::function<bool(double)>& go_on) {
   const Plan reference_plan = make_reference_plan(plan);
   if (reference_plan.nodes.empty()) return false;
-  // Whether a node must be followed is known from its parameters alone, so an engine that never runs can be asked.
-  if (must_be_followed(VirtualClock(plan, false))) return false;
   const ReferenceCache cache(cache_folder);
   const std::string key = reference_key(reference_plan, code_files());
+  // Asked first, because the next question takes an engine with its meshes and trees.
   if (cache.load(key)) return false;
+  // Whether a node must be followed is known from its parameters alone, so an engine that never runs can be asked.
+  if (must_be_followed(VirtualClock(plan, false))) return false;
   cache.store(key, run_reference(reference_plan, nullptr, go_on));
   return true;
 }
