@@ -46,11 +46,12 @@ struct StepResult {
 /// with the handle (p_WD, R_WD, v_WD, w_WD) at the end of the step and without limits on its force. The rotation is in
 /// angular momentum, so that a free body keeps its momentum exactly at any step. A contact at tool point r, velocity u:
 ///   phi = distance + n . (p_W(point now) - p_W(point at the query)),   N = max(0, -k phi - b n . u),
-/// (the damper pushes on a point that comes fast from b u / k above the surface on, so that the force has no step)
 ///   f = N n - min(mu N / |u_t|, mu N / stick_velocity) u_t,
-/// with k = stiffness * weight, b = damping * weight. With law.massless the left sides and gravity are zero, and the
-/// tool is in balance. Throws nothing; a system that cannot be solved leaves the pose and sets the velocity to zero.
-/// Implicit integration of contact and coupling: D. Baraff and A. Witkin, "Large steps in cloth simulation", 1998.
+/// with k = stiffness * weight, b = damping * weight. The damper meets a point that approaches at speed u from b u / k
+/// above the surface on, so that the force has no step at the surface. With law.massless the left sides and gravity are
+/// zero, and the tool is in balance. Throws nothing; a system that cannot be solved leaves the pose and sets the
+/// velocity to zero. Implicit integration of contact and coupling: D. Baraff and A. Witkin, "Large steps in cloth
+/// simulation", 1998.
 StepResult rigid_step(const ToolModel& model, const CouplingLaw& law, const DeviceState& device,
                       const ContactPlanes& contacts, double h, ToolState& tool);
 
