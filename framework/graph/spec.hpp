@@ -44,6 +44,7 @@ struct NodeSpec {
   const NodeInfo* info = nullptr;  ///< owned by the Registry
   std::vector<ParamValue> params;  ///< in the order of info->params, complete
   CostModel cost;
+  Scheduling scheduling;  ///< complete in what the node type and the graph say
   Place place;
 };
 
@@ -66,6 +67,7 @@ struct GraphSpec {
   Clock clock = Clock::virtual_;
   Duration duration;
   std::uint64_t seed = 1;
+  LiveSettings live;
   Scene scene;
   std::vector<NodeSpec> nodes;
   std::vector<EdgeSpec> edges;

@@ -67,6 +67,23 @@ class Declare {
     info_.unneeded = std::move(reason);
     return *this;
   }
+  /// It drives a device and its steps are real-time safe; it belongs to the real-time lane.
+  Declare& actuator() {
+    info_.actuator = true;
+    info_.lane = Lane::realtime;
+    return realtime_safe();
+  }
+  /// Its steps allocate, lock and wait for nothing, so that a graph may put it into the real-time lane.
+  Declare& realtime_safe() {
+    info_.realtime_safe = true;
+    return *this;
+  }
+  /// It is heavy: when the clock is real it steps on the thread of that name, in turn with its other nodes.
+  Declare& on_thread(std::string name) {
+    info_.lane = Lane::thread;
+    info_.thread = std::move(name);
+    return *this;
+  }
   Declare& needs_torque() {
     info_.needs_torque = true;
     return *this;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "framework/core/scene.hpp"
+#include "framework/core/scheduling.hpp"
 #include "framework/node/node.hpp"
 
 namespace tactor {
@@ -106,6 +107,10 @@ struct NodeInfo {
   std::vector<ParamInfo> params;
   bool sink = false;                          ///< it is what a run is made for; never left out for lack of readers
   bool needs_torque = false;                  ///< it makes no sense in a translation-only scene
+  bool actuator = false;                      ///< it drives a device: a run starts and stops around it
+  bool realtime_safe = false;                 ///< its steps allocate, lock and wait for nothing
+  Lane lane = Lane::pool;                     ///< where it steps when the clock is real, unless the graph says
+  std::string thread;                         ///< for Lane::thread: the thread it shares, unless the graph says
   std::optional<std::size_t> rate_parameter;  ///< index of the parameter in Hz that makes the node step at a rate
   /// Why a scene does not need the node, or empty where it does.
   std::function<std::string(const Scene&)> unneeded;

@@ -24,18 +24,31 @@ struct NodeContext {
   Duration duration;       ///< of the run
 };
 
+/// Where a run is. Both engines go through the same phases.
+enum class Phase : std::uint8_t {
+  starting,  ///< some node upstream of a device has not finished a step yet: devices stay disengaged
+  running,
+  stopping,  ///< devices ramp down
+};
+
 /// What a step may ask of the engine.
 class StepContext {
  public:
-  explicit StepContext(Time now) : now_(now) {}
+  explicit StepContext(Time now, Phase phase = Phase::running) : now_(now), phase_(phase) {}
   /// The time of this step.
   [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] Phase phase() const { return phase_; }
+  /// While stopping: asks for further steps before the run ends, because this node is not at rest yet.
+  void not_at_rest() { at_rest_ = false; }
+  [[nodiscard]] bool at_rest() const { return at_rest_; }
   /// Tells how many items (contacts, ...) this step worked on; cost models charge for them.
   void add_work(std::int64_t items) { work_ += items; }
   [[nodiscard]] std::int64_t work() const { return work_; }
 
  private:
   Time now_;
+  Phase phase_;
+  bool at_rest_ = true;
   std::int64_t work_ = 0;
 };
 

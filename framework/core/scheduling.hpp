@@ -1,0 +1,69 @@
+// How the steps of a node are scheduled when the clock is real: its lane, its thread, and the thread's policy.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "framework/core/time.hpp"
+
+namespace tactor {
+
+/// Where a node steps when the clock is real.
+enum class Lane : std::uint8_t {
+  pool,      ///< light nodes: a few workers that all of them share
+  thread,    ///< heavy nodes: a thread of its own, or one shared by the nodes that name the same thread
+  realtime,  ///< devices: a loop with absolute deadlines that nothing else runs in
+};
+
+/// A scheduling policy of the operating system.
+enum class SchedulingPolicy : std::uint8_t {
+  other,        ///< SCHED_OTHER: fair shares
+  fifo,         ///< SCHED_FIFO: runs until it waits or a higher priority comes
+  round_robin,  ///< SCHED_RR: as fifo, in turns among equal priorities
+};
+
+/// What a thread asks of the operating system.
+struct ThreadSettings {
+  SchedulingPolicy policy = SchedulingPolicy::other;
+  int priority = 0;        ///< 1 to 99 for fifo and round_robin, 0 for other
+  std::optional<int> cpu;  ///< the core it is pinned to; absent: any
+
+  bool operator==(const ThreadSettings&) const = default;
+};
+
+/// What a graph says of one node; what is absent is chosen by the live engine.
+struct Scheduling {
+  Lane lane = Lane::pool;
+  std::string thread;  ///< lane `thread`: nodes of the same name take turns on one thread; empty: alone
+  std::optional<SchedulingPolicy> policy;
+  std::optional<int> priority;
+  std::optional<int> cpu;
+
+  bool operator==(const Scheduling&) const = default;
+};
+
+/// What happens where a privilege for real time is missing.
+enum class OnMissingPrivilege : std::uint8_t {
+  warn,  ///< run with what there is and say so
+  fail,  ///< do not start
+};
+
+/// What happens where a step does not come back.
+enum class OnStall : std::uint8_t {
+  stop,     ///< the run ends, exit code 1
+  recover,  ///< the force stays at zero until the step comes back, then ramps up again
+};
+
+/// How a graph runs when the clock is real.
+struct LiveSettings {
+  OnMissingPrivilege on_missing_privilege = OnMissingPrivilege::warn;
+  OnStall on_stall = OnStall::stop;
+  Duration stall_timeout{500'000'000};  ///< a step that takes longer has stalled
+  int pool_workers = 0;                 ///< threads of the pool; 0: as many as its nodes and the cores make sensible
+  ThreadSettings pool{SchedulingPolicy::fifo, 50, std::nullopt};
+
+  bool operator==(const LiveSettings&) const = default;
+};
+
+}  // namespace tactor
