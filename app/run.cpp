@@ -150,8 +150,8 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
     };
     result.reference.made = true;
     const double cpu = cpu_seconds();
-    if (must_be_followed(engine)) {
-      set_reference(engine, run_reference(reference_plan, &engine, go_on));
+    if (must_be_followed(engine.nodes())) {
+      set_reference(engine.nodes(), run_reference(reference_plan, &engine.nodes(), go_on));
     } else {
       const ReferenceCache cache(options.cache_folder);
       const std::string key = reference_key(reference_plan, code_files());
@@ -161,7 +161,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
         reference = run_reference(reference_plan, nullptr, go_on);
         cache.store(key, *reference);
       }
-      set_reference(engine, *reference);
+      set_reference(engine.nodes(), *reference);
     }
     result.reference.cpu_s = cpu_seconds() - cpu;
   }
@@ -171,7 +171,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   report.set("fallbacks", 0);
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
     report.begin(plan.nodes[i].name);
-    engine.node(i).report(report);
+    engine.nodes()[i].report(report);
     result.nodes.push_back(node_cost(plan.nodes[i], engine.node_figures(i)));
   }
   double drops = 0;
@@ -194,8 +194,8 @@ bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std
   const std::string key = reference_key(reference_plan, code_files());
   // Asked first, because the next question takes an engine with its meshes and trees.
   if (cache.load(key)) return false;
-  // Whether a node must be followed is known from its parameters alone, so an engine that never runs can be asked.
-  if (must_be_followed(VirtualClock(plan, false))) return false;
+  // Whether a node must be followed is known from its parameters alone, so nodes that never run can be asked.
+  if (must_be_followed(PlanNodes(plan))) return false;
   cache.store(key, run_reference(reference_plan, nullptr, go_on));
   return true;
 }

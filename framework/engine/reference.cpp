@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "framework/core/check.hpp"
+#include "framework/engine/virtual_clock.hpp"
 
 namespace tactor {
 
@@ -179,29 +180,29 @@ std::string reference_key(const Plan& plan, const std::vector<fs::path>& librari
   return text.key();
 }
 
-Reference run_reference(const Plan& plan, const VirtualClock* judged, const std::function<bool(double)>& go_on) {
+Reference run_reference(const Plan& plan, const PlanNodes* judged, const std::function<bool(double)>& go_on) {
   VirtualClock engine(plan, false);
-  if (judged != nullptr) engine.follow(*judged);
+  if (judged != nullptr) engine.nodes().follow(*judged);
   Reference reference;
   Capture capture(plan, reference, go_on);
   engine.run(capture);
   return reference;
 }
 
-bool must_be_followed(const VirtualClock& judged) {
-  for (std::size_t i = 0; i < judged.plan().nodes.size(); ++i) {
-    if (judged.node(i).must_be_followed()) return true;
+bool must_be_followed(const PlanNodes& nodes) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i].must_be_followed()) return true;
   }
   return false;
 }
 
-void set_reference(VirtualClock& judged, const Reference& reference) {
+void set_reference(PlanNodes& judged, const Reference& reference) {
   const Plan& plan = judged.plan();
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     for (const InputInfo& input : plan.nodes[n].info->inputs) {
       if (!input.reference) continue;
       const auto it = reference.find(plan.nodes[n].name + "." + input.name);
-      if (it != reference.end()) input.access(judged.node(n)).set_reference(it->second.stamps, it->second.payloads);
+      if (it != reference.end()) input.access(judged[n]).set_reference(it->second.stamps, it->second.payloads);
     }
   }
 }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/plan_nodes.hpp"
 
 namespace tactor {
 
@@ -29,14 +29,14 @@ std::string reference_key(const Plan& reference_plan, const std::vector<std::fil
 
 /// Runs a reference plan. `judged`: the finished run for the nodes that must follow it, or null. `go_on` is asked with
 /// the share done every 10 ms of virtual time; where it says no, RunError("interrupted") is thrown.
-Reference run_reference(const Plan& reference_plan, const VirtualClock* judged,
+Reference run_reference(const Plan& reference_plan, const PlanNodes* judged,
                         const std::function<bool(double share)>& go_on = {});
 
-/// True where a node of the run asks the reference run to follow it, so that it can't be made beforehand or cached.
-bool must_be_followed(const VirtualClock& judged);
+/// True where one of the nodes asks the reference run to follow it, so that it can't be made beforehand or cached.
+bool must_be_followed(const PlanNodes& nodes);
 
 /// Hands the reference to the sinks of a finished run.
-void set_reference(VirtualClock& judged, const Reference& reference);
+void set_reference(PlanNodes& judged, const Reference& reference);
 
 /// Reference runs on disk, one file a key, written atomically. A file that does not check out is made again.
 class ReferenceCache {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "framework/engine/virtual_clock.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
 using namespace tactor;
@@ -51,8 +52,8 @@ BOOST_AUTO_TEST_CASE(a_sink_gets_what_arrived_in_the_reference_run) {
   VirtualClock engine(sample.plan, false);
   RunObserver nobody;
   engine.run(nobody);
-  set_reference(engine, reference);
-  const auto truth = dynamic_cast<const Keep&>(engine.node(2)).in.reference();
+  set_reference(engine.nodes(), reference);
+  const auto truth = dynamic_cast<const Keep&>(engine.nodes()[2]).in.reference();
   BOOST_REQUIRE(truth.size() == 1000U);
   BOOST_TEST(truth[517].stamp.valid.ns == 51'700'000);
   BOOST_TEST(truth[517].value.force.x == 517.0);

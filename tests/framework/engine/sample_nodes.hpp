@@ -81,8 +81,9 @@ struct SamplePlan {
 
   explicit SamplePlan(CostModel cost, double duration_s, Queue relay_queue = {}) {
     plan.graph.duration = Duration::from_seconds(duration_s);
-    plan.nodes = {
-        {"counter", &counter, {1000.0}, {}, {}}, {"relay", &relay, {}, cost, {}}, {"keep", &keep, {}, {}, {}}};
+    plan.nodes = {{"counter", &counter, {1000.0}, {}, {}, {}},
+                  {"relay", &relay, {}, cost, {}, {}},
+                  {"keep", &keep, {}, {}, {}, {}}};
     PlannedEdge first;
     first.spec = {"counter", "out", "relay", "in", relay_queue, true, {}, {}};
     first.from = 0;

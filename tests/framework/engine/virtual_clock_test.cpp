@@ -51,7 +51,7 @@ class Asker final : public Node {
 };
 
 const Keep& kept(VirtualClock& engine) {
-  return dynamic_cast<const Keep&>(engine.node(2));
+  return dynamic_cast<const Keep&>(engine.nodes()[2]);
 }
 
 }  // namespace
@@ -147,7 +147,7 @@ BOOST_AUTO_TEST_CASE(a_node_that_is_triggered_while_busy_sees_the_answer_to_what
   VirtualClock engine(sample.plan, false);
   RunObserver nobody;
   engine.run(nobody);
-  const std::vector<double>& answers = dynamic_cast<const Asker&>(engine.node(1)).answers;
+  const std::vector<double>& answers = dynamic_cast<const Asker&>(engine.nodes()[1]).answers;
   BOOST_REQUIRE(answers.size() > 10U);
   for (std::size_t i = 0; i < answers.size(); ++i) BOOST_TEST(answers[i] == static_cast<double>(i) - 1);
 }
@@ -252,7 +252,7 @@ BOOST_AUTO_TEST_CASE(a_node_that_throws_ends_the_run_with_its_name_and_the_time)
   const NodeInfo info = Thrower::declare();
   Plan plan;
   plan.graph.duration = Duration::from_seconds(1);
-  plan.nodes = {{"wire", &info, {100.0}, {}, {}}};
+  plan.nodes = {{"wire", &info, {100.0}, {}, {}, {}}};
   VirtualClock engine(plan, false);
   RunObserver nobody;
   BOOST_CHECK_EXCEPTION(engine.run(nobody), RunError, [](const RunError& error) {

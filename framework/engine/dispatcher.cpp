@@ -1,0 +1,370 @@
+#include "framework/engine/dispatcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace tactor {
+
+bool Dispatcher::Later::operator()(const Event& a, const Event& b) const {
+  if (a.time != b.time) return a.time > b.time;
+  // Ticks last: a node whose step has passed at this instant is free, and does not miss its tick.
+  const bool a_ticks = a.kind == Event::Kind::tick, b_ticks = b.kind == Event::Kind::tick;
+  return a_ticks != b_ticks ? a_ticks : a.count > b.count;
+}
+
+Dispatcher::Dispatcher(PlanNodes& nodes, RunObserver& observer, std::vector<bool> external, ExternalInputs* inputs)
+    : nodes_(nodes), plan_(nodes.plan()), observer_(observer), external_(inputs) {
+  external.resize(nodes.size(), false);
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const NodeSpec& spec = plan_.nodes[n];
+    NodeState state;
+    state.external = external[n];
+    TACTOR_DEMAND(!state.external || external_ != nullptr);
+    if (spec.info->rate_parameter) state.rate = std::get<double>(spec.params[*spec.info->rate_parameter]);
+    for (const InputInfo& input : spec.info->inputs) state.inputs.push_back(&input.access(nodes_[n]));
+    for (const OutputInfo& output : spec.info->outputs) state.outputs.push_back(&output.access(nodes_[n]));
+    const std::size_t outputs = state.outputs.size();
+    state.sequence.resize(outputs);
+    state.edges_out.resize(outputs);
+    state.streams_out.resize(outputs);
+    state.held.resize(outputs);
+    state.held_count.resize(outputs);
+    states_.push_back(std::move(state));
+  }
+  connect();
+  find_groups();
+  find_awaited();
+}
+
+void Dispatcher::connect() {
+  for (std::size_t i = 0; i < plan_.edges.size(); ++i) {
+    const PlannedEdge& edge = plan_.edges[i];
+    const NodeInfo& reader = *plan_.nodes[edge.to].info;
+    EdgeState state;
+    state.input = states_[edge.to].inputs[edge.input];
+    state.input->configure(edge.spec.queue);
+    state.reference = reader.inputs[edge.input].reference;
+    state.to_sink = reader.sink;
+    if (edge.triggers && edge.spec.queue.policy != QueuePolicy::latest) {
+      states_[edge.to].trigger_queues.push_back(state.input);
+    }
+    states_[edge.from].edges_out[edge.output].push_back(i);
+    states_[edge.to].edges_in.push_back(i);
+    edges_.push_back(std::move(state));
+  }
+  for (std::size_t i = 0; i < plan_.streams.size(); ++i) {
+    states_[plan_.streams[i].node].streams_out[plan_.streams[i].output].push_back(i);
+  }
+  for (NodeState& state : states_) {
+    for (std::size_t o = 0; o < state.outputs.size(); ++o) {
+      state.outputs[o]->set_wanted(!state.edges_out[o].empty() || !state.streams_out[o].empty());
+    }
+  }
+}
+
+void Dispatcher::find_groups() {
+  std::map<std::string, std::size_t> groups;
+  for (std::size_t n = 0; n < states_.size(); ++n) {
+    const Scheduling& scheduling = plan_.nodes[n].scheduling;
+    if (scheduling.lane != Lane::thread || scheduling.thread.empty()) continue;
+    states_[n].group = groups.try_emplace(scheduling.thread, groups.size()).first->second;
+  }
+  group_busy_.assign(groups.size(), 0);
+}
+
+void Dispatcher::find_awaited() {
+  // Upstream of a device, except devices: they step from the beginning, and what they show starts the rest.
+  std::vector<std::size_t> todo;
+  std::vector<bool> seen(states_.size(), false);
+  for (std::size_t n = 0; n < states_.size(); ++n) {
+    if (plan_.nodes[n].info->actuator) todo.push_back(n);
+  }
+  while (!todo.empty()) {
+    const std::size_t n = todo.back();
+    todo.pop_back();
+    if (seen[n]) continue;
+    seen[n] = true;
+    if (!plan_.nodes[n].info->actuator) {
+      states_[n].awaited = true;
+      ++awaited_;
+    }
+    for (const std::size_t edge : states_[n].edges_in) todo.push_back(plan_.edges[edge].from);
+  }
+}
+
+std::vector<std::string> Dispatcher::waiting_for() const {
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < states_.size(); ++n) {
+    if (states_[n].awaited) names.push_back(plan_.nodes[n].name);
+  }
+  return names;
+}
+
+EdgeFigures Dispatcher::edge_figures(std::size_t index) const {
+  const EdgeState& edge = edges_[index];
+  return {edge.delivered, edge.input->dropped() + edge.staged_dropped,
+          edge.input->superseded() + edge.staged_superseded};
+}
+
+void Dispatcher::start() {
+  if (awaited_ == 0) set_phase(Phase::running);
+  for (std::size_t n = 0; n < states_.size(); ++n) {
+    StepContext context(now_, phase_);
+    nodes_.start(n, context);
+    take_outputs(n);
+    release(n);
+  }
+  for (std::size_t n = 0; n < states_.size(); ++n) schedule_tick(n);
+}
+
+void Dispatcher::stop() {
+  set_phase(Phase::stopping);
+}
+
+void Dispatcher::set_phase(Phase phase) {
+  phase_ = phase;
+  if (external_ != nullptr) external_->on_phase(phase);
+}
+
+std::optional<Time> Dispatcher::next_event() const {
+  if (events_.empty()) return std::nullopt;
+  return events_.front().time;
+}
+
+void Dispatcher::move_to(Time t) {
+  TACTOR_ASSERT(t >= now_ && (events_.empty() || t <= events_.front().time));
+  now_ = t;
+}
+
+void Dispatcher::push_event(Time time, Event::Kind kind, std::size_t index) {
+  events_.push_back({time, event_count_++, kind, index});
+  std::push_heap(events_.begin(), events_.end(), Later{});
+}
+
+void Dispatcher::schedule_tick(std::size_t node) {
+  NodeState& state = states_[node];
+  if (state.rate <= 0 || state.external) return;
+  // From the tick's number, so that no rounding adds up.
+  const Time time{std::llround(static_cast<double>(state.next_tick) * 1e9 / state.rate)};
+  ++state.next_tick;
+  push_event(time, Event::Kind::tick, node);
+}
+
+void Dispatcher::handle_due() {
+  while (!events_.empty() && events_.front().time == now_) {
+    std::pop_heap(events_.begin(), events_.end(), Later{});
+    const Event event = events_.back();
+    events_.pop_back();
+    handle(event);
+  }
+}
+
+void Dispatcher::handle(const Event& event) {
+  switch (event.kind) {
+    case Event::Kind::tick: {
+      NodeState& state = states_[event.index];
+      if (state.busy || state.blocked_edges > 0) {
+        ++state.missed_ticks;
+      } else {
+        state.tick_due = true;
+      }
+      schedule_tick(event.index);
+      break;
+    }
+    case Event::Kind::free:
+      free(event.index);
+      break;
+    case Event::Kind::arrival: {
+      EdgeState& edge = edges_[event.index];
+      const Held message = std::move(edge.delayed.front());
+      edge.delayed.pop_front();
+      arrive(event.index, message.stamp, message.payload.data());
+      break;
+    }
+  }
+}
+
+bool Dispatcher::ready(const NodeState& state) const {
+  return !state.busy && state.blocked_edges == 0 && (state.tick_due || state.triggered) &&
+         !(state.group && group_busy_[*state.group] != 0);
+}
+
+std::optional<Dispatcher::Begun> Dispatcher::begin_next() {
+  // What became visible by a node's becoming free at this instant is worked on before that node steps anew: it may
+  // wait for the answer, as collision does for the tool pose that follows from its contacts.
+  auto next =
+      std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return ready(s) && s.freed != now_; });
+  if (next == states_.end()) {
+    next = std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return ready(s); });
+  }
+  if (next == states_.end()) return std::nullopt;
+  next->tick_due = false;
+  next->triggered = false;
+  next->busy = true;
+  next->frozen = true;
+  next->begun = now_;
+  if (next->group) group_busy_[*next->group] = 1;
+  next->unread_before = 0;
+  for (const InputBase* input : next->trigger_queues) next->unread_before += input->unread();
+  for (const std::size_t edge : next->edges_in) edges_[edge].unread_at_begin = edges_[edge].input->unread();
+  return Begun{static_cast<std::size_t>(next - states_.begin()), now_, phase_};
+}
+
+void Dispatcher::ran(std::size_t node) {
+  NodeState& state = states_[node];
+  ++state.steps;
+  std::size_t left = 0;
+  for (InputBase* input : state.inputs) {
+    if (input->connected()) input->mark_seen();
+  }
+  for (const InputBase* input : state.trigger_queues) left += input->unread();
+  // A step that took messages and left some is asked again; one that took none waits for the next arrival.
+  if (left > 0 && left < state.unread_before) state.triggered = true;
+  take_outputs(node);
+  state.frozen = false;
+  for (const std::size_t e : state.edges_in) {
+    EdgeState& edge = edges_[e];
+    for (; !edge.staged.empty(); edge.staged.pop_front()) {
+      push(e, edge.staged.front().stamp, edge.staged.front().payload.data());
+    }
+  }
+  flush_blocked(node);
+}
+
+void Dispatcher::take_outputs(std::size_t node) {
+  NodeState& state = states_[node];
+  for (std::size_t o = 0; o < state.outputs.size(); ++o) {
+    OutputBase& output = *state.outputs[o];
+    const std::size_t size = output.type().size;
+    for (std::size_t i = 0; i < output.pending(); ++i) {
+      if (state.held[o].size() == state.held_count[o]) state.held[o].push_back({{}, std::vector<std::byte>(size)});
+      Held& held = state.held[o][state.held_count[o]++];
+      held.stamp = {output.pending_valid(i), {}, state.sequence[o]++};
+      const auto* bytes = static_cast<const std::byte*>(output.pending_value(i));
+      std::copy(bytes, bytes + size, held.payload.begin());
+    }
+    output.clear_pending();
+  }
+}
+
+void Dispatcher::free_at(std::size_t node, Time t) {
+  push_event(t, Event::Kind::free, node);
+}
+
+void Dispatcher::free(std::size_t node) {
+  NodeState& state = states_[node];
+  state.busy = false;
+  state.freed = now_;
+  if (state.group) group_busy_[*state.group] = 0;
+  first_step_passed(state);
+  release(node);
+}
+
+void Dispatcher::first_step_passed(NodeState& state) {
+  if (!state.awaited) return;
+  state.awaited = false;
+  if (--awaited_ == 0 && phase_ == Phase::starting) set_phase(Phase::running);
+}
+
+void Dispatcher::release(std::size_t node) {
+  NodeState& state = states_[node];
+  for (std::size_t o = 0; o < state.outputs.size(); ++o) {
+    for (std::size_t i = 0; i < state.held_count[o]; ++i) {
+      Held& message = state.held[o][i];
+      message.stamp.produced = now_;
+      for (const std::size_t stream : state.streams_out[o]) {
+        observer_.on_message(stream, message.stamp, message.payload.data());
+      }
+      for (const std::size_t edge : state.edges_out[o]) deliver(edge, message.stamp, message.payload.data());
+    }
+    state.held_count[o] = 0;
+  }
+}
+
+void Dispatcher::publish(std::size_t node, std::size_t output, Time valid, const void* payload) {
+  NodeState& state = states_[node];
+  const Stamp stamp{valid, now_, state.sequence[output]++};
+  first_step_passed(state);
+  for (const std::size_t stream : state.streams_out[output]) observer_.on_message(stream, stamp, payload);
+  for (const std::size_t edge : state.edges_out[output]) {
+    deliver(edge, stamp, static_cast<const std::byte*>(payload));
+  }
+}
+
+void Dispatcher::deliver(std::size_t edge, const Stamp& stamp, const std::byte* payload) {
+  const PlannedEdge& planned = plan_.edges[edge];
+  if (planned.spec.delay.ns == 0) {
+    arrive(edge, stamp, payload);
+    return;
+  }
+  edges_[edge].delayed.push_back({stamp, {payload, payload + edges_[edge].input->type().size}});
+  push_event(now_ + planned.spec.delay, Event::Kind::arrival, edge);
+}
+
+void Dispatcher::arrive(std::size_t edge, const Stamp& stamp, const std::byte* payload) {
+  EdgeState& state = edges_[edge];
+  const PlannedEdge& planned = plan_.edges[edge];
+  if (phase_ == Phase::stopping && state.to_sink) return;
+  NodeState& reader = states_[planned.to];
+  if (reader.external) {
+    ++state.delivered;
+    state.newest_produced = stamp.produced;
+    external_->on_arrival(edge, stamp, payload);
+    return;
+  }
+  // While the reader's step is being made nobody knows yet what it will leave: it is taken to leave everything.
+  const bool full = reader.frozen ? planned.spec.queue.policy == QueuePolicy::block &&
+                                        state.unread_at_begin + state.staged.size() >= planned.spec.queue.capacity
+                                  : state.input->full();
+  if (full || !state.blocked.empty()) {
+    if (state.blocked.empty()) ++states_[planned.from].blocked_edges;
+    state.blocked.push_back({stamp, {payload, payload + state.input->type().size}});
+    return;
+  }
+  ++state.delivered;
+  if (state.reference) observer_.on_reference(edge, stamp, payload);
+  if (planned.triggers) reader.triggered = true;
+  if (reader.frozen) {
+    stage(edge, stamp, payload);
+  } else {
+    push(edge, stamp, payload);
+  }
+}
+
+void Dispatcher::stage(std::size_t edge, const Stamp& stamp, const std::byte* payload) {
+  EdgeState& state = edges_[edge];
+  const Queue& queue = plan_.edges[edge].spec.queue;
+  if (queue.policy != QueuePolicy::block && state.staged.size() == queue.capacity) {
+    if (queue.policy == QueuePolicy::drop_newest) {
+      ++state.staged_dropped;
+      return;
+    }
+    ++(queue.policy == QueuePolicy::latest ? state.staged_superseded : state.staged_dropped);
+    state.staged.pop_front();
+  }
+  state.staged.push_back({stamp, {payload, payload + state.input->type().size}});
+}
+
+void Dispatcher::push(std::size_t edge, const Stamp& stamp, const std::byte* payload) {
+  edges_[edge].input->push(stamp, payload);
+  edges_[edge].newest_produced = stamp.produced;
+}
+
+void Dispatcher::flush_blocked(std::size_t reader) {
+  for (const std::size_t edge : states_[reader].edges_in) {
+    EdgeState& state = edges_[edge];
+    if (state.blocked.empty()) continue;
+    while (!state.blocked.empty() && !state.input->full()) {
+      const Held message = std::move(state.blocked.front());
+      state.blocked.pop_front();
+      ++state.delivered;
+      if (state.reference) observer_.on_reference(edge, message.stamp, message.payload.data());
+      if (plan_.edges[edge].triggers) states_[reader].triggered = true;
+      push(edge, message.stamp, message.payload.data());
+    }
+    if (state.blocked.empty()) --states_[plan_.edges[edge].from].blocked_edges;
+  }
+}
+
+}  // namespace tactor

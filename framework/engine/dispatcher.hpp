@@ -1,0 +1,173 @@
+// Which node steps when, and what it sees: the semantics that the virtual and the real clock share.
+//
+// A node that steps at time t sees the messages that arrived by t. What it sends becomes visible when the step has
+// passed; until then the node is busy and its triggers wait by the policies of their queues. A node with a rate that is
+// still busy when its tick comes misses that tick. Nodes that share a thread never step at the same time. At one
+// instant messages arrive first, then nodes step in the order of the plan; a node whose step has just passed steps anew
+// after the others, so that it sees what they made of its results.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/engine/plan_nodes.hpp"
+#include "framework/engine/run_observer.hpp"
+
+namespace tactor {
+
+/// Takes what is for nodes that step outside of the dispatcher, in a loop of their own.
+class ExternalInputs {
+ public:
+  virtual ~ExternalInputs() = default;
+  virtual void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) = 0;
+  virtual void on_phase(Phase phase) = 0;
+};
+
+/// The state of a run between its steps. It steps nothing itself: an engine asks `begin_next` which node is to step,
+/// steps it, and says `ran` and `free`. Used by one thread at a time; the step between `begin_next` and `ran` may be on
+/// another thread, because the inputs of a node that has begun are left alone until then.
+class Dispatcher {
+ public:
+  /// A step to be made.
+  struct Begun {
+    std::size_t node = 0;
+    Time now;
+    Phase phase = Phase::running;
+  };
+
+  /// Connects the nodes. `external[i]`: node i steps outside; what it sends comes by `publish`, and `inputs` gets what
+  /// is for it. All arguments must outlive the dispatcher.
+  Dispatcher(PlanNodes& nodes, RunObserver& observer, std::vector<bool> external = {},
+             ExternalInputs* inputs = nullptr);
+
+  /// Calls `start` of every node at time zero and delivers what they send. Once, before anything else.
+  void start();
+
+  [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] Phase phase() const { return phase_; }
+  /// The names of the nodes that keep the run from leaving Phase::starting.
+  [[nodiscard]] std::vector<std::string> waiting_for() const;
+  /// Devices ramp down from now on, and sinks get nothing more.
+  void stop();
+
+  /// The time of the next tick, delayed arrival or end of a step; none where nothing is due.
+  [[nodiscard]] std::optional<Time> next_event() const;
+  /// Moves the time on, to no later than the next event.
+  void move_to(Time t);
+  /// Handles everything that is due at `now`.
+  void handle_due();
+
+  /// The next node that is to step at `now`; it is busy from here on. None where all wait.
+  std::optional<Begun> begin_next();
+  /// The step of `node` has been made: takes in what it sent, and lets messages at its inputs again.
+  void ran(std::size_t node);
+  /// The step of `node` has passed: what it sent becomes visible, and it may step again.
+  void free(std::size_t node);
+  /// The same at a later time.
+  void free_at(std::size_t node, Time t);
+  /// An external node sent a message.
+  void publish(std::size_t node, std::size_t output, Time valid, const void* payload);
+
+  [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
+  /// When the step that keeps the node busy began.
+  [[nodiscard]] Time begun(std::size_t node) const { return states_[node].begun; }
+  [[nodiscard]] std::uint64_t steps(std::size_t node) const { return states_[node].steps; }
+  [[nodiscard]] std::uint64_t missed_ticks(std::size_t node) const { return states_[node].missed_ticks; }
+  [[nodiscard]] EdgeFigures edge_figures(std::size_t edge) const;
+  /// When the newest message that the reader of the edge sees became visible; none before the first.
+  [[nodiscard]] std::optional<Time> newest_produced(std::size_t edge) const { return edges_[edge].newest_produced; }
+  /// The edges that end at a node.
+  [[nodiscard]] const std::vector<std::size_t>& edges_into(std::size_t node) const { return states_[node].edges_in; }
+
+ private:
+  /// A message on its way.
+  struct Held {
+    Stamp stamp;
+    std::vector<std::byte> payload;
+  };
+  struct NodeState {
+    bool external = false;
+    double rate = 0;  // Hz; 0: it steps on messages only
+    std::int64_t next_tick = 0;
+    std::optional<std::size_t> group;  // of nodes that share a thread
+    bool busy = false;
+    bool frozen = false;  // its step is being made: its inputs are left alone
+    Time begun;
+    Time freed{-1};  // when it last became free
+    bool tick_due = false;
+    bool triggered = false;
+    bool awaited = false;  // the run is not under way before its first step has passed
+    int blocked_edges = 0;
+    std::size_t unread_before = 0;  // of its trigger queues, when the step began
+    std::uint64_t steps = 0;
+    std::uint64_t missed_ticks = 0;
+    std::vector<InputBase*> inputs;                     // by index into NodeInfo::inputs
+    std::vector<InputBase*> trigger_queues;             // inputs whose unread messages ask for a step
+    std::vector<OutputBase*> outputs;                   // by index into NodeInfo::outputs
+    std::vector<std::uint64_t> sequence;                // by output
+    std::vector<std::vector<std::size_t>> edges_out;    // by output
+    std::vector<std::vector<std::size_t>> streams_out;  // by output
+    std::vector<std::vector<Held>> held;                // by output: what becomes visible when the node is free again
+    std::vector<std::size_t> held_count;                // by output: entries of `held` in use; their memory is kept
+    std::vector<std::size_t> edges_in;
+  };
+  struct EdgeState {
+    InputBase* input = nullptr;
+    bool reference = false;
+    bool to_sink = false;
+    std::deque<Held> delayed;         // in order of arrival
+    std::deque<Held> staged;          // arrived while the reader's step was being made
+    std::deque<Held> blocked;         // waiting for room in a `block` queue
+    std::size_t unread_at_begin = 0;  // of the reader's input, when its step began
+    std::uint64_t delivered = 0;
+    std::uint64_t staged_dropped = 0;     // lost while staged
+    std::uint64_t staged_superseded = 0;  // replaced while staged
+    std::optional<Time> newest_produced;
+  };
+  struct Event {
+    enum class Kind : std::uint8_t { arrival, free, tick };
+    Time time;
+    std::uint64_t count = 0;  // ties of one kind are handled in the order of scheduling, which is deterministic
+    Kind kind = Kind::tick;
+    std::size_t index = 0;  // edge of an arrival, else node
+  };
+  struct Later {
+    bool operator()(const Event& a, const Event& b) const;
+  };
+
+  void connect();
+  void find_groups();
+  void find_awaited();
+  [[nodiscard]] bool ready(const NodeState& state) const;
+  void push_event(Time time, Event::Kind kind, std::size_t index);
+  void schedule_tick(std::size_t node);
+  void handle(const Event& event);
+  void take_outputs(std::size_t node);
+  void release(std::size_t node);
+  void first_step_passed(NodeState& state);
+  void set_phase(Phase phase);
+  void deliver(std::size_t edge, const Stamp& stamp, const std::byte* payload);
+  void arrive(std::size_t edge, const Stamp& stamp, const std::byte* payload);
+  void stage(std::size_t edge, const Stamp& stamp, const std::byte* payload);
+  void push(std::size_t edge, const Stamp& stamp, const std::byte* payload);
+  void flush_blocked(std::size_t reader);
+
+  PlanNodes& nodes_;
+  const Plan& plan_;
+  RunObserver& observer_;
+  ExternalInputs* external_;
+  std::vector<NodeState> states_;
+  std::vector<EdgeState> edges_;
+  std::vector<char> group_busy_;
+  std::vector<Event> events_;  // a heap, the earliest on top
+  std::uint64_t event_count_ = 0;
+  std::size_t awaited_ = 0;
+  Phase phase_ = Phase::starting;
+  Time now_;
+};
+
+}  // namespace tactor

@@ -1,0 +1,39 @@
+// The nodes of a plan, made, and the calls into them with errors that name the node.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "framework/graph/plan.hpp"
+#include "framework/node/node.hpp"
+
+namespace tactor {
+
+/// One instance of each node of a plan. The plan must outlive it.
+class PlanNodes {
+ public:
+  /// Makes the nodes. Throws InputError with the node's place and name where a node refuses its input.
+  explicit PlanNodes(const Plan& plan);
+
+  /// In a reference run: every node meets its counterpart in the run being judged.
+  void follow(const PlanNodes& judged);
+  /// Calls `start` of node `index`; throws as `step` does.
+  void start(std::size_t index, StepContext& context);
+  /// Steps node `index`. Throws InputError or RunError with the node's name where the step throws.
+  void step(std::size_t index, StepContext& context);
+
+  [[nodiscard]] const Plan& plan() const { return plan_; }
+  [[nodiscard]] std::size_t size() const { return nodes_.size(); }
+  [[nodiscard]] Node& operator[](std::size_t index) { return *nodes_[index]; }
+  [[nodiscard]] const Node& operator[](std::size_t index) const { return *nodes_[index]; }
+
+ private:
+  const Plan& plan_;
+  std::vector<std::unique_ptr<Node>> nodes_;
+};
+
+/// What a failed step is reported as: the node's name, the time of the step and the text of `error`.
+std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::exception& error);
+
+}  // namespace tactor
