@@ -1,0 +1,71 @@
+#include "framework/engine/live/lane_plan.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr ThreadSettings realtime_default{SchedulingPolicy::fifo, 80, std::nullopt};
+constexpr int priority_without_one = 1;
+
+void check_core(const std::optional<int>& cpu, int cores, const std::string& what) {
+  if (!cpu || *cpu < cores) return;
+  throw InputError(what + ": cpu: expected a core of this machine, 0 to " + std::to_string(cores - 1) + ", found " +
+                   std::to_string(*cpu));
+}
+
+/// What the node says over `settings`.
+void lay_over(const Scheduling& said, ThreadSettings& settings) {
+  if (said.policy && *said.policy != settings.policy) {
+    settings.policy = *said.policy;
+    settings.priority = *said.policy == SchedulingPolicy::other ? 0 : priority_without_one;
+  }
+  if (said.priority) settings.priority = *said.priority;
+  if (said.cpu) settings.cpu = said.cpu;
+}
+
+}  // namespace
+
+LanePlan plan_lanes(const Plan& plan, int cores) {
+  LanePlan result;
+  result.lanes.push_back({"pool", plan.graph.live.pool_workers, plan.graph.live.pool});
+  check_core(plan.graph.live.pool.cpu, cores, plan.graph.file.string() + ": live.pool");
+  std::map<std::string, std::size_t> threads;
+  int in_pool = 0;
+  for (const NodeSpec& node : plan.nodes) {
+    const Scheduling& said = node.scheduling;
+    check_core(said.cpu, cores, node.place.text() + ": nodes." + node.name);
+    result.lane_of.push_back(0);
+    result.realtime.emplace_back();
+    switch (said.lane) {
+      case Lane::pool:
+        ++in_pool;
+        break;
+      case Lane::thread: {
+        // A name that no graph can give a thread, for the node that has one to itself.
+        const std::string name = said.thread.empty() ? "/" + node.name : said.thread;
+        const auto [at, made] = threads.try_emplace(name, result.lanes.size());
+        if (made) result.lanes.push_back({said.thread.empty() ? node.name : said.thread, 1, {}});
+        lay_over(said, result.lanes[at->second].settings);
+        result.lane_of.back() = at->second;
+        break;
+      }
+      case Lane::realtime: {
+        ThreadSettings settings = realtime_default;
+        if (cores > 1) settings.cpu = cores - 1;
+        lay_over(said, settings);
+        result.realtime.back() = settings;
+        break;
+      }
+    }
+  }
+  int& workers = result.lanes[0].workers;
+  if (workers == 0) workers = std::clamp(in_pool, 1, cores);
+  return result;
+}
+
+}  // namespace tactor

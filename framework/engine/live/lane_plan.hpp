@@ -1,0 +1,33 @@
+// Which threads the nodes of a plan step on when the clock is real.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/core/scheduling.hpp"
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+/// The threads of one lane.
+struct LaneSpec {
+  std::string name;  ///< of its threads, at most 15 characters show
+  int workers = 1;
+  ThreadSettings settings;
+};
+
+/// The threads of a run.
+struct LanePlan {
+  std::vector<LaneSpec> lanes;                          ///< the first is the pool
+  std::vector<std::size_t> lane_of;                     ///< by node: index into `lanes`; of no meaning in `realtime`
+  std::vector<std::optional<ThreadSettings>> realtime;  ///< by node: the settings of its loop, where it has one
+};
+
+/// The pool has as many workers as the graph says, or one a node, at most one a core. Each thread lane has one. A node
+/// in the real-time lane that names no core is pinned to the last one, where there are several. Throws InputError, with
+/// the place, for a core beyond `cores`.
+LanePlan plan_lanes(const Plan& plan, int cores);
+
+}  // namespace tactor

@@ -1,0 +1,106 @@
+#include "framework/engine/live/lane_scheduler.hpp"
+
+#include <mutex>
+
+namespace tactor {
+
+LaneActor::LaneActor(caf::actor_config& config, std::size_t lane, std::function<void()> step)
+    : caf::event_based_actor(config), lane_(lane), step_(std::move(step)) {}
+
+caf::behavior LaneActor::make_behavior() {
+  return {[this](Step) { step_(); }};
+}
+
+struct LaneScheduler::Lane {
+  LaneSpec spec;
+  PriorityMutex mutex;
+  PriorityCondition condition;
+  std::deque<caf::resumable*> jobs;  // each with a reference of the queue's
+  bool ended = false;
+  std::vector<std::unique_ptr<Worker>> workers;
+};
+
+class LaneScheduler::Worker final : public caf::execution_unit {
+ public:
+  Worker(LaneScheduler& scheduler, Lane& lane)
+      : caf::execution_unit(&scheduler.system()), scheduler_(scheduler), lane_(lane), thread_([this] { run(); }) {}
+  ~Worker() override { thread_.join(); }
+
+  void exec_later(caf::resumable* job) override { scheduler_.enqueue(job); }
+
+ private:
+  void run() {
+    system().thread_started();
+    scheduler_.on_thread_(lane_.spec);
+    while (caf::resumable* job = next()) {
+      switch (job->resume(this, scheduler_.max_throughput())) {
+        case caf::resumable::resume_later:
+          scheduler_.enqueue(job);
+          break;
+        case caf::resumable::done:
+        case caf::resumable::awaiting_message:
+        case caf::resumable::shutdown_execution_unit:
+          caf::intrusive_ptr_release(job);
+          break;
+      }
+    }
+    system().thread_terminates();
+  }
+  caf::resumable* next() {
+    const std::scoped_lock lock(lane_.mutex);
+    while (lane_.jobs.empty() && !lane_.ended) lane_.condition.wait(lane_.mutex);
+    if (lane_.jobs.empty()) return nullptr;
+    caf::resumable* job = lane_.jobs.front();
+    lane_.jobs.pop_front();
+    return job;
+  }
+
+  LaneScheduler& scheduler_;
+  Lane& lane_;
+  std::thread thread_;
+};
+
+LaneScheduler::LaneScheduler(caf::actor_system& system, std::vector<LaneSpec> lanes, OnThread on_thread)
+    : caf::scheduler::abstract_coordinator(system), on_thread_(std::move(on_thread)) {
+  for (LaneSpec& spec : lanes) {
+    lanes_.push_back(std::make_unique<Lane>());
+    lanes_.back()->spec = std::move(spec);
+  }
+}
+
+LaneScheduler::~LaneScheduler() = default;
+
+void LaneScheduler::start() {
+  // CAF's own start would spawn its printer, a detached actor: nothing here prints through CAF.
+  max_throughput_ = 1;
+  for (const auto& lane : lanes_) {
+    for (int i = 0; i < lane->spec.workers; ++i) lane->workers.push_back(std::make_unique<Worker>(*this, *lane));
+  }
+}
+
+void LaneScheduler::stop() {
+  for (const auto& lane : lanes_) {
+    {
+      const std::scoped_lock lock(lane->mutex);
+      lane->ended = true;
+    }
+    lane->condition.notify_all();
+  }
+  for (const auto& lane : lanes_) lane->workers.clear();
+  for (const auto& lane : lanes_) {
+    for (caf::resumable* job : lane->jobs) cleanup_and_release(job);
+    lane->jobs.clear();
+  }
+}
+
+void LaneScheduler::enqueue(caf::resumable* job) {
+  const auto* actor = dynamic_cast<const LaneActor*>(job);
+  Lane& lane = *lanes_[actor == nullptr ? 0 : actor->lane()];
+  {
+    const std::scoped_lock lock(lane.mutex);
+    lane.jobs.push_back(job);
+  }
+  lane.condition.notify_one();
+}
+
+}  // namespace tactor

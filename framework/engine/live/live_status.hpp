@@ -1,0 +1,59 @@
+// What a live run tells while it goes on, and the figures it ends with.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/core/messages.hpp"
+#include "framework/engine/run_observer.hpp"
+#include "framework/node/node.hpp"
+
+namespace tactor {
+
+/// Percentiles of a latency.
+struct LatencyFigures {
+  std::uint64_t count = 0;
+  Duration p50, p99, p99_9, p99_99, max;
+};
+
+/// An edge of a live run.
+struct LiveEdge {
+  EdgeFigures figures;
+  LatencyFigures age;  ///< of the newest message that a step saw, from when it became visible to when the step began
+};
+
+/// A node of a live run.
+struct LiveNode {
+  std::uint64_t steps = 0;
+  std::uint64_t missed_ticks = 0;
+  bool stalled = false;  ///< its step has not come back for longer than the graph's stall_timeout
+};
+
+/// A node in the real-time lane.
+struct LiveDevice {
+  std::size_t node = 0;  ///< index into the plan
+  std::uint64_t ticks = 0;
+  std::uint64_t missed = 0;
+  LatencyFigures wake_latency;              ///< wake-up minus deadline
+  LatencyFigures body_time;                 ///< of one tick: read, evaluate, gate, write, hand on
+  LatencyFigures end_to_end;                ///< device sample to the first commanded force that was made from it
+  std::optional<std::uint64_t> heap_calls;  ///< in the loop, after its warm-up; none where they cannot be counted
+  std::uint64_t page_faults = 0;
+  std::uint64_t dropped = 0;          ///< messages out of the loop that found its ring full
+  std::optional<SafetyState> safety;  ///< what its safety gate said last; none where it has none
+};
+
+/// The state of a live run.
+struct LiveStatus {
+  Time now;
+  Phase phase = Phase::starting;
+  std::vector<std::string> waiting_for;  ///< nodes whose first step keeps the devices disengaged
+  std::vector<LiveNode> nodes;           ///< by index into the plan
+  std::vector<LiveEdge> edges;           ///< by index into the plan
+  std::vector<LiveDevice> devices;
+  std::uint64_t record_dropped = 0;  ///< messages that the recording could not take in time
+  std::vector<std::string> missing;  ///< privileges that were asked for and refused, each with its mend
+};
+
+}  // namespace tactor

@@ -1,0 +1,146 @@
+// Two clocks, one meaning: a live run whose costs are given to the virtual clock takes the same steps with the same
+// values.
+#include <algorithm>
+#include <boost/test/unit_test.hpp>
+#include <cstring>
+#include <tuple>
+
+#include "framework/engine/live/live_run.hpp"
+#include "framework/engine/virtual_clock.hpp"
+#include "tests/framework/engine/live/live_nodes.hpp"
+#include "tests/framework/engine/sample_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::sample;
+
+namespace {
+
+using Step = std::tuple<std::int64_t, std::size_t, std::int64_t>;                    // now, node, cost
+using Message = std::tuple<std::size_t, std::uint64_t, std::int64_t, std::int64_t>;  // stream, sequence, stamps
+
+struct Log final : RunObserver {
+  void on_step(std::size_t node, Time now, Duration cost) override { steps.emplace_back(now.ns, node, cost.ns); }
+  void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override {
+    Wrench w;
+    std::memcpy(&w, payload, sizeof w);
+    messages.emplace_back(stream, stamp.sequence, stamp.valid.ns, stamp.produced.ns);
+    values.push_back(w.force.x);
+    values.push_back(w.force.y);
+  }
+  std::vector<Step> steps;
+  std::vector<Message> messages;
+  std::vector<double> values;
+};
+
+struct Infos {
+  NodeInfo counter = Counter::declare();
+  NodeInfo worker = Worker::declare();
+  NodeInfo keep = Keep::declare();
+};
+
+/// A loop of two heavy nodes on one thread, as collision and dynamics are, light nodes behind queues of every policy
+/// but `block`, a delayed edge and two rates.
+Plan contract_plan(const Infos& infos, double duration_s) {
+  PlanBuilder b(duration_s);
+  const Scheduling physics{Lane::thread, "physics", {}, {}, {}};
+  const Scheduling alone{Lane::thread, "", {}, {}, {}};
+  const auto counter = b.node("counter", infos.counter, {1000.0});
+  const auto slow = b.node("slow", infos.counter, {70.0});
+  const auto heavy = b.node("heavy", infos.worker, {0.006}, physics);
+  const auto after = b.node("after", infos.worker, {0.001}, physics);
+  const auto light = b.node("light", infos.worker, {0.0003});
+  const auto lossy = b.node("lossy", infos.worker, {0.004}, alone);
+  const auto late = b.node("late", infos.worker, {0.0001});
+  const auto keep = b.node("keep", infos.keep, {});
+  b.edge(counter, heavy, 0, {}, true);
+  b.edge(after, heavy, 1, {}, false);
+  b.edge(heavy, after, 0, {}, true);
+  b.edge(after, light, 0, {QueuePolicy::drop_oldest, 8}, true);
+  b.edge(counter, lossy, 0, {QueuePolicy::drop_newest, 2}, true);
+  b.edge(slow, lossy, 1, {}, false);
+  b.edge(lossy, late, 0, {QueuePolicy::drop_oldest, 2}, true, {1'300'000});
+  b.edge(light, late, 1, {}, false);
+  b.edge(light, keep, 0, {QueuePolicy::drop_oldest, 64}, true);
+  for (const auto n : {counter, slow, heavy, after, light, lossy, late}) b.record(n);
+  return b.plan;
+}
+
+/// The plan with the costs that `log` tells, in the order of each node's steps.
+Plan with_costs(Plan plan, const Log& log) {
+  plan.graph.clock = Clock::virtual_;
+  for (NodeSpec& node : plan.nodes) {
+    node.cost.kind = CostModel::Kind::trace;
+    node.cost.trace.clear();
+  }
+  std::vector<Step> steps = log.steps;
+  std::sort(steps.begin(), steps.end());
+  for (const auto& [now, node, cost] : steps) plan.nodes[node].cost.trace.push_back({cost});
+  for (NodeSpec& node : plan.nodes) {
+    // A step that had not passed at the end is in no log; it costs more than is left.
+    node.cost.trace.push_back(plan.graph.duration * 2);
+  }
+  return plan;
+}
+
+/// The steps that had passed by the end, in order.
+std::vector<Step> passed(std::vector<Step> steps, const Plan& plan) {
+  std::erase_if(steps, [&](const Step& s) { return std::get<0>(s) + std::get<2>(s) >= plan.graph.duration.ns; });
+  std::sort(steps.begin(), steps.end());
+  return steps;
+}
+
+struct Sorted {
+  std::vector<Message> messages;
+  std::vector<double> values;
+};
+
+/// The messages that were visible before the end, by stream and sequence.
+Sorted visible(const Log& log, const Plan& plan) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < log.messages.size(); ++i) {
+    if (std::get<3>(log.messages[i]) < plan.graph.duration.ns) order.push_back(i);
+  }
+  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return log.messages[a] < log.messages[b]; });
+  Sorted result;
+  for (const std::size_t i : order) {
+    result.messages.push_back(log.messages[i]);
+    result.values.push_back(log.values[2 * i]);
+    result.values.push_back(log.values[2 * i + 1]);
+  }
+  return result;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_live_run_given_its_costs_is_the_same_run_under_the_virtual_clock) {
+  const Infos infos;
+  const Plan plan = contract_plan(infos, 2.0);
+  Log live;
+  LiveRun run(plan);
+  run.run(live, [](const LiveStatus&) { return true; });
+  BOOST_REQUIRE(!run.failure());
+
+  const Plan again = with_costs(plan, live);
+  Log replay;
+  VirtualClock clock(again, false);
+  clock.run(replay);
+
+  const auto live_steps = passed(live.steps, plan);
+  const auto replay_steps = passed(replay.steps, plan);
+  BOOST_TEST(live_steps.size() > 4000U);  // the counter alone makes 2000
+  BOOST_REQUIRE(live_steps.size() == replay_steps.size());
+  for (std::size_t i = 0; i < live_steps.size(); ++i) {
+    BOOST_REQUIRE_MESSAGE(live_steps[i] == replay_steps[i], "step " << i << ": live node " << std::get<1>(live_steps[i])
+                                                                    << " at " << std::get<0>(live_steps[i])
+                                                                    << ", replay node " << std::get<1>(replay_steps[i])
+                                                                    << " at " << std::get<0>(replay_steps[i]));
+  }
+  const Sorted a = visible(live, plan);
+  const Sorted b = visible(replay, plan);
+  BOOST_TEST(a.messages.size() > 4000U);
+  BOOST_REQUIRE(a.messages == b.messages);
+  BOOST_REQUIRE(a.values.size() == b.values.size());
+  for (std::size_t i = 0; i < a.values.size(); ++i) BOOST_REQUIRE_SMALL(a.values[i] - b.values[i], 1e-12);
+  // The lossy queue lost the same in both.
+  BOOST_TEST(run.status().edges[4].figures.dropped > 0U);
+}

@@ -1,0 +1,183 @@
+// Starting, stopping, failing and stalling of live runs, and what the real-time lane sees.
+#include "framework/engine/live/live_run.hpp"
+
+#include <boost/test/unit_test.hpp>
+#include <map>
+
+#include "tests/framework/engine/live/live_nodes.hpp"
+#include "tests/framework/engine/sample_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::sample;
+
+namespace {
+
+const auto go_on = [](const LiveStatus&) { return true; };
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+/// device -> worker (on a thread) -> device, and a keeper.
+struct Loop {
+  NodeInfo actor = Actor::declare();
+  NodeInfo worker = Worker::declare();
+  NodeInfo keep = Keep::declare();
+  NodeInfo culprit = Culprit::declare();
+  PlanBuilder b;
+
+  explicit Loop(double duration_s, Lane lane = Lane::realtime) : b(duration_s) {
+    const auto device = b.node("device", actor, {1000.0}, {lane, "", SchedulingPolicy::other, {}, {}});
+    const auto physics = b.node("physics", worker, {0.01}, {Lane::thread, "physics", {}, {}, {}});
+    const auto keeper = b.node("keeper", keep, {});
+    b.edge(device, physics, 0, {}, true);
+    b.edge(physics, device, 0, {}, false);
+    b.edge(device, keeper, 0, {QueuePolicy::drop_oldest, 64}, true);
+  }
+  std::size_t add_culprit(const std::string& deed, std::int64_t when, double hang) {
+    const auto n = b.node("culprit", culprit, {deed, when, hang});
+    b.edge(0, n, 0, {}, true);
+    return n;
+  }
+};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_tick_of_the_realtime_lane_sees_only_what_was_visible_by_its_deadline) {
+  Loop loop(1.0);
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  run.run(nobody, go_on);
+  BOOST_TEST(!run.failure().has_value());
+  const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
+  BOOST_REQUIRE(seen.size() > 300U);
+  std::size_t with_value = 0;
+  for (const Actor::Seen& s : seen) {
+    BOOST_REQUIRE(s.now.ns % 1'000'000 == 0);
+    if (!s.any) continue;
+    ++with_value;
+    BOOST_REQUIRE(s.produced <= s.now);
+  }
+  BOOST_TEST(with_value > seen.size() / 2);
+  for (std::size_t i = 1; i < seen.size(); ++i) BOOST_REQUIRE(seen[i].now > seen[i - 1].now);
+}
+
+BOOST_AUTO_TEST_CASE(devices_start_disengaged_and_are_told_to_stop_and_waited_for) {
+  for (const Lane lane : {Lane::realtime, Lane::thread, Lane::pool}) {
+    Loop loop(0.5, lane);
+    LiveRun run(loop.b.plan);
+    RunObserver nobody;
+    run.run(nobody, go_on);
+    const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
+    std::map<Phase, int> ticks;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      ++ticks[seen[i].phase];
+      if (i > 0) BOOST_REQUIRE(seen[i].phase >= seen[i - 1].phase);
+      if (seen[i].phase == Phase::stopping) BOOST_REQUIRE(seen[i].now.seconds() >= 0.5 - 1e-9);
+    }
+    BOOST_TEST(ticks[Phase::starting] >= 1);
+    BOOST_TEST(ticks[Phase::running] > 100);
+    // It asked for 49 more.
+    BOOST_TEST(ticks[Phase::stopping] >= 50);
+    BOOST_TEST(seen.front().any == false);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(sinks_get_nothing_of_the_ramp_down) {
+  Loop loop(0.3);
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  run.run(nobody, go_on);
+  const auto& kept = dynamic_cast<const Keep&>(run.nodes()[2]).kept;
+  BOOST_REQUIRE(kept.size() > 100U);
+  for (const Keep::Entry& e : kept) BOOST_REQUIRE(e.stamp.produced.seconds() <= 0.3);
+}
+
+BOOST_AUTO_TEST_CASE(saying_no_ends_the_run_early_without_a_failure) {
+  Loop loop(30);
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  const auto begin = std::chrono::steady_clock::now();
+  int asked = 0;
+  run.run(nobody, [&asked](const LiveStatus&) { return ++asked < 3; });
+  BOOST_TEST(seconds_since(begin) < 10);
+  BOOST_TEST(!run.failure().has_value());
+  BOOST_TEST(run.status().now.seconds() < 10);
+  BOOST_TEST(run.status().devices.size() == 1U);
+}
+
+BOOST_AUTO_TEST_CASE(a_node_that_throws_ends_the_run_with_its_name_and_lets_the_device_ramp_down) {
+  Loop loop(30);
+  loop.add_culprit("throws", 20, 0);
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  run.run(nobody, go_on);
+  BOOST_REQUIRE(run.failure().has_value());
+  BOOST_TEST(run.failure()->find("culprit") != std::string::npos);
+  BOOST_TEST(run.failure()->find("it broke") != std::string::npos);
+  BOOST_TEST(!run.is_abandoned());
+  BOOST_TEST((dynamic_cast<const Actor&>(run.nodes()[0]).seen.back().phase == Phase::stopping));
+}
+
+BOOST_AUTO_TEST_CASE(a_step_that_hangs_ends_the_run_with_its_name_while_the_device_goes_on) {
+  Loop loop(30);
+  loop.b.plan.graph.live.stall_timeout = Duration{200'000'000};
+  loop.add_culprit("hangs", 20, 0.9);
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  run.run(nobody, go_on);
+  BOOST_REQUIRE(run.failure().has_value());
+  BOOST_TEST(run.failure()->find("node culprit (sample.culprit) has stalled") != std::string::npos);
+  BOOST_TEST(!run.is_abandoned());
+  const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
+  BOOST_TEST((seen.back().phase == Phase::stopping));
+}
+
+BOOST_AUTO_TEST_CASE(a_stall_is_waited_out_where_the_graph_says_so) {
+  Loop loop(2);
+  loop.b.plan.graph.live.stall_timeout = Duration{200'000'000};
+  loop.b.plan.graph.live.on_stall = OnStall::recover;
+  const auto culprit = loop.add_culprit("hangs", 20, 0.9);
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  bool seen_stalled = false;
+  run.run(nobody, [&](const LiveStatus& s) {
+    seen_stalled = seen_stalled || s.nodes[culprit].stalled;
+    return true;
+  });
+  BOOST_TEST(seen_stalled);
+  BOOST_TEST(!run.failure().has_value());
+  BOOST_TEST(!run.status().nodes[culprit].stalled);
+  BOOST_TEST(run.status().nodes[culprit].steps > 20U);
+}
+
+BOOST_AUTO_TEST_CASE(an_observer_that_is_slow_holds_nothing_up_and_one_that_fails_ends_the_run) {
+  struct Slow final : RunObserver {
+    void on_message(std::size_t, const Stamp&, const void*) override {
+      if (++count % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    int count = 0;
+  };
+  struct Full final : RunObserver {
+    void on_message(std::size_t, const Stamp&, const void*) override {
+      if (++count == 100) throw RunError("no space left");
+    }
+    int count = 0;
+  };
+  Loop loop(1);
+  loop.b.record(0);
+  Slow slow;
+  LiveRun first(loop.b.plan);
+  first.run(slow, go_on);
+  BOOST_TEST(!first.failure().has_value());
+  BOOST_TEST(slow.count >= 1000);  // nothing is lost
+  BOOST_TEST(first.status().record_dropped == 0U);
+
+  Loop other(30);
+  other.b.record(0);
+  Full full;
+  LiveRun second(other.b.plan);
+  second.run(full, go_on);
+  BOOST_REQUIRE(second.failure().has_value());
+  BOOST_TEST(second.failure()->find("no space left") != std::string::npos);
+}
