@@ -54,7 +54,7 @@ int core_count() {
 
 }  // namespace
 
-class LiveRun::Engine final : private RunObserver, private ExternalInputs {
+class LiveRun::Engine final : public RunObserver, public ExternalInputs {
  public:
   explicit Engine(const Plan& plan);
   void run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on);

@@ -124,7 +124,7 @@ void RealtimeLane::tick(const Tick& tick) {
   header.port = step_done;
   header.size = 0;
   header.stamp.valid = tick.deadline;
-  out_->push(header, nullptr);
+  out_->push(header, &header);  // no payload
   if (context.phase() == Phase::stopping && context.at_rest()) at_rest_.store(true, std::memory_order_release);
 }
 
