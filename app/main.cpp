@@ -18,6 +18,7 @@
 
 #include "app/compare.hpp"
 #include "app/html_report.hpp"
+#include "app/live_view.hpp"
 #include "app/node_reference.hpp"
 #include "app/run.hpp"
 #include "app/summary.hpp"
@@ -104,15 +105,10 @@ struct GraphOptions {
 };
 
 Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overrides) {
-  Plan plan = make_plan(load_graph(graph, registry, overrides, mesh_folders()));
-  if (plan.graph.clock == Clock::real) {
-    throw InputError(graph.string() +
-                     ": clock: real needs the live engine, which this version does not have; use clock: virtual");
-  }
-  return plan;
+  return make_plan(load_graph(graph, registry, overrides, mesh_folders()));
 }
 
-int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out) {
+int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out, bool record_costs) {
   Registry registry(default_node_folders());
   const Plan plan = load_plan(graph, registry, options.overrides());
   const fs::path folder = make_folder(out.value_or(fs::path("out") / plan.graph.name));
@@ -123,20 +119,46 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   run_options.cache_folder = default_cache_folder();
   ProgressBar bar;
   run_options.progress = [&bar](double share, const char* what) { return bar(share, what); };
+  LiveView view(plan);
+  run_options.live_progress = [&view](const LiveStatus& status) {
+    view.draw(status);
+    return interrupted == 0;
+  };
+  if (record_costs) {
+    if (plan.graph.clock != Clock::real) {
+      throw InputError(
+          "--record-costs: expected a graph with clock: real, found clock: virtual, whose costs it says itself");
+    }
+    run_options.replay_folder = folder;
+  }
   const RunResult result = execute(plan, run_options);
+  view.clear();
   bar.clear();
+  if (result.failure) fmt::print(stderr, "tactor: {}\n", *result.failure);
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
   fmt::print("{}\n", summary_table(result));
   write_file(folder / "report.html", run_report(result));
   fmt::print("  {}\n", (folder / "report.html").string());
-  return result.interrupted ? 1 : 0;
+  if (result.abandoned) {
+    // A step that never came back still runs on its thread: nothing may be cleaned up under it.
+    std::fflush(nullptr);
+    std::_Exit(1);
+  }
+  // A live run that is asked to end has ended as it should.
+  return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
 
 int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& base,
                 const fs::path& out) {
   Registry registry(default_node_folders());
-  for (const fs::path& graph : graphs) static_cast<void>(load_plan(graph, registry, options.overrides()));
+  for (const fs::path& graph : graphs) {
+    if (load_plan(graph, registry, options.overrides()).graph.clock == Clock::real) {
+      throw InputError(graph.string() +
+                       ": clock: real: expected clock: virtual, under which all pipelines meet the same "
+                       "conditions; add --set clock=virtual");
+    }
+  }
   const fs::path folder = make_folder(out);
   CompareOptions compare_options = base;
   compare_options.overrides = options.overrides();
@@ -237,7 +259,10 @@ int main_checked(int argc, char** argv) {
   run_verb->add_option("graph", graph, "The graph file (YAML)")->required();
   options.add_to(*run_verb, true);
   run_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
-  run_verb->callback([&] { result = run(graph, options, out); });
+  bool record_costs = false;
+  run_verb->add_flag("--record-costs", record_costs,
+                     "With clock: real, also write what each step took and replay.yaml, which repeats the run");
+  run_verb->callback([&] { result = run(graph, options, out, record_costs); });
 
   std::vector<fs::path> graphs;
   CompareOptions compare_options;

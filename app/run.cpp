@@ -11,9 +11,14 @@
 #include <limits>
 #include <memory>
 
+#include "app/live.hpp"
 #include "app/statistics.hpp"
+#include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/record/recorder.hpp"
+#ifdef TACTOR_WITH_CAF
+#include "framework/engine/live/live_run.hpp"
+#endif
 
 namespace tactor {
 
@@ -21,9 +26,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-double cpu_seconds() {
+/// Of this thread under the virtual clock, so that runs beside it do not count; live of all threads.
+double cpu_seconds(clockid_t clock) {
   timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
@@ -70,17 +76,10 @@ class Watch final : public RunObserver {
   bool interrupted_ = false;
 };
 
-/// The program and the libraries of ours that it has loaded.
-std::vector<fs::path> code_files() {
-  std::vector<fs::path> files{fs::read_symlink("/proc/self/exe")};
-  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
-    const fs::path file = info->dlpi_name;
-    if (file.filename().string().starts_with("libtactor_")) static_cast<std::vector<fs::path>*>(data)->push_back(file);
-    return 0;
-  };
-  dl_iterate_phdr(add, &files);
-  std::sort(files.begin(), files.end());
-  return files;
+/// Where the run is recorded; null where nothing is.
+std::unique_ptr<Recorder> make_recorder(const Plan& plan, const RunOptions& options, const RunResult& result) {
+  if (!options.recording || plan.streams.empty()) return nullptr;
+  return load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
 }
 
 NodeCost node_cost(const NodeSpec& spec, const NodeFigures& figures) {
@@ -101,6 +100,127 @@ NodeCost node_cost(const NodeSpec& spec, const NodeFigures& figures) {
   }
   return cost;
 }
+
+/// The program and the libraries of ours that it has loaded.
+std::vector<fs::path> code_files() {
+  std::vector<fs::path> files{fs::read_symlink("/proc/self/exe")};
+  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
+    const fs::path file = info->dlpi_name;
+    if (file.filename().string().starts_with("libtactor_")) static_cast<std::vector<fs::path>*>(data)->push_back(file);
+    return 0;
+  };
+  dl_iterate_phdr(add, &files);
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The reference run, or the one in the cache.
+void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost) {
+  const Plan reference_plan = make_reference_plan(plan);
+  if (reference_plan.nodes.empty()) return;
+  const auto go_on = [&options](double share) { return !options.progress || options.progress(share, "reference run"); };
+  cost.made = true;
+  const double cpu = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
+  if (must_be_followed(nodes)) {
+    set_reference(nodes, run_reference(reference_plan, &nodes, go_on));
+  } else {
+    const ReferenceCache cache(options.cache_folder);
+    const std::string key = reference_key(reference_plan, code_files());
+    std::optional<Reference> reference = cache.load(key);
+    cost.cached = reference.has_value();
+    if (!reference) {
+      reference = run_reference(reference_plan, nullptr, go_on);
+      cache.store(key, *reference);
+    }
+    set_reference(nodes, *reference);
+  }
+  cost.cpu_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+}
+
+/// What the nodes report, and the figures of nodes and edges.
+void judge(const Plan& plan, const RunOptions& options, PlanNodes& nodes, RunResult& result) {
+  if (!result.interrupted && !result.failure) find_reference(plan, options, nodes, result.reference);
+  Report report;
+  report.set("refits", 0);
+  report.set("fallbacks", 0);
+  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+    report.begin(plan.nodes[i].name);
+    nodes[i].report(report);
+  }
+  if (result.live) report_live(plan, *result.live, report);
+  double drops = 0;
+  for (const EdgeResult& edge : result.edges) drops += static_cast<double>(edge.figures.dropped);
+  report.set("drops", drops);
+  result.figures = report.figures();
+  result.series = report.series();
+}
+
+void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& result) {
+  VirtualClock engine(plan, true);
+  {
+    const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
+    Watch watch(plan, recorder.get(), options);
+    const double cpu = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
+    const double wall = wall_seconds();
+    engine.run(watch);
+    if (recorder) recorder->close();
+    result.cpu_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+    result.wall_s = wall_seconds() - wall;
+    result.interrupted = watch.interrupted();
+  }
+  result.duration_s = engine.now().seconds();
+  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+    result.nodes.push_back(node_cost(plan.nodes[i], engine.node_figures(i)));
+  }
+  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
+    result.edges.push_back({plan.edges[i].spec.name(), queue_text(plan.edges[i].spec.queue), engine.edge_figures(i)});
+  }
+  judge(plan, options, engine.nodes(), result);
+}
+
+#ifdef TACTOR_WITH_CAF
+void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
+  auto engine = std::make_unique<LiveRun>(plan);
+  std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
+  LiveWatch watch(plan, recorder.get(), options.replay_folder.has_value());
+  const double cpu = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  const double wall = wall_seconds();
+  const auto go_on = [&](const LiveStatus& status) {
+    result.interrupted = options.live_progress && !options.live_progress(status);
+    return !result.interrupted;
+  };
+  engine->run(watch, go_on);
+  result.cpu_s = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+  result.wall_s = wall_seconds() - wall;
+  result.failure = engine->failure();
+  result.abandoned = engine->is_abandoned();
+  result.live = engine->status();
+  result.duration_s = std::min(result.live->now, Time{} + plan.graph.duration).seconds();
+  // A recording that has failed is left as the last flush has it.
+  if (recorder && !watch.failed()) recorder->close();
+  if (options.replay_folder) write_replay(plan, watch, *options.replay_folder);
+  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+    result.nodes.push_back(node_cost(plan.nodes[i], engine->node_figures(i)));
+  }
+  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
+    const PlannedEdge& edge = plan.edges[i];
+    result.edges.push_back({edge.spec.name(), queue_text(edge.spec.queue), result.live->edges[i].figures});
+  }
+  if (result.abandoned) {
+    // Its thread still runs in it: what the nodes have to say cannot be asked, and the engine is left as it is.
+    static_cast<void>(engine.release());
+    return;
+  }
+  judge(plan, options, engine->nodes(), result);
+}
+#else
+void execute_live(const Plan& plan, const RunOptions&, RunResult&) {
+  throw InputError(
+      plan.graph.file.string() +
+      ": clock: real needs the live engine, which this build leaves out (-DTACTOR_WITH_CAF=OFF); use clock: "
+      "virtual");
+}
+#endif
 
 }  // namespace
 
@@ -125,64 +245,11 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.seed = plan.graph.seed;
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
-
-  VirtualClock engine(plan, true);
-  {
-    std::unique_ptr<Recorder> recorder;
-    if (options.recording && !plan.streams.empty()) {
-      recorder = load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
-    }
-    Watch watch(plan, recorder.get(), options);
-    const double cpu = cpu_seconds();
-    const double wall = wall_seconds();
-    engine.run(watch);
-    if (recorder) recorder->close();
-    result.cpu_s = cpu_seconds() - cpu;
-    result.wall_s = wall_seconds() - wall;
-    result.interrupted = watch.interrupted();
+  if (plan.graph.clock == Clock::real) {
+    execute_live(plan, options, result);
+  } else {
+    execute_virtual(plan, options, result);
   }
-  result.duration_s = engine.now().seconds();
-
-  const Plan reference_plan = make_reference_plan(plan);
-  if (!reference_plan.nodes.empty() && !result.interrupted) {
-    const auto go_on = [&options](double share) {
-      return !options.progress || options.progress(share, "reference run");
-    };
-    result.reference.made = true;
-    const double cpu = cpu_seconds();
-    if (must_be_followed(engine.nodes())) {
-      set_reference(engine.nodes(), run_reference(reference_plan, &engine.nodes(), go_on));
-    } else {
-      const ReferenceCache cache(options.cache_folder);
-      const std::string key = reference_key(reference_plan, code_files());
-      std::optional<Reference> reference = cache.load(key);
-      result.reference.cached = reference.has_value();
-      if (!reference) {
-        reference = run_reference(reference_plan, nullptr, go_on);
-        cache.store(key, *reference);
-      }
-      set_reference(engine.nodes(), *reference);
-    }
-    result.reference.cpu_s = cpu_seconds() - cpu;
-  }
-
-  Report report;
-  report.set("refits", 0);
-  report.set("fallbacks", 0);
-  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
-    report.begin(plan.nodes[i].name);
-    engine.nodes()[i].report(report);
-    result.nodes.push_back(node_cost(plan.nodes[i], engine.node_figures(i)));
-  }
-  double drops = 0;
-  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
-    const EdgeFigures figures = engine.edge_figures(i);
-    drops += static_cast<double>(figures.dropped);
-    result.edges.push_back({plan.edges[i].spec.name(), queue_text(plan.edges[i].spec.queue), figures});
-  }
-  report.set("drops", drops);
-  result.figures = report.figures();
-  result.series = report.series();
   result.peak_memory_MB = peak_memory_MB();
   return result;
 }

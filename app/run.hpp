@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "framework/engine/live/live_status.hpp"
+#include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/reference.hpp"
-#include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/plan.hpp"
 
 namespace tactor {
@@ -42,11 +43,14 @@ struct RunResult {
   std::string graph;
   std::string title;
   std::uint64_t seed = 0;
-  double duration_s = 0;  ///< virtual time that was run
+  double duration_s = 0;  ///< time of the graph's clock that was run
   double wall_s = 0;      ///< of the run alone, without its reference
   double cpu_s = 0;
   double peak_memory_MB = 0;  ///< of the process so far
   bool interrupted = false;
+  std::optional<std::string> failure;  ///< why it ended before its time, where it did
+  bool abandoned = false;              ///< a step never came back: the process must end without cleaning up
+  std::optional<LiveStatus> live;      ///< how it ended, where its clock was real
   ReferenceCost reference;
   std::vector<std::pair<std::string, double>> figures;  ///< by dotted name
   std::vector<Series> series;
@@ -66,9 +70,14 @@ struct RunOptions {
   std::filesystem::path cache_folder;
   /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.
   std::function<bool(double share, const char* what)> progress;
+  /// The same for a run whose clock is real.
+  std::function<bool(const LiveStatus&)> live_progress;
+  /// Where a run whose clock is real leaves its costs, and a graph that replays it under the virtual clock; absent:
+  /// nowhere.
+  std::optional<std::filesystem::path> replay_folder;
 };
 
-/// Runs the plan under the virtual clock, then its reference run (or takes it from the cache), and judges.
+/// Runs the plan by its clock, then its reference run (or takes it from the cache), and judges.
 RunResult execute(const Plan& plan, const RunOptions& options);
 
 /// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a

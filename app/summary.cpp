@@ -46,7 +46,9 @@ Json to_json(const RunResult& result) {
   json["graph"] = result.graph;
   json["seed"] = result.seed;
   json["duration_s"] = result.duration_s;
+  json["clock"] = result.live ? "real" : "virtual";
   json["interrupted"] = result.interrupted;
+  if (result.failure) json["failure"] = *result.failure;
   json["wall_s"] = result.wall_s;
   json["cpu_s"] = result.cpu_s;
   json["realtime_factor"] = number(result.duration_s / result.wall_s);
@@ -62,12 +64,18 @@ Json to_json(const RunResult& result) {
                                   {"total_s", node.total_s}};
   }
   json["edges"] = Json::object();
-  for (const EdgeResult& edge : result.edges) {
+  for (std::size_t i = 0; i < result.edges.size(); ++i) {
+    const EdgeResult& edge = result.edges[i];
     json["edges"][edge.edge] = {{"queue", edge.queue},
                                 {"delivered", edge.figures.delivered},
                                 {"drops", edge.figures.dropped},
                                 {"superseded", edge.figures.superseded}};
+    if (!result.live || result.live->edges[i].age.count == 0) continue;
+    const LatencyFigures& age = result.live->edges[i].age;
+    json["edges"][edge.edge]["age_us"] = {
+        {"p50", age.p50.microseconds()}, {"p99", age.p99.microseconds()}, {"max", age.max.microseconds()}};
   }
+  if (result.live && !result.live->missing.empty()) json["missing_privileges"] = result.live->missing;
   if (result.reference.made) {
     json["reference_run"] = {{"cached", result.reference.cached}, {"cpu_s", result.reference.cpu_s}};
   }
@@ -78,9 +86,17 @@ Json to_json(const RunResult& result) {
 
 std::string summary_table(const RunResult& result) {
   std::string out;
-  out += fmt::format("\n{}  seed {}  {} s of virtual time in {:.2f} s ({:.0f} times real time), {:.0f} MB\n\n",
-                     result.graph, result.seed, pretty(result.duration_s), result.wall_s,
-                     result.duration_s / result.wall_s, result.peak_memory_MB);
+  if (result.live) {
+    out += fmt::format("\n{}  seed {}  {} s live{}, {:.1f} CPU s, {:.0f} MB\n", result.graph, result.seed,
+                       pretty(result.duration_s), result.interrupted ? " (ended early)" : "", result.cpu_s,
+                       result.peak_memory_MB);
+    for (const std::string& text : result.live->missing) out += fmt::format("  real time degraded: {}\n", text);
+    out += "\n";
+  } else {
+    out += fmt::format("\n{}  seed {}  {} s of virtual time in {:.2f} s ({:.0f} times real time), {:.0f} MB\n\n",
+                       result.graph, result.seed, pretty(result.duration_s), result.wall_s,
+                       result.duration_s / result.wall_s, result.peak_memory_MB);
+  }
   std::size_t width = 20;
   for (const auto& [name, value] : result.figures) width = std::max(width, name.size());
   for (const auto& [name, value] : result.figures) out += fmt::format("  {:<{}}  {:>12}\n", name, width, pretty(value));

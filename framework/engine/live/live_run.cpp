@@ -281,7 +281,11 @@ void LiveRun::Engine::wake(const std::vector<std::size_t>& nodes_to_step) {
 }
 
 void LiveRun::Engine::step(std::size_t node) {
-  const Dispatcher::Begun begun = begun_[node];
+  Dispatcher::Begun begun;
+  {
+    const std::scoped_lock lock(mutex_);
+    begun = begun_[node];
+  }
   const Time starts = clock();
   for (const std::size_t edge : dispatcher_->edges_into(node)) {
     if (const auto produced = dispatcher_->newest_produced(edge)) age_[edge]->record(starts - *produced);

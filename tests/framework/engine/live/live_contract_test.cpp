@@ -127,7 +127,7 @@ BOOST_AUTO_TEST_CASE(a_live_run_given_its_costs_is_the_same_run_under_the_virtua
 
   const auto live_steps = passed(live.steps, plan);
   const auto replay_steps = passed(replay.steps, plan);
-  BOOST_TEST(live_steps.size() > 4000U);  // the counter alone makes 2000
+  BOOST_TEST(live_steps.size() > 500U);
   BOOST_REQUIRE(live_steps.size() == replay_steps.size());
   for (std::size_t i = 0; i < live_steps.size(); ++i) {
     BOOST_REQUIRE_MESSAGE(live_steps[i] == replay_steps[i], "step " << i << ": live node " << std::get<1>(live_steps[i])
@@ -137,7 +137,7 @@ BOOST_AUTO_TEST_CASE(a_live_run_given_its_costs_is_the_same_run_under_the_virtua
   }
   const Sorted a = visible(live, plan);
   const Sorted b = visible(replay, plan);
-  BOOST_TEST(a.messages.size() > 4000U);
+  BOOST_TEST(a.messages.size() > 500U);
   BOOST_REQUIRE(a.messages == b.messages);
   BOOST_REQUIRE(a.values.size() == b.values.size());
   for (std::size_t i = 0; i < a.values.size(); ++i) BOOST_REQUIRE_SMALL(a.values[i] - b.values[i], 1e-12);

@@ -1,0 +1,97 @@
+#include "app/live.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+LiveWatch::LiveWatch(const Plan& plan, Recorder* recorder, bool keep_costs)
+    : recorder_(recorder), keep_costs_(keep_costs), costs_(plan.nodes.size()) {
+  if (recorder_ == nullptr) return;
+  for (const PlannedStream& stream : plan.streams) {
+    streams_.push_back(recorder_->add_stream(stream.name, *plan.nodes[stream.node].info->outputs[stream.output].type));
+  }
+}
+
+void LiveWatch::on_message(std::size_t stream, const Stamp& stamp, const void* payload) {
+  if (recorder_ == nullptr || failed_) return;
+  try {
+    recorder_->write(streams_[stream], stamp, payload);
+  } catch (const RunError&) {
+    failed_ = true;
+    throw;
+  }
+}
+
+void LiveWatch::on_step(std::size_t node, Time now, Duration cost) {
+  if (keep_costs_) costs_[node].emplace_back(now, cost);
+}
+
+void write_replay(const Plan& plan, const LiveWatch& watch, const fs::path& folder) {
+  const fs::path costs = fs::absolute(folder) / "costs";
+  std::error_code error;
+  fs::create_directories(costs, error);
+  GraphSpec graph = plan.graph;
+  graph.clock = Clock::virtual_;
+  const auto write = [](const fs::path& path, const std::string& text) {
+    std::ofstream file(path, std::ios::binary);
+    file << text;
+    if (!file.flush()) throw RunError("cannot write " + path.string());
+  };
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    std::vector<std::pair<Time, Duration>> steps = watch.costs()[n];
+    if (steps.empty()) continue;
+    std::sort(steps.begin(), steps.end());
+    std::string text = "# what each step of " + plan.nodes[n].name + " took, in s\n";
+    for (const auto& [now, cost] : steps)
+      text += fmt::format("{}.{:09}\n", cost.ns / 1'000'000'000, cost.ns % 1'000'000'000);
+    const fs::path file = costs / (plan.nodes[n].name + ".txt");
+    write(file, text);
+    for (NodeSpec& node : graph.nodes) {
+      if (node.name != plan.nodes[n].name) continue;
+      node.cost = {};
+      node.cost.kind = CostModel::Kind::trace;
+      node.cost.trace_file = file;
+    }
+  }
+  write(folder / "replay.yaml", to_yaml(graph));
+}
+
+namespace {
+
+void set_latency(Report& report, const std::string& name, const LatencyFigures& figures, bool rare) {
+  report.set(name + ".p50", figures.p50.microseconds());
+  report.set(name + ".p99", figures.p99.microseconds());
+  if (rare) {
+    report.set(name + ".p99_9", figures.p99_9.microseconds());
+    report.set(name + ".p99_99", figures.p99_99.microseconds());
+  }
+  report.set(name + ".max", figures.max.microseconds());
+}
+
+}  // namespace
+
+void report_live(const Plan& plan, const LiveStatus& status, Report& report) {
+  for (const LiveDevice& device : status.devices) {
+    report.begin(plan.nodes[device.node].name);
+    report.set("device.ticks", static_cast<double>(device.ticks));
+    report.set("device.missed", static_cast<double>(device.missed));
+    set_latency(report, "device.wakeup_us", device.wake_latency, true);
+    set_latency(report, "device.body_us", device.body_time, false);
+    if (device.heap_calls) report.set("device.allocations", static_cast<double>(*device.heap_calls));
+    report.set("device.page_faults", static_cast<double>(device.page_faults));
+    report.set("device.dropped", static_cast<double>(device.dropped));
+    if (device.end_to_end.count > 0) set_latency(report, "end_to_end_us", device.end_to_end, false);
+  }
+  report.set("record_drops", static_cast<double>(status.record_dropped));
+  report.set("stalled", static_cast<double>(std::count_if(status.nodes.begin(), status.nodes.end(),
+                                                          [](const LiveNode& node) { return node.stalled; })));
+}
+
+}  // namespace tactor

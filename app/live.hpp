@@ -1,0 +1,45 @@
+// What a run whose clock is real leaves: its recording, its figures, and its costs for a replay under the virtual
+// clock.
+#pragma once
+
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "framework/engine/live/live_status.hpp"
+#include "framework/engine/run_observer.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace tactor {
+
+/// Passes messages to the recorder and keeps what steps cost.
+class LiveWatch final : public RunObserver {
+ public:
+  /// `recorder` may be null.
+  LiveWatch(const Plan& plan, Recorder* recorder, bool keep_costs);
+  void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override;
+  void on_step(std::size_t node, Time now, Duration cost) override;
+
+  /// True where the recorder has thrown: it takes nothing more.
+  [[nodiscard]] bool failed() const { return failed_; }
+  /// By node: the time of each step and what it cost, in the order in which they ended.
+  [[nodiscard]] const std::vector<std::vector<std::pair<Time, Duration>>>& costs() const { return costs_; }
+
+ private:
+  Recorder* recorder_;
+  std::vector<std::size_t> streams_;
+  const bool keep_costs_;
+  bool failed_ = false;
+  std::vector<std::vector<std::pair<Time, Duration>>> costs_;
+};
+
+/// Writes `folder`/costs/NODE.txt, the cost of each step in seconds, and `folder`/replay.yaml, the graph with
+/// `clock: virtual` and these costs. Throws RunError where that is not possible.
+void write_replay(const Plan& plan, const LiveWatch& watch, const std::filesystem::path& folder);
+
+/// device.{ticks,missed,wakeup_us.*,body_us.*,allocations,page_faults,dropped} and end_to_end_us.* of each node in the
+/// real-time lane, record_drops and stalls.
+void report_live(const Plan& plan, const LiveStatus& status, Report& report);
+
+}  // namespace tactor

@@ -1,0 +1,113 @@
+#include "app/live_view.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "app/summary.hpp"
+#include "framework/graph/texts.hpp"
+
+namespace tactor {
+
+namespace {
+
+std::string phase_text(const LiveStatus& status) {
+  switch (status.phase) {
+    case Phase::starting: {
+      std::string names;
+      for (const std::string& name : status.waiting_for) names += (names.empty() ? "" : ", ") + name;
+      return names.empty() ? "starting" : "starting, waits for " + names;
+    }
+    case Phase::running:
+      return "running";
+    case Phase::stopping:
+      return "stopping";
+  }
+  return {};
+}
+
+std::string safety_text(const SafetyState& safety) {
+  std::string text(name_of(safety.engagement));
+  if (safety.cause != SafetyCause::none) text += std::string(" (") + std::string(name_of(safety.cause)) + ")";
+  if (safety.engagement == Engagement::ramping) text += fmt::format(" {:.0f} %", 100 * safety.gain);
+  return text;
+}
+
+/// The steps a second between two states.
+std::string rate(std::uint64_t before, std::uint64_t now, Duration between) {
+  if (between.ns <= 0) return "-";
+  return fmt::format("{:.0f}", static_cast<double>(now - before) / between.seconds());
+}
+
+std::string us(Duration d) {
+  return fmt::format("{:.0f}", d.microseconds());
+}
+
+std::string lane_text(const Scheduling& scheduling) {
+  switch (scheduling.lane) {
+    case Lane::pool:
+      return "pool";
+    case Lane::thread:
+      return scheduling.thread.empty() ? "thread" : "thread " + scheduling.thread;
+    case Lane::realtime:
+      return "realtime";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string live_block(const Plan& plan, const LiveStatus& before, const LiveStatus& now) {
+  const Duration between = now.now - before.now;
+  std::string out = fmt::format("  {}  {:.1f} of {} s  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
+                                pretty(plan.graph.duration.seconds()), phase_text(now));
+  for (const LiveDevice& d : now.devices) {
+    out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, d.safety ? safety_text(*d.safety) : "");
+    out +=
+        fmt::format("    ticks {}  missed {}  wake-up p50 {}  p99 {}  p99.9 {}  max {} us\n", d.ticks, d.missed,
+                    us(d.wake_latency.p50), us(d.wake_latency.p99), us(d.wake_latency.p99_9), us(d.wake_latency.max));
+    out += fmt::format(
+        "    body p99 {:.1f} us  sample to force p50 {:.1f}  p99 {:.1f} ms  allocations {}  page faults {}\n",
+        d.body_time.p99.microseconds(), d.end_to_end.p50.milliseconds(), d.end_to_end.p99.milliseconds(),
+        d.heap_calls ? std::to_string(*d.heap_calls) : "-", d.page_faults);
+  }
+  out += fmt::format("\n  {:<24} {:<18} {:>9} {:>13}\n", "node", "lane", "steps/s", "missed ticks");
+  for (std::size_t n = 0; n < now.nodes.size(); ++n) {
+    const std::uint64_t steps = before.nodes.empty() ? 0 : before.nodes[n].steps;
+    out += fmt::format("  {:<24.24} {:<18.18} {:>9} {:>13}{}\n", plan.nodes[n].name,
+                       lane_text(plan.nodes[n].scheduling), rate(steps, now.nodes[n].steps, between),
+                       now.nodes[n].missed_ticks, now.nodes[n].stalled ? "  stalled" : "");
+  }
+  out += fmt::format("\n  {:<50} {:>9} {:>9} {:>9} {:>8}\n", "edge", "age p50", "p99", "max us", "drops");
+  for (std::size_t e = 0; e < now.edges.size(); ++e) {
+    const LiveEdge& edge = now.edges[e];
+    out += fmt::format("  {:<50.50} {:>9} {:>9} {:>9} {:>8}\n", plan.edges[e].spec.name(), us(edge.age.p50),
+                       us(edge.age.p99), us(edge.age.max), edge.figures.dropped);
+  }
+  if (now.record_dropped > 0) out += fmt::format("  the recording lost {} messages\n", now.record_dropped);
+  return out;
+}
+
+LiveView::LiveView(const Plan& plan) : plan_(plan), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void LiveView::draw(const LiveStatus& status) {
+  // A quarter of a second is often enough to read.
+  if (!terminal_ || (rows_ > 0 && status.now - drawn_.now < Duration{250'000'000})) return;
+  const std::string block = live_block(plan_, drawn_, status);
+  drawn_ = status;
+  clear();
+  std::fputs(block.c_str(), stderr);
+  std::fflush(stderr);
+  rows_ = static_cast<std::size_t>(std::count(block.begin(), block.end(), '\n'));
+}
+
+void LiveView::clear() {
+  // Up to the first row of the block, and everything below it goes.
+  if (rows_ > 0) fmt::print(stderr, "\x1b[{}A\x1b[J", rows_);
+  rows_ = 0;
+}
+
+}  // namespace tactor

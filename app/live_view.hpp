@@ -1,0 +1,30 @@
+// The state of a live run on the terminal while it goes on.
+#pragma once
+
+#include <string>
+
+#include "framework/engine/live/live_status.hpp"
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+/// A block of lines that is drawn over itself a few times a second; nothing where standard error is no terminal.
+class LiveView {
+ public:
+  explicit LiveView(const Plan& plan);
+  /// Draws `status`.
+  void draw(const LiveStatus& status);
+  /// Leaves the terminal as it was before the block.
+  void clear();
+
+ private:
+  const Plan& plan_;
+  const bool terminal_;
+  LiveStatus drawn_;      // what was drawn last, for rates
+  std::size_t rows_ = 0;  // on the terminal
+};
+
+/// The block for `now`, with rates since `before`. At most 100 columns wide.
+std::string live_block(const Plan& plan, const LiveStatus& before, const LiveStatus& now);
+
+}  // namespace tactor
