@@ -32,13 +32,13 @@ struct ThreadSettings {
   bool operator==(const ThreadSettings&) const = default;
 };
 
-/// What a graph says of one node; what is absent is chosen by the live engine.
+/// How one node is scheduled. Nodes of one thread have the same policy, priority and core.
 struct Scheduling {
   Lane lane = Lane::pool;
   std::string thread;  ///< lane `thread`: nodes of the same name take turns on one thread; empty: alone
-  std::optional<SchedulingPolicy> policy;
-  std::optional<int> priority;
-  std::optional<int> cpu;
+  std::optional<SchedulingPolicy> policy;  ///< absent in the pool, whose threads have theirs in LiveSettings
+  std::optional<int> priority;             ///< 1 to 99 for fifo and round_robin, absent for other
+  std::optional<int> cpu;                  ///< absent: any core
 
   bool operator==(const Scheduling&) const = default;
 };

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "framework/graph/plan.hpp"
+#include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/graph/values.hpp"
 
@@ -38,6 +39,29 @@ std::string steps_text(const Plan& plan, std::size_t n) {
   return text;
 }
 
+// `thread physics, fifo 40, cpu 1`; the pool's threads are told with the clock.
+std::string lane_text(const NodeSpec& node) {
+  const Scheduling& scheduling = node.scheduling;
+  std::string text = word(scheduling.lane);
+  if (scheduling.lane == Lane::thread) text = scheduling.thread.empty() ? "own thread" : "thread " + scheduling.thread;
+  if (scheduling.policy) text += ", " + word(*scheduling.policy);
+  if (scheduling.priority) text += " " + std::to_string(*scheduling.priority);
+  if (scheduling.cpu) text += ", cpu " + std::to_string(*scheduling.cpu);
+  return text + (scheduling == default_scheduling(*node.info) ? " (default)" : "");
+}
+
+std::string live_text(const LiveSettings& live) {
+  std::string text = "pool: ";
+  if (live.pool_workers > 0)
+    text += std::to_string(live.pool_workers) + (live.pool_workers == 1 ? " worker, " : " workers, ");
+  text += word(live.pool.policy);
+  if (live.pool.policy != SchedulingPolicy::other) text += " " + std::to_string(live.pool.priority);
+  if (live.pool.cpu) text += ", cpu " + std::to_string(*live.pool.cpu);
+  text += "; a missing privilege: " + word(live.on_missing_privilege) + "; a step of more than " +
+          duration_text(live.stall_timeout) + ": " + word(live.on_stall);
+  return text + (live == LiveSettings{} ? " (default)" : "");
+}
+
 }  // namespace
 
 std::string explain(const Plan& plan) {
@@ -46,10 +70,12 @@ std::string explain(const Plan& plan) {
   text += std::string("clock ") + (graph.clock == Clock::real ? "real" : "virtual") + ", duration " +
           duration_text(graph.duration) + ", seed " + std::to_string(graph.seed) + ", " + motion_text(graph.scene) +
           "\n";
+  if (graph.clock == Clock::real) text += live_text(graph.live) + "\n";
 
-  std::vector<Row> nodes{{"node", "type", "steps", "cost"}};
+  std::vector<Row> nodes{{"node", "type", "steps", "cost", "lane"}};
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    nodes.push_back({plan.nodes[n].name, plan.nodes[n].info->type, steps_text(plan, n), cost_text(plan.nodes[n].cost)});
+    const NodeSpec& node = plan.nodes[n];
+    nodes.push_back({node.name, node.info->type, steps_text(plan, n), cost_text(node.cost), lane_text(node)});
   }
   text += "\nruns\n" + table(nodes);
 

@@ -4,6 +4,8 @@
 #include <functional>
 #include <set>
 
+#include "framework/graph/scheduling_words.hpp"
+
 namespace tactor {
 
 std::string trimmed(std::string_view text) {
@@ -54,13 +56,17 @@ void merge_maps(Tree& parent, const Tree& child) {
   merge_entries(parent, child, [](Tree& mine, const TreeEntry& entry) { merge_value(mine, entry.value); });
 }
 
-// Of these keys one is there at most: the one the child names takes the place of the parent's.
-void drop_alternatives(Tree& parent, const Tree& child, const std::vector<std::string>& keys) {
-  const bool named = std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return child.find(key) != nullptr; });
-  if (!named) return;
+// What the child does not say of these is not taken over.
+void drop_unsaid(Tree& parent, const Tree& child, const std::vector<std::string>& keys) {
   for (const std::string& key : keys) {
     if (child.find(key) == nullptr) erase(parent, key);
   }
+}
+
+// Of these keys one is there at most: the one the child names takes the place of the parent's.
+void drop_alternatives(Tree& parent, const Tree& child, const std::vector<std::string>& keys) {
+  const bool named = std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return child.find(key) != nullptr; });
+  if (named) drop_unsaid(parent, child, keys);
 }
 
 void merge_body(Tree& parent, const TreeEntry& child) {
@@ -75,6 +81,29 @@ void merge_body(Tree& parent, const TreeEntry& child) {
   merge_maps(parent, child.value);
 }
 
+// A policy without priorities takes the place of one with its priority.
+void drop_priority(Tree& parent, const Tree& child) {
+  const Tree* policy = child.value("policy");
+  if (policy != nullptr && policy->text == word(SchedulingPolicy::other)) drop_unsaid(parent, child, {"priority"});
+}
+
+// Another lane takes the place of the old one with its thread.
+void drop_thread_settings(Tree& parent, const Tree& child) {
+  const Tree* lane = child.value("lane");
+  const Tree* before = parent.value("lane");
+  if (lane != nullptr && (before == nullptr || lane->text != before->text)) {
+    drop_unsaid(parent, child, {"thread", "policy", "priority", "cpu"});
+  }
+  drop_priority(parent, child);
+}
+
+// A policy of the pool without priorities drops the priority.
+void merge_live(Tree& parent, const Tree& child) {
+  const Tree* pool = child.value("pool");
+  if (TreeEntry* mine = parent.find("pool"); mine != nullptr && pool != nullptr) drop_priority(mine->value, *pool);
+  merge_value(parent, child);
+}
+
 void merge_node(Tree& parent, const TreeEntry& child) {
   const TreeEntry* type = child.value.find("type");
   const TreeEntry* before = parent.find("type");
@@ -83,6 +112,7 @@ void merge_node(Tree& parent, const TreeEntry& child) {
     parent = child.value;
     return;
   }
+  drop_thread_settings(parent, child.value);
   merge_entries(parent, child.value, [](Tree& mine, const TreeEntry& entry) {
     if (entry.key == "cost" && mine.is_map() && entry.value.is_map()) {
       const std::vector<std::string> kinds{"constant", "per_contact", "trace"};
@@ -182,6 +212,8 @@ void merge_graph(Tree& parent, const Tree& child) {
     if (entry.key == "nodes") return;
     if (entry.key == "edges") {
       merge_edges(mine, entry.value);
+    } else if (entry.key == "live") {
+      merge_live(mine, entry.value);
     } else if (entry.key == "scene" && mine.is_map() && entry.value.is_map()) {
       merge_entries(mine, entry.value, [](Tree& of_scene, const TreeEntry& part) {
         if (part.key == "bodies") {

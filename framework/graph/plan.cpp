@@ -161,6 +161,7 @@ Plan make_reference_plan(const Plan& judged) {
   for (const std::size_t n : nodes) {
     NodeSpec node = judged.nodes[n];
     node.cost = {};
+    node.scheduling = {};
     for (std::size_t i = 0; i < node.params.size(); ++i) {
       if (const auto& value = node.info->params[i].in_reference) node.params[i] = *value;
     }

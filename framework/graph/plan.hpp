@@ -46,8 +46,8 @@ struct Plan {
 Plan make_plan(GraphSpec graph);
 
 /// The plan of the run that `judged` is compared with: only what feeds the `reference` inputs of its sinks, no costs,
-/// no recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty nodes where
-/// no sink asks for a reference.
+/// no lanes, no recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty
+/// nodes where no sink asks for a reference.
 Plan make_reference_plan(const Plan& judged);
 
 /// The plan as a diagram.

@@ -17,6 +17,16 @@ Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnos
 /// `cost` of a node.
 CostModel read_cost(const Tree& tree, const std::string& path, const FileFinder& files, Diagnostics& diagnostics);
 
+/// `lane`, `thread`, `policy`, `priority` and `cpu` of the nodes, into their scheduling; `tree` is the map of nodes.
+/// Nodes that share a thread have the same settings afterwards.
+void read_lanes(std::vector<NodeSpec>& nodes, const Tree& tree, Registry& registry, Diagnostics& diagnostics);
+
+/// No edge of the realtime lane may wait where the clock is real.
+void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics);
+
+/// `live`.
+LiveSettings read_live(const Tree& tree, Diagnostics& diagnostics);
+
 /// `edges`; ends at nodes of `broken` (whose own errors are told already) are not looked at further.
 std::vector<EdgeSpec> read_edges(const Tree& tree, const std::vector<NodeSpec>& nodes,
                                  const std::set<std::string>& broken, Diagnostics& diagnostics);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "framework/graph/plan.hpp"
+#include "framework/graph/scheduling_words.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
@@ -139,6 +140,30 @@ Json cost_schema() {
   return {{"anyOf", {{{"const", "none"}}, constant, per_contact, trace}}};
 }
 
+Json whole_number(int min, int max) {
+  return {{"type", "integer"}, {"minimum", min}, {"maximum", max}};
+}
+
+Json live_schema() {
+  const Json pool = closed({{"workers", whole_number(1, max_pool_workers)},
+                            {"policy", {{"enum", policy_words}}},
+                            {"priority", whole_number(lowest_priority, highest_priority)},
+                            {"cpu", whole_number(0, highest_cpu)}});
+  return closed({{"on_missing_privilege", {{"enum", on_missing_privilege_words}}},
+                 {"on_stall", {{"enum", on_stall_words}}},
+                 {"stall_timeout", above_zero("s")},
+                 {"pool", pool}});
+}
+
+// Only types that are made for it may be in the realtime lane.
+Json lane_schema(const NodeInfo& info) {
+  Json lanes = Json::array();
+  for (const Lane lane : {Lane::pool, Lane::thread, Lane::realtime}) {
+    if (lane != Lane::realtime || (info.realtime_safe && info.rate_parameter)) lanes.push_back(word(lane));
+  }
+  return {{"enum", lanes}, {"default", word(info.lane)}, {"description", "where it steps when the clock is real"}};
+}
+
 Json edges_schema() {
   const Json arrow = {{"type", "string"}, {"pattern", R"(^\s*\w+\.\w+\s*->\s*\w+\.\w+\s*$)"}};
   const Json queue = {{"type", "string"},
@@ -171,7 +196,12 @@ std::string graph_schema(Registry& registry) {
   Json complete = Json::array();
   for (const NodeInfo* info : registry.types()) {
     Json properties = {{"type", {{"const", info->type}, {"description", info->summary}}},
-                       {"cost", {{"$ref", "#/$defs/cost"}}}};
+                       {"cost", {{"$ref", "#/$defs/cost"}}},
+                       {"lane", lane_schema(*info)},
+                       {"thread", {{"type", "string"}, {"pattern", "^[A-Za-z]\\w{0,63}$"}}},
+                       {"policy", {{"enum", policy_words}}},
+                       {"priority", whole_number(lowest_priority, highest_priority)},
+                       {"cpu", whole_number(0, highest_cpu)}};
     Json required = Json::array();
     for (const ParamInfo& param : info->params) {
       properties[param.name] = param_schema(param);
@@ -198,6 +228,7 @@ std::string graph_schema(Registry& registry) {
               {"clock", {{"enum", {"virtual", "real"}}}},
               {"duration", above_zero("s")},
               {"seed", {{"type", "integer"}, {"minimum", 0}}},
+              {"live", live_schema()},
               {"scene", scene_schema()},
               {"nodes", {{"type", "object"}, {"additionalProperties", node}}},
               {"edges", edges_schema()},

@@ -68,7 +68,7 @@ const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Regis
 
 void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path, const FileFinder& files,
                  Diagnostics& diagnostics) {
-  std::vector<std::string> keys{"type", "cost"};
+  std::vector<std::string> keys(node_keys.begin(), node_keys.end());
   for (const ParamInfo& param : node.info->params) keys.push_back(param.name);
   check_keys(entry.value, path, "parameter of " + node.info->type, keys, diagnostics);
   for (std::size_t i = 0; i < node.info->params.size(); ++i) {
@@ -118,6 +118,7 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
     }
     spec.nodes.push_back(std::move(node));
   }
+  read_lanes(spec.nodes, tree, registry, diagnostics);
 }
 
 }  // namespace
@@ -141,7 +142,8 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   spec.file = fs::absolute(file, ignored).lexically_normal();
   spec.name = file.stem().string();
   const FileFinder files(file.parent_path(), mesh_folders);
-  check_keys(*tree, "", "key", {"title", "extends", "clock", "duration", "seed", "scene", "nodes", "edges", "record"},
+  check_keys(*tree, "", "key",
+             {"title", "extends", "clock", "duration", "seed", "live", "scene", "nodes", "edges", "record"},
              diagnostics);
   if (const Tree* title = tree->value("title")) {
     spec.title = read_text(*title, "title", diagnostics).value_or("");
@@ -160,12 +162,14 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   if (const Tree* seed = tree->value("seed")) {
     spec.seed = read_seed(*seed, "seed", diagnostics).value_or(spec.seed);
   }
+  if (const Tree* live = tree->value("live")) spec.live = read_live(*live, diagnostics);
   if (const Tree* scene = tree->value("scene")) spec.scene = read_scene(*scene, files, diagnostics);
   std::set<std::string> broken;
   if (const Tree* nodes = tree->value("nodes")) {
     read_nodes(spec, broken, *nodes, registry, files, diagnostics);
     if (const Tree* edges = tree->value("edges")) {
       spec.edges = read_edges(*edges, spec.nodes, broken, diagnostics);
+      check_realtime_edges(spec, diagnostics);
     }
     if (const Tree* record = tree->value("record")) {
       spec.record = read_record(*record, spec.nodes, broken, diagnostics);

@@ -44,9 +44,13 @@ struct NodeSpec {
   const NodeInfo* info = nullptr;  ///< owned by the Registry
   std::vector<ParamValue> params;  ///< in the order of info->params, complete
   CostModel cost;
-  Scheduling scheduling;  ///< complete in what the node type and the graph say
+  Scheduling scheduling;  ///< complete: what the graph says over default_scheduling(*info)
   Place place;
 };
+
+/// How nodes of a type are scheduled where their graph says nothing: in the lane of the type; `realtime` with policy
+/// fifo and priority 80, `thread` with policy other, `pool` as the pool is.
+Scheduling default_scheduling(const NodeInfo& info);
 
 /// An edge of a graph.
 struct EdgeSpec {

@@ -1,6 +1,7 @@
 #include <array>
 #include <cstdio>
 
+#include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/spec.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/graph/values.hpp"
@@ -95,13 +96,33 @@ std::string write_body(const Body& body) {
   return text;
 }
 
+std::string write_live(const LiveSettings& live) {
+  std::string text = "live:\n  on_missing_privilege: " + word(live.on_missing_privilege) +
+                     "\n  on_stall: " + word(live.on_stall) + "\n  stall_timeout: " + seconds(live.stall_timeout) +
+                     "\n  pool: {";
+  if (live.pool_workers > 0) text += "workers: " + std::to_string(live.pool_workers) + ", ";
+  text += "policy: " + word(live.pool.policy);
+  if (live.pool.policy != SchedulingPolicy::other) text += ", priority: " + std::to_string(live.pool.priority);
+  if (live.pool.cpu) text += ", cpu: " + std::to_string(*live.pool.cpu);
+  return text + "}\n";
+}
+
+std::string write_scheduling(const Scheduling& scheduling) {
+  std::string text = "    lane: " + word(scheduling.lane) + "\n";
+  if (!scheduling.thread.empty()) text += "    thread: " + scheduling.thread + "\n";
+  if (scheduling.policy) text += "    policy: " + word(*scheduling.policy) + "\n";
+  if (scheduling.priority) text += "    priority: " + std::to_string(*scheduling.priority) + "\n";
+  if (scheduling.cpu) text += "    cpu: " + std::to_string(*scheduling.cpu) + "\n";
+  return text;
+}
+
 std::string write_node(const NodeSpec& node) {
   std::string text = "  " + node.name + ":\n    type: " + node.info->type + "\n";
   for (std::size_t i = 0; i < node.params.size(); ++i) {
     const std::string value = std::visit(WriteValue{}, node.params[i]);
     text += "    " + node.info->params[i].name + ":" + (value.starts_with('\n') ? "" : " ") + value + "\n";
   }
-  return text + "    cost: " + write_cost(node.cost) + "\n";
+  return text + "    cost: " + write_cost(node.cost) + "\n" + write_scheduling(node.scheduling);
 }
 
 std::string write_edge(const EdgeSpec& edge) {
@@ -120,6 +141,7 @@ std::string to_yaml(const GraphSpec& spec) {
   text += std::string("clock: ") + (spec.clock == Clock::real ? "real" : "virtual") + "\n";
   text += "duration: " + seconds(spec.duration) + "\n";
   text += "seed: " + std::to_string(spec.seed) + "\n";
+  text += write_live(spec.live);
   text += "scene:\n  gravity: " + list(spec.scene.gravity_W) + "\n";
   text += spec.scene.bodies.empty() ? "  bodies: {}\n" : "  bodies:\n";
   for (const Body& body : spec.scene.bodies) text += write_body(body);

@@ -1,6 +1,7 @@
 // The declaration of a node type as data: ports, parameters, and when a scene does not need it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -96,6 +97,10 @@ struct OutputInfo {
   std::string doc;
   std::function<OutputBase&(Node&)> access;
 };
+
+/// The keys that every node of a graph may have; no parameter has such a name.
+inline constexpr std::array<std::string_view, 7> node_keys{"type",   "cost",     "lane", "thread",
+                                                           "policy", "priority", "cpu"};
 
 /// A node type.
 struct NodeInfo {

@@ -22,6 +22,20 @@ constexpr bool built_with_cgal = false;
 constexpr bool built_with_cgal = true;
 #endif
 
+// Declarations come from libraries of users too, so a wrong one is bad input.
+void check(const NodeInfo& info) {
+  for (const ParamInfo& param : info.params) {
+    if (std::find(node_keys.begin(), node_keys.end(), param.name) == node_keys.end()) continue;
+    throw InputError("the node type " + info.type + " declares the parameter \"" + param.name +
+                     "\", which is a key of every node; give it another name");
+  }
+  if (info.lane == Lane::realtime && (!info.realtime_safe || !info.rate_parameter)) {
+    throw InputError("the node type " + info.type +
+                     " declares the lane realtime, which expects steps that are real-time safe and a rate, found " +
+                     (info.realtime_safe ? "no rate" : "steps that are not") + "; declare what is missing");
+  }
+}
+
 }  // namespace
 
 Registry::Registry(std::vector<fs::path> folders) {
@@ -35,6 +49,7 @@ Registry::Registry(std::vector<fs::path> folders) {
 }
 
 void Registry::add(NodeInfo info) {
+  check(info);
   const std::string type = info.type;
   TACTOR_DEMAND(types_.emplace(type, std::move(info)).second);
 }

@@ -18,7 +18,8 @@ class Registry {
  public:
   explicit Registry(std::vector<std::filesystem::path> folders);
 
-  /// Adds a node type; a second one of the same name aborts.
+  /// Adds a node type; a second one of the same name aborts. Throws InputError where a parameter has the name of a key
+  /// that every node has, or where the lane is `realtime` and the type is not made for it.
   void add(NodeInfo info);
   /// Makes a type known without a library, for tests and for programs that carry their own nodes.
   template <class N>

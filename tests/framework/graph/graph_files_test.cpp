@@ -139,6 +139,7 @@ BOOST_FIXTURE_TEST_CASE(written_yaml_loads_to_the_same_graph, Fixture) {
   BOOST_TEST((again.clock == spec.clock));
   BOOST_TEST(again.duration.ns == spec.duration.ns);
   BOOST_TEST(again.seed == spec.seed);
+  BOOST_TEST((again.live == spec.live));
   BOOST_TEST((again.scene.gravity_W == spec.scene.gravity_W));
   BOOST_TEST_REQUIRE(again.scene.bodies.size() == spec.scene.bodies.size());
   for (std::size_t i = 0; i < spec.scene.bodies.size(); ++i) {
@@ -150,6 +151,7 @@ BOOST_FIXTURE_TEST_CASE(written_yaml_loads_to_the_same_graph, Fixture) {
     BOOST_TEST(again.nodes[i].info == spec.nodes[i].info);
     BOOST_TEST((again.nodes[i].params == spec.nodes[i].params));
     BOOST_TEST(same(again.nodes[i].cost, spec.nodes[i].cost));
+    BOOST_TEST((again.nodes[i].scheduling == spec.nodes[i].scheduling));
   }
   BOOST_TEST_REQUIRE(again.edges.size() == spec.edges.size());
   for (std::size_t i = 0; i < spec.edges.size(); ++i) {
@@ -161,6 +163,18 @@ BOOST_FIXTURE_TEST_CASE(written_yaml_loads_to_the_same_graph, Fixture) {
   }
   BOOST_TEST(again.record == spec.record, boost::test_tools::per_element());
   BOOST_TEST(to_yaml(again) == to_yaml(spec));
+}
+
+BOOST_FIXTURE_TEST_CASE(written_yaml_names_a_trace_by_its_absolute_path_whatever_its_letters, Fixture) {
+  const fs::path trace = folder.write("it's a \"trace\": #1/of costs.csv", "0.005\n");
+  const fs::path file = folder.write("it's a \"trace\": #1/graph.yaml",
+                                     "duration: 1 s\nnodes:\n  v: {type: test.values, cost: {trace: of costs.csv}}\n");
+  // A graph that the command line names relative to the folder it runs in.
+  const GraphSpec spec = load_graph(fs::relative(file), registry);
+  BOOST_TEST(spec.node("v")->cost.trace_file == trace);
+  const GraphSpec again = load_graph(folder.write("elsewhere/graph.yaml", to_yaml(spec)), registry);
+  BOOST_TEST(again.node("v")->cost.trace_file == trace);
+  BOOST_TEST((again.node("v")->cost.trace == std::vector<Duration>{{5'000'000}}));
 }
 
 BOOST_FIXTURE_TEST_CASE(aliases_repeat_a_value, Fixture) {
@@ -272,8 +286,8 @@ BOOST_FIXTURE_TEST_CASE(the_command_line_comes_last, Fixture) {
 BOOST_FIXTURE_TEST_CASE(errors_of_the_command_line_name_the_option, Fixture) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"device.rat=3",
-       "--set device.rat=3: nodes.device.rat: expected a parameter of test.device (type, cost, rate, "
-       "encoder_step), found an unknown one; did you mean \"rate\"?"},
+       "--set device.rat=3: nodes.device.rat: expected a parameter of test.device (type, cost, lane, thread, policy, "
+       "priority, cpu, rate, encoder_step), found an unknown one; did you mean \"rate\"?"},
       {"devise.rate=3",
        "--set devise.rate=3: devise: expected a node of the graph (device, gate, judge), found none of "
        "that name; did you mean \"device\"?"},

@@ -53,11 +53,36 @@ BOOST_FIXTURE_TEST_CASE(good_graphs_validate, Fixture) {
 BOOST_TEST_DECORATOR(*boost::unit_test::precondition(has_validator))
 BOOST_FIXTURE_TEST_CASE(graphs_with_errors_of_form_do_not_validate, Fixture) {
   std::vector<fs::path> files;
-  for (const char* name :
-       {"unknown_key", "no_nodes", "no_duration", "bad_clock", "integer_is_a_fraction", "integer_out_of_bounds",
-        "list_of_wrong_length", "table_lacks_a_column", "table_row_too_long", "node_without_type", "unknown_type",
-        "missing_parameter", "unknown_parameter", "choice_misspelt", "cost_is_a_time", "edge_without_arrow",
-        "queue_of_zero", "motion_misspelt", "sphere_without_radius"}) {
+  for (const char* name : {"unknown_key",
+                           "no_nodes",
+                           "no_duration",
+                           "bad_clock",
+                           "integer_is_a_fraction",
+                           "integer_out_of_bounds",
+                           "list_of_wrong_length",
+                           "table_lacks_a_column",
+                           "table_row_too_long",
+                           "node_without_type",
+                           "unknown_type",
+                           "missing_parameter",
+                           "unknown_parameter",
+                           "choice_misspelt",
+                           "cost_is_a_time",
+                           "edge_without_arrow",
+                           "queue_of_zero",
+                           "motion_misspelt",
+                           "sphere_without_radius",
+                           "lane_misspelt",
+                           "realtime_of_a_type_that_waits",
+                           "priority_of_a_hundred",
+                           "policy_misspelt",
+                           "cpu_below_zero",
+                           "thread_of_two_words",
+                           "live_is_a_text",
+                           "live_with_unknown_key",
+                           "on_stall_is_a_boolean",
+                           "pool_of_no_workers",
+                           "pool_with_unknown_key"}) {
     files.push_back(here / "bad" / (std::string(name) + ".yaml"));
     BOOST_TEST(fs::exists(files.back()), name);
   }

@@ -26,6 +26,7 @@ struct Device final : Idle {
   Device(const Params&, const NodeContext&) {}
   static NodeInfo declare() {
     return Declare<Device>("test.device", "A device.")
+        .realtime_safe()
         .input("segment", &Device::segment, {.required = false})
         .output("state", &Device::state, "")
         .output("commanded", &Device::commanded, "")
@@ -169,6 +170,7 @@ struct Gate final : Idle {
   Gate(const Params&, const NodeContext&) {}
   static NodeInfo declare() {
     return Declare<Gate>("test.gate", "Passes on.")
+        .realtime_safe()
         .input("in", &Gate::in, {.trigger = Trigger::yes})
         .input("side", &Gate::side, {.required = false})
         .output("out", &Gate::out, "")
@@ -177,6 +179,40 @@ struct Gate final : Idle {
   Input<Wrench> in;
   Input<Wrench> side;
   Output<Wrench> out;
+};
+
+// Its place is the realtime lane.
+struct Motor final : Idle {
+  struct Params {
+    double rate = 0;
+  };
+  Motor(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Motor>("test.motor", "Drives a device.")
+        .actuator()
+        .sink()
+        .input("force", &Motor::force, {.required = false})
+        .output("state", &Motor::state, "")
+        .rate("rate", &Params::rate, {.doc = "steps", .default_value = 1000})
+        .info();
+  }
+  Input<Wrench> force;
+  Output<DeviceState> state;
+};
+
+// Its place is the thread `physics`; what comes in waits for it.
+struct Solver final : Idle {
+  struct Params {};
+  Solver(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Solver>("test.solver", "Is heavy.")
+        .on_thread("physics")
+        .input("device", &Solver::device, {.trigger = Trigger::yes, .queue = {QueuePolicy::block, 2}})
+        .output("force", &Solver::force, "")
+        .info();
+  }
+  Input<DeviceState> device;
+  Output<Wrench> force;
 };
 
 struct Listener final : Idle {
@@ -256,6 +292,8 @@ Registry test_registry() {
   registry.add<Hold>();
   registry.add<Torque>();
   registry.add<Gate>();
+  registry.add<Motor>();
+  registry.add<Solver>();
   registry.add<Listener>();
   registry.add<Values>();
   registry.add<Judge>();

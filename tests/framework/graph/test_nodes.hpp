@@ -10,7 +10,8 @@
 namespace tactor::testing {
 
 /// A registry that knows test.device, test.collision, test.dynamics, test.coupling, test.predictor, test.refit,
-/// test.hold, test.twist, test.gate, test.listener, test.values and test.judge, and searches no folder.
+/// test.hold, test.twist, test.gate, test.motor, test.solver, test.listener, test.values and test.judge, and searches
+/// no folder.
 Registry test_registry();
 
 /// A folder that goes away with the object.

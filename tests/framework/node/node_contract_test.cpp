@@ -65,6 +65,40 @@ BOOST_AUTO_TEST_CASE(declared_defaults_reach_the_typed_struct) {
   BOOST_TEST(info.inputs[0].ignored(values) == "gain is 0");
 }
 
+BOOST_AUTO_TEST_CASE(no_parameter_has_the_name_of_a_key_that_every_node_has) {
+  for (const std::string_view key : node_keys) {
+    NodeInfo info = Gain::declare();
+    info.params[0].name = key;
+    const std::string expected = "the node type test.gain declares the parameter \"" + std::string(key) + "\"";
+    Registry registry({});
+    BOOST_CHECK_EXCEPTION(registry.add(info), InputError,
+                          [&](const InputError& e) { return std::string_view(e.what()).starts_with(expected); });
+    BOOST_TEST(registry.types().empty());
+  }
+  Registry registry({});
+  registry.add<Gain>();
+  BOOST_TEST(registry.types().size() == 1U);
+}
+
+BOOST_AUTO_TEST_CASE(a_type_of_the_realtime_lane_is_safe_and_has_a_rate) {
+  const auto refusal = [](const NodeInfo& info) {
+    Registry registry({});
+    try {
+      registry.add(info);
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  NodeInfo info = Gain::declare();
+  info.lane = Lane::realtime;
+  BOOST_TEST(refusal(info).find("found steps that are not") != std::string::npos);
+  info.realtime_safe = true;
+  BOOST_TEST(refusal(info).find("found no rate") != std::string::npos);
+  info.rate_parameter = 0;
+  BOOST_TEST(refusal(info) == "");
+}
+
 BOOST_AUTO_TEST_CASE(latest_keeps_the_newest_and_counts_what_it_replaced) {
   Input<Wrench> in;
   in.configure({QueuePolicy::latest, 1});
