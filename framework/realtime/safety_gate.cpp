@@ -99,7 +99,8 @@ void check_time(const std::string& name, Duration value, bool zero_allowed) {
 /// The release of `most` over the ramp-down time is steepest in its middle; the slew limit must not hold it up.
 void check_slew(const std::string& name, const std::string& unit, double most, double slew, Duration ramp_down_time) {
   const double least = steepest * most / ramp_down_time.seconds();
-  if (slew >= least) return;
+  // A limit that was copied from this message has six digits; the ramp is flat at its end, so that it catches up.
+  if (slew >= (1.0 - 1e-5) * least) return;
   throw InputError(name + "_slew: expected at least " + text(least) + " " + unit + "/s, so that " + name + "_max (" +
                    text(most) + " " + unit + ") can go to zero within ramp_down_time (" +
                    text(ramp_down_time.seconds()) + " s), found " + text(slew) + " " + unit + "/s; raise " + name +
