@@ -3,15 +3,14 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
-#include "framework/core/segment.hpp"
-#include "framework/node/declare.hpp"
+#include "framework/realtime/declare_device.hpp"
 
 namespace tactor {
 
 namespace {
 
-/// Room for the path of half an hour at 1 kHz; a longer one grows.
-constexpr double max_reserved_samples = 2e6;
+/// Room for the path of half an hour at 1 kHz.
+constexpr double max_path_samples = 2e6;
 /// A target older than this is not moved on along its velocity; the same in a reference run, whatever its rate.
 constexpr Duration longest_extrapolation{20'000'000};
 
@@ -25,8 +24,8 @@ DeviceState to_message(const MotionState& motion) {
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& context)
-    : params_(params),
-      rotates_(context.torque),
+    : DeviceNode(params, context),
+      params_(params),
       handle_({.inertia = params.mass + params.hand_mass,
                .damping = params.damping,
                .coulomb = params.friction,
@@ -41,28 +40,24 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
       encoder_(params.encoder_step, params.encoder_step_angle, params.velocity_cutoff, context.torque) {
   if (params_.loop == Loop::closed) {
     const double samples = context.duration.seconds() * params_.rate + 2;
-    path_.reserve(static_cast<std::size_t>(std::min(samples, max_reserved_samples)));
+    path_.reserve(static_cast<std::size_t>(std::min(samples, max_path_samples)));
   }
 }
 
 NodeInfo SimulatedDevice::declare() {
   using D = SimulatedDevice;
-  return Declare<D>("device.simulated", "A haptic device and the hand on it, in software.")
+  Declare<D> declaration("device.simulated", "A haptic device and the hand on it, in software.");
+  declaration
       .details(
           "Each tick it moves the handle, shows its state through encoders and commands the force of the newest "
-          "segment, "
-          "clamped by norm. Open loop: the handle is where the target says. Closed loop: handle and hand are one body, "
-          "M a = F - b v - friction + b_h (v_T - v) + k_h (x_T - x), driven by the commanded force, held from tick to "
-          "tick, "
-          "and by the hand towards the target; rotation alike. Mass, damping and stiffness of the hand default to the "
-          "usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the path of the judged run.")
-      .input("target", &D::target, {.doc = "where the hand is to be"})
-      .input("segment", &D::segment,
-             {.doc = "the force to command, evaluated each tick", .required = false, .in_reference = false})
-      .output("state", &D::state, "the handle as the encoders show it")
-      .output("commanded", &D::commanded, "the wrench on the handle at this tick, zero before the first segment")
-      .output("truth", &D::truth, "the handle as it is")
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000, .in_reference = 10000})
+          "segment, as far as the safety gate lets it through. Open loop: the handle is where the target says. Closed "
+          "loop: handle and hand are one body, M a = F - b v - friction + b_h (v_T - v) + k_h (x_T - x), driven by the "
+          "commanded force, held from tick to tick, and by the hand towards the target; rotation alike. Mass, damping "
+          "and stiffness of the hand default to the usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the "
+          "path of the judged run.")
+      .input("target", &D::target, {.doc = "where the hand is to be"});
+  declare_device(declaration);
+  declaration.output("truth", &D::truth, "the handle as it is")
       .choice("loop", &Params::loop, {{"open", Loop::open}, {"closed", Loop::closed}}, std::optional(Loop::open),
               "whether the commanded force moves the handle")
       .real("encoder_step", &Params::encoder_step,
@@ -86,10 +81,6 @@ NodeInfo SimulatedDevice::declare() {
              .min = 0,
              .max = 1e5,
              .above_min = true})
-      .real("force_max", &Params::force_max,
-            {.doc = "largest force by norm", .unit = "N", .default_value = 8, .min = 0, .max = 1000})
-      .real("torque_max", &Params::torque_max,
-            {.doc = "largest torque by norm", .unit = "N m", .default_value = 0.3, .min = 0, .max = 100})
       .real("mass", &Params::mass,
             {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0.001, .max = 100})
       .real("damping", &Params::damping,
@@ -149,8 +140,8 @@ NodeInfo SimulatedDevice::declare() {
              .default_value = 1e-4,
              .min = 0,
              .max = 1e-2,
-             .above_min = true})
-      .info();
+             .above_min = true});
+  return declaration.info();
 }
 
 MotionState SimulatedDevice::target_at(Time now) const {
@@ -160,7 +151,7 @@ MotionState SimulatedDevice::target_at(Time now) const {
   const double age = (now - newest.stamp.valid).seconds();
   if (age > 0 && age <= longest_extrapolation.seconds()) {
     result.X.p += age * result.V.v;
-    if (rotates_) result.X.R = from_rotation_vector(age * result.V.w) * result.X.R;
+    if (rotates()) result.X.R = from_rotation_vector(age * result.V.w) * result.X.R;
   }
   return result;
 }
@@ -172,7 +163,7 @@ MotionState SimulatedDevice::followed_at(Time now) {
   const Sample& b = followed_[followed_leg_ + 1];
   if (now >= b.t) return b.motion;
   const double dt = (b.t - a.t).seconds();
-  return interpolate(a.motion, b.motion, dt, (now - a.t).seconds() / dt, rotates_);
+  return interpolate(a.motion, b.motion, dt, (now - a.t).seconds() / dt, rotates());
 }
 
 void SimulatedDevice::move_handle(Time now) {
@@ -188,44 +179,46 @@ void SimulatedDevice::move_handle(Time now) {
   if (!started_) {
     handle_.place(to);
   } else {
-    handle_.advance((now - last_).seconds(), commanded_D_W_, target_state_, to);
+    handle_.advance((now - last_).seconds(), held_D_W_, target_state_, to);
   }
   const MotionState& moved = handle_.state();
   if (started_) {
     // The force was held, so force times way is its work exactly.
-    energy_ += dot(commanded_D_W_.force, moved.X.p - motion_.X.p);
-    if (rotates_) energy_ += dot(commanded_D_W_.torque, to_rotation_vector(moved.X.R * inverse(motion_.X.R)));
+    energy_ += dot(held_D_W_.force, moved.X.p - motion_.X.p);
+    if (rotates()) energy_ += dot(held_D_W_.torque, to_rotation_vector(moved.X.R * inverse(motion_.X.R)));
     energy_generated_ = std::max(energy_generated_, energy_);
   }
   motion_ = moved;
   target_state_ = to;
   max_speed_ = std::max(max_speed_, norm(motion_.V.v));
-  path_.push_back({now, motion_});
+  keep_on_path(now);
 }
 
-Wrench SimulatedDevice::command(Time now) {
-  const Stamped<ForceSegment>* newest = segment.latest();
-  if (newest == nullptr) return {};
-  Wrench wrench = evaluate(newest->value, now);
-  if (!rotates_) wrench.torque = {};
-  if (!is_finite(wrench)) {
-    ++rejected_;
-    return {};
+void SimulatedDevice::keep_on_path(Time now) {
+  if (path_.size() < path_.capacity()) {
+    path_.push_back({now, motion_});
+  } else {
+    ++unkept_;
   }
-  return {limited(wrench.force, params_.force_max), limited(wrench.torque, params_.torque_max)};
 }
 
-void SimulatedDevice::step(StepContext& context) {
-  const Time now = context.now();
-  if (target.latest() != nullptr) {
-    move_handle(now);
-    started_ = true;
-    last_ = now;
-    state.send(now, to_message(encoder_.read(motion_, now)));
-    truth.send(now, to_message(motion_));
-  }
-  commanded_D_W_ = command(now);
-  commanded.send(now, commanded_D_W_);
+ReadResult SimulatedDevice::read(Time now, DeviceSample& sample) noexcept {
+  if (target.latest() == nullptr) return ReadResult::not_yet;
+  move_handle(now);
+  started_ = true;
+  last_ = now;
+  truth.send(now, to_message(motion_));
+  sample = {to_message(encoder_.read(motion_, now)), now};
+  return ReadResult::sample;
+}
+
+bool SimulatedDevice::write(Time, const Wrench& commanded_D_W) noexcept {
+  held_D_W_ = commanded_D_W;
+  return true;
+}
+
+const char* SimulatedDevice::failure() const noexcept {
+  return "the handle's target is not finite";
 }
 
 void SimulatedDevice::follow(const Node& judged) {
@@ -238,10 +231,11 @@ void SimulatedDevice::follow(const Node& judged) {
 }
 
 void SimulatedDevice::report(Report& report) const {
-  report.set("device.rejected_forces", static_cast<double>(rejected_));
+  DeviceNode::report(report);
   if (params_.loop != Loop::closed || follows_) return;
   report.set("device.energy_generated_J", energy_generated_);
   report.set("device.max_speed_m_per_s", max_speed_);
+  report.set("device.unkept_path_samples", static_cast<double>(unkept_));
 }
 
 }  // namespace tactor

@@ -7,26 +7,24 @@
 #include "devices/simulated/handle.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/node/info.hpp"
+#include "framework/realtime/device_node.hpp"
 
 namespace tactor {
 
-/// The device: each tick it moves the handle, shows its state through the encoders, and commands the force of the
-/// newest segment, clamped by norm to the device's limits.
+/// The device: each tick it moves the handle and shows its state through the encoders. What is commanded is what
+/// DeviceNode lets through.
 ///
 /// Loop open: the handle is where the target says. Loop closed: handle and hand are a body (see `Handle`) that the
 /// commanded wrench, held from tick to tick, and the hand move. In a reference run the loop is not closed a second
 /// time: the handle goes along the path of the judged run, so that both runs are judged on one motion.
-class SimulatedDevice final : public Node {
+class SimulatedDevice final : public DeviceNode {
  public:
   enum class Loop { open, closed };
-  struct Params {
-    double rate = 0;  ///< Hz
+  struct Params : DeviceParams {
     Loop loop = Loop::open;
     double encoder_step = 0;          ///< m
     double encoder_step_angle = 0;    ///< rad
     double velocity_cutoff = 0;       ///< Hz
-    double force_max = 0;             ///< N
-    double torque_max = 0;            ///< N m
     double mass = 0;                  ///< kg, of the handle
     double damping = 0;               ///< N s/m
     double friction = 0;              ///< N
@@ -44,19 +42,21 @@ class SimulatedDevice final : public Node {
 
   SimulatedDevice(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-  void step(StepContext& context) override;
   void follow(const Node& judged) override;
   [[nodiscard]] bool must_be_followed() const override { return params_.loop == Loop::closed; }
-  /// Closed loop: device.energy_generated_J, the most energy that the commanded wrench had given to the handle, net, at
-  /// any time of the run (passivity observer at the port; 0 for a passive rendering), and device.max_speed_m_per_s.
-  /// Always: device.rejected_forces, ticks whose segment was not finite, at which zero was commanded.
+  /// That of DeviceNode, and in closed loop: device.energy_generated_J, the most energy that the commanded wrench had
+  /// given to the handle, net, at any time of the run (passivity observer at the port; 0 for a passive rendering),
+  /// device.max_speed_m_per_s, and device.unkept_path_samples, ticks beyond the two million whose path is kept: a
+  /// reference run does not know where the handle was then.
   void report(Report& report) const override;
 
   Input<Target> target;
-  Input<ForceSegment> segment;
-  Output<DeviceState> state;
-  Output<Wrench> commanded;
   Output<DeviceState> truth;
+
+ protected:
+  ReadResult read(Time now, DeviceSample& sample) noexcept override;
+  bool write(Time now, const Wrench& commanded_D_W) noexcept override;
+  [[nodiscard]] const char* failure() const noexcept override;
 
  private:
   struct Sample {
@@ -67,22 +67,21 @@ class SimulatedDevice final : public Node {
   [[nodiscard]] MotionState target_at(Time now) const;
   void move_handle(Time now);
   [[nodiscard]] MotionState followed_at(Time now);
-  Wrench command(Time now);
+  void keep_on_path(Time now);
 
   Params params_;
-  bool rotates_;
   Handle handle_;
   Encoder encoder_;
   bool started_ = false;
   Time last_;
   MotionState target_state_;     // of the last tick
   MotionState motion_;           // of the handle, true
-  Wrench commanded_D_W_;         // of the last tick
+  Wrench held_D_W_;              // commanded at the last tick, held since
   double energy_ = 0;            // J, given to the handle so far
   double energy_generated_ = 0;  // J, the largest of it
   double max_speed_ = 0;         // m/s
-  std::uint64_t rejected_ = 0;
-  std::vector<Sample> path_;  // closed loop: the true motion, for the reference run
+  std::vector<Sample> path_;     // closed loop: the true motion, for the reference run; never beyond its reserve
+  std::uint64_t unkept_ = 0;     // samples for which that had no room
   bool follows_ = false;
   std::vector<Sample> followed_;
   std::size_t followed_leg_ = 0;

@@ -142,11 +142,22 @@ const MessageType& message_type<ForceSegment>() {
   return type;
 }
 
+template <>
+const MessageType& message_type<SafetyState>() {
+  static const MessageType type = describe<SafetyState>("SafetyState", "W", [](auto& f) {
+    f.push_back({"engagement", "1", i32, offsetof(SafetyState, engagement), 1});
+    f.push_back({"cause", "1", i32, offsetof(SafetyState, cause), 1});
+    f.push_back({"gain", "1", f64, offsetof(SafetyState, gain), 1});
+    add_wrench(f, "clamped_force", "clamped_torque", offsetof(SafetyState, clamped_D_W));
+  });
+  return type;
+}
+
 const MessageType* find_message_type(std::string_view name) {
   for (const MessageType* type :
        {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(), &message_type<CouplingLaw>(),
         &message_type<PhysicsState>(), &message_type<ContactSet>(), &message_type<ArCoefficients>(),
-        &message_type<Forecast>(), &message_type<ForceSegment>()}) {
+        &message_type<Forecast>(), &message_type<ForceSegment>(), &message_type<SafetyState>()}) {
     if (type->name == name) return type;
   }
   return nullptr;

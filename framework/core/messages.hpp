@@ -113,6 +113,40 @@ struct ForceSegment {
   std::array<Wrench, 4> c{};
 };
 
+/// How far the safety gate of a device lets the pipeline through.
+enum class Engagement : std::int32_t {
+  disengaged,  ///< zero is commanded
+  ramping,     ///< the wrench comes in (cause none) or goes out (the cause says why)
+  engaged,     ///< the pipeline's wrench within the limits
+  fault,       ///< a brake or zero, until the inputs have been healthy for a while
+};
+
+/// Why a safety gate does not, or not any longer, let the pipeline through.
+enum class SafetyCause : std::int32_t {
+  none,
+  not_finite,        ///< fault: the pipeline's wrench was NaN or infinite
+  overspeed,         ///< fault, after a brake: the device moved faster than its limit
+  read_failed,       ///< fault: the device could not be read, or showed a state that is not finite
+  write_failed,      ///< fault: the device did not take its wrench
+  time_reversed,     ///< fault: a tick was earlier than the one before
+  dead_man,          ///< the dead-man button was released
+  stale,             ///< no fresh segment for too long
+  not_permitted,     ///< the run is starting or stopping
+  no_segment,        ///< no segment has come yet
+  device_not_ready,  ///< the device has shown no state yet
+  time_gap,          ///< a tick at the time of the one before, or long after it; counted, it changes no state
+};
+/// The causes, `none` included.
+inline constexpr int safety_cause_count = 12;
+
+/// What the safety gate did at one tick.
+struct SafetyState {
+  Engagement engagement = Engagement::disengaged;
+  SafetyCause cause = SafetyCause::none;  ///< of a wrench that is kept out or goes out
+  double gain = 0;                        ///< of the ramp, 0 to 1
+  Wrench clamped_D_W;                     ///< the pipeline's wrench within the limits, before ramp and slew limit
+};
+
 template <>
 const MessageType& message_type<Target>();
 template <>
@@ -129,6 +163,8 @@ template <>
 const MessageType& message_type<Forecast>();
 template <>
 const MessageType& message_type<ForceSegment>();
+template <>
+const MessageType& message_type<SafetyState>();
 
 /// The message type of that name, or null.
 const MessageType* find_message_type(std::string_view name);

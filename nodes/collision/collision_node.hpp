@@ -43,6 +43,7 @@ void declare_collision(Declare<N>& declaration) {
              .default_value = 0.002,
              .min = 0,
              .max = 0.1})
+      .on_thread("physics")
       .unneeded(nothing_to_hit);
 }
 

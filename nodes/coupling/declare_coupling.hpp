@@ -13,7 +13,7 @@ template <class N>
 void declare_coupling(Declare<N>& declaration) {
   using P = typename N::Params;
   // The template arguments let pointers to the members of the base classes convert.
-  declaration
+  declaration.realtime_safe()
       .template input<PhysicsState>(
           "state", &N::state,
           {.doc = "tool and handle at one instant; a force is sent for each", .trigger = Trigger::yes})

@@ -122,6 +122,7 @@ void RigidDynamics::report(Report& report) const {
 
 NodeInfo RigidDynamics::declare() {
   return Declare<RigidDynamics>("dynamics.rigid", "The tool as a rigid body on the coupling spring, with contacts.")
+      .on_thread("physics")
       .details(
           "Implicit Euler in the coupling, the contacts' stiffness, damping and friction, and the gyroscopic term, "
           "sub-stepped through every device sample since the last step. Stable at any stiffness and mass; it adds "

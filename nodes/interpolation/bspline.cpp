@@ -42,6 +42,7 @@ NodeInfo BSpline::declare() {
           "early or the period changes, but later than the others where the period is uneven. If a forecast is late "
           "(u >= 1) the end value is held, and the next segment starts from it at rest.\n"
           "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering.")
+      .realtime_safe()
       .input("forecast", &BSpline::forecast, {.doc = "the force and the predicted one", .trigger = Trigger::yes})
       .output("segment", &BSpline::segment, "a B-spline segment over one estimated period")
       .choice("control_points", &Params::control_points,

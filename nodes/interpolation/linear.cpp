@@ -11,6 +11,7 @@ NodeInfo LinearInterpolation::declare() {
           "The line starts at the value displayed when the forecast arrives and reaches the predicted one after the "
           "estimated physics period. If the next forecast is late the value reached is held; if it is early the next "
           "line starts from where this one is.")
+      .realtime_safe()
       .input("forecast", &LinearInterpolation::forecast, {.doc = "the force to go to", .trigger = Trigger::yes})
       .output("segment", &LinearInterpolation::segment, "a line over one estimated period");
   return declare_period(node).info();

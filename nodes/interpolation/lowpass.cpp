@@ -10,6 +10,7 @@ NodeInfo LowPass::declare() {
           "tau^2 F'' + 2 tau F' + F = F_t for force and torque, solved exactly from tick to tick. The baseline for "
           "every smooth method: what it gains in smoothness it pays with a delay of 2 tau. Each tick sends the cubic "
           "that has the filter's values and slopes at both ends. The predicted force is not looked at.")
+      .realtime_safe()
       .input("forecast", &LowPass::forecast, {.doc = "the force to follow"})
       .output("segment", &LowPass::segment, "the filter's curve over one tick")
       .real("time_constant", &Params::time_constant,

@@ -7,6 +7,7 @@ namespace tactor {
 NodeInfo NoInterpolation::declare() {
   return Declare<NoInterpolation>("interpolation.none", "Displays each force in a step and holds it.")
       .details("F(t) = F_t from the time the forecast arrives. The predicted force is not looked at.")
+      .realtime_safe()
       .input("forecast", &NoInterpolation::forecast, {.doc = "the force to display", .trigger = Trigger::yes})
       .output("segment", &NoInterpolation::segment, "a constant")
       .info();

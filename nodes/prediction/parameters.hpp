@@ -14,7 +14,8 @@ struct PredictorParams : PeriodOptions, ForceLimits {};
 template <class N>
 Declare<N>& declare_predictor(Declare<N>& node) {
   using P = typename N::Params;
-  node.input(
+  node.realtime_safe()
+      .input(
           "force", &N::force,
           {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
       .output("forecast", &N::forecast, "the force and what is expected one physics period later")

@@ -7,6 +7,7 @@
 
 #include "devices/simulated/simulated.hpp"
 #include "framework/core/segment.hpp"
+#include "tests/framework/realtime/allocation_count.hpp"
 
 using namespace tactor;
 
@@ -39,15 +40,16 @@ class Bench {
     const Target message{motion.X, motion.V};
     device().target.push({now_, now_, 0}, &message);
   }
-  void segment(const ForceSegment& s) { device().segment.push({now_, now_, 0}, &s); }
+  /// A message that is newer than every one before.
+  void segment(const ForceSegment& s) { device().segment.push({now_, now_, sequence_++}, &s); }
   /// Steps at `now` and moves on by a period.
   void tick() {
     StepContext context(now_);
     device().step(context);
     shown.reset();
+    if (device().truth.pending() > 0) truth = *static_cast<const DeviceState*>(device().truth.pending_value(0));
     if (device().state.pending() > 0) {
       shown = *static_cast<const DeviceState*>(device().state.pending_value(0));
-      truth = *static_cast<const DeviceState*>(device().truth.pending_value(0));
       BOOST_REQUIRE(device().state.pending_valid(0) == now_);
     }
     BOOST_REQUIRE(device().commanded.pending() == 1U);
@@ -55,6 +57,8 @@ class Bench {
     device().state.clear_pending();
     device().truth.clear_pending();
     device().commanded.clear_pending();
+    device().interpolated.clear_pending();
+    device().safety.clear_pending();
     now_ = now_ + period_;
   }
   [[nodiscard]] std::map<std::string, double> figures() {
@@ -72,7 +76,18 @@ class Bench {
   std::unique_ptr<Node> node_;
   Time now_;
   Duration period_;
+  std::uint64_t sequence_ = 0;
 };
+
+/// A safety gate that is fully open from the second tick with a segment on, for tests of what is behind it.
+const std::map<std::string, ParamValue> open_gate{
+    {"engage_time", 0.001}, {"stale_after", 600.0}, {"force_slew", 1e9}, {"torque_slew", 1e9}};
+
+std::map<std::string, ParamValue> with(std::map<std::string, ParamValue> first,
+                                       const std::map<std::string, ParamValue>& second) {
+  first.insert(second.begin(), second.end());
+  return first;
+}
 
 MotionState swinging(double t) {
   return {
@@ -81,8 +96,8 @@ MotionState swinging(double t) {
 }
 
 constexpr double mass = 0.65, damping = 6.5, stiffness = 135;  // of the defaults, without friction of the handle
-const std::map<std::string, ParamValue> smooth_loop{
-    {"loop", std::string("closed")}, {"damping", 0.0}, {"friction", 0.0}, {"encoder_step", 0.0}};
+const std::map<std::string, ParamValue> smooth_loop =
+    with({{"loop", std::string("closed")}, {"damping", 0.0}, {"friction", 0.0}, {"encoder_step", 0.0}}, open_gate);
 
 }  // namespace
 
@@ -138,14 +153,16 @@ BOOST_AUTO_TEST_CASE(nothing_is_shown_before_the_first_target_and_zero_commanded
 }
 
 BOOST_AUTO_TEST_CASE(segments_are_evaluated_at_the_tick_and_clamped_along_their_direction) {
-  Bench bench({{"force_max", 5.0}, {"torque_max", 0.1}});
+  Bench bench(with({{"force_max", 5.0}, {"torque_max", 0.1}}, open_gate));
   bench.target({});
   ForceSegment s;
   s.begin = Time{0};
   s.end = Time{10'000'000};
   s.c = {Wrench{{1, 0, 0}, {}}, Wrench{{2, 0, 0}, {0, 0, 0.05}}, Wrench{{3, 0, 0}, {}}, Wrench{{-4, 0, 0}, {}}};
   bench.segment(s);
-  for (int i = 0; i < 20; ++i) {
+  bench.tick();
+  BOOST_TEST((bench.commanded.force == Vec3{}));
+  for (int i = 1; i < 20; ++i) {
     bench.tick();
     const double u = std::min(i / 10.0, 1.0);
     BOOST_TEST(std::abs(bench.commanded.force.x - (1 + 2 * u + 3 * u * u - 4 * u * u * u)) < 1e-12);
@@ -157,22 +174,33 @@ BOOST_AUTO_TEST_CASE(segments_are_evaluated_at_the_tick_and_clamped_along_their_
   BOOST_TEST(norm(bench.commanded.torque - Vec3{0, 0, -0.1}) < 1e-15);
 }
 
-BOOST_AUTO_TEST_CASE(a_segment_that_is_not_finite_is_rejected_and_counted) {
+BOOST_AUTO_TEST_CASE(by_default_a_force_comes_in_over_a_tenth_of_a_second_and_outlives_its_segment_by_two) {
   Bench bench({});
   bench.target({});
-  bench.segment(constant_segment(bench.now(), {{std::numeric_limits<double>::quiet_NaN(), 1, 0}, {}}));
-  bench.tick();
+  for (int i = 0; i <= 400; ++i) {
+    // Segments until the 200th tick.
+    if (i <= 200) bench.segment(constant_segment(bench.now(), {{0, 2, 0}, {}}));
+    bench.tick();
+    const double x = i <= 200 ? i / 100.0 : std::max(4 - i / 100.0, 0.0);
+    const double gain = x >= 1 ? 1 : x * x * (3 - 2 * x);
+    BOOST_TEST(std::abs(bench.commanded.force.y - 2 * gain) < 1e-13);
+  }
   BOOST_TEST((bench.commanded.force == Vec3{}));
-  BOOST_TEST(bench.figures().at("device.rejected_forces") == 1.0);
 }
 
-BOOST_AUTO_TEST_CASE(a_translation_only_scene_gets_no_torque) {
-  Bench bench({}, false);
+BOOST_AUTO_TEST_CASE(a_target_that_is_not_finite_stops_the_force) {
+  Bench bench(open_gate);
   bench.target({});
-  bench.segment(constant_segment(bench.now(), {{1, 0, 0}, {0.1, 0.1, 0.1}}));
+  bench.segment(constant_segment(bench.now(), {{1, 0, 0}, {}}));
   bench.tick();
-  BOOST_TEST((bench.commanded.torque == Vec3{}));
+  bench.tick();
   BOOST_TEST(bench.commanded.force.x == 1.0);
+  MotionState nowhere;
+  nowhere.X.p.x = std::numeric_limits<double>::quiet_NaN();
+  bench.target(nowhere);
+  bench.tick();
+  BOOST_TEST(!bench.shown.has_value());
+  BOOST_TEST((bench.commanded.force == Vec3{}));
 }
 
 BOOST_AUTO_TEST_CASE(the_closed_loop_moves_under_the_commanded_force_and_reports_its_energy) {
@@ -183,9 +211,9 @@ BOOST_AUTO_TEST_CASE(the_closed_loop_moves_under_the_commanded_force_and_reports
   for (int i = 0; i < 1500; ++i) {
     bench.target({});
     if (i == 0) bench.segment(constant_segment(bench.now(), {{force, 0, 0}, {}}));
-    const double t = bench.now().seconds();
+    // The step response from rest; the gate lets the force through at the second tick, which is at 1 ms.
+    const double t = std::max(bench.now().seconds() - 0.001, 0.0);
     bench.tick();
-    // The step response from rest; the force is on the handle from the first tick on.
     const double expected =
         rest * (1 - std::exp(-decay * t) * (std::cos(omega * t) + decay / omega * std::sin(omega * t)));
     BOOST_TEST(std::abs(bench.truth.X_WD.p.x - expected) < 1e-13);
@@ -239,6 +267,21 @@ BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_path_of_the_judged_run) {
       BOOST_REQUIRE(norm(reference.shown->X_WD.p - chord) < 1e-6);
     }
   }
+}
+
+BOOST_AUTO_TEST_CASE(a_path_longer_than_the_run_is_not_kept_and_no_tick_allocates) {
+  Bench bench(smooth_loop);  // for a run of 2 s
+  std::uint64_t most = 0;
+  for (int i = 0; i < 3000; ++i) {
+    bench.target(swinging(bench.now().seconds()));
+    bench.segment(constant_segment(bench.now(), {{std::sin(0.05 * i), 1, 0}, {0, 0, 0.02}}));
+    const std::uint64_t before = tactor::test::allocations();
+    bench.tick();
+    most = std::max(most, tactor::test::allocations() - before);
+  }
+  BOOST_TEST(most == 0U);
+  BOOST_TEST(tactor::test::allocations() > 0U);
+  BOOST_TEST(bench.figures().at("device.unkept_path_samples") == 3000.0 - 2002.0);
 }
 
 BOOST_AUTO_TEST_CASE(an_open_loop_needs_no_following) {

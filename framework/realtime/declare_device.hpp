@@ -1,0 +1,87 @@
+// What the declarations of the devices have in common.
+#pragma once
+
+#include "framework/node/declare.hpp"
+#include "framework/realtime/device_node.hpp"
+
+namespace tactor {
+
+/// Adds the ports of DeviceNode and the parameters of DeviceParams to the declaration of device N, whose Params derive
+/// from it; `defaults` are those of the device. Marks N as an actuator.
+template <class N>
+void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) {
+  using P = typename N::Params;
+  // The template arguments and casts let pointers to the members of the base classes convert.
+  const auto real = [&declaration](const char* name, double SafetyLimits::*member, RealOptions options) {
+    options.min = 0;
+    declaration.template real<double>(name, static_cast<double P::*>(member), std::move(options));
+  };
+  const auto time = [&declaration](const char* name, Duration P::*member, const char* doc, Duration default_value,
+                                   double least) {
+    declaration.template real<Duration>(
+        name, member, {.doc = doc, .unit = "s", .default_value = default_value.seconds(), .min = least, .max = 600});
+  };
+  declaration.actuator()
+      .template input<ForceSegment>(
+          "segment", &N::segment,
+          {.doc = "the force to command, evaluated each tick", .required = false, .in_reference = false})
+      .template output<DeviceState>("state", &N::state, "the handle as the device shows it")
+      .template output<Wrench>("interpolated", &N::interpolated, "the segment at this tick, before the safety gate")
+      .template output<Wrench>("commanded", &N::commanded, "the wrench on the handle, after the safety gate")
+      .template output<SafetyState>("safety", &N::safety, "what the safety gate did at this tick")
+      .rate("rate", static_cast<double P::*>(&P::rate),
+            {.doc = "ticks a second", .default_value = defaults.rate, .in_reference = 10000});
+  real("force_max", &SafetyLimits::force_max,
+       {.doc = "largest force, by norm", .unit = "N", .default_value = defaults.force_max, .max = 1000});
+  real("torque_max", &SafetyLimits::torque_max,
+       {.doc = "largest torque, by norm", .unit = "N m", .default_value = defaults.torque_max, .max = 100});
+  real(
+      "force_slew", &SafetyLimits::force_slew,
+      {.doc = "fastest change of the force; by default twice the fastest that a held physics force takes in the graphs "
+              "of this project (0.84 N in a millisecond)",
+       .unit = "N/s",
+       .default_value = defaults.force_slew,
+       .max = 1e9,
+       .above_min = true});
+  real("torque_slew", &SafetyLimits::torque_slew,
+       {.doc =
+            "fastest change of the torque; by default three times the fastest that a held physics torque takes in the "
+            "graphs of this project (0.012 N m in a millisecond)",
+        .unit = "N m/s",
+        .default_value = defaults.torque_slew,
+        .max = 1e9,
+        .above_min = true});
+  real("speed_max", &SafetyLimits::speed_max,
+       {.doc = "a faster handle is braked, and then gets no force",
+        .unit = "m/s",
+        .default_value = defaults.speed_max,
+        .max = 100,
+        .above_min = true});
+  real("angular_speed_max", &SafetyLimits::angular_speed_max,
+       {.doc = "a handle that turns faster is braked, and then gets no force",
+        .unit = "rad/s",
+        .default_value = defaults.angular_speed_max,
+        .max = 1000,
+        .above_min = true});
+  time("engage_time", static_cast<Duration P::*>(&P::engage_time), "of the ramp from zero to the full wrench",
+       defaults.engage_time, 1e-3);
+  time("stale_after", static_cast<Duration P::*>(&P::stale_after),
+       "without a fresh segment for so long the wrench ramps to zero", defaults.stale_after, 1e-3);
+  time("ramp_down_time", static_cast<Duration P::*>(&P::ramp_down_time),
+       "of the ramp to zero; with stale_after it bounds how long a force outlives its pipeline",
+       defaults.ramp_down_time, 1e-3);
+  time("brake_time", static_cast<Duration P::*>(&P::brake_time), "the longest brake of a handle that is too fast",
+       defaults.brake_time, 0);
+  time("recovery_time", static_cast<Duration P::*>(&P::recovery_time),
+       "after a fault the inputs must have been healthy for so long", defaults.recovery_time, 0);
+  time("failure_timeout", static_cast<Duration P::*>(&P::failure_timeout),
+       "a device that cannot be read or written for so long ends the run", defaults.failure_timeout, 0);
+  declaration.template integer<std::int32_t>(
+      "dead_man_button", static_cast<std::int32_t P::*>(&P::dead_man_button),
+      {.doc = "the button that must be held for a force, 1 for the first; 0: none",
+       .default_value = defaults.dead_man_button,
+       .min = 0,
+       .max = 31});
+}
+
+}  // namespace tactor

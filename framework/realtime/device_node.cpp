@@ -1,0 +1,138 @@
+#include "framework/realtime/device_node.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/check.hpp"
+#include "framework/core/segment.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr std::int64_t minute_ns = 60'000'000'000;
+
+/// True where the times are less than a minute apart.
+bool near(Time a, Time b) {
+  std::int64_t ns = 0;
+  return !__builtin_sub_overflow(a.ns, b.ns, &ns) && ns > -minute_ns && ns < minute_ns;
+}
+
+bool is_finite(const DeviceState& s) {
+  const Quat& R = s.X_WD.R;
+  return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(R.w) &&
+         std::isfinite(R.x) && std::isfinite(R.y) && std::isfinite(R.z);
+}
+
+bool same(const Stamp& a, const Stamp& b) {
+  return a.valid == b.valid && a.produced == b.produced && a.sequence == b.sequence;
+}
+
+}  // namespace
+
+DeviceNode::DeviceNode(const DeviceParams& params, const NodeContext& context)
+    : name_(context.name),
+      rotates_(context.torque),
+      dead_man_mask_(params.dead_man_button > 0 ? std::uint32_t{1} << (params.dead_man_button - 1) : 0),
+      failure_timeout_(params.failure_timeout),
+      gate_(params, Duration::from_seconds(std::clamp(1.0 / params.rate, 1e-9, 3600.0))) {}
+
+DeviceHealth DeviceNode::read_device(Time now) {
+  DeviceSample sample;
+  switch (read(now, sample)) {
+    case ReadResult::sample:
+      if (!is_finite(sample.state)) return DeviceHealth::read_failed;
+      sample_ = sample;
+      any_sample_ = true;
+      state.send(sample.time, sample.state);
+      return write_failed_ ? DeviceHealth::write_failed : DeviceHealth::ok;
+    case ReadResult::not_yet:
+      if (!any_sample_) return DeviceHealth::not_ready;
+      break;
+    case ReadResult::failed:
+      break;
+  }
+  return DeviceHealth::read_failed;
+}
+
+bool DeviceNode::take_segment(Time now) {
+  const Stamped<ForceSegment>* message = segment.latest();
+  if (message == nullptr) return false;
+  const Stamp& stamp = message->stamp;
+  if (any_seen_ && same(stamp, seen_)) return false;
+  any_seen_ = true;
+  seen_ = stamp;
+  const ForceSegment& s = message->value;
+  const bool newer = !any_segment_ || (stamp.produced > fresh_.produced && stamp.sequence > fresh_.sequence);
+  if (!newer || s.end < s.begin || !near(s.begin, now) || !near(s.end, now) || !near(stamp.produced, now)) {
+    ++rejected_segments_;
+    return false;
+  }
+  any_segment_ = true;
+  fresh_ = stamp;
+  newest_ = s;
+  return true;
+}
+
+void DeviceNode::end_if_it_failed_for_long(Time now, DeviceHealth health) {
+  if (health != DeviceHealth::read_failed && !write_failed_) {
+    failing_ = false;
+    return;
+  }
+  if (!failing_) {
+    failing_ = true;
+    failing_since_ = now;
+  }
+  if (now - failing_since_ < failure_timeout_ || !gate_.at_rest()) return;
+  throw RunError("device " + name_ + " could not be " + (health == DeviceHealth::read_failed ? "read" : "written") +
+                 " for " + std::to_string((now - failing_since_).seconds()) + " s: " + failure());
+}
+
+void DeviceNode::step(StepContext& context) {
+  const Time now = context.now();
+  const DeviceHealth health = read_device(now);
+
+  SafetyInput input;
+  input.now = now;
+  input.fresh_segment = take_segment(now);
+  if (any_segment_) {
+    Wrench wanted_D_W = evaluate(newest_, now);
+    if (!rotates_) wanted_D_W.torque = {};
+    interpolated.send(now, wanted_D_W);
+    input.wanted_D_W = wanted_D_W;
+  }
+  input.V_WD = sample_.state.V_WD;
+  if (!rotates_) input.V_WD.w = {};
+  input.health = health;
+  input.dead_man_held =
+      dead_man_mask_ == 0 || (static_cast<std::uint32_t>(sample_.state.buttons) & dead_man_mask_) != 0;
+  input.permitted = context.phase() == Phase::running;
+
+  const SafetyOutput output = gate_.tick(input);
+  write_failed_ = !write(now, output.commanded_D_W);
+  commanded.send(now, output.commanded_D_W);
+  safety.send(now, output.safety);
+  if (context.phase() == Phase::stopping && !gate_.at_rest()) context.not_at_rest();
+  end_if_it_failed_for_long(now, health);
+}
+
+void DeviceNode::report(Report& report) const {
+  const auto set = [&report](const std::string& name, std::uint64_t count) {
+    report.set("device." + name, static_cast<double>(count));
+  };
+  set("rejected_forces", gate_.rejected_ticks());
+  set("rejected_segments", rejected_segments_);
+  set("faults", gate_.faults());
+  set("stale", gate_.count(SafetyCause::stale));
+  set("clamped_ticks", gate_.clamped_ticks());
+  set("slewed_ticks", gate_.slewed_ticks());
+  const auto ticks = static_cast<double>(gate_.ticks());
+  report.set("device.engaged_share", ticks > 0 ? static_cast<double>(gate_.engaged_ticks()) / ticks : 0.0);
+  for (const SafetyCause cause :
+       {SafetyCause::not_finite, SafetyCause::overspeed, SafetyCause::read_failed, SafetyCause::write_failed,
+        SafetyCause::time_reversed, SafetyCause::dead_man, SafetyCause::time_gap}) {
+    set("causes." + std::string(name_of(cause)), gate_.count(cause));
+  }
+}
+
+}  // namespace tactor

@@ -1,0 +1,94 @@
+// What every device does at a tick: read, evaluate the segment, pass the safety gate, write, and tell what happened.
+#pragma once
+
+#include <string>
+
+#include "framework/core/messages.hpp"
+#include "framework/node/node.hpp"
+#include "framework/realtime/safety_gate.hpp"
+
+namespace tactor {
+
+/// The parameters that every device has; `declare_device` declares them.
+struct DeviceParams : SafetyLimits {
+  double rate = 1000;                       ///< Hz, of the ticks
+  std::int32_t dead_man_button = 0;         ///< 1 for the first bit of DeviceState::buttons; 0: there is none
+  Duration failure_timeout{1'000'000'000};  ///< a device that fails for longer ends the run
+};
+
+/// What a device shows of itself.
+struct DeviceSample {
+  DeviceState state;
+  Time time;  ///< of the state
+};
+
+enum class ReadResult : std::uint8_t {
+  sample,   ///< there is a sample
+  not_yet,  ///< there has never been one; after the first it counts as failed
+  failed,
+};
+
+/// The base of every device: a step is one tick, with the wrench passed through the safety gate between the newest
+/// fresh segment and the device.
+///
+/// A segment is fresh where its message is newer than every one before, in time of production and in sequence, and
+/// where its times make sense: begin <= end, and all of them within a minute of now. Other messages are counted and not
+/// used. A translation-only scene gets no torque.
+///
+/// A step allocates, locks and waits for nothing, if `read` and `write` do not. It throws in one case: RunError, after
+/// zero has been commanded, where the device could not be read or written for failure_timeout.
+class DeviceNode : public Node {
+ public:
+  void step(StepContext& context) final;
+  /// device.rejected_forces: ticks whose wrench was not finite; device.rejected_segments: messages that were no fresh
+  /// segments; device.faults; device.stale: times the segments dried up; device.clamped_ticks, device.slewed_ticks;
+  /// device.engaged_share: of the ticks, 0 to 1; device.causes.NAME: how often each further cause has come up.
+  void report(Report& report) const override;
+
+  Input<ForceSegment> segment;
+  Output<DeviceState> state;
+  Output<Wrench> interpolated;
+  Output<Wrench> commanded;
+  Output<SafetyState> safety;
+
+ protected:
+  /// Throws InputError where the limits cannot be.
+  DeviceNode(const DeviceParams& params, const NodeContext& context);
+
+  /// Reads the device, or the newest sample that is there; returns at once.
+  virtual ReadResult read(Time now, DeviceSample& sample) noexcept = 0;
+  /// Gives the device its wrench (N, N m, on the device, in W); returns at once, false where it was not taken. Called
+  /// every tick, and with zero as well where the device could not be read.
+  virtual bool write(Time now, const Wrench& commanded_D_W) noexcept = 0;
+  /// Why the last read or write failed, in the words of the device.
+  [[nodiscard]] virtual const char* failure() const noexcept = 0;
+
+  /// True where torque has a meaning.
+  [[nodiscard]] bool rotates() const { return rotates_; }
+
+ private:
+  DeviceHealth read_device(Time now);
+  bool take_segment(Time now);
+  void end_if_it_failed_for_long(Time now, DeviceHealth health);
+
+  std::string name_;
+  bool rotates_;
+  std::uint32_t dead_man_mask_;
+  Duration failure_timeout_;
+  SafetyGate gate_;
+
+  DeviceSample sample_;
+  bool any_sample_ = false;
+  bool write_failed_ = false;  // at the last tick
+  bool failing_ = false;
+  Time failing_since_;
+
+  ForceSegment newest_;
+  bool any_segment_ = false;
+  Stamp fresh_;  // of the newest fresh segment
+  Stamp seen_;   // of the newest message
+  bool any_seen_ = false;
+  std::uint64_t rejected_segments_ = 0;
+};
+
+}  // namespace tactor

@@ -1,0 +1,136 @@
+// The safety gate between a pipeline and an actuator: what it wants goes through within limits, or comes down to zero.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "framework/core/messages.hpp"
+#include "framework/core/time.hpp"
+
+namespace tactor {
+
+/// The limits of a safety gate. Vectors are limited by norm.
+struct SafetyLimits {
+  double force_max = 8;           ///< N
+  double torque_max = 0.3;        ///< N m
+  double force_slew = 2000;       ///< N/s, largest change of the commanded force
+  double torque_slew = 40;        ///< N m/s
+  double speed_max = 2;           ///< m/s
+  double angular_speed_max = 30;  ///< rad/s
+  Duration engage_time{100'000'000};
+  Duration stale_after{100'000'000};     ///< without a fresh segment
+  Duration ramp_down_time{100'000'000};  ///< from what is commanded to zero
+  Duration brake_time{50'000'000};       ///< the longest brake
+  Duration recovery_time{500'000'000};   ///< of healthy inputs, after which a fault ends
+};
+
+/// Throws InputError where a limit cannot be (negative, zero, not finite), or where a slew limit is too low for the
+/// largest wrench to go to zero within the ramp_down_time.
+void check(const SafetyLimits& limits);
+
+/// How the device answered.
+enum class DeviceHealth : std::uint8_t { ok, not_ready, read_failed, write_failed };
+
+/// What a gate sees at one tick.
+struct SafetyInput {
+  Time now;
+  std::optional<Wrench> wanted_D_W;  ///< what the pipeline wants; absent: nothing yet
+  bool fresh_segment = false;        ///< a fresh segment has come since the last tick
+  Twist V_WD;                        ///< of the device, m/s and rad/s
+  DeviceHealth health = DeviceHealth::ok;
+  bool dead_man_held = true;
+  bool permitted = false;  ///< the run lets devices engage
+};
+
+/// What a gate lets through.
+struct SafetyOutput {
+  Wrench commanded_D_W;
+  SafetyState safety;
+};
+
+/// The name of a cause, as figures and texts spell it.
+std::string_view name_of(SafetyCause cause);
+
+/// Called once a tick. Allocates nothing, locks nothing, throws nothing.
+///
+/// Whatever comes in, what goes out is finite, within force_max and torque_max, and changes from tick to tick by at
+/// most force_slew and torque_slew times the time between them, which counts as zero where it is negative and as
+/// `longest_tick` where it is more. The slew limit comes last, so that it holds on the way to zero as well.
+///
+/// Time to zero: exactly zero from the first tick on that is stale_after + ramp_down_time or more after the last fresh
+/// segment, where ticks come within longest_tick of one another; a longer gap counts as one longest_tick. A release
+/// (dead-man, run stopping) takes ramp_down_time, a fault force_max / force_slew, which `check` keeps below it.
+///
+/// With p(x) = 3 x^2 - 2 x^3:
+/// - engaging: p(t / engage_time) times the wanted wrench within the limits;
+/// - releasing: 1 - p(t / ramp_down_time) times what was commanded when it began, whatever the pipeline does;
+/// - braking: -force_max v / max(|v|, speed_max), torque alike, against the motion; it ends when brake_time is over,
+///   when the device is down to half its speed limits, or when anything else is wrong. The wrench before the slew limit
+///   never gives power to the device; what is commanded goes straight from what it was towards it;
+/// - fault: zero.
+/// A release that has begun goes down to zero before the gate engages anew.
+class SafetyGate {
+ public:
+  /// `period` is that of the ticks, above zero. Throws InputError as `check` does.
+  SafetyGate(const SafetyLimits& limits, Duration period);
+
+  SafetyOutput tick(const SafetyInput& input) noexcept;
+
+  /// Two periods.
+  [[nodiscard]] Duration longest_tick() const { return longest_tick_; }
+  [[nodiscard]] const Wrench& commanded() const { return commanded_D_W_; }
+  /// True where exactly zero is commanded.
+  [[nodiscard]] bool at_rest() const;
+
+  /// How often a cause has come up.
+  [[nodiscard]] std::uint64_t count(SafetyCause cause) const { return counts_[static_cast<std::size_t>(cause)]; }
+  [[nodiscard]] std::uint64_t faults() const { return faults_; }
+  [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
+  [[nodiscard]] std::uint64_t engaged_ticks() const { return engaged_ticks_; }    ///< in state engaged
+  [[nodiscard]] std::uint64_t clamped_ticks() const { return clamped_ticks_; }    ///< beyond force_max or torque_max
+  [[nodiscard]] std::uint64_t slewed_ticks() const { return slewed_ticks_; }      ///< the slew limit changed the wrench
+  [[nodiscard]] std::uint64_t rejected_ticks() const { return rejected_ticks_; }  ///< the wanted wrench was not finite
+
+ private:
+  enum class Mode : std::uint8_t { disengaged, engaging, engaged, releasing, braking, fault };
+  using Causes = std::uint32_t;  // one bit a cause
+
+  void advance(Time now, bool fresh);
+  [[nodiscard]] Causes causes_of(const SafetyInput& input) const;
+  void count_new(Causes causes);
+  void change_mode(Causes causes, const Twist& V_WD);
+  [[nodiscard]] bool may_brake(Causes causes, const Twist& V_WD) const;
+  [[nodiscard]] Wrench target_for(const Twist& V_WD);
+  [[nodiscard]] Wrench slewed(const Wrench& target) const;
+  void enter(Mode mode, SafetyCause cause);
+
+  SafetyLimits limits_;
+  Duration longest_tick_;
+
+  Mode mode_ = Mode::disengaged;
+  SafetyCause cause_ = SafetyCause::none;
+  Wrench commanded_D_W_;
+  Wrench clamped_D_W_;
+  Wrench released_D_W_;       // commanded when the release began
+  double gain_ = 0;           // of the ramp
+  double released_gain_ = 0;  // when the release began
+  Duration in_mode_;          // time since the mode was entered
+  Duration age_;              // of the newest fresh segment
+  Duration healthy_for_;      // without a cause of a fault
+  bool any_segment_ = false;
+
+  bool started_ = false;
+  Time last_;
+  Duration elapsed_;       // since the last tick, at least zero
+  Duration slew_elapsed_;  // the same, at most longest_tick
+  bool reversed_ = false;
+  bool gap_ = false;
+
+  Causes causes_ = 0;  // of the last tick
+  std::array<std::uint64_t, safety_cause_count> counts_{};
+  std::uint64_t faults_ = 0, ticks_ = 0, engaged_ticks_ = 0, clamped_ticks_ = 0, slewed_ticks_ = 0, rejected_ticks_ = 0;
+};
+
+}  // namespace tactor
