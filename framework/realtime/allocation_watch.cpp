@@ -1,0 +1,17 @@
+// Finds the counter in the program, where the program has one.
+#include "framework/realtime/allocation_watch.hpp"
+
+// Weak: a program may be linked without the counter, and then the address is null.
+extern "C" __attribute__((weak)) std::int64_t tactor_thread_heap_calls() noexcept;
+
+namespace tactor {
+
+bool heap_calls_are_counted() noexcept {
+  return tactor_thread_heap_calls != nullptr;
+}
+
+std::int64_t thread_heap_calls() noexcept {
+  return tactor_thread_heap_calls == nullptr ? 0 : tactor_thread_heap_calls();
+}
+
+}  // namespace tactor
