@@ -8,7 +8,7 @@
 #include <cstdio>
 
 #include "app/summary.hpp"
-#include "framework/graph/texts.hpp"
+#include "framework/realtime/safety_gate.hpp"
 
 namespace tactor {
 

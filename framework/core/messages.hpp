@@ -107,6 +107,8 @@ struct Forecast {
 
 /// A force on the device as a cubic in time: F(t) = c[0] + c[1] s + c[2] s^2 + c[3] s^3 with s = (t - begin) / (end -
 /// begin). Before `begin` it holds F(begin), after `end` it holds F(end).
+/// Its message is stamped valid for the newest device sample that it was made from, so that a pipeline which goes on
+/// sending what it last knew is seen not to be fresh.
 struct ForceSegment {
   Time begin;
   Time end;

@@ -63,15 +63,20 @@ bool DeviceNode::take_segment(Time now) {
   any_seen_ = true;
   seen_ = stamp;
   const ForceSegment& s = message->value;
-  const bool newer = !any_segment_ || (stamp.produced > fresh_.produced && stamp.sequence > fresh_.sequence);
-  if (!newer || s.end < s.begin || !near(s.begin, now) || !near(s.end, now) || !near(stamp.produced, now)) {
+  const bool newer = !any_segment_ || (stamp.produced > used_.produced && stamp.sequence > used_.sequence);
+  const bool plausible =
+      s.begin <= s.end && near(s.begin, now) && near(s.end, now) && near(stamp.produced, now) && near(stamp.valid, now);
+  if (!newer || !plausible) {
     ++rejected_segments_;
     return false;
   }
+  // A filter may go on sending what it knew when the physics behind it has died: only a newer sample is fresh.
+  const bool fresh = !any_segment_ || stamp.valid > newest_valid_;
+  if (fresh) newest_valid_ = stamp.valid;
   any_segment_ = true;
-  fresh_ = stamp;
+  used_ = stamp;
   newest_ = s;
-  return true;
+  return fresh;
 }
 
 void DeviceNode::end_if_it_failed_for_long(Time now, DeviceHealth health) {

@@ -31,9 +31,10 @@ enum class ReadResult : std::uint8_t {
 /// The base of every device: a step is one tick, with the wrench passed through the safety gate between the newest
 /// fresh segment and the device.
 ///
-/// A segment is fresh where its message is newer than every one before, in time of production and in sequence, and
-/// where its times make sense: begin <= end, and all of them within a minute of now. Other messages are counted and not
-/// used. A translation-only scene gets no torque.
+/// A segment is used where its message is newer than every one before, in time of production and in sequence, and where
+/// its times make sense: begin <= end, and all of them within a minute of now. Other messages are counted and not used.
+/// It is fresh, and keeps the wrench from being faded out, where it was made from a newer device sample than every one
+/// before: where its time of validity is later. A translation-only scene gets no torque.
 ///
 /// A step allocates, locks and waits for nothing, if `read` and `write` do not. It throws in one case: RunError, after
 /// zero has been commanded, where the device could not be read or written for failure_timeout.
@@ -85,8 +86,9 @@ class DeviceNode : public Node {
 
   ForceSegment newest_;
   bool any_segment_ = false;
-  Stamp fresh_;  // of the newest fresh segment
-  Stamp seen_;   // of the newest message
+  Stamp used_;         // of the segment in use
+  Time newest_valid_;  // of the newest fresh segment
+  Stamp seen_;         // of the newest message
   bool any_seen_ = false;
   std::uint64_t rejected_segments_ = 0;
 };

@@ -113,6 +113,11 @@ std::string_view name_of(SafetyCause cause) {
   return cause_names[static_cast<std::size_t>(cause)];
 }
 
+std::string_view name_of(Engagement engagement) {
+  constexpr std::array<std::string_view, 4> names{"disengaged", "ramping", "engaged", "fault"};
+  return names[static_cast<std::size_t>(engagement)];
+}
+
 void check(const SafetyLimits& limits) {
   check_positive("force_max", "N", limits.force_max, true);
   check_positive("torque_max", "N m", limits.torque_max, true);

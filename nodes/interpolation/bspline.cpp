@@ -93,7 +93,7 @@ void BSpline::step(StepContext& context) {
   if (params_.join == Join::hermite) curve_.c = hermite_to(d.value, d.slope, curve_.c);
   if (params_.join == Join::continuous) curve_.c = bspline_continued(d.value, d.slope, d.curvature, f.predicted_D_W);
   any_ = true;
-  segment.send(now, curve_);
+  segment.send(newest->stamp.valid, curve_);
 }
 
 void BSpline::report(Report& report) const {

@@ -26,7 +26,7 @@ void LinearInterpolation::step(StepContext& context) {
   const Time now = context.now();
   const Wrench displayed = evaluate(curve_, now);
   curve_ = {now, now + period_.value(), {displayed, newest->value.predicted_D_W - displayed}};
-  segment.send(now, curve_);
+  segment.send(newest->stamp.valid, curve_);
 }
 
 }  // namespace tactor

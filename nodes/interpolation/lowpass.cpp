@@ -48,10 +48,10 @@ void LowPass::step(StepContext& context) {
   const Wrench change = end.value - state_.value;
   const Wrench begin_slope = h * state_.rate;
   const Wrench end_slope = h * end.rate;
-  segment.send(now, {now,
-                     now + tick_,
-                     {state_.value, begin_slope, 3.0 * change - 2.0 * begin_slope - end_slope,
-                      begin_slope + end_slope - 2.0 * change}});
+  segment.send(newest->stamp.valid, {now,
+                                     now + tick_,
+                                     {state_.value, begin_slope, 3.0 * change - 2.0 * begin_slope - end_slope,
+                                      begin_slope + end_slope - 2.0 * change}});
 }
 
 }  // namespace tactor

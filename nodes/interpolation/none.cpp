@@ -18,7 +18,7 @@ NoInterpolation::NoInterpolation(const Params&, const NodeContext&) {}
 void NoInterpolation::step(StepContext& context) {
   const Stamped<Forecast>* newest = forecast.latest();
   if (newest == nullptr) return;
-  segment.send(context.now(), constant_segment(context.now(), newest->value.current_D_W));
+  segment.send(newest->stamp.valid, constant_segment(context.now(), newest->value.current_D_W));
 }
 
 }  // namespace tactor
