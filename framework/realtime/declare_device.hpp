@@ -17,9 +17,9 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
     declaration.template real<double>(name, static_cast<double P::*>(member), std::move(options));
   };
   const auto time = [&declaration](const char* name, Duration P::*member, const char* doc, Duration default_value,
-                                   double least) {
+                                   double least, double most) {
     declaration.template real<Duration>(
-        name, member, {.doc = doc, .unit = "s", .default_value = default_value.seconds(), .min = least, .max = 600});
+        name, member, {.doc = doc, .unit = "s", .default_value = default_value.seconds(), .min = least, .max = most});
   };
   declaration.actuator()
       .template input<ForceSegment>(
@@ -35,18 +35,16 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
        {.doc = "largest force, by norm", .unit = "N", .default_value = defaults.force_max, .max = 1000});
   real("torque_max", &SafetyLimits::torque_max,
        {.doc = "largest torque, by norm", .unit = "N m", .default_value = defaults.torque_max, .max = 100});
-  real(
-      "force_slew", &SafetyLimits::force_slew,
-      {.doc = "fastest change of the force; by default twice the fastest that a held physics force takes in the graphs "
-              "of this project (0.84 N in a millisecond)",
-       .unit = "N/s",
-       .default_value = defaults.force_slew,
-       .max = 1e9,
-       .above_min = true});
+  real("force_slew", &SafetyLimits::force_slew,
+       {.doc = "fastest change of the force; 2000 N/s is more than twice what a held physics force takes in the graphs "
+               "of this project (0.84 N in a millisecond)",
+        .unit = "N/s",
+        .default_value = defaults.force_slew,
+        .max = 1e9,
+        .above_min = true});
   real("torque_slew", &SafetyLimits::torque_slew,
-       {.doc =
-            "fastest change of the torque; by default three times the fastest that a held physics torque takes in the "
-            "graphs of this project (0.012 N m in a millisecond)",
+       {.doc = "fastest change of the torque; 40 N m/s is more than three times what a held physics torque takes there "
+               "(0.012 N m in a millisecond)",
         .unit = "N m/s",
         .default_value = defaults.torque_slew,
         .max = 1e9,
@@ -64,18 +62,18 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
         .max = 1000,
         .above_min = true});
   time("engage_time", static_cast<Duration P::*>(&P::engage_time), "of the ramp from zero to the full wrench",
-       defaults.engage_time, 1e-3);
+       defaults.engage_time, 1e-3, 10);
   time("stale_after", static_cast<Duration P::*>(&P::stale_after),
-       "without a fresh segment for so long the wrench ramps to zero", defaults.stale_after, 1e-3);
+       "without a fresh segment for so long the wrench ramps to zero", defaults.stale_after, 1e-3, 10);
   time("ramp_down_time", static_cast<Duration P::*>(&P::ramp_down_time),
        "of the ramp to zero; with stale_after it bounds how long a force outlives its pipeline",
-       defaults.ramp_down_time, 1e-3);
+       defaults.ramp_down_time, 1e-3, 10);
   time("brake_time", static_cast<Duration P::*>(&P::brake_time), "the longest brake of a handle that is too fast",
-       defaults.brake_time, 0);
+       defaults.brake_time, 0, 1);
   time("recovery_time", static_cast<Duration P::*>(&P::recovery_time),
-       "after a fault the inputs must have been healthy for so long", defaults.recovery_time, 0);
+       "after a fault the inputs must have been healthy for so long", defaults.recovery_time, 0, 60);
   time("failure_timeout", static_cast<Duration P::*>(&P::failure_timeout),
-       "a device that cannot be read or written for so long ends the run", defaults.failure_timeout, 0);
+       "a device that cannot be read or written for so long ends the run", defaults.failure_timeout, 0, 60);
   declaration.template integer<std::int32_t>(
       "dead_man_button", static_cast<std::int32_t P::*>(&P::dead_man_button),
       {.doc = "the button that must be held for a force, 1 for the first; 0: none",

@@ -136,7 +136,7 @@ void DeviceNode::report(Report& report) const {
   for (const SafetyCause cause :
        {SafetyCause::not_finite, SafetyCause::overspeed, SafetyCause::read_failed, SafetyCause::write_failed,
         SafetyCause::time_reversed, SafetyCause::dead_man, SafetyCause::time_gap}) {
-    set("causes." + std::string(name_of(cause)), gate_.count(cause));
+    if (gate_.count(cause) > 0) set("causes." + std::string(name_of(cause)), gate_.count(cause));
   }
 }
 

@@ -11,7 +11,7 @@ import numpy
 from harness import GRAPHS, CommandTest, needs_collision, needs_hdf5
 
 DURATION = {"duck": "1.5", "peg_in_hole": "3.5", "bunny": "1.2"}
-RECORD = "record: [device.state, device.commanded, collision.contacts, dynamics.state, coupling.force, prediction.forecast, interpolation.segment]\n"
+RECORD = "record: [device.state, device.interpolated, device.commanded, device.safety, collision.contacts, dynamics.state, coupling.force, prediction.forecast, interpolation.segment]\n"
 
 
 @needs_collision

@@ -195,15 +195,11 @@ BOOST_AUTO_TEST_CASE(only_newer_messages_with_sensible_times_count_as_fresh) {
     std::int64_t sequence;              // from the last
   };
   constexpr std::int64_t far = 61'000'000'000;
-  const Bad cases[] = {{0, -1, 0, 1},
-                       {0, far, 0, 1},
-                       {-far, 0, 0, 1},
-                       {far, far, 0, 1},
-                       {0, 0, -1'000'000'000, 1},
-                       {0, 0, 0, 0},
-                       {0, 0, 0, -5},
-                       {0, 0, far, 1},
-                       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max(), 0, 1}};
+  constexpr std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int64_t latest = std::numeric_limits<std::int64_t>::max();
+  const Bad cases[] = {
+      {0, -1, 0, 1}, {0, far, 0, 1}, {-far, 0, 0, 1}, {far, far, 0, 1},        {0, 0, -1'000'000'000, 1},
+      {0, 0, 0, 0},  {0, 0, 0, -5},  {0, 0, far, 1},  {earliest, latest, 0, 1}};
   for (const Bad& bad : cases) {
     Bench bench;
     std::uint64_t sequence = 100;
@@ -215,8 +211,8 @@ BOOST_AUTO_TEST_CASE(only_newer_messages_with_sensible_times_count_as_fresh) {
     // What it says is not followed, and the force goes as if nothing came.
     for (int i = 0; i < 199; ++i) {
       ForceSegment s = constant_segment(bench.now, {{-1, 0, 0}, {}});
-      s.begin.ns = std::abs(bad.begin) > far ? bad.begin : bench.now.ns + bad.begin;
-      s.end.ns = std::abs(bad.end + 1) > far ? bad.end : bench.now.ns + bad.end;
+      s.begin.ns = bad.begin == earliest ? earliest : bench.now.ns + bad.begin;
+      s.end.ns = bad.end == latest ? latest : bench.now.ns + bad.end;
       Stamp stamp{bench.now, {bench.now.ns + bad.produced}, sequence - 1 + static_cast<std::uint64_t>(bad.sequence)};
       bench.send(s, stamp);
       bench.tick();

@@ -335,6 +335,23 @@ BOOST_AUTO_TEST_CASE(a_gap_in_time_counts_as_two_periods_for_the_slew_limit) {
   BOOST_TEST(std::abs(drive.output.commanded_D_W.force.x) < 1e-12);
 }
 
+BOOST_AUTO_TEST_CASE(a_gap_in_time_hurries_a_ramp_down_and_no_ramp_up) {
+  SafetyLimits limits;
+  limits.force_slew = 1e6;
+  Drive drive(limits);
+  drive.input.wanted_D_W = push;
+  drive.ticks(31);
+  drive.input.now = drive.input.now + Duration{60'000'000};
+  drive.tick();
+  BOOST_TEST(norm(drive.output.commanded_D_W.force - ramp(0.32) * push.force) < 1e-13);
+  drive.engage(push);
+  drive.input.dead_man_held = false;
+  drive.ticks(11);
+  drive.input.now = drive.input.now + Duration{60'000'000};
+  drive.tick();
+  BOOST_TEST(norm(drive.output.commanded_D_W.force - (1 - ramp(0.71)) * push.force) < 1e-13);
+}
+
 BOOST_AUTO_TEST_CASE(limits_that_cannot_be_are_refused_with_the_mend) {
   BOOST_TEST(refusal(SafetyLimits{}).empty());
   SafetyLimits limits;

@@ -81,7 +81,7 @@ class Bench {
 
 /// A safety gate that is fully open from the second tick with a segment on, for tests of what is behind it.
 const std::map<std::string, ParamValue> open_gate{
-    {"engage_time", 0.001}, {"stale_after", 600.0}, {"force_slew", 1e9}, {"torque_slew", 1e9}};
+    {"engage_time", 0.001}, {"stale_after", 10.0}, {"force_slew", 1e9}, {"torque_slew", 1e9}};
 
 std::map<std::string, ParamValue> with(std::map<std::string, ParamValue> first,
                                        const std::map<std::string, ParamValue>& second) {
