@@ -47,7 +47,9 @@ class Includes(unittest.TestCase):
             "framework/node": ("framework/core", "framework/node"),
             "framework/graph": ("framework/core", "framework/node", "framework/graph"),
             "framework/record": ("framework/core", "framework/node", "framework/record"),
-            "framework/engine": ("framework/core", "framework/node", "framework/graph", "framework/engine"),
+            "framework/realtime": ("framework/core", "framework/node", "framework/realtime"),
+            "framework/engine": ("framework/core", "framework/node", "framework/graph", "framework/realtime",
+                                 "framework/engine"),
             # source.recording plays recordings back through the record interface, which holds no HDF5.
             "nodes/source": ("framework/core", "framework/node", "framework/record", "nodes/source"),
             "nodes/scene": ("framework/core", "nodes/scene"),
@@ -57,7 +59,7 @@ class Includes(unittest.TestCase):
             "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction"),
             "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation"),
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
-            "devices": ("framework/core", "framework/node", "devices"),
+            "devices": ("framework/core", "framework/node", "framework/realtime", "devices"),
         }
         for path in SOURCES:
             for folder, targets in allowed.items():
