@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "app/compare.hpp"
+#include "app/doctor.hpp"
 #include "app/html_report.hpp"
 #include "app/live_view.hpp"
 #include "app/node_reference.hpp"
@@ -244,6 +245,17 @@ int export_csv_file(const fs::path& recording, const std::string& stream) {
   return 0;
 }
 
+int doctor(double seconds, bool json) {
+  // Written so that not-a-number is refused too.
+  if (!(seconds >= 0.1 && seconds <= 3600)) {
+    throw InputError(fmt::format("--seconds {}: expected 0.1 to 3600, the length of each loop in s", seconds));
+  }
+  const Diagnosis diagnosis = diagnose(Duration::from_seconds(seconds));
+  const bool coloured = isatty(STDOUT_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr;
+  fmt::print("{}\n", json ? to_json(diagnosis).dump(2) : diagnosis_text(diagnosis, coloured));
+  return 0;
+}
+
 int main_checked(int argc, char** argv) {
   CLI::App app{"Tactor renders smooth force feedback from slow physics.", "tactor"};
   app.set_version_flag("--version", TACTOR_VERSION);
@@ -321,6 +333,14 @@ int main_checked(int argc, char** argv) {
   CLI::App* mend_verb = app.add_subcommand("mend", "Let other HDF5 programs open the recording of a killed run");
   mend_verb->add_option("recording", recording, "A recording (HDF5)")->required();
   mend_verb->callback([&] { load_record_library().mend(recording); });
+
+  double seconds = 1;
+  bool json = false;
+  CLI::App* doctor_verb =
+      app.add_subcommand("doctor", "Tell what this machine offers to a real-time loop, and how to mend what it lacks");
+  doctor_verb->add_option("--seconds", seconds, "Length of each of the loops it tries, in s")->capture_default_str();
+  doctor_verb->add_flag("--json", json, "For programs");
+  doctor_verb->callback([&] { result = doctor(seconds, json); });
 
   try {
     app.parse(argc, argv);

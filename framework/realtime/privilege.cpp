@@ -7,6 +7,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 
@@ -49,14 +50,23 @@ std::uint64_t raised_limit(int resource) {
   return limit.rlim_cur;
 }
 
+int least_nice() {
+  if (has_capability(Capability::sys_nice)) return -20;
+  const auto limit = static_cast<int>(std::min<std::uint64_t>(raised_limit(RLIMIT_NICE), 40));
+  return std::min(getpriority(PRIO_PROCESS, 0), 20 - limit);
+}
+
 std::string privilege_mend(Capability capability, std::string_view item, std::string_view value) {
-  const std::string limit = std::string(item) + (item == "memlock" ? "=-1:-1" : "=" + std::string(value));
   if (geteuid() == 0) {
+    // The limits of a container are numbers: -1 for no limit, and 20 less the niceness.
+    const std::string limit = std::string(item) + (item == "memlock" ? "=-1"
+                                                   : item == "nice"  ? "=40"
+                                                                     : "=" + std::string(value));
     const std::string name = capability == Capability::sys_nice ? "SYS_NICE" : "IPC_LOCK";
     return "start the container with --cap-add " + name + " --ulimit " + limit;
   }
   return "echo '" + user_name() + " - " + std::string(item) + " " + std::string(value) +
-         "' | sudo tee -a /etc/security/limits.d/tactor.conf, then log in again";
+         "' | sudo tee -a /etc/security/limits.d/tactor.conf # then log in again";
 }
 
 std::optional<CgroupRealtime> cgroup_realtime() {

@@ -13,7 +13,7 @@ namespace tactor {
 struct Refusal {
   std::string what;  ///< what was asked: `SCHED_FIFO at priority 80`
   std::string why;   ///< what stands in the way
-  std::string mend;  ///< a command or a line of a file, to copy; empty where nothing is known to help
+  std::string mend;  ///< a command to copy, `#` before what it does not do; empty where nothing is known to help
 
   bool operator==(const Refusal&) const = default;
 };
@@ -33,6 +33,9 @@ bool has_capability(Capability capability);
 /// A limit of the process (RLIMIT_RTPRIO, RLIMIT_MEMLOCK), its soft value first raised to the hard one, which needs no
 /// privilege. RLIM_INFINITY where there is none.
 std::uint64_t raised_limit(int resource);
+
+/// The lowest niceness that the calling thread may take, -20 to 19; its own where it may take none lower.
+int least_nice();
 
 /// The mend for a missing capability: the limits.d line `item value` for this user; for root, who lacks it only inside
 /// a container, the option that starts the container with it.

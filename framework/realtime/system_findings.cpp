@@ -38,8 +38,8 @@ Finding judge_nice(const SystemFacts& facts) {
           "nice",
           Grade::degraded,
           found,
-          "Without SCHED_FIFO a lower niceness would still give the loop a larger share of a busy core.",
-          privilege_mend(Capability::sys_nice, "nice", "-20") + ", and start with nice -n -20"};
+          "Without SCHED_FIFO the loop goes no more before other programs than they before it.",
+          privilege_mend(Capability::sys_nice, "nice", "-20")};
 }
 
 Finding judge_cores(const SystemFacts& facts) {
@@ -55,7 +55,8 @@ Finding judge_cores(const SystemFacts& facts) {
 
 Finding judge_preemption(const SystemFacts& facts) {
   Finding finding{"preemption", "preemption", Grade::ok, "", "", ""};
-  const std::string into_full = "echo full | sudo tee /sys/kernel/debug/sched/preempt, or boot with preempt=full";
+  const std::string into_full =
+      "echo full | sudo tee /sys/kernel/debug/sched/preempt # for good: boot with preempt=full";
   switch (facts.preemption) {
     case Preemption::realtime:
       finding.found = "PREEMPT_RT";
@@ -76,14 +77,14 @@ Finding judge_preemption(const SystemFacts& facts) {
       finding.found = "switchable, and the mode is not shown to this user";
       finding.grade = Grade::degraded;
       finding.cost = "Unknown: if it is none, a long system call of another program holds the loop up.";
-      finding.mend = "sudo cat /sys/kernel/debug/sched/preempt; boot with preempt=full";
+      finding.mend = "boot with preempt=full";
       return finding;
   }
   finding.grade = Grade::degraded;
   finding.cost =
       "A long system call of another program holds the loop up until it returns: rare delays of milliseconds.";
   const bool switchable = facts.kernel.find("PREEMPT_DYNAMIC") != std::string::npos;
-  finding.mend = switchable ? into_full : "sudo apt install linux-image-rt-amd64, then start that kernel";
+  finding.mend = switchable ? into_full : "sudo apt install linux-image-rt-amd64 # then start that kernel";
   return finding;
 }
 
@@ -106,7 +107,7 @@ Finding judge_throttling(const SystemFacts& facts) {
           Grade::degraded,
           "throttled " + std::to_string(facts.thermal_throttlings) + " times since the start",
           "A hot core is slowed down, and the physics on it with the loop.",
-          "cool the machine, or cap it: sudo cpupower frequency-set -u 2GHz"};
+          "sudo cpupower frequency-set -u 2GHz # or cool the machine"};
 }
 
 Finding judge_idle_states(const SystemFacts& facts) {

@@ -25,7 +25,7 @@ struct Finding {
   Grade grade = Grade::ok;
   std::string found;  ///< what there is
   std::string cost;   ///< what it costs, or empty
-  std::string mend;   ///< a command or a line of a file, to copy; empty where it is ok or nothing is known to help
+  std::string mend;   ///< as Refusal::mend; empty where it is ok
 };
 
 /// The findings, always the same ids in the same order.

@@ -3,8 +3,8 @@
 
 #include <sched.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/utsname.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -30,10 +30,17 @@ std::string first_line(const fs::path& file) {
   return line;
 }
 
+/// All of a file, unpacked where it is a gzip; empty where it cannot be read.
 std::string whole(const fs::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
+  std::string text;
+  gzFile stream = gzopen(file.c_str(), "rb");
+  if (stream == nullptr) return text;
+  std::array<char, 4096> buffer{};
+  for (int n = 0; (n = gzread(stream, buffer.data(), buffer.size())) > 0;) {
+    text.append(buffer.data(), static_cast<std::size_t>(n));
+  }
+  gzclose(stream);
+  return text;
 }
 
 std::optional<std::int64_t> number(const fs::path& file) {
@@ -69,7 +76,8 @@ Preemption dynamic_preemption(const fs::path& root, const std::string& release) 
   for (const auto& [name, mode] : preemption_names) {
     if (options.find(" preempt=" + std::string(name) + " ") != std::string::npos) return mode;
   }
-  const std::string config = "\n" + whole(root / "boot" / ("config-" + release));
+  const std::string config =
+      "\n" + whole(root / "boot" / ("config-" + release)) + "\n" + whole(root / "proc/config.gz");
   if (config.find("\nCONFIG_PREEMPT=y") != std::string::npos) return Preemption::full;
   if (config.find("\nCONFIG_PREEMPT_LAZY=y") != std::string::npos) return Preemption::lazy;
   if (config.find("\nCONFIG_PREEMPT_VOLUNTARY=y") != std::string::npos) return Preemption::voluntary;
@@ -131,8 +139,7 @@ SystemFacts probe_system(const fs::path& root) {
   for (const Refusal& refusal : missing_privileges(wanted)) {
     if (refusal != facts.memory_lock_refused) facts.fifo_refused = refusal;
   }
-  const std::uint64_t nice_limit = std::min<std::uint64_t>(raised_limit(RLIMIT_NICE), 40);
-  facts.least_nice = has_capability(Capability::sys_nice) ? -20 : std::min(20 - static_cast<int>(nice_limit), 19);
+  facts.least_nice = least_nice();
   cpu_set_t cores;
   CPU_ZERO(&cores);
   sched_getaffinity(0, sizeof cores, &cores);

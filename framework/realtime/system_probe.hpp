@@ -26,7 +26,7 @@ struct SystemFacts {
   std::string kernel;  ///< release and version, as uname tells them
   std::optional<Refusal> fifo_refused;
   std::optional<Refusal> memory_lock_refused;
-  int least_nice = 0;  ///< the lowest niceness this process may take, -20 to 19
+  int least_nice = 0;  ///< that this process may take, -20 to 19
   int cores = 0;       ///< that this process may use
   std::string isolated_cores;
   Preemption preemption = Preemption::unknown;

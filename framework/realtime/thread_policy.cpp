@@ -66,10 +66,12 @@ void apply_policy(const ThreadSettings& settings, ThreadGrant& grant) {
     }
     grant.refused.push_back(policy_refusal(settings, limit, error));
     if (grant.granted.policy != SchedulingPolicy::other) return;
+    setpriority(PRIO_PROCESS, 0, least_nice());
   }
   // Set and not left alone, because a thread inherits the policy of the one that made it.
   set_policy(SchedulingPolicy::other, 0);
   prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
+  grant.nice = getpriority(PRIO_PROCESS, 0);
 }
 
 void apply_core(const ThreadSettings& settings, ThreadGrant& grant) {

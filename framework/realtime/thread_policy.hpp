@@ -13,12 +13,15 @@ namespace tactor {
 /// What a thread runs under after it has asked.
 struct ThreadGrant {
   ThreadSettings granted;
+  int nice = 0;                  ///< of SCHED_OTHER: -20 goes before all others, 19 after them
   std::vector<Refusal> refused;  ///< empty: everything was given
 };
 
 /// Gives the calling thread the policy, priority and core of `settings`, and `name` cut to 15 characters. Nothing
 /// throws for a missing privilege; what falls short is in `refused`:
-/// - a real-time policy at the highest priority that the limit allows, if that is lower; else SCHED_OTHER;
+/// - a real-time policy at the highest priority that the limit allows, if that is lower; else SCHED_OTHER with the
+/// lowest
+///   niceness that is allowed, which beside busy programs is much of what SCHED_FIFO gives;
 /// - any core where the one asked for is not to be had.
 /// Under SCHED_OTHER the timer slack becomes 1 ns, without which the kernel lets each sleep run 50 us over. Call it
 /// before the loop: it allocates and reads files.

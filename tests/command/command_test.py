@@ -18,7 +18,7 @@ class ExitCodes(CommandTest):
     def test_help_and_version_succeed_for_every_verb(self):
         self.assertIn("0.1.0", self.run_ok("--version").stdout)
         self.run_ok("--help")
-        for verb in ("run", "compare", "check", "graph", "nodes", "schema", "export", "mend"):
+        for verb in ("run", "compare", "check", "graph", "nodes", "schema", "export", "mend", "doctor"):
             self.assertGreater(len(self.run_ok(verb, "--help").stdout), 80)
 
     def test_bad_input_is_exit_code_2_with_the_place(self):

@@ -48,7 +48,8 @@ class Includes(unittest.TestCase):
             "framework/graph": ("framework/core", "framework/node", "framework/graph"),
             "framework/record": ("framework/core", "framework/node", "framework/record"),
             "framework/realtime": ("framework/core", "framework/node", "framework/realtime"),
-            "framework/engine": ("framework/core", "framework/node", "framework/graph", "framework/engine"),
+            "framework/engine": ("framework/core", "framework/node", "framework/graph", "framework/realtime",
+                                 "framework/engine"),
             # source.recording plays recordings back through the record interface, which holds no HDF5.
             "nodes/source": ("framework/core", "framework/node", "framework/record", "nodes/source"),
             "nodes/scene": ("framework/core", "nodes/scene"),

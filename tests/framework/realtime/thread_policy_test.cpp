@@ -14,8 +14,10 @@
 #include <boost/test/unit_test.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <functional>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -60,20 +62,50 @@ boost::test_tools::assertion_result may_fifo_and_limit_it(utf::test_unit_id unit
   return result;
 }
 
-/// Runs `work` in a child process without capabilities and with these limits, and returns the text it makes.
-std::string without_privileges(rlim_t rtprio, rlim_t memlock, const std::function<std::string()>& work) {
+/// A control group without a real-time budget, as each new one is; empty where none can be made.
+class GroupWithoutBudget {
+ public:
+  GroupWithoutBudget() {
+    const std::optional<CgroupRealtime> own = cgroup_realtime();
+    if (!own) return;
+    path_ = own->file.parent_path() / ("tactor-test-" + std::to_string(getpid()));
+    std::error_code error;
+    if (!std::filesystem::create_directory(path_, error)) path_.clear();
+  }
+  ~GroupWithoutBudget() {
+    std::error_code error;
+    if (made()) std::filesystem::remove(path_, error);
+  }
+  GroupWithoutBudget(const GroupWithoutBudget&) = delete;
+  GroupWithoutBudget& operator=(const GroupWithoutBudget&) = delete;
+
+  [[nodiscard]] bool made() const { return !path_.empty(); }
+  /// Moves the calling process into it.
+  [[nodiscard]] bool join() const {
+    std::ofstream processes(path_ / "cgroup.procs");
+    processes << getpid();
+    return static_cast<bool>(processes.flush());
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+boost::test_tools::assertion_result may_make_groups(utf::test_unit_id) {
+  const GroupWithoutBudget group;
+  boost::test_tools::assertion_result result(group.made() && has_capability(Capability::sys_nice));
+  result.message() << "this needs root and control groups of version 1 with a real-time budget";
+  return result;
+}
+
+/// Runs `work` in a child process and returns the text it makes.
+std::string in_a_child(const std::function<std::string()>& work) {
   std::array<int, 2> ends{};
   BOOST_REQUIRE(pipe(ends.data()) == 0);
   const pid_t child = fork();
   BOOST_REQUIRE(child >= 0);
   if (child == 0) {
-    const rlimit realtime{rtprio, rtprio};
-    const rlimit locked{memlock, memlock};
-    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
-    const std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> none{};
-    const bool dropped = setrlimit(RLIMIT_RTPRIO, &realtime) == 0 && setrlimit(RLIMIT_MEMLOCK, &locked) == 0 &&
-                         syscall(SYS_capset, &header, none.data()) == 0;
-    const std::string text = dropped ? work() : "cannot drop privileges";
+    const std::string text = work();
     const bool written = write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size());
     _exit(written ? 0 : 1);
   }
@@ -89,10 +121,25 @@ std::string without_privileges(rlim_t rtprio, rlim_t memlock, const std::functio
   return text;
 }
 
+/// Runs `work` in a child process without capabilities and with these limits, and returns the text it makes.
+std::string without_privileges(rlim_t rtprio, rlim_t memlock, const std::function<std::string()>& work) {
+  return in_a_child([&]() -> std::string {
+    const rlimit realtime{rtprio, rtprio};
+    const rlimit locked{memlock, memlock};
+    const rlimit nothing{0, 0};
+    __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+    const std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> none{};
+    const bool dropped = setrlimit(RLIMIT_RTPRIO, &realtime) == 0 && setrlimit(RLIMIT_MEMLOCK, &locked) == 0 &&
+                         setrlimit(RLIMIT_NICE, &nothing) == 0 && syscall(SYS_capset, &header, none.data()) == 0;
+    return dropped ? work() : "cannot drop privileges";
+  });
+}
+
 std::string summary(const ThreadGrant& grant) {
   std::string text = std::to_string(static_cast<int>(grant.granted.policy)) + "/" +
                      std::to_string(grant.granted.priority) + "/" + std::to_string(sched_getscheduler(0)) + "/" +
-                     std::to_string(prctl(PR_GET_TIMERSLACK, 0UL, 0UL, 0UL, 0UL)) + "\n";
+                     std::to_string(prctl(PR_GET_TIMERSLACK, 0UL, 0UL, 0UL, 0UL)) + "/" + std::to_string(grant.nice) +
+                     "\n";
   for (const Refusal& refusal : grant.refused) text += describe(refusal) + "\n";
   return text;
 }
@@ -190,9 +237,20 @@ BOOST_AUTO_TEST_CASE(a_core_that_is_not_there_is_refused_with_those_that_are) {
 BOOST_AUTO_TEST_CASE(without_privileges_fifo_becomes_other_with_a_fine_timer_and_the_mend_is_told) {
   const std::string text =
       without_privileges(0, 65'536, [] { return summary(apply_thread_settings(fifo_40, "degraded")); });
-  BOOST_TEST(text.starts_with("0/0/0/1\n"), text);
+  BOOST_TEST(text.starts_with("0/0/0/1/" + std::to_string(getpriority(PRIO_PROCESS, 0)) + "\n"), text);
   BOOST_TEST(contains(text, "SCHED_FIFO at priority 40 refused: the limit rtprio is 0"), text);
   BOOST_TEST(contains(text, geteuid() == 0 ? "--cap-add SYS_NICE" : "/etc/security/limits.d/"), text);
+}
+
+BOOST_AUTO_TEST_CASE(in_a_group_without_budget_niceness_stands_in_and_the_file_to_write_is_told,
+                     *utf::precondition(may_make_groups)) {
+  const GroupWithoutBudget group;
+  const std::string text = in_a_child([&group]() -> std::string {
+    return group.join() ? summary(apply_thread_settings(fifo_40, "no budget")) : "cannot join the group";
+  });
+  BOOST_TEST(text.starts_with("0/0/0/1/-20\n"), text);
+  BOOST_TEST(contains(text, "no real-time budget"), text);
+  BOOST_TEST(contains(text, "/cpu.rt_runtime_us"), text);
 }
 
 BOOST_AUTO_TEST_CASE(a_lower_limit_gives_the_priority_that_it_allows, *utf::precondition(may_fifo_and_limit_it)) {
