@@ -13,12 +13,10 @@
 
 #include "app/live.hpp"
 #include "app/statistics.hpp"
+#include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/record/recorder.hpp"
-#ifdef TACTOR_WITH_CAF
-#include "framework/engine/live/live_run.hpp"
-#endif
 
 namespace tactor {
 
@@ -178,9 +176,8 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
   judge(plan, options, engine.nodes(), result);
 }
 
-#ifdef TACTOR_WITH_CAF
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
-  auto engine = std::make_unique<LiveRun>(plan);
+  std::unique_ptr<LiveEngine> engine = load_live_library().make(plan);
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   LiveWatch watch(plan, recorder.get(), options.replay_folder.has_value());
   const double cpu = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
@@ -202,6 +199,14 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
     result.nodes.push_back(node_cost(plan.nodes[i], engine->node_figures(i)));
   }
+  for (const LiveDevice& device : result.live->devices) {
+    NodeCost& cost = result.nodes[device.node];
+    cost.steps = device.ticks;
+    cost.missed_ticks = device.missed;
+    cost.median_us = device.body_time.p50.microseconds();
+    cost.p99_us = device.body_time.p99.microseconds();
+    cost.total_s = device.body_sum.seconds();
+  }
   for (std::size_t i = 0; i < plan.edges.size(); ++i) {
     const PlannedEdge& edge = plan.edges[i];
     result.edges.push_back({edge.spec.name(), queue_text(edge.spec.queue), result.live->edges[i].figures});
@@ -213,14 +218,6 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   }
   judge(plan, options, engine->nodes(), result);
 }
-#else
-void execute_live(const Plan& plan, const RunOptions&, RunResult&) {
-  throw InputError(
-      plan.graph.file.string() +
-      ": clock: real needs the live engine, which this build leaves out (-DTACTOR_WITH_CAF=OFF); use clock: "
-      "virtual");
-}
-#endif
 
 }  // namespace
 

@@ -438,7 +438,7 @@ void LiveRun::Engine::look_for_stalls() {
     if (loops_[n]) look_for_failure(n);
     const std::int64_t ended =
         loops_[n] ? loops_[n]->loop().figures().ended.value() : static_cast<std::int64_t>(dispatcher_->steps(n));
-    const bool idle = !loops_[n] && !dispatcher_->busy(n);
+    const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n);
     watched.moved = idle || ended != watched.steps_ended ? now : watched.moved + unwatched;
     watched.steps_ended = ended;
     const Duration still = now - watched.moved;
