@@ -21,7 +21,7 @@ struct LoopSettings {
   std::string name;                                  ///< of the thread, as `top -H` shows it; cut to 15 characters
   double rate = 1000;                                ///< Hz, above 0 and at most TickSchedule::max_rate
   ThreadSettings thread;                             ///< what the thread asks for
-  std::size_t stack_size = std::size_t{256} * 1024;  ///< bytes, thread-local storage included; all touched before t = 0
+  std::size_t stack_size = std::size_t{256} * 1024;  ///< bytes, thread-local storage included; all touched at the start
   std::int64_t warm_up_ticks = 10;                   ///< ticks whose heap calls and page faults are not counted
 };
 
