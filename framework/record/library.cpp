@@ -14,7 +14,8 @@ const RecordLibrary& load() {
       "this build has no HDF5, so it can neither record nor replay .h5 files (configure with -DTACTOR_WITH_HDF5=ON, or "
       "leave the recording out of the graph)"));
   const RecordLibrary* library = entry(TACTOR_RECORD_ABI);
-  if (library == nullptr) throw InputError(std::string(file_name) + " belongs to another build of tactor; build it again");
+  if (library == nullptr)
+    throw InputError(std::string(file_name) + " belongs to another build of tactor; build it again");
   return *library;
 }
 

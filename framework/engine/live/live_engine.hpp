@@ -42,8 +42,8 @@ struct LiveLibrary {
   std::unique_ptr<LiveEngine> (*make)(const Plan& plan);
 };
 
-/// Loads libtactor_live.so, once: a run under the virtual clock never loads the actor framework. Throws InputError where
-/// it is not there: then the build has no live engine.
+/// Loads libtactor_live.so, once: a run under the virtual clock never loads the actor framework. Throws InputError
+/// where it is not there: then the build has no live engine.
 const LiveLibrary& load_live_library();
 
 }  // namespace tactor

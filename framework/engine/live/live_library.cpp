@@ -13,7 +13,8 @@ const LiveLibrary& load() {
       file_name, "tactor_live_library",
       "clock: real: this build has no live engine (configure with -DTACTOR_WITH_CAF=ON, or use clock: virtual)"));
   const LiveLibrary* library = entry(TACTOR_LIVE_ABI);
-  if (library == nullptr) throw InputError(std::string(file_name) + " belongs to another build of tactor; build it again");
+  if (library == nullptr)
+    throw InputError(std::string(file_name) + " belongs to another build of tactor; build it again");
   return *library;
 }
 

@@ -480,6 +480,7 @@ LiveStatus LiveRun::Engine::snapshot() {
     device.missed = static_cast<std::uint64_t>(figures.missed.value());
     device.wake_latency = figures_of(figures.wake_latency);
     device.body_time = figures_of(figures.body_time);
+    device.body_sum = Duration{figures.body_ns.value()};
     device.end_to_end = figures_of(loop.end_to_end());
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(figures.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(figures.page_faults.value());
