@@ -82,6 +82,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   [[nodiscard]] Time next_instant() const { return std::max(clock(), dispatcher_->now() + Duration{1}); }
   void catch_up(Time t);
   void handle_events_before(Time t);
+  void begin_stop();
   void begin_ready();
   void drain_loops();
   [[nodiscard]] Time next_look(Time now) const;
@@ -157,11 +158,8 @@ LiveRun::Engine::Engine(const Plan& plan)
 void LiveRun::Engine::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
   check_privileges();
   make_lanes();
+  dispatcher_->start();
   make_actors();
-  {
-    const std::scoped_lock lock(mutex_);
-    dispatcher_->start();
-  }
   start_threads();
   watch(observer, go_on);
   wind_down(observer);
@@ -253,7 +251,7 @@ void LiveRun::Engine::catch_up(Time t) {
   if (t >= end_ && dispatcher_->phase() != Phase::stopping) {
     handle_events_before(end_);
     dispatcher_->move_to(end_);
-    dispatcher_->stop();
+    begin_stop();
   }
   handle_events_before(t);
   dispatcher_->move_to(t);
@@ -266,6 +264,12 @@ void LiveRun::Engine::handle_events_before(Time t) {
     dispatcher_->handle_due();
     begin_ready();
   }
+}
+
+void LiveRun::Engine::begin_stop() {
+  // What the run is judged by ends here; the ramp-down is not part of it.
+  status = snapshot();
+  dispatcher_->stop();
 }
 
 void LiveRun::Engine::begin_ready() {
@@ -520,8 +524,7 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   {
     const std::scoped_lock lock(mutex_);
     catch_up(next_instant());
-    status = snapshot();
-    if (dispatcher_->phase() != Phase::stopping) dispatcher_->stop();
+    if (dispatcher_->phase() != Phase::stopping) begin_stop();
   }
   attend(observer, longest_ramp_down, [this] {
     const std::scoped_lock lock(mutex_);
