@@ -27,12 +27,10 @@ __attribute__((noinline)) void touch_stack() noexcept {
   pthread_attr_getstack(&attributes, &lowest, &size);
   pthread_attr_destroy(&attributes);
   const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-  const auto bottom = reinterpret_cast<std::uintptr_t>(lowest);
-  // The page below the one this frame is on is beyond what is in use, the red zone included.
-  const std::uintptr_t top = reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0)) / page * page - page;
-  for (std::uintptr_t address = top; address >= bottom; address -= page) {
-    *reinterpret_cast<volatile char*>(address) = 0;
-  }
+  auto* bytes = static_cast<volatile char*>(lowest);
+  const auto frame = static_cast<std::uintptr_t>(static_cast<volatile char*>(__builtin_frame_address(0)) - bytes);
+  // The pages below the one this frame is on are beyond what is in use, the red zone included.
+  for (std::uintptr_t in_use = frame / page; in_use > 0; --in_use) bytes[(in_use - 1) * page] = 0;
 }
 
 enum class Phase : std::uint8_t { idle, starting, running, ended };
@@ -101,7 +99,7 @@ ThreadGrant PeriodicLoop::start(Instant origin) {
     shared_->phase.store(Phase::idle);
     throw RunError("cannot start the thread " + shared_->settings.name + ": " + std::strerror(error));
   }
-  share.release();
+  static_cast<void>(share.release());
   shared_->joinable = true;
   shared_->phase.wait(Phase::starting, std::memory_order_acquire);
   return shared_->grant;

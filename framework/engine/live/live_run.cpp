@@ -135,6 +135,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::optional<MemoryLock> memory_;
   caf::actor_system_config config_;
   std::unique_ptr<caf::actor_system> system_;
+  const caf::message step_message_ = caf::make_message(LaneActor::Step::value);  // one for all, so none is allocated
   std::vector<caf::actor> actors_;
   std::thread bridge_;
 };
@@ -281,7 +282,7 @@ void LiveRun::Engine::begin_ready() {
 }
 
 void LiveRun::Engine::wake(const std::vector<std::size_t>& nodes_to_step) {
-  for (const std::size_t n : nodes_to_step) caf::anon_send(actors_[n], LaneActor::Step::value);
+  for (const std::size_t n : nodes_to_step) caf::anon_send(actors_[n], step_message_);
 }
 
 void LiveRun::Engine::step(std::size_t node) {
