@@ -35,8 +35,8 @@ class LiveWatch final : public RunObserver {
 };
 
 /// Writes `folder`/costs/NODE.txt, the cost of each step in seconds, and `folder`/replay.yaml, the graph with
-/// `clock: virtual` and these costs. Throws RunError where that is not possible.
-void write_replay(const Plan& plan, const LiveWatch& watch, const std::filesystem::path& folder);
+/// `clock: virtual`, these costs and the `duration` that was run. Throws RunError where that is not possible.
+void write_replay(const Plan& plan, const LiveWatch& watch, Duration duration, const std::filesystem::path& folder);
 
 /// device.{ticks,missed,wakeup_us.*,body_us.*,allocations,page_faults,dropped} and end_to_end_us.* of each node in the
 /// real-time lane, record_drops and stalls.
