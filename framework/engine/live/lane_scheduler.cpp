@@ -27,9 +27,12 @@ class LaneScheduler::Worker final : public caf::execution_unit {
   ~Worker() override { thread_.join(); }
 
   void exec_later(caf::resumable* job) override { scheduler_.enqueue(job); }
+  /// The lane that the calling thread works on; null where it is no worker.
+  static const Lane* current_lane() { return current_lane_; }
 
  private:
   void run() {
+    current_lane_ = &lane_;
     system().thread_started();
     scheduler_.on_thread_(lane_.spec);
     while (caf::resumable* job = next()) {
@@ -55,10 +58,14 @@ class LaneScheduler::Worker final : public caf::execution_unit {
     return job;
   }
 
+  static thread_local const Lane* current_lane_;
+
   LaneScheduler& scheduler_;
   Lane& lane_;
   std::thread thread_;
 };
+
+thread_local const LaneScheduler::Lane* LaneScheduler::Worker::current_lane_ = nullptr;
 
 LaneScheduler::LaneScheduler(caf::actor_system& system, std::vector<LaneSpec> lanes, OnThread on_thread)
     : caf::scheduler::abstract_coordinator(system), on_thread_(std::move(on_thread)) {
@@ -96,11 +103,14 @@ void LaneScheduler::stop() {
 void LaneScheduler::enqueue(caf::resumable* job) {
   const auto* actor = dynamic_cast<const LaneActor*>(job);
   Lane& lane = *lanes_[actor == nullptr ? 0 : actor->lane()];
+  bool by_another = false;
   {
     const std::scoped_lock lock(lane.mutex);
     lane.jobs.push_back(job);
+    // A worker asks for steps at the end of one, and takes the first of them itself sooner than another would wake up.
+    by_another = lane.jobs.size() > 1 || Worker::current_lane() != &lane;
   }
-  lane.condition.notify_one();
+  if (by_another) lane.condition.notify_one();
 }
 
 }  // namespace tactor
