@@ -44,7 +44,8 @@ class LiveRun {
   [[nodiscard]] PlanNodes& nodes();
   /// The state at the end.
   [[nodiscard]] const LiveStatus& status() const;
-  /// CPU time of the steps of a node; empty for one in the real-time lane, which has its loop's figures.
+  /// CPU time of the steps of a node, in the pool of some of them; empty for one in the real-time lane, which has its
+  /// loop's figures.
   [[nodiscard]] const NodeFigures& node_figures(std::size_t node) const;
 
  private:
