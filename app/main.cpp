@@ -19,6 +19,7 @@
 #include "app/compare.hpp"
 #include "app/doctor.hpp"
 #include "app/html_report.hpp"
+#include "app/live.hpp"
 #include "app/live_view.hpp"
 #include "app/node_reference.hpp"
 #include "app/run.hpp"
@@ -138,6 +139,7 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   if (result.failure) fmt::print(stderr, "tactor: {}\n", *result.failure);
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
+  if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
   fmt::print("{}\n", summary_table(result));
   write_file(folder / "report.html", run_report(result));
   fmt::print("  {}\n", (folder / "report.html").string());

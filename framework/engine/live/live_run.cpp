@@ -47,10 +47,6 @@ constexpr std::uint64_t steps_a_measurement = 7;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings bridge_settings{SchedulingPolicy::fifo, 70, std::nullopt};
 
-LatencyFigures figures_of(const LatencyHistogram& h) {
-  return {h.count(), h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.quantile(0.9999), h.max()};
-}
-
 int core_count() {
   return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
 }
@@ -93,7 +89,8 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void look_for_failure(std::size_t node);
   [[nodiscard]] bool devices_at_rest() const;
   [[nodiscard]] bool any_busy() const;
-  LiveStatus snapshot();
+  /// `whole`: with the histograms.
+  LiveStatus snapshot(bool whole);
 
   void wake(const std::vector<std::size_t>& nodes_to_step);
   void step(std::size_t node);
@@ -406,7 +403,7 @@ void LiveRun::Engine::watch(RunObserver& observer, const std::function<bool(cons
       const std::scoped_lock lock(mutex_);
       if (failure || clock() >= end_) return true;
       if (clock() < next_ask) return false;
-      now = snapshot();
+      now = snapshot(false);
     }
     next_ask = now.now + ask_period;
     return !go_on(now);
@@ -469,7 +466,7 @@ void LiveRun::Engine::look_for_failure(std::size_t node) {
   }
 }
 
-LiveStatus LiveRun::Engine::snapshot() {
+LiveStatus LiveRun::Engine::snapshot(bool whole) {
   LiveStatus s;
   s.now = clock();
   s.phase = dispatcher_->phase();
@@ -485,9 +482,9 @@ LiveStatus LiveRun::Engine::snapshot() {
     device.node = n;
     device.ticks = static_cast<std::uint64_t>(figures.ended.value());
     device.missed = static_cast<std::uint64_t>(figures.missed.value());
-    device.wake_latency = figures_of(figures.wake_latency);
-    device.body_time = figures_of(figures.body_time);
-    device.end_to_end = figures_of(loop.end_to_end());
+    device.wake_latency = figures_of(figures.wake_latency, whole);
+    device.body_time = figures_of(figures.body_time, whole);
+    device.end_to_end = figures_of(loop.end_to_end(), whole);
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(figures.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(figures.page_faults.value());
     device.dropped = loop.dropped_out();
@@ -498,7 +495,7 @@ LiveStatus LiveRun::Engine::snapshot() {
   }
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
     const auto& loop = loops_[plan_.edges[e].to];
-    LiveEdge edge{dispatcher_->edge_figures(e), figures_of(loop ? *loop->age(e) : *age_[e])};
+    LiveEdge edge{dispatcher_->edge_figures(e), figures_of(loop ? *loop->age(e) : *age_[e], whole)};
     if (loop) edge.figures.dropped += loop->dropped_in(e);
     s.edges.push_back(edge);
   }
@@ -526,7 +523,7 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   {
     const std::scoped_lock lock(mutex_);
     catch_up(next_instant());
-    status = snapshot();
+    status = snapshot(true);
     if (dispatcher_->phase() != Phase::stopping) dispatcher_->stop();
   }
   attend(observer, longest_ramp_down, [this] {
