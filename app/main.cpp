@@ -19,6 +19,7 @@
 #include "app/compare.hpp"
 #include "app/doctor.hpp"
 #include "app/html_report.hpp"
+#include "app/live.hpp"
 #include "app/live_view.hpp"
 #include "app/node_reference.hpp"
 #include "app/run.hpp"
@@ -109,9 +110,10 @@ Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overr
   return make_plan(load_graph(graph, registry, overrides, mesh_folders()));
 }
 
-void write_results(const fs::path& folder, const RunResult& result) {
+void write_results(const fs::path& folder, const Plan& plan, const RunResult& result) {
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
+  if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
   fmt::print("{}\n", summary_table(result));
   write_file(folder / "report.html", run_report(result));
   fmt::print("  {}\n", (folder / "report.html").string());
@@ -147,14 +149,14 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   if (result.abandoned) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     try {
-      write_results(folder, result);
+      write_results(folder, plan, result);
     } catch (const std::exception& error) {
       fmt::print(stderr, "tactor: {}\n", error.what());
     }
     std::fflush(nullptr);
     std::_Exit(1);
   }
-  write_results(folder, result);
+  write_results(folder, plan, result);
   // A live run that is asked to end has ended as it should.
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }

@@ -93,6 +93,9 @@ NodeCost node_cost(const NodeSpec& spec, const NodeFigures& figures) {
     cost.total_s += 1e-9 * ns;
   }
   if (!us.empty()) {
+    // A live pool measures some of its steps, which stand for all.
+    cost.total_s *=
+        static_cast<double>(std::max<std::uint64_t>(cost.steps, us.size())) / static_cast<double>(us.size());
     cost.median_us = median(us);
     cost.p99_us = quantile(us, 0.99);
   }
