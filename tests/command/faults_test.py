@@ -1,0 +1,336 @@
+"""Live runs in which something goes wrong: whatever it is, the force stays within its limits and comes down to zero."""
+import ctypes
+import json
+import os
+import pathlib
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from harness import GRAPHS, TACTOR, CommandTest, needs_collision, needs_hdf5
+
+try:
+    import h5py
+    import numpy
+except ImportError:
+    h5py = None
+
+FAULT_NODES = pathlib.Path(os.environ.get("TACTOR_BUILD", pathlib.Path(TACTOR).resolve().parents[1])) / "tests/nodes"
+TIMEOUT = 90  # s, for a run of a few seconds on a machine with much else to do
+# The limits of devices unless a graph says otherwise.
+FORCE_MAX, TORQUE_MAX, FORCE_SLEW, TORQUE_SLEW, PERIOD = 8.0, 0.3, 2000.0, 40.0, 1e-3
+STALE_AFTER, RAMP_DOWN = 0.1, 0.1
+DISENGAGED, RAMPING, ENGAGED, FAULT = range(4)
+NONE, NOT_FINITE, OVERSPEED, READ_FAILED = range(4)
+STALE, NOT_PERMITTED = 7, 8
+# The duck's tool is in contact from 0.7 s on. Nothing is judged, so no reference run is waited for.
+DUCK = f"""extends: {GRAPHS / 'duck_live.yaml'}
+duration: 3 s
+nodes: {{metrics: ~}}
+record: [device.state, device.commanded, device.safety, coupling.force]
+"""
+STALL = """nodes:
+  metrics: ~
+  stall: {type: fault.stall, at: 1.2 s, %s, lane: thread, thread: physics}
+edges:
+  - dynamics.state -> stall.in
+  - stall.out -> coupling.state
+"""
+THROWS = """nodes:
+  metrics: ~
+  culprit: {type: fault.throws, at: 1.2 s, lasts: 1 s}
+edges:
+  - coupling.force -> culprit.in
+  - culprit.out -> refit.force
+"""
+NOT_FINITE_FORECAST = """nodes:
+  metrics: ~
+  culprit: {type: fault.not_finite, at: 1.2 s, lasts: 0.2 s}
+edges:
+  - prediction.forecast -> culprit.in
+  - culprit.out -> interpolation.forecast
+"""
+DEVICE = """nodes:
+  metrics: ~
+  device: {type: fault.device, failure_timeout: 0.5 s, %s}
+"""
+
+
+def duck(extra="", live=""):
+    """The duck's graph; `extra` may have nodes of its own, `live` the keys of that section."""
+    text = DUCK if "nodes:" not in extra else DUCK.replace("nodes: {metrics: ~}\n", "")
+    return text + extra + (f"live: {{{live}}}\n" if live else "")
+
+
+class Recording:
+    """What a run recorded of its device."""
+
+    def __init__(self, path, **options):
+        with h5py.File(path, **options) as file:
+            self.complete = bool(file.attrs["complete"])
+            commanded = file["streams/device.commanded/data"][...]
+            safety = file["streams/device.safety/data"][...]
+        rows = min(len(commanded), len(safety))  # of a run that was cut off, one may have a message more
+        commanded, safety = commanded[:rows], safety[:rows]
+        assert (commanded["valid_ns"] == safety["valid_ns"]).all()
+        self.ns = commanded["valid_ns"]
+        self.t = self.ns * 1e-9
+        self.force, self.torque = commanded["force"], commanded["torque"]
+        self.norm = numpy.linalg.norm(self.force, axis=1)
+        self.engagement, self.cause = safety["engagement"], safety["cause"]
+
+    def first(self, condition, after=0.0):
+        """The first tick where the condition holds."""
+        found = numpy.flatnonzero(condition & (self.t >= after))
+        assert len(found) > 0, "no tick is so"
+        return found[0]
+
+
+@needs_collision
+@needs_hdf5
+@unittest.skipIf(h5py is None, "h5py is not installed")
+class FaultRun(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.environment["TACTOR_NODE_PATH"] = str(FAULT_NODES)
+        self.out = self.folder / "out"
+
+    def start(self, graph, *arguments, **options):
+        """The command, started."""
+        process = subprocess.Popen([TACTOR, "run", self.write("fault.yaml", graph), "--out", self.out, *arguments],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   env=dict(os.environ, **self.environment), **options)
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        return process
+
+    def finish(self, process, code):
+        """Waits for its end, which must be with this exit code; what it said on standard error."""
+        try:
+            self.stdout, stderr = process.communicate(timeout=TIMEOUT)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            self.fail("the run does not end")
+        self.assertEqual(process.returncode, code, self.stdout + stderr)
+        return stderr
+
+    def run_fault(self, graph, code, *arguments, **options):
+        """Runs the graph to its end; standard error."""
+        return self.finish(self.start(graph, *arguments, **options), code)
+
+    def results(self):
+        """The summary; the other results must be there too."""
+        self.assertIn("duration_s", (self.out / "graph.yaml").read_text() and (self.out / "summary.json").read_text())
+        self.assertIn("</html>", (self.out / "report.html").read_text())
+        return json.loads((self.out / "summary.json").read_text())
+
+    def recording(self, complete=True, at_rest=True, **options):
+        """The recording, whose force has kept its limits at every tick, and is zero at the end."""
+        recorded = Recording(self.out / "recording.h5", **options)
+        self.assertEqual(recorded.complete, complete)
+        self.assertGreater(len(recorded.t), 300)
+        self.assertTrue(numpy.isfinite(recorded.force).all() and numpy.isfinite(recorded.torque).all())
+        steps = numpy.diff(recorded.ns)
+        self.assertTrue((steps > 0).all())
+        elapsed = numpy.minimum(steps * 1e-9, 2 * PERIOD)  # a longer gap allows no longer a step
+        for vector, most, slew in ((recorded.force, FORCE_MAX, FORCE_SLEW), (recorded.torque, TORQUE_MAX, TORQUE_SLEW)):
+            self.assertLessEqual(numpy.linalg.norm(vector, axis=1).max(), most * (1 + 1e-9))
+            change = numpy.linalg.norm(numpy.diff(vector, axis=0), axis=1)
+            self.assertTrue((change <= slew * elapsed * (1 + 1e-9)).all(), (change / elapsed).max())
+        # Without permission, without a fresh force and in a fault, zero follows in its time.
+        quiet = (recorded.engagement == DISENGAGED)
+        self.assertTrue((recorded.norm[quiet] == 0).all())
+        self.assertGreater(recorded.norm.max(), 0.2, "the tool was not in contact, so nothing was tried")
+        if at_rest:
+            self.assertEqual(recorded.norm[-1], 0.0)
+        return recorded
+
+    def assert_zero_in_time(self, recorded, begin, limit):
+        """Zero is commanded at the ticks from `limit` s after tick `begin` on, until the wrench ramps in again."""
+        late = numpy.flatnonzero(recorded.t >= recorded.t[begin] + limit + 2 * PERIOD)
+        self.assertGreater(len(late), 0)
+        self.assertEqual(recorded.norm[late[0]], 0.0)
+
+    def assert_ramped_down(self, recorded, cause):
+        """The last ramp takes the force down to zero for this cause."""
+        ramp = (recorded.engagement == RAMPING) & (recorded.cause == cause)
+        begin = recorded.first(ramp)
+        self.assertGreater(recorded.norm[begin], 0)
+        self.assertGreater(numpy.count_nonzero(ramp & (recorded.norm > 0)), 10)
+        self.assert_zero_in_time(recorded, begin, RAMP_DOWN)
+
+
+class Physics(FaultRun):
+    def test_a_stall_is_ramped_out_and_in_where_the_graph_recovers(self):
+        self.run_fault(duck(STALL % "lasts: 0.6 s", "on_stall: recover, stall_timeout: 0.2 s"), 0)
+        recorded = self.recording()
+        stale = recorded.first(recorded.cause == STALE, after=1.2)
+        self.assertGreaterEqual(recorded.t[stale], 1.2 + STALE_AFTER)
+        self.assert_zero_in_time(recorded, stale, RAMP_DOWN)
+        back = recorded.first((recorded.engagement == RAMPING) & (recorded.cause == NONE), after=recorded.t[stale])
+        self.assertEqual(recorded.norm[back - 1], 0.0)
+        self.assertGreaterEqual(recorded.t[back], 1.2 + 0.6 - 0.01)
+        engaged = recorded.first(recorded.engagement == ENGAGED, after=recorded.t[back])
+        self.assertGreaterEqual(recorded.t[engaged] - recorded.t[back], 0.1 - 2 * PERIOD)
+        self.assertGreater(recorded.norm[engaged:].max(), 0.2)
+        summary = self.results()
+        self.assertNotIn("failure", summary)
+        self.assertGreaterEqual(summary["device"]["stale"], 1)
+
+    def test_a_stall_ends_the_run_with_the_name_of_the_node_where_the_graph_stops(self):
+        stderr = self.run_fault(duck(STALL % "lasts: 0.6 s", "stall_timeout: 0.3 s"), 1)
+        self.assertRegex(stderr, r"node stall \(fault\.stall\) has stalled.*stall_timeout")
+        recorded = self.recording()
+        self.assertLess(recorded.t[-1], 2.9)
+        stale = recorded.first(recorded.cause == STALE, after=1.2)
+        self.assert_zero_in_time(recorded, stale, RAMP_DOWN)
+        self.assertIn("stall", self.results()["failure"])
+
+    def test_a_step_without_end_ends_the_process_with_everything_recorded(self):
+        process = self.start(duck(STALL % "lasts: 1000 s, computes: true"))
+        stderr = self.finish(process, 1)
+        self.assertRegex(stderr, r"node stall \(fault\.stall\) has stalled")
+        recorded = self.recording()
+        stale = recorded.first(recorded.cause == STALE, after=1.2)
+        self.assert_zero_in_time(recorded, stale, RAMP_DOWN)
+        summary = self.results()
+        self.assertIn("stall", summary["failure"])
+        # The run ended at the stall, and everything up to there has been recorded.
+        self.assertGreater(recorded.t[-1], summary["duration_s"] - PERIOD)
+        self.assertGreater(summary["device"]["ticks"], 1000)
+
+
+class Pipeline(FaultRun):
+    def test_forces_that_are_not_finite_never_reach_the_device(self):
+        self.run_fault(duck(NOT_FINITE_FORECAST), 0)
+        recorded = self.recording()
+        # The interpolation keeps such forecasts to itself, or the gate rejects them.
+        wrong = recorded.first((recorded.cause == NOT_FINITE) | (recorded.cause == STALE), after=1.2)
+        self.assert_zero_in_time(recorded, wrong, RAMP_DOWN)
+        engaged = recorded.first(recorded.engagement == ENGAGED, after=1.4)
+        self.assertGreater(recorded.norm[engaged:].max(), 0.2)
+        self.assertNotIn("failure", self.results())
+
+    def test_a_node_that_throws_ends_the_run_with_its_name_and_its_words(self):
+        stderr = self.run_fault(duck(THROWS), 1)
+        self.assertRegex(stderr, r"node culprit failed at 1\.\d+ s: it broke on purpose")
+        recorded = self.recording()
+        self.assert_ramped_down(recorded, NOT_PERMITTED)
+        self.assertIn("it broke on purpose", self.results()["failure"])
+        self.assertIn("it broke on purpose", (self.out / "report.html").read_text())
+
+
+class Device(FaultRun):
+    def test_one_failed_reading_is_a_fault_that_is_recovered_from(self):
+        self.run_fault(duck(DEVICE % "at: 1.2 s, lasts: 0.5 ms, rate: 1 kHz"), 0)
+        recorded = self.recording()
+        if READ_FAILED not in recorded.cause:
+            self.skipTest("the one tick that was to fail has been missed")
+        fault = recorded.first(recorded.cause == READ_FAILED)
+        self.assert_zero_in_time(recorded, fault, FORCE_MAX / FORCE_SLEW)
+        engaged = recorded.first(recorded.engagement == ENGAGED, after=recorded.t[fault])
+        self.assertGreaterEqual(recorded.t[engaged] - recorded.t[fault], 0.5)  # the gate's time of recovery
+        summary = self.results()
+        self.assertEqual(summary["device"]["causes"]["read_failed"], 1)
+        self.assertNotIn("failure", summary)
+
+    def test_readings_that_fail_for_good_end_the_run_with_the_name_of_the_device(self):
+        stderr = self.run_fault(duck(DEVICE % "at: 1.2 s, lasts: 1000 s"), 1)
+        self.assertRegex(stderr, r"device device could not be read for 0\.\d+ s: its cable is out on purpose")
+        recorded = self.recording()
+        fault = recorded.first(recorded.cause == READ_FAILED)
+        self.assert_zero_in_time(recorded, fault, FORCE_MAX / FORCE_SLEW)
+        self.assertTrue((recorded.norm[recorded.t > recorded.t[fault] + 0.01] == 0).all())
+        self.assertIn("device", self.results()["failure"])
+
+    def test_a_handle_that_jumps_is_braked_and_then_left_alone(self):
+        self.run_fault(duck(DEVICE % "fault: jumps, at: 1.2 s, lasts: 0.3 s"), 0)
+        recorded = self.recording()
+        fault = recorded.first(recorded.cause == OVERSPEED, after=1.2)
+        self.assert_zero_in_time(recorded, fault, 0.05 + 2 * FORCE_MAX / FORCE_SLEW)
+        self.assertGreaterEqual(self.results()["device"]["causes"]["overspeed"], 1)
+
+    def test_a_reading_that_comes_back_late_is_followed_by_no_step_of_force(self):
+        self.run_fault(duck(DEVICE % "fault: blocks, at: 1.2 s, lasts: 0.7 s",
+                            "on_stall: recover, stall_timeout: 0.2 s"), 0)
+        recorded = self.recording()
+        gap = numpy.argmax(numpy.diff(recorded.ns))
+        self.assertGreater(recorded.ns[gap + 1] - recorded.ns[gap], 600_000_000)
+        summary = self.results()
+        self.assertGreaterEqual(summary["device"]["missed"], 600)
+        self.assertGreaterEqual(summary["device"]["causes"]["time_gap"], 1)
+        self.assert_zero_in_time(recorded, gap + 2, RAMP_DOWN)
+
+    def test_a_reading_that_never_comes_back_ends_the_process(self):
+        stderr = self.run_fault(duck(DEVICE % "fault: blocks, at: 1.2 s, lasts: 1000 s"), 1)
+        self.assertRegex(stderr, r"node device \(fault\.device\) has stalled")
+        # Who blocks the loop keeps the gate from it, so the last force stays: hardware must have a watchdog for this.
+        recorded = self.recording(at_rest=False)
+        self.assertLess(recorded.t[-1], 1.3)
+        self.assertIn("device", self.results()["failure"])
+
+
+class Process(FaultRun):
+    def wait_for_contact(self, process):
+        recording = self.out / "recording.h5"
+        self.wait_until(lambda: recording.exists() and recording.stat().st_size > 60_000, process,
+                        "the run was in contact", timeout=TIMEOUT)
+
+    def start_long(self, **options):
+        process = self.start(duck(), "--duration", "1000", **options)
+        self.wait_for_contact(process)
+        time.sleep(1)
+        return process
+
+    def test_a_signal_to_end_ramps_the_force_to_zero_and_is_no_failure(self):
+        for name, signals in (("SIGINT", [signal.SIGINT]), ("SIGTERM", [signal.SIGTERM]), ("SIGHUP", [signal.SIGHUP]),
+                              ("twice", [signal.SIGINT, signal.SIGINT])):
+            with self.subTest(name):
+                process = self.start_long()
+                for number in signals:
+                    process.send_signal(number)
+                    time.sleep(0.12)
+                self.assertEqual(self.finish(process, 0), "")
+                recorded = self.recording()
+                self.assert_ramped_down(recorded, NOT_PERMITTED)
+                summary = self.results()
+                self.assertTrue(summary["interrupted"])
+                self.assertGreater(recorded.t[-1], summary["duration_s"] - PERIOD)
+
+    def test_a_process_that_was_stopped_goes_on_without_a_step_of_force(self):
+        process = self.start(duck(), "--duration", "5")
+        self.wait_for_contact(process)
+        process.send_signal(signal.SIGSTOP)
+        time.sleep(1)
+        process.send_signal(signal.SIGCONT)
+        self.finish(process, 0)
+        recorded = self.recording()
+        gap = numpy.argmax(numpy.diff(recorded.ns))
+        self.assertGreater(recorded.ns[gap + 1] - recorded.ns[gap], 900_000_000)
+        self.assert_zero_in_time(recorded, gap + 1, RAMP_DOWN)
+        engaged = recorded.first(recorded.engagement == ENGAGED, after=recorded.t[gap + 1])
+        self.assertGreater(recorded.norm[engaged:].max(), 0.2)
+        summary = self.results()
+        self.assertGreaterEqual(summary["device"]["missed"], 900)
+        self.assertEqual(summary["duration_s"], 5)
+
+    def test_a_killed_run_leaves_a_recording_up_to_a_second_before(self):
+        begin = time.monotonic()
+        process = self.start_long()
+        ran = time.monotonic() - begin
+        process.kill()
+        process.wait(timeout=TIMEOUT)
+        for mended in (False, True):
+            if mended:
+                self.run_ok("mend", self.out / "recording.h5")
+            recorded = self.recording(complete=False, at_rest=False, **({} if mended else {"swmr": True}))
+            # What came before the first tick is in `ran` too, so that the bound is one-sided and generous.
+            self.assertGreater(recorded.t[-1], ran - 1.0 - 1.5)
+
+
+if __name__ == "__main__":
+    unittest.main()
