@@ -152,8 +152,8 @@ class FaultRun(CommandTest):
     def assert_zero_in_time(self, recorded, begin, limit):
         """Zero is commanded at the ticks from `limit` s after tick `begin` on, until the wrench ramps in again."""
         late = numpy.flatnonzero(recorded.t >= recorded.t[begin] + limit + 2 * PERIOD)
-        self.assertGreater(len(late), 0)
-        self.assertEqual(recorded.norm[late[0]], 0.0)
+        # A run may have ended before that, at rest.
+        self.assertEqual(recorded.norm[late[0] if len(late) > 0 else -1], 0.0)
 
     def assert_ramped_down(self, recorded, cause):
         """The last ramp takes the force down to zero for this cause."""
@@ -208,12 +208,16 @@ class Pipeline(FaultRun):
     def test_forces_that_are_not_finite_never_reach_the_device(self):
         self.run_fault(duck(NOT_FINITE_FORECAST), 0)
         recorded = self.recording()
-        # The interpolation keeps such forecasts to itself, or the gate rejects them.
-        wrong = recorded.first((recorded.cause == NOT_FINITE) | (recorded.cause == STALE), after=1.2)
-        self.assert_zero_in_time(recorded, wrong, RAMP_DOWN)
+        wrong = recorded.first(recorded.cause == NOT_FINITE, after=1.2)
+        self.assertEqual(recorded.engagement[wrong], FAULT)
+        self.assert_zero_in_time(recorded, wrong, FORCE_MAX / FORCE_SLEW)
+        # The pipeline keeps nothing of it, so the force comes back when the gate has recovered.
         engaged = recorded.first(recorded.engagement == ENGAGED, after=1.4)
+        self.assertGreaterEqual(recorded.t[engaged], recorded.t[wrong] + 0.5)
         self.assertGreater(recorded.norm[engaged:].max(), 0.2)
-        self.assertNotIn("failure", self.results())
+        summary = self.results()
+        self.assertGreaterEqual(summary["device"]["rejected_forces"], 1)
+        self.assertNotIn("failure", summary)
 
     def test_a_node_that_throws_ends_the_run_with_its_name_and_its_words(self):
         stderr = self.run_fault(duck(THROWS), 1)
@@ -263,7 +267,7 @@ class Device(FaultRun):
         summary = self.results()
         self.assertGreaterEqual(summary["device"]["missed"], 600)
         self.assertGreaterEqual(summary["device"]["causes"]["time_gap"], 1)
-        self.assert_zero_in_time(recorded, gap + 2, RAMP_DOWN)
+        self.assertNotIn("failure", summary)
 
     def test_a_reading_that_never_comes_back_ends_the_process(self):
         stderr = self.run_fault(duck(DEVICE % "fault: blocks, at: 1.2 s, lasts: 1000 s"), 1)
@@ -311,7 +315,6 @@ class Process(FaultRun):
         recorded = self.recording()
         gap = numpy.argmax(numpy.diff(recorded.ns))
         self.assertGreater(recorded.ns[gap + 1] - recorded.ns[gap], 900_000_000)
-        self.assert_zero_in_time(recorded, gap + 1, RAMP_DOWN)
         engaged = recorded.first(recorded.engagement == ENGAGED, after=recorded.t[gap + 1])
         self.assertGreater(recorded.norm[engaged:].max(), 0.2)
         summary = self.results()
@@ -330,6 +333,121 @@ class Process(FaultRun):
             recorded = self.recording(complete=False, at_rest=False, **({} if mended else {"swmr": True}))
             # What came before the first tick is in `ran` too, so that the bound is one-sided and generous.
             self.assertGreater(recorded.t[-1], ran - 1.0 - 1.5)
+
+
+def limit_files(size):
+    """In the child: no file may grow beyond `size` bytes."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+class FullDisk(FaultRun):
+    def run_into_the_end_of_the_disk(self, code=1, **options):
+        """A device that keeps a log elsewhere, because the recording ends before the ramp to zero."""
+        log = self.folder / "forces.txt"
+        stderr = self.run_fault(duck(DEVICE % f"at: 1000 s, log: {log}"), code, "--duration", "10", **options)
+        self.assertIn(f"writing the recording {self.out / 'recording.h5'} failed", stderr)
+        forces = numpy.loadtxt(log)
+        self.assertTrue(numpy.isfinite(forces).all())
+        norm = numpy.linalg.norm(forces[:, 1:], axis=1)
+        self.assertGreater(norm.max(), 0.2)
+        self.assertLessEqual(norm.max(), FORCE_MAX)
+        change = numpy.linalg.norm(numpy.diff(forces[:, 1:], axis=0), axis=1)
+        elapsed = numpy.minimum(numpy.diff(forces[:, 0]) * 1e-9, 2 * PERIOD)
+        self.assertTrue((change <= FORCE_SLEW * elapsed * (1 + 1e-9)).all())
+        self.assertEqual(norm[-1], 0.0)
+        self.assertLess(forces[-1, 0] * 1e-9, 9.0, "the run went on without its recording")
+        # Plainly readable, up to the last flush, which is half a second before at most where the machine keeps up.
+        recorded = self.recording(complete=False, at_rest=False)
+        self.assertGreater(recorded.t[-1], forces[-1, 0] * 1e-9 - 2.0)
+
+    def test_a_file_that_may_not_grow_ends_the_run_with_its_path(self):
+        self.run_into_the_end_of_the_disk(preexec_fn=limit_files(1_500_000))
+        self.assertIn("recording.h5", self.results()["failure"])
+
+    def test_a_disk_that_is_full_ends_the_run_with_the_path(self):
+        self.out.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1500k", "none", self.out], capture_output=True,
+                                 check=False)
+        if mounted.returncode != 0:
+            self.skipTest("no file system may be mounted here")
+        self.addCleanup(subprocess.run, ["umount", self.out], check=True)
+        self.run_into_the_end_of_the_disk()
+
+    def test_a_replay_that_cannot_be_written_loses_nothing_else(self):
+        self.out.mkdir()
+        (self.out / "costs").write_text("a file where the folder is to be")
+        stderr = self.run_fault(duck(), 1, "--duration", "1", "--record-costs")
+        self.assertIn("costs", stderr)
+        self.recording()
+        self.assertIn("costs", self.results()["failure"])
+
+
+class Replay(FaultRun):
+    def test_a_replay_under_the_virtual_clock_is_the_same_run(self):
+        graph = self.write("live.yaml", duck("""nodes:
+  metrics: ~
+  device: {lane: pool}
+""").replace("record: [", "record: [dynamics.state, prediction.forecast, interpolation.segment, "))
+        live = self.run_graph(graph, "--duration", "2", "--record-costs", out="live")
+        replay = self.run_graph(self.folder / "live/replay.yaml", out="replay")
+        self.assertEqual(replay["clock"], "virtual")
+        self.assertEqual(live["clock"], "real")
+        for node, cost in replay["cost_us"].items():
+            lines = (self.folder / f"live/costs/{node}.txt").read_text().splitlines()
+            # Beside its comment the file has a line for a step that may have been on its way at the end.
+            self.assertIn(cost["steps"], (len(lines) - 2, len(lines) - 1), node)
+        with h5py.File(self.folder / "live/recording.h5") as a, h5py.File(self.folder / "replay/recording.h5") as b:
+            self.assertEqual(sorted(a["streams"]), sorted(b["streams"]))
+            for stream in a["streams"]:
+                # After the end the live run ramps down, which is no part of its replay.
+                ran, again = (file["streams"][stream]["data"][...] for file in (a, b))
+                ran = ran[ran["produced_ns"] < 2_000_000_000]
+                self.assertGreater(len(ran), 1000, stream)
+                self.assertEqual(len(ran), len(again), stream)
+                for column in ran.dtype.names:
+                    if numpy.issubdtype(ran.dtype[column].base, numpy.integer):
+                        numpy.testing.assert_array_equal(ran[column], again[column], f"{stream}.{column}")
+                    else:
+                        numpy.testing.assert_allclose(ran[column], again[column], rtol=0, atol=1e-12,
+                                                      err_msg=f"{stream}.{column}")
+
+    def test_a_run_that_was_ended_early_is_replayed_up_to_there(self):
+        process = self.start(duck(), "--duration", "1000", "--record-costs")
+        self.wait_until((self.out / "recording.h5").exists, process, "the run began")
+        time.sleep(1.5)
+        process.send_signal(signal.SIGINT)
+        self.finish(process, 0)
+        summary = self.results()
+        replay = self.run_graph(self.out / "replay.yaml", out="replay")
+        self.assertAlmostEqual(replay["duration_s"], summary["duration_s"], places=6)
+        self.assertGreater(replay["cost_us"]["dynamics"]["steps"], 100)
+
+
+def give_privileges_up():
+    """In the child: what real time needs is refused to it, whoever runs the test."""
+    prctl = ctypes.CDLL(None, use_errno=True).prctl
+    for capability in (14, 23, 24):  # CAP_IPC_LOCK, CAP_SYS_NICE, CAP_SYS_RESOURCE, from the bounding set
+        prctl(24, capability, 0, 0, 0)
+    resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+    resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+
+
+class Privileges(FaultRun):
+    def test_without_privileges_a_run_says_so_and_goes_on_where_the_graph_warns(self):
+        self.run_fault(duck(live="on_missing_privilege: warn"), 0, "--duration", "1", preexec_fn=give_privileges_up)
+        self.recording()
+        missing = " ".join(self.results()["missing_privileges"])
+        for text in (missing, self.stdout, (self.out / "report.html").read_text()):
+            self.assertIn("SCHED_FIFO", text)
+            self.assertIn("refused", text)
+        self.assertIn("to mend", missing)
+        self.assertIn("real time degraded", self.stdout)
+
+    def test_without_privileges_nothing_moves_where_the_graph_fails(self):
+        stderr = self.run_fault(duck(live="on_missing_privilege: fail"), 1, preexec_fn=give_privileges_up)
+        for text in ("fault.yaml", "on_missing_privilege is fail", "SCHED_FIFO", "refused", "to mend"):
+            self.assertIn(text, stderr)
+        self.assertFalse((self.out / "summary.json").exists())
 
 
 if __name__ == "__main__":
