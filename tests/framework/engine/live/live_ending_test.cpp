@@ -1,0 +1,99 @@
+// What holds when a live run ends badly: devices come to rest, and what kept them from it is told.
+#include <boost/test/unit_test.hpp>
+#include <functional>
+#include <memory>
+
+#include "framework/engine/live/live_run.hpp"
+#include "tests/framework/engine/live/live_nodes.hpp"
+#include "tests/framework/engine/sample_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::sample;
+
+namespace {
+
+const auto go_on = [](const LiveStatus&) { return true; };
+
+/// A device that comes to rest after it has ticked `ticks` times while the run stops.
+class Ramp final : public Node {
+ public:
+  struct Params {
+    double rate = 1000;
+    std::int32_t ticks = 0;
+  };
+  Ramp(const Params& params, const NodeContext&) : params_(params) {}
+  static NodeInfo declare() {
+    return Declare<Ramp>("sample.ramp", "Ramps.")
+        .actuator()
+        .output("out", &Ramp::out, "a count")
+        .rate("rate", &Params::rate, {.doc = "rate", .default_value = 1000})
+        .integer("ticks", &Params::ticks, {.doc = "ticks until it rests", .default_value = 50})
+        .info();
+  }
+  void step(StepContext& context) override {
+    out.send(context.now(), {});
+    if (context.phase() != Phase::stopping) return;
+    if (++stopping < params_.ticks) context.not_at_rest();
+  }
+  Output<Wrench> out;
+  int stopping = 0;
+
+ private:
+  Params params_;
+};
+
+/// Does what it is told at its first step.
+class Does final : public Node {
+ public:
+  struct Params {};
+  static inline std::function<void()> deed;
+  Does(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Does>("sample.does", "Does.")
+        .input("in", &Does::in, {.doc = "what makes it step", .trigger = Trigger::yes})
+        .output("out", &Does::out, "nothing")
+        .info();
+  }
+  void step(StepContext&) override { deed(); }
+  Input<Wrench> in;
+  Output<Wrench> out;
+};
+
+struct Fixture {
+  NodeInfo ramp = Ramp::declare();
+  NodeInfo counter = Counter::declare();
+  NodeInfo does = Does::declare();
+  RunObserver nobody;
+};
+
+const Ramp& ramp_of(LiveRun& run, std::size_t node) {
+  return dynamic_cast<const Ramp&>(run.nodes()[node]);
+}
+
+}  // namespace
+
+BOOST_FIXTURE_TEST_CASE(a_device_gets_all_the_time_that_its_ramp_to_zero_takes, Fixture) {
+  for (const Lane lane : {Lane::realtime, Lane::pool}) {
+    PlanBuilder b(0.1);
+    b.node("device", ramp, {1000.0, std::int64_t{3000}}, {lane, "", SchedulingPolicy::other, {}, {}});
+    LiveRun run(b.plan);
+    run.run(nobody, go_on);
+    BOOST_TEST(!run.failure().has_value());
+    BOOST_TEST(ramp_of(run, 0).stopping >= 3000);
+  }
+}
+
+BOOST_FIXTURE_TEST_CASE(a_device_that_does_not_come_to_rest_is_told_of, Fixture) {
+  Does::deed = [] { std::this_thread::sleep_for(std::chrono::milliseconds(2700)); };
+  PlanBuilder b(0.2);
+  b.plan.graph.live.stall_timeout = Duration{60'000'000'000};
+  const Scheduling shared{Lane::thread, "shared", {}, {}, {}};
+  const auto device = b.node("device", ramp, {1000.0, std::int64_t{50}}, shared);
+  const auto culprit = b.node("culprit", does, {}, shared);
+  b.edge(device, culprit, 0, {}, true);
+  LiveRun run(b.plan);
+  run.run(nobody, go_on);
+  BOOST_TEST(!run.is_abandoned());
+  BOOST_REQUIRE(run.failure().has_value());
+  BOOST_TEST(run.failure()->find("device node device has not come to rest") != std::string::npos);
+}
