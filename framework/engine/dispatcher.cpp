@@ -261,6 +261,11 @@ void Dispatcher::free(std::size_t node) {
   release(node);
 }
 
+void Dispatcher::failed(std::size_t node) {
+  const NodeState& state = states_[node];
+  if (state.group) group_busy_[*state.group] = 0;
+}
+
 void Dispatcher::first_step_passed(NodeState& state) {
   if (!state.awaited) return;
   state.awaited = false;

@@ -69,6 +69,8 @@ class Dispatcher {
   void free(std::size_t node);
   /// The same at a later time.
   void free_at(std::size_t node, Time t);
+  /// The step of `node` has failed: it never steps again, but the others on its thread may.
+  void failed(std::size_t node);
   /// An external node sent a message.
   void publish(std::size_t node, std::size_t output, Time valid, const void* payload);
 

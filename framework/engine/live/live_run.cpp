@@ -326,6 +326,8 @@ void LiveRun::Engine::step(std::size_t node) {
       // It stays busy and never steps again; the rest goes on while the devices ramp down.
       failed_[node] = true;
       fail(error);
+      dispatcher_->failed(node);
+      begin_ready();
     }
     woken.swap(woken_);
     const auto next = dispatcher_->next_event();

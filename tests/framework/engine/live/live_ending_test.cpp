@@ -97,3 +97,17 @@ BOOST_FIXTURE_TEST_CASE(a_device_that_does_not_come_to_rest_is_told_of, Fixture)
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("device node device has not come to rest") != std::string::npos);
 }
+
+BOOST_FIXTURE_TEST_CASE(a_node_that_throws_does_not_keep_a_device_on_its_thread_from_ramping_down, Fixture) {
+  Does::deed = [] { throw std::runtime_error("it broke"); };
+  PlanBuilder b(30);
+  const Scheduling shared{Lane::thread, "shared", {}, {}, {}};
+  const auto device = b.node("device", ramp, {1000.0, std::int64_t{50}}, shared);
+  const auto culprit = b.node("culprit", does, {}, shared);
+  b.edge(device, culprit, 0, {}, true);
+  LiveRun run(b.plan);
+  run.run(nobody, go_on);
+  BOOST_REQUIRE(run.failure().has_value());
+  BOOST_TEST(run.failure()->find("it broke") != std::string::npos);
+  BOOST_TEST(ramp_of(run, device).stopping >= 50);
+}
