@@ -34,6 +34,6 @@ class PlanNodes {
 };
 
 /// What a failed step is reported as: the node's name, the time of the step and the text of `error`.
-std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::exception& error);
+std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::string& why);
 
 }  // namespace tactor

@@ -111,3 +111,38 @@ BOOST_FIXTURE_TEST_CASE(a_node_that_throws_does_not_keep_a_device_on_its_thread_
   BOOST_TEST(run.failure()->find("it broke") != std::string::npos);
   BOOST_TEST(ramp_of(run, device).stopping >= 50);
 }
+
+BOOST_FIXTURE_TEST_CASE(what_is_thrown_and_is_no_exception_ends_the_run_too, Fixture) {
+  Does::deed = [] { throw 42; };
+  PlanBuilder b(30);
+  const auto source = b.node("source", counter, {100.0});
+  const auto culprit = b.node("culprit", does, {});
+  b.edge(source, culprit, 0, {}, true);
+  b.plan.graph.live.stall_timeout = Duration{5'000'000'000};
+  LiveRun run(b.plan);
+  run.run(nobody, go_on);
+  BOOST_REQUIRE(run.failure().has_value());
+  BOOST_TEST(run.failure()->find("node culprit failed at") != std::string::npos);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_light_node_in_the_realtime_lane_that_throws_is_named, Fixture) {
+  struct Bad final : Node {
+    struct Params {
+      double rate = 100;
+    };
+    Bad(const Params&, const NodeContext&) {}
+    static NodeInfo declare() {
+      return Declare<Bad>("sample.bad", "Throws.")
+          .rate("rate", &Params::rate, {.doc = "rate", .default_value = 100})
+          .info();
+    }
+    void step(StepContext&) override { throw std::runtime_error("it broke"); }
+  };
+  const NodeInfo bad = Bad::declare();
+  PlanBuilder b(30);
+  b.node("filter", bad, {100.0}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
+  LiveRun run(b.plan);
+  run.run(nobody, go_on);
+  BOOST_REQUIRE(run.failure().has_value());
+  BOOST_TEST(run.failure()->find("node filter failed at") != std::string::npos);
+}
