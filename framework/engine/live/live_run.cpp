@@ -95,7 +95,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void look_for_failure(std::size_t node);
   [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
   [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
-  [[nodiscard]] bool any_busy() const;
+  [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
   LiveStatus snapshot();
 
   void wake(const std::vector<std::size_t>& nodes_to_step);
@@ -526,11 +526,12 @@ std::vector<std::size_t> LiveRun::Engine::devices_not_at_rest() const {
   return devices;
 }
 
-bool LiveRun::Engine::any_busy() const {
+std::vector<std::size_t> LiveRun::Engine::busy_nodes() const {
+  std::vector<std::size_t> busy;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (dispatcher_->busy(n) && !failed_[n]) return true;
+    if (dispatcher_->busy(n) && !failed_[n]) busy.push_back(n);
   }
-  return false;
+  return busy;
 }
 
 void LiveRun::Engine::wind_down(RunObserver& observer) {
@@ -559,11 +560,14 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   attend(observer, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
     ended_ = true;
-    return !any_busy();
+    return busy_nodes().empty();
   });
   {
     const std::scoped_lock lock(mutex_);
-    abandoned = abandoned || any_busy();
+    for (const std::size_t n : busy_nodes()) {
+      abandoned = true;
+      fail("node " + plan_.nodes[n].name + " does not come back from its step");
+    }
     for (const std::size_t n : devices_not_at_rest()) {
       fail("device node " + plan_.nodes[n].name + " has not come to rest: its last force may still act");
     }

@@ -125,6 +125,25 @@ BOOST_FIXTURE_TEST_CASE(what_is_thrown_and_is_no_exception_ends_the_run_too, Fix
   BOOST_TEST(run.failure()->find("node culprit failed at") != std::string::npos);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_step_that_is_still_on_its_way_at_the_end_is_told_of, Fixture) {
+  Does::deed = [] { std::this_thread::sleep_for(std::chrono::seconds(3)); };
+  // Its thread still uses them.
+  static PlanBuilder b(0.3);
+  static LiveRun* run = nullptr;
+  static NodeInfo info = Does::declare();
+  static NodeInfo count = Counter::declare();
+  const auto source = b.node("source", count, {100.0});
+  const auto culprit = b.node("culprit", info, {});
+  b.edge(source, culprit, 0, {}, true);
+  b.plan.graph.live.on_stall = OnStall::recover;
+  run = new LiveRun(b.plan);
+  run->run(nobody, go_on);
+  BOOST_TEST(run->is_abandoned());
+  BOOST_REQUIRE(run->failure().has_value());
+  BOOST_TEST(run->failure()->find("node culprit does not come back from its step") != std::string::npos);
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+}
+
 BOOST_FIXTURE_TEST_CASE(a_light_node_in_the_realtime_lane_that_throws_is_named, Fixture) {
   struct Bad final : Node {
     struct Params {
