@@ -73,6 +73,8 @@ class Dispatcher {
   void failed(std::size_t node);
   /// An external node sent a message.
   void publish(std::size_t node, std::size_t output, Time valid, const void* payload);
+  /// A step of an external node has passed, and what it sent was published.
+  void passed(std::size_t node) { first_step_passed(states_[node]); }
 
   [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
   /// When the step that keeps the node busy began.

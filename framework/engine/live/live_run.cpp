@@ -374,6 +374,7 @@ void LiveRun::Engine::drain_loops() {
       const Time now = next_instant();
       catch_up(now);
       if (out.port == RealtimeLane::step_done) {
+        dispatcher_->passed(n);
         if (dispatcher_->phase() != Phase::stopping) record_.put_step(n, out.valid, now - out.valid);
       } else {
         const auto port = static_cast<std::size_t>(out.port);

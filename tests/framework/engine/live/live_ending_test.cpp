@@ -165,3 +165,35 @@ BOOST_FIXTURE_TEST_CASE(a_light_node_in_the_realtime_lane_that_throws_is_named, 
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("node filter failed at") != std::string::npos);
 }
+
+BOOST_FIXTURE_TEST_CASE(a_node_of_the_realtime_lane_that_sends_nothing_has_stepped_all_the_same, Fixture) {
+  struct Silent final : Node {
+    struct Params {
+      double rate = 100;
+    };
+    Silent(const Params&, const NodeContext&) {}
+    static NodeInfo declare() {
+      return Declare<Silent>("sample.silent", "Sends nothing.")
+          .output("out", &Silent::out, "nothing")
+          .rate("rate", &Params::rate, {.doc = "rate", .default_value = 100})
+          .info();
+    }
+    void step(StepContext&) override {}
+    Output<Wrench> out;
+  };
+  const NodeInfo silent = Silent::declare();
+  const NodeInfo actor = Actor::declare();
+  for (const Lane lane : {Lane::realtime, Lane::pool}) {
+    PlanBuilder b(0.5);
+    const auto source = b.node("source", silent, {100.0}, {lane, "", SchedulingPolicy::other, {}, {}});
+    const auto device = b.node("device", actor, {1000.0}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
+    b.edge(source, device, 0, {}, false);
+    LiveRun run(b.plan);
+    Phase last = Phase::starting;
+    run.run(nobody, [&last](const LiveStatus& s) {
+      last = s.phase;
+      return true;
+    });
+    BOOST_TEST((last == Phase::running));
+  }
+}
