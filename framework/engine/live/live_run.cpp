@@ -338,6 +338,8 @@ void LiveRun::Engine::step(std::size_t node) {
 
 void LiveRun::Engine::fail(const std::string& why) {
   if (!failure) failure = why;
+  // At once, and not when the calling thread next looks: a disk or a terminal may hold that up.
+  if (dispatcher_->phase() != Phase::stopping) begin_stop();
 }
 
 // The bridge: keeps the time for ticks, and carries out what the loops send.

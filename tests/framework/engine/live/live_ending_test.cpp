@@ -197,3 +197,39 @@ BOOST_FIXTURE_TEST_CASE(a_node_of_the_realtime_lane_that_sends_nothing_has_stepp
     BOOST_TEST((last == Phase::running));
   }
 }
+
+BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_a_failure_from_the_devices, Fixture) {
+  struct Hangs final : RunObserver {
+    void on_message(std::size_t, const Stamp&, const void*) override {
+      if (++count == 20) std::this_thread::sleep_for(std::chrono::seconds(2));
+    }
+    int count = 0;
+  };
+  struct Late final : Node {
+    struct Params {};
+    Late(const Params&, const NodeContext&) {}
+    static NodeInfo declare() {
+      return Declare<Late>("sample.late", "Throws at the 500th message.")
+          .input("in", &Late::in, {.doc = "what makes it step", .trigger = Trigger::yes})
+          .info();
+    }
+    void step(StepContext&) override {
+      if (in.latest()->stamp.sequence > 500) throw std::runtime_error("it broke");
+    }
+    Input<Wrench> in;
+  };
+  const NodeInfo late = Late::declare();
+  PlanBuilder b(30);
+  const auto device =
+      b.node("device", ramp, {1000.0, std::int64_t{50}}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
+  const auto culprit = b.node("culprit", late, {});
+  b.edge(device, culprit, 0, {}, true);
+  b.record(device);
+  LiveRun run(b.plan);
+  Hangs observer;
+  run.run(observer, go_on);
+  BOOST_REQUIRE(run.failure().has_value());
+  // It broke half a second after the start, and the disk came back a second and a half later.
+  BOOST_TEST(run.status().now.seconds() < 1.5);
+  BOOST_TEST(ramp_of(run, device).stopping > 500);
+}
