@@ -9,6 +9,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "framework/core/messages.hpp"
 #include "framework/engine/dispatcher.hpp"
@@ -36,8 +37,11 @@ constexpr Duration watch_period{20'000'000};
 constexpr Duration longest_between_watches{200'000'000};
 /// How often `go_on` is asked.
 constexpr Duration ask_period{100'000'000};
-/// How long devices may take to come to rest, and steps to come back, at the end.
-constexpr Duration longest_ramp_down{2'000'000'000};
+/// How long devices may take to come to rest at the end: more than the longest ramp_down_time that one may have. One
+/// that does not tick any more is not waited for so long.
+constexpr Duration longest_ramp_down{15'000'000'000};
+constexpr Duration longest_without_tick{2'000'000'000};
+/// How long steps may take to come back at the end.
 constexpr Duration longest_step_at_end{1'000'000'000};
 /// What the recording may lag behind before messages are dropped.
 constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
@@ -88,8 +92,9 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void fail(const std::string& why);
   void look_for_stalls();
   void look_for_failure(std::size_t node);
-  [[nodiscard]] bool devices_at_rest() const;
-  [[nodiscard]] bool any_busy() const;
+  [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
+  [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
+  [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
   /// `whole`: with the histograms.
   LiveStatus snapshot(bool whole);
 
@@ -325,6 +330,8 @@ void LiveRun::Engine::step(std::size_t node) {
       // It stays busy and never steps again; the rest goes on while the devices ramp down.
       failed_[node] = true;
       fail(error);
+      dispatcher_->failed(node);
+      begin_ready();
     }
     woken.swap(woken_);
     const auto next = dispatcher_->next_event();
@@ -335,6 +342,8 @@ void LiveRun::Engine::step(std::size_t node) {
 
 void LiveRun::Engine::fail(const std::string& why) {
   if (!failure) failure = why;
+  // At once, and not when the calling thread next looks: a disk or a terminal may hold that up.
+  if (dispatcher_->phase() != Phase::stopping) begin_stop();
 }
 
 // The bridge: keeps the time for ticks, and carries out what the loops send.
@@ -371,6 +380,7 @@ void LiveRun::Engine::drain_loops() {
       const Time now = next_instant();
       catch_up(now);
       if (out.port == RealtimeLane::step_done) {
+        dispatcher_->passed(n);
         if (dispatcher_->phase() != Phase::stopping) record_.put_step(n, out.valid, now - out.valid);
       } else {
         const auto port = static_cast<std::size_t>(out.port);
@@ -445,8 +455,7 @@ void LiveRun::Engine::look_for_stalls() {
     Watched& watched = watched_[n];
     if (failed_[n]) continue;
     if (loops_[n]) look_for_failure(n);
-    const std::int64_t ended =
-        loops_[n] ? loops_[n]->loop().figures().ended.value() : static_cast<std::int64_t>(dispatcher_->steps(n));
+    const std::int64_t ended = steps_ended(n);
     const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n);
     watched.moved = idle || ended != watched.steps_ended ? now : watched.moved + unwatched;
     watched.steps_ended = ended;
@@ -510,19 +519,26 @@ LiveStatus LiveRun::Engine::snapshot(bool whole) {
 
 // Ending.
 
-bool LiveRun::Engine::devices_at_rest() const {
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (!plan_.nodes[n].info->actuator || failed_[n]) continue;
-    if (!(loops_[n] ? loops_[n]->at_rest() : at_rest_[n])) return false;
-  }
-  return true;
+std::int64_t LiveRun::Engine::steps_ended(std::size_t node) const {
+  const auto& loop = loops_[node];
+  return loop ? loop->loop().figures().ended.value() : static_cast<std::int64_t>(dispatcher_->steps(node));
 }
 
-bool LiveRun::Engine::any_busy() const {
+std::vector<std::size_t> LiveRun::Engine::devices_not_at_rest() const {
+  std::vector<std::size_t> devices;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (dispatcher_->busy(n) && !failed_[n]) return true;
+    if (!plan_.nodes[n].info->actuator || failed_[n]) continue;
+    if (!(loops_[n] ? loops_[n]->at_rest() : at_rest_[n])) devices.push_back(n);
   }
-  return false;
+  return devices;
+}
+
+std::vector<std::size_t> LiveRun::Engine::busy_nodes() const {
+  std::vector<std::size_t> busy;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    if (dispatcher_->busy(n) && !failed_[n]) busy.push_back(n);
+  }
+  return busy;
 }
 
 void LiveRun::Engine::wind_down(RunObserver& observer) {
@@ -531,9 +547,16 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
     catch_up(next_instant());
     if (dispatcher_->phase() != Phase::stopping) begin_stop();
   }
-  attend(observer, longest_ramp_down, [this] {
+  std::vector<std::int64_t> steps(nodes.size(), -1);
+  Time ticked = clock();
+  attend(observer, longest_ramp_down, [&] {
     const std::scoped_lock lock(mutex_);
-    return devices_at_rest();
+    const std::vector<std::size_t> moving = devices_not_at_rest();
+    for (const std::size_t n : moving) {
+      const std::int64_t before = std::exchange(steps[n], steps_ended(n));
+      if (before != steps[n]) ticked = clock();
+    }
+    return moving.empty() || clock() - ticked > longest_without_tick;
   });
   for (const auto& loop : loops_) {
     if (!loop || loop->stop(longest_step_at_end)) continue;
@@ -544,11 +567,17 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   attend(observer, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
     ended_ = true;
-    return !any_busy();
+    return busy_nodes().empty();
   });
   {
     const std::scoped_lock lock(mutex_);
-    abandoned = abandoned || any_busy();
+    for (const std::size_t n : busy_nodes()) {
+      abandoned = true;
+      fail("node " + plan_.nodes[n].name + " does not come back from its step");
+    }
+    for (const std::size_t n : devices_not_at_rest()) {
+      fail("device node " + plan_.nodes[n].name + " has not come to rest: its last force may still act");
+    }
     drain_loops();
     bridge_ended_ = true;
     bridge_condition_.notify_one();
