@@ -65,10 +65,12 @@ std::string grade_text(Grade grade, bool coloured, std::size_t columns = 0) {
 std::string trial_table(const Diagnosis& diagnosis) {
   std::string out = fmt::format("  A loop at {:g} Hz for {:g} s each, doing nothing; wake-up latency in us:\n\n",
                                 diagnosis.rate, diagnosis.length.seconds());
-  out += fmt::format("  {:<15}{:<22}{:>9}{:>9}{:>9}{:>9}{:>13}\n", "policy", "beside it", "p50", "p99", "max", "missed",
+  out += fmt::format("  {:<23}{:<22}{:>9}{:>9}{:>9}{:>9}{:>13}\n", "policy", "beside it", "p50", "p99", "max", "missed",
                      "page faults");
   for (const LoopTrial& trial : diagnosis.trials) {
-    out += fmt::format("  {:<15}{:<22}{:>9.1f}{:>9.1f}{:>9.1f}{:>9}{:>13}\n", policy_name(trial.granted.policy),
+    std::string policy(policy_name(trial.granted.policy));
+    if (trial.nice != 0) policy += fmt::format(", nice {}", trial.nice);
+    out += fmt::format("  {:<23}{:<22}{:>9.1f}{:>9.1f}{:>9.1f}{:>9}{:>13}\n", policy,
                        trial.beside_load ? "every core computing" : "the machine as it is", trial.p50.microseconds(),
                        trial.p99.microseconds(), trial.max.microseconds(), trial.missed, trial.page_faults);
   }
@@ -83,7 +85,9 @@ void measure_fifo(Diagnosis& diagnosis) {
   for (const LoopTrial& trial : diagnosis.trials) {
     if (!trial.beside_load) continue;
     figures += fmt::format("{}{:.0f} us {}", figures.empty() ? "" : ", ", trial.p99.microseconds(),
-                           trial.granted.policy == SchedulingPolicy::other ? "without it" : "with it");
+                           trial.granted.policy != SchedulingPolicy::other ? "with it"
+                           : trial.nice < 0                                ? "with niceness instead"
+                                                                           : "without it");
   }
   const std::string text = "beside computing threads, p99 of the wake-up here: " + figures;
   for (Finding& finding : diagnosis.findings) {
@@ -100,7 +104,7 @@ Diagnosis diagnose(Duration length) {
   Diagnosis diagnosis{.kernel = facts.kernel, .findings = judge(facts), .length = length};
   diagnosis.bookkeeping = measure_bookkeeping();
   std::vector<ThreadSettings> policies{{}};
-  if (!facts.fifo_refused) policies.push_back({SchedulingPolicy::fifo, 80, std::nullopt});
+  if (!facts.fifo_refused || facts.least_nice < 0) policies.push_back({SchedulingPolicy::fifo, 80, std::nullopt});
   for (const bool beside_load : {false, true}) {
     for (const ThreadSettings& settings : policies)
       diagnosis.trials.push_back(try_loop(settings, diagnosis.rate, length, beside_load));
@@ -127,6 +131,7 @@ nlohmann::ordered_json to_json(const Diagnosis& diagnosis) {
     json["trials"].push_back(
         {{"policy", policy_name(trial.granted.policy)},
          {"priority", trial.granted.priority},
+         {"nice", trial.nice},
          {"beside_load", trial.beside_load},
          {"rate_hz", diagnosis.rate},
          {"length_s", diagnosis.length.seconds()},

@@ -20,8 +20,8 @@ struct Diagnosis {
   Duration bookkeeping;  ///< of the loop itself, a tick
 };
 
-/// Probes the machine and tries a loop of 1 kHz for `length`, four times: under SCHED_OTHER and under SCHED_FIFO, each
-/// alone and beside a computing thread on every core. Without the privilege for SCHED_FIFO, twice.
+/// Probes the machine and tries a loop of 1 kHz for `length`, four times: as a plain thread and as one that asks for
+/// SCHED_FIFO, each alone and beside a computing thread on every core. Twice where asking would change nothing.
 Diagnosis diagnose(Duration length);
 
 /// For programs.

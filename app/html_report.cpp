@@ -53,7 +53,7 @@ td.sd {{ color: #777; padding-left: 0; text-align: left; }}
 svg {{ max-width: 100%; height: auto; }}
 .wide {{ overflow-x: auto; }}
 pre {{ background: #f6f6f6; padding: 1em; overflow-x: auto; font-size: 13px; }}
-.best {{ font-weight: 600; }}
+.best {{ font-weight: 600; }} .bad {{ color: #b00020; font-weight: 600; }}
 </style></head><body>
 <h1>{0}</h1>
 {1}
@@ -263,9 +263,15 @@ std::string significance_table(const Comparison& comparison) {
 }  // namespace
 
 std::string run_report(const RunResult& run) {
-  std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s of virtual time in {} s, {} MB, tactor {}</p>\n",
-                                 escape(run.title), run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s),
-                                 pretty(run.wall_s), pretty(run.peak_memory_MB), TACTOR_VERSION);
+  const std::string time = run.live ? "live" : fmt::format("of virtual time in {} s", pretty(run.wall_s));
+  std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
+                                 run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
+                                 pretty(run.peak_memory_MB), TACTOR_VERSION);
+  if (run.failure) body += "<p class=\"bad\">The run has failed: " + escape(*run.failure) + "</p>\n";
+  if (run.interrupted) body += "<p>The run was ended early.</p>\n";
+  if (run.live) {
+    for (const std::string& text : run.live->missing) body += "<p>Real time degraded: " + escape(text) + "</p>\n";
+  }
   const std::vector<Chart> rows = four_rows(run);
   if (!rows.empty()) body += "<h2>The run</h2>\n" + draw_svg(rows, 1160, 210);
   const std::pair<double, double> range = liveliest_window(run);

@@ -33,12 +33,13 @@ void LiveWatch::on_step(std::size_t node, Time now, Duration cost) {
   if (keep_costs_) costs_[node].emplace_back(now, cost);
 }
 
-void write_replay(const Plan& plan, const LiveWatch& watch, const fs::path& folder) {
+void write_replay(const Plan& plan, const LiveWatch& watch, Duration duration, const fs::path& folder) {
   const fs::path costs = fs::absolute(folder) / "costs";
   std::error_code error;
   fs::create_directories(costs, error);
   GraphSpec graph = plan.graph;
   graph.clock = Clock::virtual_;
+  if (duration.ns > 0) graph.duration = duration;
   const auto write = [](const fs::path& path, const std::string& text) {
     std::ofstream file(path, std::ios::binary);
     file << text;
@@ -46,9 +47,11 @@ void write_replay(const Plan& plan, const LiveWatch& watch, const fs::path& fold
   };
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     std::vector<std::pair<Time, Duration>> steps = watch.costs()[n];
-    if (steps.empty()) continue;
     std::sort(steps.begin(), steps.end());
-    std::string text = "# what each step of " + plan.nodes[n].name + " took, in s\n";
+    // What a step that had not passed at the end has cost is not known, except that it was more than was left.
+    steps.emplace_back(Time{} + graph.duration, graph.duration);
+    std::string text = "# what each step of " + plan.nodes[n].name +
+                       " took, in s; the last line is of a step that had not passed at the end\n";
     for (const auto& [now, cost] : steps)
       text += fmt::format("{}.{:09}\n", cost.ns / 1'000'000'000, cost.ns % 1'000'000'000);
     const fs::path file = costs / (plan.nodes[n].name + ".txt");

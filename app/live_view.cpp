@@ -1,11 +1,12 @@
 #include "app/live_view.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
+#include <sstream>
 
 #include "app/summary.hpp"
 #include "framework/realtime/safety_gate.hpp"
@@ -60,6 +61,18 @@ std::string lane_text(const Scheduling& scheduling) {
 
 }  // namespace
 
+std::vector<std::string> fitted(const std::string& block, std::size_t rows, std::size_t columns) {
+  std::vector<std::string> lines;
+  std::istringstream in(block);
+  // Names are ASCII, so a byte is a column.
+  for (std::string line; std::getline(in, line);) lines.push_back(line.substr(0, columns));
+  if (lines.size() <= rows) return lines;
+  const std::size_t hidden = lines.size() - rows + 1;
+  lines.resize(rows - 1);
+  lines.push_back(fmt::format("  ... and {} rows that this terminal has no room for", hidden).substr(0, columns));
+  return lines;
+}
+
 std::string live_block(const Plan& plan, const LiveStatus& before, const LiveStatus& now) {
   const Duration between = now.now - before.now;
   std::string out = fmt::format("  {}  {:.1f} of {} s  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
@@ -96,18 +109,32 @@ LiveView::LiveView(const Plan& plan) : plan_(plan), terminal_(isatty(STDERR_FILE
 void LiveView::draw(const LiveStatus& status) {
   // A quarter of a second is often enough to read.
   if (!terminal_ || (rows_ > 0 && status.now - drawn_.now < Duration{250'000'000})) return;
-  const std::string block = live_block(plan_, drawn_, status);
+  winsize size{};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 1 && size.ws_col > 0;
+  // The row below the block is the cursor's.
+  const std::vector<std::string> rows =
+      fitted(live_block(plan_, drawn_, status), known ? size.ws_row - 1U : 23U, known ? size.ws_col : 80U);
   drawn_ = status;
-  clear();
-  std::fputs(block.c_str(), stderr);
-  std::fflush(stderr);
-  rows_ = static_cast<std::size_t>(std::count(block.begin(), block.end(), '\n'));
+  // Written in one piece over the block before, each row cleared to its end, so that nothing flickers.
+  std::string out = back();
+  for (const std::string& row : rows) out += row + "\x1b[K\n";
+  show(out + "\x1b[J");
+  rows_ = rows.size();
 }
 
 void LiveView::clear() {
-  // Up to the first row of the block, and everything below it goes.
-  if (rows_ > 0) fmt::print(stderr, "\x1b[{}A\x1b[J", rows_);
+  if (rows_ > 0) show(back() + "\x1b[J");
   rows_ = 0;
+}
+
+std::string LiveView::back() const {
+  return rows_ > 0 ? fmt::format("\r\x1b[{}A", rows_) : "";
+}
+
+void LiveView::show(const std::string& text) {
+  // A terminal that has been closed is no reason to end a run in the middle of a force.
+  static_cast<void>(std::fputs(text.c_str(), stderr));
+  static_cast<void>(std::fflush(stderr));
 }
 
 }  // namespace tactor

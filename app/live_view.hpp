@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "framework/engine/live/live_status.hpp"
 #include "framework/graph/plan.hpp"
@@ -18,6 +19,10 @@ class LiveView {
   void clear();
 
  private:
+  /// What brings the cursor to the first row of the block.
+  [[nodiscard]] std::string back() const;
+  static void show(const std::string& text);
+
   const Plan& plan_;
   const bool terminal_;
   LiveStatus drawn_;      // what was drawn last, for rates
@@ -26,5 +31,9 @@ class LiveView {
 
 /// The block for `now`, with rates since `before`. At most 100 columns wide.
 std::string live_block(const Plan& plan, const LiveStatus& before, const LiveStatus& now);
+
+/// The lines of `block` cut to a terminal of so many rows and columns, each at least 1; where rows are missing the last
+/// one tells how many.
+std::vector<std::string> fitted(const std::string& block, std::size_t rows, std::size_t columns);
 
 }  // namespace tactor

@@ -110,6 +110,15 @@ Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overr
   return make_plan(load_graph(graph, registry, overrides, mesh_folders()));
 }
 
+void write_results(const fs::path& folder, const Plan& plan, const RunResult& result) {
+  write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
+  write_file(folder / "graph.yaml", result.graph_yaml);
+  if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
+  fmt::print("{}\n", summary_table(result));
+  write_file(folder / "report.html", run_report(result));
+  fmt::print("  {}\n", (folder / "report.html").string());
+}
+
 int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out, bool record_costs) {
   Registry registry(default_node_folders());
   const Plan plan = load_plan(graph, registry, options.overrides());
@@ -137,17 +146,17 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   view.clear();
   bar.clear();
   if (result.failure) fmt::print(stderr, "tactor: {}\n", *result.failure);
-  write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
-  write_file(folder / "graph.yaml", result.graph_yaml);
-  if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
-  fmt::print("{}\n", summary_table(result));
-  write_file(folder / "report.html", run_report(result));
-  fmt::print("  {}\n", (folder / "report.html").string());
   if (result.abandoned) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
+    try {
+      write_results(folder, plan, result);
+    } catch (const std::exception& error) {
+      fmt::print(stderr, "tactor: {}\n", error.what());
+    }
     std::fflush(nullptr);
     std::_Exit(1);
   }
+  write_results(folder, plan, result);
   // A live run that is asked to end has ended as it should.
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
@@ -268,8 +277,8 @@ int main_checked(int argc, char** argv) {
 
   fs::path graph;
   std::optional<fs::path> out;
-  CLI::App* run_verb =
-      app.add_subcommand("run", "Run a graph; writes summary.json, report.html, graph.yaml and the recording");
+  CLI::App* run_verb = app.add_subcommand(
+      "run", "Run a graph; writes summary.json, report.html, graph.yaml, the recording, and live latencies.csv");
   run_verb->add_option("graph", graph, "The graph file (YAML)")->required();
   options.add_to(*run_verb, true);
   run_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
@@ -360,6 +369,10 @@ int main_checked(int argc, char** argv) {
 int main(int argc, char** argv) {
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
+  // The terminal has been closed; nohup says that this is no reason to end.
+  if (std::signal(SIGHUP, [](int) { interrupted = 1; }) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
+  // A file that may not grow any more is an error that the run can answer, with a ramp to zero, like a full disk.
+  std::signal(SIGXFSZ, SIG_IGN);
   spdlog::set_default_logger(spdlog::stderr_logger_mt("tactor"));
   try {
     return main_checked(argc, argv);

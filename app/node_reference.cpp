@@ -78,6 +78,19 @@ std::string trigger_text(const InputInfo& input) {
   return out;
 }
 
+/// Where it steps when the clock is real, unless the graph says otherwise.
+std::string lane_text(const NodeInfo& info) {
+  switch (info.lane) {
+    case Lane::pool:
+      return info.realtime_safe && info.rate_parameter ? "Lane: pool; realtime is allowed." : "Lane: pool.";
+    case Lane::thread:
+      return info.thread.empty() ? "Lane: thread." : "Lane: thread (" + info.thread + ").";
+    case Lane::realtime:
+      return "Lane: realtime.";
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string node_list(const std::vector<const NodeInfo*>& types) {
@@ -91,6 +104,7 @@ std::string node_list(const std::vector<const NodeInfo*>& types) {
 std::string node_help(const NodeInfo& info) {
   std::string out = fmt::format("{}: {}\n", info.type, info.summary);
   if (!info.details.empty()) out += "\n" + info.details + "\n";
+  out += "\n" + lane_text(info) + "\n";
   if (!info.inputs.empty()) out += "\ninputs\n";
   for (const InputInfo& input : info.inputs) {
     out += fmt::format("  {} ({}; {})\n      {}\n", input.name, input.type->name, trigger_text(input), input.doc);
@@ -119,6 +133,7 @@ std::string node_reference_markdown(const std::vector<const NodeInfo*>& types) {
   for (const NodeInfo* info : types) {
     out += fmt::format("\n## {}\n\n{}\n", info->type, info->summary);
     if (!info->details.empty()) out += "\n" + info->details + "\n";
+    out += "\n" + lane_text(*info) + "\n";
     if (!info->inputs.empty()) out += "\n| input | message | | |\n|---|---|---|---|\n";
     for (const InputInfo& input : info->inputs) {
       out +=

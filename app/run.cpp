@@ -13,12 +13,10 @@
 
 #include "app/live.hpp"
 #include "app/statistics.hpp"
+#include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/record/recorder.hpp"
-#ifdef TACTOR_WITH_CAF
-#include "framework/engine/live/live_run.hpp"
-#endif
 
 namespace tactor {
 
@@ -117,11 +115,15 @@ std::vector<fs::path> code_files() {
   return files;
 }
 
-/// The reference run, or the one in the cache.
-void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost) {
+/// The reference run, or the one in the cache. Sets `interrupted`, and throws RunError, where it is told not to go on.
+void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost,
+                    bool& interrupted) {
   const Plan reference_plan = make_reference_plan(plan);
   if (reference_plan.nodes.empty()) return;
-  const auto go_on = [&options](double share) { return !options.progress || options.progress(share, "reference run"); };
+  const auto go_on = [&options, &interrupted](double share) {
+    interrupted = options.progress && !options.progress(share, "reference run");
+    return !interrupted;
+  };
   cost.made = true;
   const double cpu = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
   if (must_be_followed(nodes)) {
@@ -140,15 +142,22 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
   cost.cpu_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
 }
 
-/// What the nodes report, and the figures of nodes and edges.
-void judge(const Plan& plan, const RunOptions& options, PlanNodes& nodes, RunResult& result) {
-  if (!result.interrupted && !result.failure) find_reference(plan, options, nodes, result.reference);
+/// What the nodes report, where they can be asked, and the figures of nodes and edges.
+void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
+  if (nodes != nullptr && !result.interrupted && !result.failure) {
+    try {
+      find_reference(plan, options, *nodes, result.reference, result.interrupted);
+    } catch (const RunError&) {
+      // The run itself is over and keeps its figures; those against the reference are left out.
+      if (!result.interrupted) throw;
+    }
+  }
   Report report;
   report.set("refits", 0);
   report.set("fallbacks", 0);
-  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+  for (std::size_t i = 0; nodes != nullptr && i < plan.nodes.size(); ++i) {
     report.begin(plan.nodes[i].name);
-    nodes[i].report(report);
+    (*nodes)[i].report(report);
   }
   if (result.live) report_live(plan, *result.live, report);
   double drops = 0;
@@ -178,12 +187,11 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
   for (std::size_t i = 0; i < plan.edges.size(); ++i) {
     result.edges.push_back({plan.edges[i].spec.name(), queue_text(plan.edges[i].spec.queue), engine.edge_figures(i)});
   }
-  judge(plan, options, engine.nodes(), result);
+  judge(plan, options, &engine.nodes(), result);
 }
 
-#ifdef TACTOR_WITH_CAF
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
-  auto engine = std::make_unique<LiveRun>(plan);
+  std::unique_ptr<LiveEngine> engine = load_live_library().make(plan);
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   LiveWatch watch(plan, recorder.get(), options.replay_folder.has_value());
   const double cpu = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
@@ -199,11 +207,29 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   result.abandoned = engine->is_abandoned();
   result.live = engine->status();
   result.duration_s = std::min(result.live->now, Time{} + plan.graph.duration).seconds();
+  // What the disk does not take any more ends no run without its figures.
+  const auto attempt = [&result](const auto& write) {
+    try {
+      write();
+    } catch (const RunError& error) {
+      if (!result.failure) result.failure = error.what();
+    }
+  };
   // A recording that has failed is left as the last flush has it.
-  if (recorder && !watch.failed()) recorder->close();
-  if (options.replay_folder) write_replay(plan, watch, *options.replay_folder);
+  if (recorder && !watch.failed()) attempt([&] { recorder->close(); });
+  if (options.replay_folder) {
+    attempt([&] { write_replay(plan, watch, Duration::from_seconds(result.duration_s), *options.replay_folder); });
+  }
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
     result.nodes.push_back(node_cost(plan.nodes[i], engine->node_figures(i)));
+  }
+  for (const LiveDevice& device : result.live->devices) {
+    NodeCost& cost = result.nodes[device.node];
+    cost.steps = device.ticks;
+    cost.missed_ticks = device.missed;
+    cost.median_us = device.body_time.p50.microseconds();
+    cost.p99_us = device.body_time.p99.microseconds();
+    cost.total_s = device.body_sum.seconds();
   }
   for (std::size_t i = 0; i < plan.edges.size(); ++i) {
     const PlannedEdge& edge = plan.edges[i];
@@ -212,18 +238,11 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   if (result.abandoned) {
     // Its thread still runs in it: what the nodes have to say cannot be asked, and the engine is left as it is.
     static_cast<void>(engine.release());
+    judge(plan, options, nullptr, result);
     return;
   }
-  judge(plan, options, engine->nodes(), result);
+  judge(plan, options, &engine->nodes(), result);
 }
-#else
-void execute_live(const Plan& plan, const RunOptions&, RunResult&) {
-  throw InputError(
-      plan.graph.file.string() +
-      ": clock: real needs the live engine, which this build leaves out (-DTACTOR_WITH_CAF=OFF); use clock: "
-      "virtual");
-}
-#endif
 
 }  // namespace
 

@@ -16,6 +16,8 @@ __attribute__((tls_model("initial-exec"))) thread_local std::int64_t heap_calls 
 
 extern "C" {
 
+// glibc's names for its own functions, for those who stand in front of them.
+// NOLINTBEGIN(bugprone-reserved-identifier)
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* block, std::size_t size);
@@ -23,6 +25,7 @@ void* __libc_memalign(std::size_t alignment, std::size_t size);
 void* __libc_valloc(std::size_t size);
 void* __libc_pvalloc(std::size_t size);
 void __libc_free(void* block);
+// NOLINTEND(bugprone-reserved-identifier)
 
 // Read by thread_heap_calls, by name.
 __attribute__((visibility("default"))) std::int64_t tactor_thread_heap_calls() noexcept {

@@ -24,7 +24,7 @@ inline constexpr std::int64_t cuts = 1 << cut_bits;
 /// The bucket that counts durations of `ns` >= 1 nanoseconds.
 constexpr std::size_t bucket_of(std::int64_t ns) noexcept {
   if (ns < cuts) return static_cast<std::size_t>(ns);
-  const int shift = std::bit_width(static_cast<std::uint64_t>(ns)) - 1 - cut_bits;
+  const int shift = static_cast<int>(std::bit_width(static_cast<std::uint64_t>(ns))) - 1 - cut_bits;
   return static_cast<std::size_t>(shift * cuts + (ns >> shift));
 }
 

@@ -30,6 +30,7 @@ struct LoopFigures {
   /// Wake-up minus the deadline that was slept for, of each tick, the late ones that skipped others included.
   LatencyHistogram wake_latency;
   LatencyHistogram body_time;
+  LoopCounter body_ns;  ///< the sum of all body times
   // Of the loop's thread, after its warm-up ticks.
   LoopCounter heap_calls;  ///< after every tick; stays 0 where heap_calls_are_counted() is false
   LoopCounter

@@ -60,7 +60,8 @@ LoopTrial try_loop(const ThreadSettings& settings, double rate, Duration length,
   PeriodicLoop loop({.name = "trial", .rate = rate, .thread = settings}, [](const Tick&) {});
   // A little later than now, so that making the thread costs no deadline.
   const Instant origin = MonotonicClock::now() + Duration{20'000'000};
-  LoopTrial trial{.granted = loop.start(origin).granted, .beside_load = beside_load};
+  const ThreadGrant grant = loop.start(origin);
+  LoopTrial trial{.granted = grant.granted, .nice = grant.nice, .beside_load = beside_load};
   MonotonicClock::sleep_until(origin + length);
   if (!loop.stop(Duration{5'000'000'000})) throw RunError("a loop that does nothing did not end within 5 s");
   const LoopFigures& figures = loop.figures();

@@ -10,6 +10,7 @@ namespace tactor {
 /// What a loop with an empty body did.
 struct LoopTrial {
   ThreadSettings granted;
+  int nice = 0;              ///< as in ThreadGrant
   bool beside_load = false;  ///< each core had a thread that computes without end, under SCHED_OTHER
   std::int64_t ticks = 0;
   std::int64_t missed = 0;

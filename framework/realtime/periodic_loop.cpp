@@ -2,12 +2,12 @@
 #include "framework/realtime/periodic_loop.hpp"
 
 #include <pthread.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <climits>
 #include <cstring>
 #include <thread>
 #include <utility>
@@ -18,52 +18,33 @@ namespace tactor {
 
 namespace {
 
-/// A stack whose pages are all there before anything runs on it, above a page that nothing may touch.
-class Stack {
- public:
-  explicit Stack(std::size_t size) {
-    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    const std::size_t rounded = std::max<std::size_t>(size, PTHREAD_STACK_MIN) + page - 1;
-    bytes_ = rounded / page * page + page;
-    address_ =
-        mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK | MAP_POPULATE, -1, 0);
-    if (address_ == MAP_FAILED) throw RunError(std::string("cannot make a stack: ") + std::strerror(errno));
-    mprotect(address_, page, PROT_NONE);
-    base_ = static_cast<std::byte*>(address_) + page;
-    size_ = bytes_ - page;
-  }
-  ~Stack() {
-    if (!left_behind_) munmap(address_, bytes_);
-  }
-  Stack(const Stack&) = delete;
-  Stack& operator=(const Stack&) = delete;
-
-  [[nodiscard]] void* base() const { return base_; }
-  [[nodiscard]] std::size_t size() const { return size_; }
-  /// Never gives the pages back: a thread still runs on them.
-  void leave_behind() { left_behind_ = true; }
-
- private:
-  void* address_ = nullptr;
-  std::size_t bytes_ = 0;
-  void* base_ = nullptr;
-  std::size_t size_ = 0;
-  bool left_behind_ = false;
-};
+/// Writes to every page of the calling thread's stack that is not in use, so that going deep later faults none in.
+__attribute__((noinline)) void touch_stack() noexcept {
+  pthread_attr_t attributes;
+  if (pthread_getattr_np(pthread_self(), &attributes) != 0) return;
+  void* lowest = nullptr;
+  std::size_t size = 0;
+  pthread_attr_getstack(&attributes, &lowest, &size);
+  pthread_attr_destroy(&attributes);
+  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  auto* bytes = static_cast<volatile char*>(lowest);
+  const auto frame = static_cast<std::uintptr_t>(static_cast<volatile char*>(__builtin_frame_address(0)) - bytes);
+  // The pages below the one this frame is on are beyond what is in use, the red zone included.
+  for (std::uintptr_t in_use = frame / page; in_use > 0; --in_use) bytes[(in_use - 1) * page] = 0;
+}
 
 enum class Phase : std::uint8_t { idle, starting, running, ended };
 
 }  // namespace
 
 struct PeriodicLoop::Shared {
-  Shared(const LoopSettings& s, Body b) : settings(s), schedule(s.rate), body(std::move(b)), stack(s.stack_size) {}
+  Shared(const LoopSettings& s, Body b) : settings(s), schedule(s.rate), body(std::move(b)) {}
 
   void run();
 
   LoopSettings settings;
   TickSchedule schedule;
   Body body;
-  Stack stack;
   Instant origin;
   ThreadGrant grant;
   std::exception_ptr failure;  ///< read by others after `ended` alone
@@ -75,6 +56,7 @@ struct PeriodicLoop::Shared {
 };
 
 void PeriodicLoop::Shared::run() {
+  touch_stack();
   grant = apply_thread_settings(settings.thread, settings.name);
   phase.store(Phase::running, std::memory_order_release);
   phase.notify_all();
@@ -94,7 +76,6 @@ PeriodicLoop::PeriodicLoop(const LoopSettings& settings, Body body)
 
 PeriodicLoop::~PeriodicLoop() {
   if (stop(Duration{1'000'000'000})) return;
-  shared_->stack.leave_behind();
   pthread_detach(shared_->thread);
 }
 
@@ -104,7 +85,7 @@ ThreadGrant PeriodicLoop::start(Instant origin) {
   shared_->phase.store(Phase::starting);
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
-  pthread_attr_setstack(&attributes, shared_->stack.base(), shared_->stack.size());
+  pthread_attr_setstacksize(&attributes, std::max<std::size_t>(shared_->settings.stack_size, PTHREAD_STACK_MIN));
   // The thread holds a share of what it runs with, in case it has to be left behind.
   auto share = std::make_unique<std::shared_ptr<Shared>>(shared_);
   const auto begin = [](void* argument) -> void* {
@@ -118,7 +99,7 @@ ThreadGrant PeriodicLoop::start(Instant origin) {
     shared_->phase.store(Phase::idle);
     throw RunError("cannot start the thread " + shared_->settings.name + ": " + std::strerror(error));
   }
-  share.release();
+  static_cast<void>(share.release());
   shared_->joinable = true;
   shared_->phase.wait(Phase::starting, std::memory_order_acquire);
   return shared_->grant;

@@ -21,7 +21,7 @@ struct LoopSettings {
   std::string name;                                  ///< of the thread, as `top -H` shows it; cut to 15 characters
   double rate = 1000;                                ///< Hz, above 0 and at most TickSchedule::max_rate
   ThreadSettings thread;                             ///< what the thread asks for
-  std::size_t stack_size = std::size_t{256} * 1024;  ///< bytes, all of them touched before the first tick
+  std::size_t stack_size = std::size_t{256} * 1024;  ///< bytes, thread-local storage included; all touched at the start
   std::int64_t warm_up_ticks = 10;                   ///< ticks whose heap calls and page faults are not counted
 };
 
@@ -35,7 +35,7 @@ class PeriodicLoop {
   using Body = std::function<void(const Tick&)>;
 
   PeriodicLoop(const LoopSettings& settings, Body body);
-  /// Stops with a patience of one second. Where the body hangs for longer the thread is left behind with its stack and
+  /// Stops with a patience of one second. Where the body hangs for longer the thread is left behind with
   /// its body; whatever the body refers to must then outlive it, so end the process.
   ~PeriodicLoop();
   PeriodicLoop(const PeriodicLoop&) = delete;

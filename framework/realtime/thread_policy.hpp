@@ -20,8 +20,7 @@ struct ThreadGrant {
 /// Gives the calling thread the policy, priority and core of `settings`, and `name` cut to 15 characters. Nothing
 /// throws for a missing privilege; what falls short is in `refused`:
 /// - a real-time policy at the highest priority that the limit allows, if that is lower; else SCHED_OTHER with the
-/// lowest
-///   niceness that is allowed, which beside busy programs is much of what SCHED_FIFO gives;
+///   lowest niceness that is allowed: beside busy programs a loop then misses about half as many deadlines;
 /// - any core where the one asked for is not to be had.
 /// Under SCHED_OTHER the timer slack becomes 1 ns, without which the kernel lets each sleep run 50 us over. Call it
 /// before the loop: it allocates and reads files.

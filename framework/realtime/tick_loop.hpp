@@ -93,6 +93,7 @@ void run_ticks(Clock& clock, const TickSchedule& schedule, Instant origin, std::
     const Time woke = now;
     now = elapsed.now();
     figures.body_time.record(now - woke);
+    figures.body_ns.add((now - woke).ns);
     figures.ended.add(1);
 
     const std::int64_t ended = figures.ended.value();

@@ -1,6 +1,7 @@
 #include "nodes/interpolation/bspline.hpp"
 
 #include "framework/core/segment.hpp"
+#include "nodes/interpolation/not_finite.hpp"
 
 namespace tactor {
 
@@ -86,6 +87,10 @@ void BSpline::step(StepContext& context) {
   Forecast f = newest->value;
   if (!torque_) f.current_D_W.torque = f.predicted_D_W.torque = {};
   period_.update(newest->stamp.valid);
+  if (const auto passed_on = segment_if_not_finite(now, {f.current_D_W, f.predicted_D_W})) {
+    segment.send(newest->stamp.valid, *passed_on);
+    return;
+  }
   if (any_ && now > curve_.end) ++late_;
   if (any_ && now < curve_.end) ++early_;
   const Displayed d = displayed(now, period_.value());

@@ -1,6 +1,7 @@
 #include "nodes/interpolation/linear.hpp"
 
 #include "framework/core/segment.hpp"
+#include "nodes/interpolation/not_finite.hpp"
 
 namespace tactor {
 
@@ -24,6 +25,10 @@ void LinearInterpolation::step(StepContext& context) {
   if (newest == nullptr) return;
   period_.update(newest->stamp.valid);
   const Time now = context.now();
+  if (const auto passed_on = segment_if_not_finite(now, {newest->value.predicted_D_W})) {
+    segment.send(newest->stamp.valid, *passed_on);
+    return;
+  }
   const Wrench displayed = evaluate(curve_, now);
   curve_ = {now, now + period_.value(), {displayed, newest->value.predicted_D_W - displayed}};
   segment.send(newest->stamp.valid, curve_);

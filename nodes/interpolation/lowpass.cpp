@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "nodes/interpolation/not_finite.hpp"
+
 namespace tactor {
 
 NodeInfo LowPass::declare() {
@@ -38,6 +40,10 @@ void LowPass::step(StepContext& context) {
   const Stamped<Forecast>* newest = forecast.latest();
   if (newest == nullptr) return;
   const Time now = context.now();
+  if (const auto passed_on = segment_if_not_finite(now, {newest->value.current_D_W})) {
+    segment.send(newest->stamp.valid, *passed_on);
+    return;
+  }
   // The old target held until this tick, however long ago the last one was.
   if (running_) state_ = after(state_, (now - last_).seconds());
   running_ = true;

@@ -81,6 +81,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   [[nodiscard]] Time next_instant() const { return std::max(clock(), dispatcher_->now() + Duration{1}); }
   void catch_up(Time t);
   void handle_events_before(Time t);
+  void begin_stop();
   void begin_ready();
   void drain_loops();
   [[nodiscard]] Time next_look(Time now) const;
@@ -134,6 +135,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::optional<MemoryLock> memory_;
   caf::actor_system_config config_;
   std::unique_ptr<caf::actor_system> system_;
+  const caf::message step_message_ = caf::make_message(LaneActor::Step::value);  // one for all, so none is allocated
   std::vector<caf::actor> actors_;
   std::thread bridge_;
 };
@@ -157,11 +159,8 @@ LiveRun::Engine::Engine(const Plan& plan)
 void LiveRun::Engine::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
   check_privileges();
   make_lanes();
+  dispatcher_->start();
   make_actors();
-  {
-    const std::scoped_lock lock(mutex_);
-    dispatcher_->start();
-  }
   start_threads();
   watch(observer, go_on);
   wind_down(observer);
@@ -253,7 +252,7 @@ void LiveRun::Engine::catch_up(Time t) {
   if (t >= end_ && dispatcher_->phase() != Phase::stopping) {
     handle_events_before(end_);
     dispatcher_->move_to(end_);
-    dispatcher_->stop();
+    begin_stop();
   }
   handle_events_before(t);
   dispatcher_->move_to(t);
@@ -268,6 +267,12 @@ void LiveRun::Engine::handle_events_before(Time t) {
   }
 }
 
+void LiveRun::Engine::begin_stop() {
+  // What the run is judged by ends here; the ramp-down is not part of it.
+  status = snapshot(true);
+  dispatcher_->stop();
+}
+
 void LiveRun::Engine::begin_ready() {
   if (ended_) return;
   while (const auto begun = dispatcher_->begin_next()) {
@@ -277,7 +282,7 @@ void LiveRun::Engine::begin_ready() {
 }
 
 void LiveRun::Engine::wake(const std::vector<std::size_t>& nodes_to_step) {
-  for (const std::size_t n : nodes_to_step) caf::anon_send(actors_[n], LaneActor::Step::value);
+  for (const std::size_t n : nodes_to_step) caf::anon_send(actors_[n], step_message_);
 }
 
 void LiveRun::Engine::step(std::size_t node) {
@@ -442,7 +447,7 @@ void LiveRun::Engine::look_for_stalls() {
     if (loops_[n]) look_for_failure(n);
     const std::int64_t ended =
         loops_[n] ? loops_[n]->loop().figures().ended.value() : static_cast<std::int64_t>(dispatcher_->steps(n));
-    const bool idle = !loops_[n] && !dispatcher_->busy(n);
+    const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n);
     watched.moved = idle || ended != watched.steps_ended ? now : watched.moved + unwatched;
     watched.steps_ended = ended;
     const Duration still = now - watched.moved;
@@ -484,6 +489,7 @@ LiveStatus LiveRun::Engine::snapshot(bool whole) {
     device.missed = static_cast<std::uint64_t>(figures.missed.value());
     device.wake_latency = figures_of(figures.wake_latency, whole);
     device.body_time = figures_of(figures.body_time, whole);
+    device.body_sum = Duration{figures.body_ns.value()};
     device.end_to_end = figures_of(loop.end_to_end(), whole);
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(figures.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(figures.page_faults.value());
@@ -523,8 +529,7 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   {
     const std::scoped_lock lock(mutex_);
     catch_up(next_instant());
-    status = snapshot(true);
-    if (dispatcher_->phase() != Phase::stopping) dispatcher_->stop();
+    if (dispatcher_->phase() != Phase::stopping) begin_stop();
   }
   attend(observer, longest_ramp_down, [this] {
     const std::scoped_lock lock(mutex_);

@@ -46,8 +46,9 @@ struct LiveDevice {
   std::size_t node = 0;  ///< index into the plan
   std::uint64_t ticks = 0;
   std::uint64_t missed = 0;
-  LatencyFigures wake_latency;              ///< wake-up minus deadline
-  LatencyFigures body_time;                 ///< of one tick: read, evaluate, gate, write, hand on
+  LatencyFigures wake_latency;  ///< wake-up minus deadline
+  LatencyFigures body_time;     ///< of one tick: read, evaluate, gate, write, hand on
+  Duration body_sum;
   LatencyFigures end_to_end;                ///< device sample to the first commanded force that was made from it
   std::optional<std::uint64_t> heap_calls;  ///< in the loop, after its warm-up; none where they cannot be counted
   std::uint64_t page_faults = 0;

@@ -114,3 +114,29 @@ BOOST_AUTO_TEST_CASE(lowpass_is_silent_before_the_first_forecast) {
   node.step(c);
   BOOST_TEST(node.segment.pending() == 0U);
 }
+
+BOOST_AUTO_TEST_CASE(a_force_that_is_not_finite_is_passed_on_and_forgotten) {
+  const double nan = std::nan("");
+  LinearInterpolation line({}, context());
+  line.forecast.configure({QueuePolicy::latest, 1});
+  step_with(line, line.forecast, stamp_ms(0), forecast_of(0, 1), line.segment);
+  const ForceSegment bad = step_with(line, line.forecast, stamp_ms(20), forecast_of(0, nan), line.segment);
+  BOOST_TEST(!is_finite(evaluate(bad, stamp_ms(21).valid)));
+  const ForceSegment good = step_with(line, line.forecast, stamp_ms(40), forecast_of(0, 3), line.segment);
+  BOOST_TEST(std::abs(evaluate(good, stamp_ms(40).valid).force.x - 1) < 1e-12);
+
+  LowPass node({Duration::from_seconds(0.004), 1000}, context());
+  node.forecast.configure({QueuePolicy::latest, 1});
+  const auto push = [&node](double value) {
+    const Forecast f = forecast_of(value, value);
+    node.forecast.push(stamp_ms(0), &f);
+  };
+  push(1);
+  for (int k = 0; k < 5; ++k) tick(node, stamp_ms(k).valid);
+  push(nan);
+  BOOST_TEST(!is_finite(evaluate(tick(node, stamp_ms(5).valid), stamp_ms(5).valid)));
+  push(1);
+  // The filter has followed its old target all the while: at 6 ms it is where one is that saw 1 from 0 on.
+  const double value = evaluate(tick(node, stamp_ms(6).valid), stamp_ms(6).valid).force.x;
+  BOOST_TEST(std::abs(value - step_response(0.006, 0.004)) < 1e-12);
+}

@@ -240,3 +240,20 @@ BOOST_AUTO_TEST_CASE(no_torque_is_interpolated_in_a_translation_only_scene) {
     }
   }
 }
+
+BOOST_AUTO_TEST_CASE(a_force_that_is_not_finite_is_passed_on_and_forgotten) {
+  for (const auto join : {BSpline::Join::paper, BSpline::Join::hermite, BSpline::Join::continuous}) {
+    Driven clean(join), hit(join);
+    for (int k = 0; k < 6; ++k) {
+      for (Driven* driven : {&clean, &hit}) driven->feed(at(k * T), along_x(k), along_x(k + 1));
+    }
+    const double nan = std::nan("");
+    for (const auto& [current, predicted] : {std::pair{along_x(nan), along_x(7)}, {along_x(6), along_x(INFINITY)}}) {
+      BOOST_TEST(!is_finite(evaluate(hit.feed(at(6 * T), current, predicted), at(6.5 * T))));
+    }
+    // The sequence of good forecasts is the same for both, and so is what they give.
+    const ForceSegment a = clean.feed(at(6 * T), along_x(6), along_x(7));
+    const ForceSegment b = hit.feed(at(6 * T), along_x(6), along_x(7));
+    for (std::size_t i = 0; i < 4; ++i) BOOST_TEST(std::abs(a.c[i].force.x - b.c[i].force.x) < 1e-12);
+  }
+}

@@ -103,7 +103,12 @@ BOOST_AUTO_TEST_CASE(saying_no_ends_the_run_early_without_a_failure) {
   BOOST_TEST(seconds_since(begin) < 10);
   BOOST_TEST(!run.failure().has_value());
   BOOST_TEST(run.status().now.seconds() < 10);
-  BOOST_TEST(run.status().devices.size() == 1U);
+  BOOST_REQUIRE(run.status().devices.size() == 1U);
+  // The histograms are there at the end, whole.
+  std::uint64_t wakeups = 0;
+  for (const auto& [middle, count] : run.status().devices[0].wake_latency.counts) wakeups += count;
+  BOOST_TEST(wakeups > 0U);
+  BOOST_TEST(wakeups == run.status().devices[0].wake_latency.count);
 }
 
 BOOST_AUTO_TEST_CASE(a_node_that_throws_ends_the_run_with_its_name_and_lets_the_device_ramp_down) {
@@ -149,6 +154,24 @@ BOOST_AUTO_TEST_CASE(a_stall_is_waited_out_where_the_graph_says_so) {
   BOOST_TEST(!run.failure().has_value());
   BOOST_TEST(!run.status().nodes[culprit].stalled);
   BOOST_TEST(run.status().nodes[culprit].steps > 20U);
+}
+
+BOOST_AUTO_TEST_CASE(a_node_whose_start_throws_keeps_the_run_from_beginning) {
+  struct Refuses final : Node {
+    struct Params {};
+    Refuses(const Params&, const NodeContext&) {}
+    static NodeInfo declare() { return Declare<Refuses>("sample.refuses", "Refuses.").info(); }
+    void start(StepContext&) override { throw InputError("not today"); }
+    void step(StepContext&) override {}
+  };
+  Loop loop(30);
+  const NodeInfo info = Refuses::declare();
+  loop.b.node("refuses", info, {});
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  BOOST_CHECK_EXCEPTION(run.run(nobody, go_on), InputError,
+                        [](const InputError& e) { return std::string(e.what()) == "node refuses: not today"; });
+  BOOST_TEST(dynamic_cast<const Actor&>(run.nodes()[0]).seen.empty());
 }
 
 BOOST_AUTO_TEST_CASE(an_observer_that_is_slow_holds_nothing_up_and_one_that_fails_ends_the_run) {

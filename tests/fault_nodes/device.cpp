@@ -1,0 +1,41 @@
+#include "tests/fault_nodes/device.hpp"
+
+#include <chrono>
+#include <thread>
+
+namespace tactor::fault {
+
+NodeInfo Device::declare() {
+  Declare<Device> declaration("fault.device", "A device whose reading goes wrong.");
+  declaration.input("target", &Device::target, {.doc = "where the handle is"})
+      .choice("fault", &Params::fault, {{"fails", Fault::fails}, {"blocks", Fault::blocks}, {"jumps", Fault::jumps}},
+              std::optional(Fault::fails),
+              "fails: the reading fails; blocks: one reading does not come back; jumps: the handle is 20 mm aside");
+  declare_when(declaration);
+  declare_device(declaration);
+  return declaration.info();
+}
+
+ReadResult Device::read(Time now, DeviceSample& sample) noexcept {
+  if (target.latest() == nullptr) return ReadResult::not_yet;
+  const bool wrong = params_.is_now(now);
+  if (wrong && params_.fault == Fault::fails) return ReadResult::failed;
+  if (wrong && params_.fault == Fault::blocks && !blocked_) {
+    blocked_ = true;
+    std::this_thread::sleep_for(std::chrono::nanoseconds(params_.lasts.ns));
+  }
+  sample.time = now;
+  sample.state.X_WD = target.latest()->value.X_WH;
+  if (wrong && params_.fault == Fault::jumps) sample.state.X_WD.p.x += 0.02;
+  if (any_) sample.state.V_WD.v = (1.0 / (now - last_).seconds()) * (sample.state.X_WD.p - p_WD_);
+  any_ = true;
+  last_ = now;
+  p_WD_ = sample.state.X_WD.p;
+  return ReadResult::sample;
+}
+
+bool Device::write(Time, const Wrench&) noexcept {
+  return true;
+}
+
+}  // namespace tactor::fault

@@ -1,0 +1,10 @@
+// The entry of libtactor_fault.so.
+#include "framework/node/registry.hpp"
+#include "tests/fault_nodes/device.hpp"
+
+TACTOR_NODES(registry) {
+  registry.add<tactor::fault::Stall>();
+  registry.add<tactor::fault::Throws>();
+  registry.add<tactor::fault::NotFinite>();
+  registry.add<tactor::fault::Device>();
+}
