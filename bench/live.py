@@ -10,6 +10,7 @@ import argparse
 import collections
 import contextlib
 import csv
+import datetime
 import json
 import os
 import pathlib
@@ -169,6 +170,19 @@ def no_deep_sleep():
         yield False
 
 
+def machine():
+    """Where and when this is measured."""
+    model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "?")
+    virtual = subprocess.run(["systemd-detect-virt"], capture_output=True, text=True).stdout.strip() \
+        if shutil.which("systemd-detect-virt") else ""
+    if not virtual and "hypervisor" in pathlib.Path("/proc/cpuinfo").read_text():
+        virtual = "hypervisor"
+    kernel = os.uname()
+    return {"model": model, "cores": os.cpu_count(), "kernel": kernel.release,
+            "realtime_kernel": "PREEMPT_RT" in kernel.version, "virtual": virtual not in ("", "none"),
+            "date": datetime.date.today().isoformat()}
+
+
 def measure(busy, seconds, slice_s):
     """One condition: alternating slices, then the figures."""
     reference, ours = [], []
@@ -231,7 +245,7 @@ def figures(reference, ours):
 
 
 def lines(f):
-    """The figures as rows of a table: what, tactor, cyclictest, verdict."""
+    """The figures as rows of a table: what, tactor, cyclictest, remark."""
     def verdict(good):
         return "met" if good else "NOT MET"
 
@@ -280,7 +294,7 @@ def main():
         sys.exit("build first: scripts/build")
     if not shutil.which("cyclictest"):
         sys.exit("cyclictest is not installed: apt install rt-tests")
-    result = {"graph": GRAPH.stem, "core": CORE, "conditions": {}}
+    result = {"graph": GRAPH.stem, "machine": machine(), "core": CORE, "slice_s": min(options.slice, seconds), "conditions": {}}
     with no_deep_sleep() as held:
         result["deep_sleep_off"] = held
         for condition in ("busy", "idle") if options.load == "both" else (options.load,):
