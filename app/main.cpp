@@ -277,8 +277,8 @@ int main_checked(int argc, char** argv) {
 
   fs::path graph;
   std::optional<fs::path> out;
-  CLI::App* run_verb =
-      app.add_subcommand("run", "Run a graph; writes summary.json, report.html, graph.yaml and the recording");
+  CLI::App* run_verb = app.add_subcommand(
+      "run", "Run a graph; writes summary.json, report.html, graph.yaml, the recording, and live latencies.csv");
   run_verb->add_option("graph", graph, "The graph file (YAML)")->required();
   options.add_to(*run_verb, true);
   run_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
