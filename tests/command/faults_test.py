@@ -3,7 +3,6 @@ import ctypes
 import json
 import os
 import pathlib
-import re
 import resource
 import shutil
 import signal
@@ -125,7 +124,7 @@ class FaultRun(CommandTest):
 
     def results(self):
         """The summary; the other results must be there too."""
-        self.assertIn("duration_s", (self.out / "graph.yaml").read_text() and (self.out / "summary.json").read_text())
+        self.assertIn("clock: real", (self.out / "graph.yaml").read_text())
         self.assertIn("</html>", (self.out / "report.html").read_text())
         return json.loads((self.out / "summary.json").read_text())
 
@@ -231,10 +230,8 @@ class Pipeline(FaultRun):
 
 class Device(FaultRun):
     def test_one_failed_reading_is_a_fault_that_is_recovered_from(self):
-        self.run_fault(duck(DEVICE % "at: 1.2 s, lasts: 0.5 ms, rate: 1 kHz"), 0)
+        self.run_fault(duck(DEVICE % "at: 1.2 s, lasts: 0 s"), 0)
         recorded = self.recording()
-        if READ_FAILED not in recorded.cause:
-            self.skipTest("the one tick that was to fail has been missed")
         fault = recorded.first(recorded.cause == READ_FAILED)
         self.assert_zero_in_time(recorded, fault, FORCE_MAX / FORCE_SLEW)
         engaged = recorded.first(recorded.engagement == ENGAGED, after=recorded.t[fault])
@@ -280,22 +277,28 @@ class Device(FaultRun):
 
 
 class Process(FaultRun):
-    def wait_for_contact(self, process):
-        recording = self.out / "recording.h5"
-        self.wait_until(lambda: recording.exists() and recording.stat().st_size > 60_000, process,
-                        "the run was in contact", timeout=TIMEOUT)
+    def read_while_running(self):
+        """Times in s and sizes in N of the forces that are on the disk."""
+        try:
+            with h5py.File(self.out / "recording.h5", swmr=True) as file:
+                data = file["streams/device.commanded/data"][...]
+        except (OSError, KeyError):  # not begun yet
+            return numpy.zeros(1), numpy.zeros(1)
+        return data["valid_ns"] * 1e-9, numpy.linalg.norm(data["force"], axis=1)
 
-    def start_long(self, **options):
-        process = self.start(duck(), "--duration", "1000", **options)
-        self.wait_for_contact(process)
-        time.sleep(1)
+    def start_in_contact(self, *arguments):
+        """A run with a force on its device."""
+        shutil.rmtree(self.out, ignore_errors=True)
+        process = self.start(duck(), *arguments)
+        self.wait_until(lambda: (self.read_while_running()[1] > 0.2).any(), process, "the tool was in contact",
+                        timeout=TIMEOUT)
         return process
 
     def test_a_signal_to_end_ramps_the_force_to_zero_and_is_no_failure(self):
         for name, signals in (("SIGINT", [signal.SIGINT]), ("SIGTERM", [signal.SIGTERM]), ("SIGHUP", [signal.SIGHUP]),
                               ("twice", [signal.SIGINT, signal.SIGINT])):
             with self.subTest(name):
-                process = self.start_long()
+                process = self.start_in_contact("--duration", "1000")
                 for number in signals:
                     process.send_signal(number)
                     time.sleep(0.12)
@@ -307,8 +310,7 @@ class Process(FaultRun):
                 self.assertGreater(recorded.t[-1], summary["duration_s"] - PERIOD)
 
     def test_a_process_that_was_stopped_goes_on_without_a_step_of_force(self):
-        process = self.start(duck(), "--duration", "5")
-        self.wait_for_contact(process)
+        process = self.start_in_contact("--duration", "5")
         process.send_signal(signal.SIGSTOP)
         time.sleep(1)
         process.send_signal(signal.SIGCONT)
@@ -323,18 +325,11 @@ class Process(FaultRun):
         self.assertEqual(summary["duration_s"], 5)
 
     def test_a_killed_run_leaves_a_recording_up_to_a_second_before(self):
-        process = self.start(duck(), "--duration", "1000")
-        self.wait_for_contact(process)
-
-        def last_time():
-            with h5py.File(self.out / "recording.h5", swmr=True) as file:
-                times = file["streams/device.commanded/data"]["valid_ns"]
-            return times[-1] * 1e-9 if len(times) > 0 else 0.0
-
-        begin, mark = last_time(), time.monotonic()
-        self.wait_until(lambda: last_time() > begin + 1, process, "a second of recording")
+        process = self.start_in_contact("--duration", "1000")
+        begin, mark = self.read_while_running()[0][-1], time.monotonic()
+        self.wait_until(lambda: self.read_while_running()[0][-1] > begin + 1, process, "a second of recording")
         # What the disk lacks of the time that has passed.
-        behind = time.monotonic() - mark - (last_time() - begin)
+        behind = time.monotonic() - mark - (self.read_while_running()[0][-1] - begin)
         process.kill()
         process.wait(timeout=TIMEOUT)
         self.assertLess(behind, 5.0)  # half a second where the machine keeps up
