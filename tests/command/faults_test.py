@@ -1,12 +1,16 @@
 """Live runs in which something goes wrong: whatever it is, the force stays within its limits and comes down to zero."""
 import ctypes
+import fcntl
 import json
 import os
 import pathlib
+import pty
 import resource
+import select
 import shutil
 import signal
 import subprocess
+import termios
 import time
 import unittest
 
@@ -308,6 +312,33 @@ class Process(FaultRun):
                 summary = self.results()
                 self.assertTrue(summary["interrupted"])
                 self.assertGreater(recorded.t[-1], summary["duration_s"] - PERIOD)
+
+    def test_a_terminal_that_is_closed_ends_the_run_like_a_signal(self):
+        master, terminal = pty.openpty()
+
+        def own_the_terminal():
+            os.setsid()
+            fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+
+        process = subprocess.Popen([TACTOR, "run", self.write("fault.yaml", duck()), "--duration", "1000", "--out",
+                                    self.out], stdin=terminal, stdout=terminal, stderr=terminal,
+                                   preexec_fn=own_the_terminal, env=dict(os.environ, **self.environment))
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        os.close(terminal)
+        seen = bytearray()
+
+        def drained():
+            while select.select([master], [], [], 0)[0]:
+                seen.extend(os.read(master, 65536))
+            return (self.read_while_running()[1] > 0.2).any()
+
+        self.wait_until(drained, process, "the tool was in contact", timeout=TIMEOUT)
+        os.close(master)
+        # There is nowhere left to print the summary to, which is an error; the files are there.
+        self.assertEqual(process.wait(timeout=TIMEOUT), 1)
+        self.assertIn(b"wake-up p50", seen)
+        self.assert_ramped_down(self.recording(), NOT_PERMITTED)
+        self.assertTrue(self.results()["interrupted"])
 
     def test_a_process_that_was_stopped_goes_on_without_a_step_of_force(self):
         process = self.start_in_contact("--duration", "5")
