@@ -14,7 +14,7 @@ import termios
 import time
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, needs_collision, needs_hdf5, needs_live
+from harness import GRAPHS, TACTOR, CommandTest, needs_collision, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -93,7 +93,6 @@ class Recording:
         return found[0]
 
 
-@needs_live
 @needs_collision
 @needs_hdf5
 @unittest.skipIf(h5py is None, "h5py is not installed")
@@ -126,9 +125,9 @@ class FaultRun(CommandTest):
         """Runs the graph to its end; standard error."""
         return self.finish(self.start(graph, *arguments, **options), code)
 
-    def results(self):
+    def results(self, clock="real"):
         """The summary; the other results must be there too."""
-        self.assertIn("clock: real", (self.out / "graph.yaml").read_text())
+        self.assertIn(f"clock: {clock}", (self.out / "graph.yaml").read_text())
         self.assertIn("</html>", (self.out / "report.html").read_text())
         return json.loads((self.out / "summary.json").read_text())
 
@@ -168,6 +167,7 @@ class FaultRun(CommandTest):
         self.assert_zero_in_time(recorded, begin, RAMP_DOWN)
 
 
+@needs_live
 class Physics(FaultRun):
     def test_a_stall_is_ramped_out_and_in_where_the_graph_recovers(self):
         self.run_fault(duck(STALL % "lasts: 0.6 s", "on_stall: recover, stall_timeout: 0.2 s"), 0)
@@ -208,6 +208,7 @@ class Physics(FaultRun):
         self.assertGreater(summary["device"]["ticks"], 1000)
 
 
+@needs_live
 class Pipeline(FaultRun):
     def test_forces_that_are_not_finite_never_reach_the_device(self):
         self.run_fault(duck(NOT_FINITE_FORECAST), 0)
@@ -232,6 +233,7 @@ class Pipeline(FaultRun):
         self.assertIn("it broke on purpose", (self.out / "report.html").read_text())
 
 
+@needs_live
 class Device(FaultRun):
     def test_one_failed_reading_is_a_fault_that_is_recovered_from(self):
         self.run_fault(duck(DEVICE % "at: 1.2 s, lasts: 0 s"), 0)
@@ -280,6 +282,7 @@ class Device(FaultRun):
         self.assertIn("device", self.results()["failure"])
 
 
+@needs_live
 class Process(FaultRun):
     def read_while_running(self):
         """Times in s and sizes in N of the forces that are on the disk."""
@@ -376,6 +379,7 @@ def limit_files(size):
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
+@needs_live
 class FullDisk(FaultRun):
     def run_into_the_end_of_the_disk(self, code=1, **options):
         """A device that keeps a log elsewhere, because the recording ends before the ramp to zero."""
@@ -418,6 +422,7 @@ class FullDisk(FaultRun):
         self.assertIn("costs", self.results()["failure"])
 
 
+@needs_live
 class Replay(FaultRun):
     def test_a_replay_under_the_virtual_clock_is_the_same_run(self):
         graph = self.write("live.yaml", duck("""nodes:
@@ -459,6 +464,34 @@ class Replay(FaultRun):
         self.assertGreater(replay["cost_us"]["dynamics"]["steps"], 100)
 
 
+class VirtualClock(FaultRun):
+    """Nothing moves here, but what there is must be left all the same."""
+
+    def virtual(self, text):
+        return text.replace("duration: 3 s", "duration: 3 s\nclock: virtual")
+
+    def test_a_node_that_throws_leaves_the_results_up_to_there(self):
+        stderr = self.run_fault(self.virtual(duck(THROWS)), 1)
+        self.assertRegex(stderr, r"node culprit failed at 1\.2\d+ s: it broke on purpose")
+        summary = self.results("virtual")
+        self.assertIn("it broke on purpose", summary["failure"])
+        self.assertAlmostEqual(summary["duration_s"], 1.2, delta=0.05)
+        self.assertGreater(summary["cost_us"]["device"]["steps"], 1000)
+        self.assertGreater(Recording(self.out / "recording.h5").t[-1], 1.15)
+
+    def test_a_comparison_with_such_a_node_fails(self):
+        graph = self.write("fault.yaml", self.virtual(duck(THROWS)))
+        result = tactor("compare", graph, "--seeds", "1", "--out", self.out, environment=self.environment)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("it broke on purpose", result.stderr)
+
+    def test_a_file_that_may_not_grow_leaves_the_results_up_to_there(self):
+        stderr = self.run_fault(self.virtual(duck()), 1, preexec_fn=limit_files(600_000))
+        self.assertIn(f"writing the recording {self.out / 'recording.h5'} failed", stderr)
+        self.assertIn("recording.h5", self.results("virtual")["failure"])
+        self.assertGreater(len(Recording(self.out / "recording.h5").t), 100)
+
+
 def give_privileges_up():
     """In the child: what real time needs is refused to it, whoever runs the test."""
     prctl = ctypes.CDLL(None, use_errno=True).prctl
@@ -468,6 +501,7 @@ def give_privileges_up():
     resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
 
 
+@needs_live
 class Privileges(FaultRun):
     def test_without_privileges_a_run_says_so_and_goes_on_where_the_graph_warns(self):
         self.run_fault(duck(live="on_missing_privilege: warn"), 0, "--duration", "1", preexec_fn=give_privileges_up)
