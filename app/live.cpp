@@ -66,6 +66,23 @@ void write_replay(const Plan& plan, const LiveWatch& watch, Duration duration, c
   write(folder / "replay.yaml", to_yaml(graph));
 }
 
+std::string latencies_csv(const Plan& plan, const LiveStatus& status) {
+  std::string text = "latency,us,count\n";
+  const auto add = [&text](const std::string& name, const LatencyFigures& figures) {
+    for (const auto& [middle, count] : figures.counts) {
+      text += fmt::format("{},{:.3f},{}\n", name, middle.microseconds(), count);
+    }
+  };
+  for (const LiveDevice& device : status.devices) {
+    const std::string& name = plan.nodes[device.node].name;
+    add(name + ".wakeup", device.wake_latency);
+    add(name + ".body", device.body_time);
+    add(name + ".end_to_end", device.end_to_end);
+  }
+  for (std::size_t e = 0; e < status.edges.size(); ++e) add(plan.edges[e].spec.name(), status.edges[e].age);
+  return text;
+}
+
 namespace {
 
 void set_latency(Report& report, const std::string& name, const LatencyFigures& figures, bool rare) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -37,6 +38,11 @@ class LiveWatch final : public RunObserver {
 /// Writes `folder`/costs/NODE.txt, the cost of each step in seconds, and `folder`/replay.yaml, the graph with
 /// `clock: virtual`, these costs and the `duration` that was run. Throws RunError where that is not possible.
 void write_replay(const Plan& plan, const LiveWatch& watch, Duration duration, const std::filesystem::path& folder);
+
+/// The histograms of the latencies as CSV, from which figures of several runs are put together: `latency` (NODE.wakeup,
+/// NODE.body, NODE.end_to_end, or the age on an edge by its name), `us`, the middle of a bucket at most 1/64 wide, and
+/// `count`.
+std::string latencies_csv(const Plan& plan, const LiveStatus& status);
 
 /// device.{ticks,missed,wakeup_us.*,body_us.*,allocations,page_faults,dropped} and end_to_end_us.* of each node in the
 /// real-time lane, record_drops and stalls.

@@ -47,6 +47,11 @@ std::string us(Duration d) {
   return fmt::format("{:.0f}", d.microseconds());
 }
 
+/// In microseconds; from a second on, where they do not matter any more and would not fit, in seconds.
+std::string age(Duration d) {
+  return d < Duration{1'000'000'000} ? us(d) : fmt::format("{:.1f} s", d.seconds());
+}
+
 std::string lane_text(const Scheduling& scheduling) {
   switch (scheduling.lane) {
     case Lane::pool:
@@ -79,13 +84,13 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveSta
                                 pretty(plan.graph.duration.seconds()), phase_text(now));
   for (const LiveDevice& d : now.devices) {
     out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, d.safety ? safety_text(*d.safety) : "");
-    out +=
-        fmt::format("    ticks {}  missed {}  wake-up p50 {}  p99 {}  p99.9 {}  max {} us\n", d.ticks, d.missed,
-                    us(d.wake_latency.p50), us(d.wake_latency.p99), us(d.wake_latency.p99_9), us(d.wake_latency.max));
-    out += fmt::format(
-        "    body p99 {:.1f} us  sample to force p50 {:.1f}  p99 {:.1f} ms  allocations {}  page faults {}\n",
-        d.body_time.p99.microseconds(), d.end_to_end.p50.milliseconds(), d.end_to_end.p99.milliseconds(),
-        d.heap_calls ? std::to_string(*d.heap_calls) : "-", d.page_faults);
+    out += fmt::format("    ticks {}  missed {}  allocations {}  page faults {}\n", d.ticks, d.missed,
+                       d.heap_calls ? std::to_string(*d.heap_calls) : "-", d.page_faults);
+    out += fmt::format("    wake-up p50 {}  p99 {}  p99.9 {}  max {} us  body p99 {:.1f} us\n", us(d.wake_latency.p50),
+                       us(d.wake_latency.p99), us(d.wake_latency.p99_9), us(d.wake_latency.max),
+                       d.body_time.p99.microseconds());
+    out += fmt::format("    sample to force p50 {:.1f}  p99 {:.1f} ms\n", d.end_to_end.p50.milliseconds(),
+                       d.end_to_end.p99.milliseconds());
   }
   out += fmt::format("\n  {:<24} {:<18} {:>9} {:>13}\n", "node", "lane", "steps/s", "missed ticks");
   for (std::size_t n = 0; n < now.nodes.size(); ++n) {
@@ -94,14 +99,16 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveSta
                        lane_text(plan.nodes[n].scheduling), rate(steps, now.nodes[n].steps, between),
                        now.nodes[n].missed_ticks, now.nodes[n].stalled ? "  stalled" : "");
   }
-  out += fmt::format("\n  {:<50} {:>9} {:>9} {:>9} {:>8}\n", "edge", "age p50", "p99", "max us", "drops");
+  out += fmt::format("\n  {:<45} {:>7} {:>7} {:>7} {:>7}\n", "edge", "age p50", "p99", "max us", "drops");
   for (std::size_t e = 0; e < now.edges.size(); ++e) {
     const LiveEdge& edge = now.edges[e];
-    out += fmt::format("  {:<50.50} {:>9} {:>9} {:>9} {:>8}\n", plan.edges[e].spec.name(), us(edge.age.p50),
-                       us(edge.age.p99), us(edge.age.max), edge.figures.dropped);
+    out += fmt::format("  {:<45.45} {:>7} {:>7} {:>7} {:>7}\n", plan.edges[e].spec.name(), age(edge.age.p50),
+                       age(edge.age.p99), age(edge.age.max), edge.figures.dropped);
   }
   if (now.record_dropped > 0) out += fmt::format("  the recording lost {} messages\n", now.record_dropped);
-  return out;
+  std::string cut;
+  for (const std::string& row : fitted(out, std::string::npos, 100)) cut += row + "\n";
+  return cut;
 }
 
 LiveView::LiveView(const Plan& plan) : plan_(plan), terminal_(isatty(STDERR_FILENO) == 1) {}

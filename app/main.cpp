@@ -20,6 +20,7 @@
 #include "app/compare.hpp"
 #include "app/doctor.hpp"
 #include "app/html_report.hpp"
+#include "app/live.hpp"
 #include "app/live_view.hpp"
 #include "app/node_reference.hpp"
 #include "app/run.hpp"
@@ -48,6 +49,12 @@ std::vector<fs::path> mesh_folders() {
   return folders;
 }
 
+/// Writes to standard error, which may be a terminal that has been closed: that is no reason to throw.
+void tell(const std::string& text) {
+  static_cast<void>(std::fputs(text.c_str(), stderr));
+  static_cast<void>(std::fflush(stderr));
+}
+
 /// A bar on the last line of a terminal; nothing where standard error is none.
 class ProgressBar {
  public:
@@ -58,14 +65,13 @@ class ProgressBar {
       drawn_ = now;
       constexpr int width = 30;
       const int full = std::clamp(static_cast<int>(std::lround(share * width)), 0, width);
-      fmt::print(stderr, "\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what);
-      std::fflush(stderr);
+      tell(fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what));
       shown_ = true;
     }
     return interrupted == 0;
   }
   void clear() {
-    if (shown_) fmt::print(stderr, "\r{: <78}\r", "");
+    if (shown_) tell(fmt::format("\r{: <78}\r", ""));
     shown_ = false;
   }
 
@@ -111,12 +117,13 @@ Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overr
   return make_plan(load_graph(graph, registry, overrides, mesh_folders()));
 }
 
-void write_results(const fs::path& folder, const RunResult& result) {
+void write_results(const fs::path& folder, const Plan& plan, const RunResult& result) {
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
-  fmt::print("{}\n", summary_table(result));
+  if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
   write_file(folder / "report.html", run_report(result));
-  fmt::print("  {}\n", (folder / "report.html").string());
+  // Last, because the terminal may have been closed.
+  fmt::print("{}\n  {}\n", summary_table(result), (folder / "report.html").string());
 }
 
 int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out, bool record_costs) {
@@ -146,18 +153,18 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   const RunResult result = execute(plan, run_options);
   view.clear();
   bar.clear();
-  if (result.failure) fmt::print(stderr, "tactor: {}\n", *result.failure);
+  if (result.failure) tell(fmt::format("tactor: {}\n", *result.failure));
   if (result.abandoned) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     try {
-      write_results(folder, result);
+      write_results(folder, plan, result);
     } catch (const std::exception& error) {
-      fmt::print(stderr, "tactor: {}\n", error.what());
+      tell(fmt::format("tactor: {}\n", error.what()));
     }
     std::fflush(nullptr);
     std::_Exit(1);
   }
-  write_results(folder, result);
+  write_results(folder, plan, result);
   // A live run that is asked to end has ended as it should.
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
@@ -197,7 +204,7 @@ int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool
       fmt::print("{}: ok\n", graph.string());
       if (explained) fmt::print("{}\n", explain(plan));
     } catch (const InputError& error) {
-      fmt::print(stderr, "{}\n", error.what());
+      tell(fmt::format("{}\n", error.what()));
       bad = true;
     }
   }
@@ -278,8 +285,8 @@ int main_checked(int argc, char** argv) {
 
   fs::path graph;
   std::optional<fs::path> out;
-  CLI::App* run_verb =
-      app.add_subcommand("run", "Run a graph; writes summary.json, report.html, graph.yaml and the recording");
+  CLI::App* run_verb = app.add_subcommand(
+      "run", "Run a graph; writes summary.json, report.html, graph.yaml, the recording, and live latencies.csv");
   run_verb->add_option("graph", graph, "The graph file (YAML)")->required();
   options.add_to(*run_verb, true);
   run_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
@@ -378,10 +385,10 @@ int main(int argc, char** argv) {
   try {
     return main_checked(argc, argv);
   } catch (const InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    tell(fmt::format("{}\n", error.what()));
     return 2;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "tactor: {}\n", error.what());
+    tell(fmt::format("tactor: {}\n", error.what()));
     return 1;
   }
 }

@@ -79,7 +79,8 @@ struct RunOptions {
   std::optional<std::filesystem::path> replay_folder;
 };
 
-/// Runs the plan by its clock, then its reference run (or takes it from the cache), and judges.
+/// Runs the plan by its clock, then its reference run (or takes it from the cache), and judges. What fails while
+/// running is the result's `failure`. Throws RunError only where nothing has run (`on_missing_privilege: fail`).
 RunResult execute(const Plan& plan, const RunOptions& options);
 
 /// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a

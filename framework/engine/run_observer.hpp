@@ -37,7 +37,7 @@ class RunObserver {
 struct NodeFigures {
   std::uint64_t steps = 0;
   std::uint64_t missed_ticks = 0;
-  std::vector<std::uint32_t> cpu_ns;  ///< CPU time of each step, where it was measured
+  std::vector<std::uint32_t> cpu_ns;  ///< CPU time of the steps that were measured
 };
 
 /// What an edge carried in a run.

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "framework/core/check.hpp"
 #include "framework/core/time.hpp"
@@ -91,6 +93,16 @@ class LatencyHistogram {
       if (seen >= rank) return std::min(Duration{log_linear::middle_of(i)}, std::max(max(), least));
     }
     return max();
+  }
+
+  /// The buckets that are not empty, from the shortest on: the middle of each and its count. Allocates.
+  [[nodiscard]] std::vector<std::pair<Duration, std::uint64_t>> counts() const {
+    std::vector<std::pair<Duration, std::uint64_t>> result;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      const std::uint64_t n = counts_[i].load(std::memory_order_relaxed);
+      if (n > 0) result.emplace_back(Duration{log_linear::middle_of(i)}, n);
+    }
+    return result;
   }
 
  private:

@@ -46,8 +46,10 @@ inline std::string hdf5_error() {
   return text;
 }
 
-/// Errors are thrown by us, so HDF5 need not print them as well.
+/// Errors are thrown by us, so HDF5 need not print them as well. Called before anything else of HDF5: what is left open
+/// at the end of the process is so because the disk refused it, and trying again then would take the process down.
 inline void silence_hdf5() {
+  H5dont_atexit();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 

@@ -1,9 +1,12 @@
 #include "framework/record/hdf5_writer.hpp"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 
 #include "framework/core/check.hpp"
 
@@ -14,6 +17,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::chrono::milliseconds flush_period{500};
+/// What the index of a dataset may grow by with one more chunk: the largest of its blocks for 100 GB of chunks.
+constexpr std::uint64_t index_bytes = 16384;
 
 Handle file_access() {
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -180,8 +185,32 @@ void Hdf5Recorder::start() {
   flushed_ = std::chrono::steady_clock::now();
 }
 
+void Hdf5Recorder::reserve(std::uint64_t more) {
+  const std::uint64_t bytes = unflushed_ + more;
+  hsize_t size = 0;
+  if (lock_ < 0 || H5Fget_filesize(file_.get(), &size) < 0) return;
+  int error = 0;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && size + bytes > limit.rlim_cur) {
+    error = EFBIG;
+  } else {
+    do {
+      const auto begin = static_cast<off_t>(size);
+      error = ::fallocate(lock_, FALLOC_FL_KEEP_SIZE, begin, static_cast<off_t>(bytes)) == 0 ? 0 : errno;
+    } while (error == EINTR);
+  }
+  // Any other answer is of a file system that cannot reserve; there a full disk is found out in the middle of writing.
+  if (error != ENOSPC && error != EDQUOT && error != EFBIG) {
+    unflushed_ = bytes;
+    return;
+  }
+  throw RunError("writing the recording " + path_.string() + " failed: " + std::strerror(error) +
+                 "; what came before is in it");
+}
+
 void Hdf5Recorder::write_buffered(Stream& stream) {
   if (stream.buffered == 0) return;
+  reserve(layout::chunk_rows(*stream.type) * layout::record_size(*stream.type) + index_bytes);
   if (!append(stream.data.get(), stream.memory_type.get(), stream.written, stream.buffered, stream.records.data())) {
     fail("writing");
   }
@@ -205,6 +234,7 @@ void Hdf5Recorder::flush() {
   if (state_ == State::declaring) start();
   for (Stream& stream : streams_) write_buffered(stream);
   if (H5Fflush(file_.get(), H5F_SCOPE_LOCAL) < 0) fail("writing");
+  unflushed_ = 0;
   flushed_ = std::chrono::steady_clock::now();
 }
 

@@ -40,6 +40,9 @@ class Hdf5Recorder final : public Recorder {
   Handle make_file(const std::filesystem::path& path, bool final) const;
   Handle make_data(hid_t file, const Stream& stream, bool final) const;
   void start();
+  /// Asks the file system for room behind the file's end for so many bytes more, before HDF5 takes them in. Throws
+  /// RunError where it has none: a write that fails half way would leave a file that cannot be opened.
+  void reserve(std::uint64_t more);
   void write_buffered(Stream& stream);
   void rewrite_compressed(const std::filesystem::path& to);
 
@@ -48,6 +51,7 @@ class Hdf5Recorder final : public Recorder {
   std::vector<Stream> streams_;
   Handle file_;
   int lock_ = -1;
+  std::uint64_t unflushed_ = 0;  // bytes that the next flush may write, at most
   State state_ = State::declaring;
   std::chrono::steady_clock::time_point flushed_;
 };

@@ -10,8 +10,8 @@ import xml.etree.ElementTree
 import jsonschema
 import yaml
 
-from harness import (GRAPHS, HAS_COLLISION, HAS_HDF5, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, CommandTest,
-                     left_out, needs_collision, needs_hdf5, tactor)
+from harness import (GRAPHS, HAS_COLLISION, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, CommandTest,
+                     left_out, needs_collision, needs_hdf5, needs_live, tactor)
 
 
 class ExitCodes(CommandTest):
@@ -47,14 +47,35 @@ class ExitCodes(CommandTest):
     def test_an_out_folder_that_cannot_be_made_is_bad_input(self):
         self.assertEqual(tactor("run", GRAPHS / "duck_off.yaml", "--out", "/proc/nowhere").returncode, 2)
 
-    def test_the_live_clock_is_refused_plainly(self):
-        graph = self.small_graph("  - device.commanded -> metrics.commanded\n").read_text()
-        graph = graph.replace("clock: virtual", "clock: real")
-        graph = graph.replace("nodes:", "nodes:\n  metrics: {type: sink.metrics}")
-        graph += "  - device.commanded -> metrics.force\n"
-        result = tactor("run", self.write("real.yaml", graph))
+    def live_graph(self):
+        return self.write("real.yaml", self.judged_small_graph().read_text().replace("clock: virtual", "clock: real"))
+
+    @needs_live
+    def test_the_live_clock_runs_in_wall_time(self):
+        summary = self.run_graph(self.live_graph())
+        self.assertEqual(summary["clock"], "real")
+        self.assertEqual(summary["duration_s"], 0.5)
+        self.assertGreaterEqual(summary["wall_s"], 0.5)
+        self.assertGreaterEqual(summary["device"]["ticks"] + summary["device"]["missed"], 500)
+
+    @unittest.skipIf(HAS_LIVE, "this build has the live engine")
+    def test_a_build_without_the_live_engine_says_what_it_lacks(self):
+        result = tactor("run", self.live_graph(), cwd=self.folder)
         self.assertEqual(result.returncode, 2)
-        self.assertIn("clock", result.stderr)
+        self.assertIn("-DTACTOR_WITH_CAF=OFF", result.stderr)
+
+    def test_comparisons_refuse_the_live_clock(self):
+        graph = self.live_graph()
+        result = tactor("compare", self.judged_small_graph(), graph, "--out", self.folder / "cmp")
+        self.assertEqual(result.returncode, 2)
+        for text in ("real.yaml", "clock: real", "expected clock: virtual", "--set clock=virtual"):
+            self.assertIn(text, result.stderr)
+        self.assertFalse((self.folder / "cmp").exists())
+
+    def test_costs_are_recorded_of_the_live_clock_alone(self):
+        result = tactor("run", self.judged_small_graph(), "--record-costs", "--out", self.folder / "out")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("--record-costs: expected a graph with clock: real", result.stderr)
 
     @needs_collision
     def test_an_interrupt_ends_the_run_with_code_1_and_keeps_what_there_is(self):

@@ -21,6 +21,8 @@ def built(*places):
 # The shipped graphs need collision and the generated meshes, which a build without CGAL lacks.
 HAS_COLLISION = built("nodes/libtactor_collision.so", "../lib/tactor/libtactor_collision.so")
 HAS_HDF5 = built("libtactor_record.so", "../lib/libtactor_record.so")
+HAS_LIVE = os.environ.get("TACTOR_LIVE", "1") != "0"
+needs_live = unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
 needs_collision = unittest.skipUnless(HAS_COLLISION, "this build has no CGAL, so no collision and no meshes")
 needs_hdf5 = unittest.skipUnless(HAS_HDF5, "this build has no HDF5, so no recordings")
 # The outputs of a chain that needs no mesh: a trajectory, the simulated device, metrics.

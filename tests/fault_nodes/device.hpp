@@ -1,6 +1,10 @@
 // fault.device: a device in software whose reading fails, blocks or jumps at a given time.
 #pragma once
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "framework/realtime/declare_device.hpp"
 #include "tests/fault_nodes/passing.hpp"
 
@@ -12,9 +16,12 @@ class Device final : public DeviceNode {
   enum class Fault { fails, blocks, jumps };
   struct Params : DeviceParams, When {
     Fault fault = Fault::fails;
+    std::string log;
   };
-  Device(const Params& params, const NodeContext& context) : DeviceNode(params, context), params_(params) {}
+  Device(const Params& params, const NodeContext& context);
   static NodeInfo declare();
+  /// Writes the file `log`: the time in ns and the force in N of each tick, for runs that cannot record to their end.
+  void report(Report& report) const override;
 
   Input<Target> target;
 
@@ -25,10 +32,11 @@ class Device final : public DeviceNode {
 
  private:
   Params params_;
-  bool blocked_ = false;
+  bool done_ = false;  // the first wrong reading has been
   bool any_ = false;
   Time last_;
-  Vec3 p_WD_;  // m, at the last tick
+  Vec3 p_WD_;                                   // m, at the last tick
+  std::vector<std::pair<Time, Vec3>> written_;  // never beyond its reserve
 };
 
 }  // namespace tactor::fault

@@ -45,12 +45,11 @@ constexpr Duration longest_without_tick{2'000'000'000};
 constexpr Duration longest_step_at_end{1'000'000'000};
 /// What the recording may lag behind before messages are dropped.
 constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
+/// In the pool the CPU time of every this many steps is read: reading it is a system call, and two of them would take
+/// longer than a message between light nodes. A prime, so that it falls in step with no pattern of a graph.
+constexpr std::uint64_t steps_a_measurement = 7;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings bridge_settings{SchedulingPolicy::fifo, 70, std::nullopt};
-
-LatencyFigures figures_of(const LatencyHistogram& h) {
-  return {h.count(), h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.quantile(0.9999), h.max()};
-}
 
 int core_count() {
   return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
@@ -97,7 +96,8 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
   [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
   [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
-  LiveStatus snapshot();
+  /// `whole`: with the histograms.
+  LiveStatus snapshot(bool whole);
 
   void wake(const std::vector<std::size_t>& nodes_to_step);
   void step(std::size_t node);
@@ -275,7 +275,7 @@ void LiveRun::Engine::handle_events_before(Time t) {
 
 void LiveRun::Engine::begin_stop() {
   // What the run is judged by ends here; the ramp-down is not part of it.
-  status = snapshot();
+  status = snapshot(true);
   dispatcher_->stop();
 }
 
@@ -293,9 +293,11 @@ void LiveRun::Engine::wake(const std::vector<std::size_t>& nodes_to_step) {
 
 void LiveRun::Engine::step(std::size_t node) {
   Dispatcher::Begun begun;
+  bool measured = true;
   {
     const std::scoped_lock lock(mutex_);
     begun = begun_[node];
+    measured = lanes_.lane_of[node] != 0 || dispatcher_->steps(node) % steps_a_measurement == 0;
   }
   const Time starts = clock();
   for (const std::size_t edge : dispatcher_->edges_into(node)) {
@@ -303,14 +305,16 @@ void LiveRun::Engine::step(std::size_t node) {
   }
   StepContext context(begun.now, begun.phase);
   std::string error;
-  const std::int64_t cpu = thread_cpu_ns();
+  const std::int64_t cpu = measured ? thread_cpu_ns() : 0;
   try {
     nodes.step(node, context);
   } catch (const std::exception& e) {
     error = e.what();
   }
-  const std::int64_t cpu_ns = std::min<std::int64_t>(thread_cpu_ns() - cpu, UINT32_MAX);
-  node_figures[node].cpu_ns.push_back(static_cast<std::uint32_t>(cpu_ns));
+  if (measured) {
+    const std::int64_t cpu_ns = std::min<std::int64_t>(thread_cpu_ns() - cpu, UINT32_MAX);
+    node_figures[node].cpu_ns.push_back(static_cast<std::uint32_t>(cpu_ns));
+  }
 
   std::vector<std::size_t> woken;
   {
@@ -416,7 +420,7 @@ void LiveRun::Engine::watch(RunObserver& observer, const std::function<bool(cons
       const std::scoped_lock lock(mutex_);
       if (dispatcher_->phase() == Phase::stopping || clock() >= end_) return true;
       if (clock() < next_ask) return false;
-      now = snapshot();
+      now = snapshot(false);
     }
     next_ask = now.now + ask_period;
     return !go_on(now);
@@ -478,7 +482,7 @@ void LiveRun::Engine::look_for_failure(std::size_t node) {
   }
 }
 
-LiveStatus LiveRun::Engine::snapshot() {
+LiveStatus LiveRun::Engine::snapshot(bool whole) {
   LiveStatus s;
   s.now = clock();
   s.phase = dispatcher_->phase();
@@ -494,10 +498,10 @@ LiveStatus LiveRun::Engine::snapshot() {
     device.node = n;
     device.ticks = static_cast<std::uint64_t>(figures.ended.value());
     device.missed = static_cast<std::uint64_t>(figures.missed.value());
-    device.wake_latency = figures_of(figures.wake_latency);
-    device.body_time = figures_of(figures.body_time);
+    device.wake_latency = figures_of(figures.wake_latency, whole);
+    device.body_time = figures_of(figures.body_time, whole);
     device.body_sum = Duration{figures.body_ns.value()};
-    device.end_to_end = figures_of(loop.end_to_end());
+    device.end_to_end = figures_of(loop.end_to_end(), whole);
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(figures.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(figures.page_faults.value());
     device.dropped = loop.dropped_out();
@@ -508,7 +512,7 @@ LiveStatus LiveRun::Engine::snapshot() {
   }
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
     const auto& loop = loops_[plan_.edges[e].to];
-    LiveEdge edge{dispatcher_->edge_figures(e), figures_of(loop ? *loop->age(e) : *age_[e])};
+    LiveEdge edge{dispatcher_->edge_figures(e), figures_of(loop ? *loop->age(e) : *age_[e], whole)};
     if (loop) edge.figures.dropped += loop->dropped_in(e);
     s.edges.push_back(edge);
   }

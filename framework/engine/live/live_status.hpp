@@ -3,11 +3,13 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "framework/core/messages.hpp"
 #include "framework/engine/run_observer.hpp"
 #include "framework/node/node.hpp"
+#include "framework/realtime/latency_histogram.hpp"
 
 namespace tactor {
 
@@ -15,7 +17,16 @@ namespace tactor {
 struct LatencyFigures {
   std::uint64_t count = 0;
   Duration p50, p99, p99_9, p99_99, max;
+  /// The histogram behind them, so that runs can be put together: see LatencyHistogram::counts. Empty while it goes on.
+  std::vector<std::pair<Duration, std::uint64_t>> counts;
 };
+
+/// The figures of a histogram; `whole` with its counts.
+inline LatencyFigures figures_of(const LatencyHistogram& h, bool whole) {
+  LatencyFigures f{h.count(), h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.quantile(0.9999), h.max(), {}};
+  if (whole) f.counts = h.counts();
+  return f;
+}
 
 /// An edge of a live run.
 struct LiveEdge {

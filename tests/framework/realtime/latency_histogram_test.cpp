@@ -105,6 +105,21 @@ BOOST_AUTO_TEST_CASE(merging_counts_both) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(counts_tell_every_bucket_that_is_not_empty_in_order) {
+  LatencyHistogram histogram;
+  BOOST_TEST(histogram.counts().empty());
+  for (const std::int64_t ns : {100'000, 7, 100'000, 7, 7, 90}) histogram.record({ns});
+  const auto counts = histogram.counts();
+  BOOST_REQUIRE(counts.size() == 3U);
+  BOOST_TEST(counts[0].first.ns == 7);
+  BOOST_TEST(counts[0].second == 3U);
+  BOOST_TEST(counts[1].first.ns == 90);
+  BOOST_TEST(counts[1].second == 1U);
+  // Within half a bucket, which is 1/64 of its values wide.
+  BOOST_TEST(std::abs(static_cast<double>(counts[2].first.ns) - 100'000) <= 100'000.0 / 128);
+  BOOST_TEST(counts[2].second == 2U);
+}
+
 BOOST_AUTO_TEST_CASE(a_reader_sees_sound_figures_while_the_writer_writes) {
   LatencyHistogram histogram;
   std::atomic<bool> done{false};

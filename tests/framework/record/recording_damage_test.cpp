@@ -93,23 +93,40 @@ BOOST_AUTO_TEST_CASE(a_path_that_cannot_be_written_is_refused_before_the_run) {
   BOOST_CHECK_THROW(load_record_library().create(folder / ".", header), InputError);
 }
 
-BOOST_AUTO_TEST_CASE(a_full_disk_is_a_run_error_with_the_path) {
-  const Folder folder;
-  const int outcome = in_child([&] {
-    // A limit on file sizes stands for the full disk: write() then fails in the same place.
-    std::signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{100'000, 100'000};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    try {
-      const auto recorder = load_record_library().create(folder / "a.h5", header);
-      write_rows(*recorder, 20'000);
-      recorder->close();
-      return 3;
-    } catch (const RunError& e) {
-      return std::string(e.what()).find((folder / "a.h5").string()) != std::string::npos ? 0 : 4;
-    } catch (...) {
-      return 5;
+BOOST_AUTO_TEST_CASE(a_full_disk_is_a_run_error_with_the_path_and_keeps_what_came_before) {
+  for (const std::uint64_t bytes : {500'000, 700'000, 1'000'001}) {
+    const Folder folder;
+    const std::filesystem::path path = folder / "a.h5";
+    const int outcome = in_child([&] {
+      // A limit on file sizes stands for the full disk: write() then fails in the same place.
+      std::signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit{bytes, bytes};
+      setrlimit(RLIMIT_FSIZE, &limit);
+      int code = 3;
+      try {
+        const auto recorder = load_record_library().create(path, header);
+        write_rows(*recorder, 20'000);
+        recorder->close();
+      } catch (const RunError& e) {
+        code = std::string(e.what()).find(path.string()) != std::string::npos ? 0 : 4;
+      } catch (...) {
+        code = 5;
+      }
+      // The end of a process, with all that libraries do there.
+      std::exit(code);
+      return code;
+    });
+    BOOST_TEST(outcome == 0);
+    BOOST_TEST(read_all(path) == intact);
+    const auto reader = load_record_library().open(path);
+    BOOST_TEST(!reader->complete());
+    // All but the chunks that were being filled.
+    std::uint64_t kept = 0;
+    for (const RecordedStream& stream : reader->streams()) {
+      std::size_t record = 24;
+      for (const Field& field : stream.type->fields) record += field.count * (field.kind == FieldKind::i32 ? 4 : 8);
+      kept += stream.count * record;
     }
-  });
-  BOOST_TEST(outcome == 0);
+    BOOST_TEST(kept + 4 * 131'072 + 65'536 > bytes);
+  }
 }
