@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -35,7 +36,8 @@ using namespace tactor;
 
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+// Set by signals, read by several threads.
+std::atomic<int> interrupted = 0;
 
 /// Where meshes named in graphs are looked for after the graph's own folder.
 std::vector<fs::path> mesh_folders() {
@@ -138,8 +140,9 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   LiveView view(plan);
   run_options.live_progress = [&view](const LiveStatus& status) {
     view.draw(status);
-    return interrupted == 0;
+    return true;
   };
+  run_options.stop_asked = [] { return interrupted != 0; };
   if (record_costs) {
     if (plan.graph.clock != Clock::real) {
       throw InputError(

@@ -210,7 +210,9 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
     result.interrupted = options.live_progress && !options.live_progress(status);
     return !result.interrupted;
   };
+  engine->stop_when(options.stop_asked);
   engine->run(watch, go_on);
+  result.interrupted = result.interrupted || options.stop_asked();
   result.cpu_s = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
   result.wall_s = wall_seconds() - wall;
   result.failure = engine->failure();

@@ -72,6 +72,8 @@ struct RunOptions {
   std::function<bool(double share, const char* what)> progress;
   /// The same for a run whose clock is real.
   std::function<bool(const LiveStatus&)> live_progress;
+  /// Ends a run whose clock is real; asked on another thread, about fifty times a second.
+  std::function<bool()> stop_asked = [] { return false; };
   /// Where a run whose clock is real leaves its costs, and a graph that replays it under the virtual clock; absent:
   /// nowhere.
   std::optional<std::filesystem::path> replay_folder;

@@ -17,6 +17,10 @@ class LiveEngine {
   /// Must not be called where the run `is_abandoned`.
   virtual ~LiveEngine() = default;
 
+  /// Sets a question whose yes ends the run. It is asked about fifty times a second on a thread of the engine and does
+  /// not wait for anything: it ends the run even while a disk or a terminal keeps the calling thread. Before `run`.
+  virtual void stop_when(std::function<bool()> asked) = 0;
+
   /// Runs until the graph's duration has passed, `go_on` says no (asked about ten times a second, on the calling
   /// thread), or something fails; then lets the devices ramp down and ends everything. The observer is called on the
   /// calling thread and may be slow. Throws RunError before anything moves where a privilege is missing and the graph

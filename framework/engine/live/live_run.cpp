@@ -67,6 +67,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   bool abandoned = false;
   LiveStatus status;
   std::vector<NodeFigures> node_figures;
+  std::function<bool()> stop_asked = [] { return false; };
 
  private:
   // What the dispatcher tells, under the lock.
@@ -355,6 +356,7 @@ void LiveRun::Engine::bridge() {
     drain_loops();
     const Time now = next_instant();
     catch_up(now);
+    if (dispatcher_->phase() != Phase::stopping && stop_asked()) begin_stop();
     std::vector<std::size_t> woken;
     woken.swap(woken_);
     if (!woken.empty()) {
@@ -416,7 +418,7 @@ void LiveRun::Engine::watch(RunObserver& observer, const std::function<bool(cons
     LiveStatus now;
     {
       const std::scoped_lock lock(mutex_);
-      if (failure || clock() >= end_) return true;
+      if (dispatcher_->phase() == Phase::stopping || clock() >= end_) return true;
       if (clock() < next_ask) return false;
       now = snapshot(false);
     }
@@ -602,6 +604,9 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
 LiveRun::LiveRun(const Plan& plan) : engine_(std::make_unique<Engine>(plan)) {}
 LiveRun::~LiveRun() = default;
 
+void LiveRun::stop_when(std::function<bool()> asked) {
+  engine_->stop_asked = std::move(asked);
+}
 void LiveRun::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
   engine_->run(observer, go_on);
 }

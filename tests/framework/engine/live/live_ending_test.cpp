@@ -66,6 +66,14 @@ struct Fixture {
   RunObserver nobody;
 };
 
+/// A disk that hangs for two seconds.
+struct Hangs final : RunObserver {
+  void on_message(std::size_t, const Stamp&, const void*) override {
+    if (++count == 20) std::this_thread::sleep_for(std::chrono::seconds(2));
+  }
+  int count = 0;
+};
+
 const Ramp& ramp_of(LiveRun& run, std::size_t node) {
   return dynamic_cast<const Ramp&>(run.nodes()[node]);
 }
@@ -199,12 +207,6 @@ BOOST_FIXTURE_TEST_CASE(a_node_of_the_realtime_lane_that_sends_nothing_has_stepp
 }
 
 BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_a_failure_from_the_devices, Fixture) {
-  struct Hangs final : RunObserver {
-    void on_message(std::size_t, const Stamp&, const void*) override {
-      if (++count == 20) std::this_thread::sleep_for(std::chrono::seconds(2));
-    }
-    int count = 0;
-  };
   struct Late final : Node {
     struct Params {};
     Late(const Params&, const NodeContext&) {}
@@ -230,6 +232,21 @@ BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_a_failure_from_the_devic
   run.run(observer, go_on);
   BOOST_REQUIRE(run.failure().has_value());
   // It broke half a second after the start, and the disk came back a second and a half later.
+  BOOST_TEST(run.status().now.seconds() < 1.5);
+  BOOST_TEST(ramp_of(run, device).stopping > 500);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_the_run_from_being_stopped, Fixture) {
+  PlanBuilder b(30);
+  const auto device =
+      b.node("device", ramp, {1000.0, std::int64_t{50}}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
+  b.record(device);
+  LiveRun run(b.plan);
+  const auto begin = std::chrono::steady_clock::now();
+  run.stop_when([begin] { return std::chrono::steady_clock::now() - begin > std::chrono::milliseconds(500); });
+  Hangs observer;
+  run.run(observer, go_on);
+  BOOST_TEST(!run.failure().has_value());
   BOOST_TEST(run.status().now.seconds() < 1.5);
   BOOST_TEST(ramp_of(run, device).stopping > 500);
 }
