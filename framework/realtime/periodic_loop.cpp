@@ -1,6 +1,7 @@
 // The thread behind a periodic loop: its stack, its start and its end.
 #include "framework/realtime/periodic_loop.hpp"
 
+#include <dlfcn.h>
 #include <pthread.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -18,12 +19,24 @@ namespace tactor {
 
 namespace {
 
+/// What the C library takes of a thread's stack for itself: thread-local storage, which a sanitizer makes large.
+std::size_t taken_of_stack() {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  // Not in its headers; the runtime of Rust asks in the same way.
+  const auto ask =
+      reinterpret_cast<std::size_t (*)(const pthread_attr_t*)>(dlsym(RTLD_DEFAULT, "__pthread_get_minstack"));
+  const std::size_t taken = ask != nullptr ? ask(&attributes) : PTHREAD_STACK_MIN;
+  pthread_attr_destroy(&attributes);
+  return taken;
+}
+
 /// A stack whose pages are all there before anything runs on it, above a page that nothing may touch.
 class Stack {
  public:
   explicit Stack(std::size_t size) {
     const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    const std::size_t rounded = std::max<std::size_t>(size, PTHREAD_STACK_MIN) + page - 1;
+    const std::size_t rounded = size + taken_of_stack() + page - 1;
     bytes_ = rounded / page * page + page;
     address_ =
         mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_STACK | MAP_POPULATE, -1, 0);
