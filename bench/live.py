@@ -159,6 +159,21 @@ def other_work(busy):
             w.wait()
 
 
+def cpu_times():
+    """(all, idle) of the cores together since the machine began, in ticks."""
+    with open("/proc/stat") as file:
+        times = [int(word) for word in file.readline().split()[1:9]]
+    return sum(times), times[3] + times[4]
+
+
+def busy_share(seconds):
+    """The share of the cores that is in use, in the next seconds."""
+    everything, idle = cpu_times()
+    time.sleep(seconds)
+    later, idle_later = cpu_times()
+    return 1 - (idle_later - idle) / max(1, later - everything)
+
+
 @contextlib.contextmanager
 def no_deep_sleep():
     """Keeps the cores out of deep idle states for both: cyclictest asks for it by itself, the live system does not."""
@@ -295,6 +310,10 @@ def main():
     if not shutil.which("cyclictest"):
         sys.exit("cyclictest is not installed: apt install rt-tests")
     result = {"graph": GRAPH.stem, "machine": machine(), "core": CORE, "slice_s": min(options.slice, seconds), "conditions": {}}
+    result["busy_before"] = busy_share(3)
+    if result["busy_before"] > 0.05:
+        print(f"{100 * result['busy_before']:.0f} % of the cores are in use by something else: these figures will tell of it too",
+              file=sys.stderr, flush=True)
     with no_deep_sleep() as held:
         result["deep_sleep_off"] = held
         for condition in ("busy", "idle") if options.load == "both" else (options.load,):

@@ -118,7 +118,7 @@ BOOST_AUTO_TEST_CASE(a_live_run_given_its_costs_is_the_same_run_under_the_virtua
   Log live;
   LiveRun run(plan);
   run.run(live, [](const LiveStatus&) { return true; });
-  BOOST_REQUIRE(!run.failure());
+  BOOST_REQUIRE_MESSAGE(!run.failure(), run.failure().value_or(""));
 
   const Plan again = with_costs(plan, live);
   Log replay;
