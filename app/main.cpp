@@ -126,6 +126,13 @@ void write_results(const fs::path& folder, const Plan& plan, const RunResult& re
   fmt::print("{}\n  {}\n", summary_table(result), (folder / "report.html").string());
 }
 
+/// A live run must not be stopped on the spot, by Ctrl-Z or from behind a terminal, nor end there by Ctrl-\: its device
+/// would go on with the last force that it got.
+void end_instead_of_stopping() {
+  for (const int number : {SIGTSTP, SIGQUIT}) std::signal(number, [](int) { interrupted = 1; });
+  for (const int number : {SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);
+}
+
 int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out, bool record_costs) {
   Registry registry(default_node_folders());
   const Plan plan = load_plan(graph, registry, options.overrides());
@@ -143,6 +150,7 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
     return true;
   };
   run_options.stop_asked = [] { return interrupted != 0; };
+  if (plan.graph.clock == Clock::real) end_instead_of_stopping();
   if (record_costs) {
     if (plan.graph.clock != Clock::real) {
       throw InputError(

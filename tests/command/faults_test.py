@@ -305,6 +305,7 @@ class Process(FaultRun):
 
     def test_a_signal_to_end_ramps_the_force_to_zero_and_is_no_failure(self):
         for name, signals in (("SIGINT", [signal.SIGINT]), ("SIGTERM", [signal.SIGTERM]), ("SIGHUP", [signal.SIGHUP]),
+                              ("Ctrl-Z", [signal.SIGTSTP]), ("Ctrl-\\", [signal.SIGQUIT]),
                               ("twice", [signal.SIGINT, signal.SIGINT])):
             with self.subTest(name):
                 process = self.start_in_contact("--duration", "1000")

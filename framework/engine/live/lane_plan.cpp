@@ -30,7 +30,8 @@ void lay_over(const Scheduling& said, ThreadSettings& settings) {
 
 }  // namespace
 
-LanePlan plan_lanes(const Plan& plan, int cores) {
+LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable) {
+  TACTOR_DEMAND(!usable.empty());
   LanePlan result;
   result.lanes.push_back({"pool", plan.graph.live.pool_workers, plan.graph.live.pool});
   check_core(plan.graph.live.pool.cpu, cores, plan.graph.file.string() + ": live.pool");
@@ -56,7 +57,7 @@ LanePlan plan_lanes(const Plan& plan, int cores) {
       }
       case Lane::realtime: {
         ThreadSettings settings = realtime_default;
-        if (cores > 1) settings.cpu = cores - 1;
+        if (usable.size() > 1) settings.cpu = usable.back();
         lay_over(said, settings);
         result.realtime.back() = settings;
         break;
@@ -64,7 +65,7 @@ LanePlan plan_lanes(const Plan& plan, int cores) {
     }
   }
   int& workers = result.lanes[0].workers;
-  if (workers == 0) workers = std::clamp(in_pool, 1, cores);
+  if (workers == 0) workers = std::clamp(in_pool, 1, static_cast<int>(usable.size()));
   return result;
 }
 

@@ -26,8 +26,8 @@ struct LanePlan {
 };
 
 /// The pool has as many workers as the graph says, or one a node, at most one a core. Each thread lane has one. A node
-/// in the real-time lane that names no core is pinned to the last one, where there are several. Throws InputError, with
-/// the place, for a core beyond `cores`.
-LanePlan plan_lanes(const Plan& plan, int cores);
+/// in the real-time lane that names no core is pinned to the last one that this process may use, where there are
+/// several. Throws InputError, with the place, for a core beyond `cores`, those of the machine. `usable` is not empty.
+LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable);
 
 }  // namespace tactor

@@ -1,5 +1,6 @@
 #include "framework/engine/live/live_run.hpp"
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -50,6 +51,18 @@ constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
 constexpr std::uint64_t steps_a_measurement = 7;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings bridge_settings{SchedulingPolicy::fifo, 70, std::nullopt};
+
+/// The cores that a container, a service or `taskset` leaves to this process.
+std::vector<int> usable_cores() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  sched_getaffinity(0, sizeof set, &set);
+  std::vector<int> cores;
+  for (int core = 0; core < CPU_SETSIZE; ++core) {
+    if (CPU_ISSET(core, &set)) cores.push_back(core);
+  }
+  return cores.empty() ? std::vector<int>{0} : cores;
+}
 
 int core_count() {
   return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
@@ -151,7 +164,7 @@ LiveRun::Engine::Engine(const Plan& plan)
       node_figures(plan.nodes.size()),
       plan_(plan),
       end_(Time{} + plan.graph.duration),
-      lanes_(plan_lanes(plan, core_count())),
+      lanes_(plan_lanes(plan, core_count(), usable_cores())),
       begun_(plan.nodes.size()),
       at_rest_(plan.nodes.size(), false),
       failed_(plan.nodes.size(), false),
