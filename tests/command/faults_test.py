@@ -209,6 +209,15 @@ class Physics(FaultRun):
         self.assertGreater(recorded.t[-1], summary["duration_s"] - PERIOD)
         self.assertGreater(summary["device"]["ticks"], 100)
 
+    def test_a_step_that_has_not_come_back_at_the_end_is_named_even_where_the_graph_recovers(self):
+        stderr = self.run_fault(duck(STALL % "lasts: 1000 s", "on_stall: recover, stall_timeout: 0.2 s"), 1,
+                                "--duration", "2")
+        self.assertIn("node stall (fault.stall) does not come back from its step", stderr)
+        self.recording()
+        summary = self.results()
+        self.assertEqual(summary["duration_s"], 2)
+        self.assertGreater(summary["cost_us"]["coupling"]["steps"], 100)
+
 
 @needs_live
 class Pipeline(FaultRun):

@@ -30,7 +30,7 @@ void lay_over(const Scheduling& said, ThreadSettings& settings) {
 
 }  // namespace
 
-LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable) {
+LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable, bool realtime_granted) {
   TACTOR_DEMAND(!usable.empty());
   LanePlan result;
   result.lanes.push_back({"pool", plan.graph.live.pool_workers, plan.graph.live.pool});
@@ -57,7 +57,7 @@ LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable)
       }
       case Lane::realtime: {
         ThreadSettings settings = realtime_default;
-        if (usable.size() > 1) settings.cpu = usable.back();
+        if (usable.size() > 1 && realtime_granted) settings.cpu = usable.back();
         lay_over(said, settings);
         result.realtime.back() = settings;
         break;

@@ -27,7 +27,8 @@ struct LanePlan {
 
 /// The pool has as many workers as the graph says, or one a node, at most one a core. Each thread lane has one. A node
 /// in the real-time lane that names no core is pinned to the last one that this process may use, where there are
-/// several. Throws InputError, with the place, for a core beyond `cores`, those of the machine. `usable` is not empty.
-LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable);
+/// several and `realtime_granted`: without SCHED_FIFO it would wait there for whatever else that core has to do. Throws
+/// InputError, with the place, for a core beyond `cores`, those of the machine. `usable` is not empty.
+LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable, bool realtime_granted);
 
 }  // namespace tactor

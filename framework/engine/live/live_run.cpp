@@ -68,6 +68,15 @@ int core_count() {
   return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
 }
 
+/// Whether a thread of this process may be SCHED_FIFO; tried on one.
+bool realtime_is_granted() {
+  ThreadGrant grant;
+  std::thread([&grant] {
+    grant = apply_thread_settings({SchedulingPolicy::fifo, bridge_settings.priority, std::nullopt}, "trial");
+  }).join();
+  return grant.granted.policy == SchedulingPolicy::fifo;
+}
+
 }  // namespace
 
 class LiveRun::Engine final : public RunObserver, public ExternalInputs {
@@ -164,7 +173,7 @@ LiveRun::Engine::Engine(const Plan& plan)
       node_figures(plan.nodes.size()),
       plan_(plan),
       end_(Time{} + plan.graph.duration),
-      lanes_(plan_lanes(plan, core_count(), usable_cores())),
+      lanes_(plan_lanes(plan, core_count(), usable_cores(), realtime_is_granted())),
       begun_(plan.nodes.size()),
       at_rest_(plan.nodes.size(), false),
       failed_(plan.nodes.size(), false),
@@ -436,7 +445,13 @@ void LiveRun::Engine::watch(RunObserver& observer, const std::function<bool(cons
       now = snapshot(false);
     }
     next_ask = now.now + ask_period;
-    return !go_on(now);
+    try {
+      return !go_on(now);
+    } catch (const std::exception& e) {
+      const std::scoped_lock lock(mutex_);
+      fail(e.what());
+      return true;
+    }
   });
 }
 
@@ -588,7 +603,7 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
     const std::scoped_lock lock(mutex_);
     for (const std::size_t n : busy_nodes()) {
       abandoned = true;
-      fail("node " + plan_.nodes[n].name + " does not come back from its step");
+      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") does not come back from its step");
     }
     for (const std::size_t n : devices_not_at_rest()) {
       fail("device node " + plan_.nodes[n].name + " has not come to rest: its last force may still act");
@@ -600,16 +615,16 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   bridge_.join();
   drain_record(observer);
   status.record_dropped = record_.dropped();
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    node_figures[n].steps = status.nodes[n].steps;
+    node_figures[n].missed_ticks = status.nodes[n].missed_ticks;
+  }
   if (abandoned) return;
   for (const caf::actor& actor : actors_) {
     if (actor) caf::anon_send_exit(actor, caf::exit_reason::user_shutdown);
   }
   actors_.clear();
   system_.reset();
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    node_figures[n].steps = status.nodes[n].steps;
-    node_figures[n].missed_ticks = status.nodes[n].missed_ticks;
-  }
 }
 
 // The interface.

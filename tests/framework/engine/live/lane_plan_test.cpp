@@ -16,7 +16,7 @@ namespace {
 LanePlan on_cores(const Plan& plan, int cores) {
   std::vector<int> all(static_cast<std::size_t>(cores));
   std::iota(all.begin(), all.end(), 0);
-  return plan_lanes(plan, cores, all);
+  return plan_lanes(plan, cores, all, true);
 }
 
 struct Fixture {
@@ -73,10 +73,17 @@ BOOST_FIXTURE_TEST_CASE(a_core_that_is_not_there_is_an_error_that_names_the_node
 BOOST_FIXTURE_TEST_CASE(cores_that_the_process_may_not_use_are_not_asked_for, Fixture) {
   b.node("device", actor, {1000.0}, {Lane::realtime, "", {}, {}, {}});
   for (const char* name : {"a", "b", "c"}) b.node(name, worker, {0.0});
-  const LanePlan of_two = plan_lanes(b.plan, 8, {2, 5});
+  const LanePlan of_two = plan_lanes(b.plan, 8, {2, 5}, true);
   BOOST_TEST((of_two.realtime[0]->cpu == 5));
   BOOST_TEST(of_two.lanes[0].workers == 2);
-  const LanePlan of_one = plan_lanes(b.plan, 8, {0});
+  const LanePlan of_one = plan_lanes(b.plan, 8, {0}, true);
   BOOST_TEST(!of_one.realtime[0]->cpu.has_value());
   BOOST_TEST(of_one.lanes[0].workers == 1);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_device_without_real_time_is_pinned_only_where_the_graph_says_so, Fixture) {
+  b.node("device", actor, {1000.0}, {Lane::realtime, "", {}, {}, {}});
+  BOOST_TEST(!plan_lanes(b.plan, 4, {0, 1, 2, 3}, false).realtime[0]->cpu.has_value());
+  b.plan.nodes[0].scheduling.cpu = 2;
+  BOOST_TEST((plan_lanes(b.plan, 4, {0, 1, 2, 3}, false).realtime[0]->cpu == 2));
 }

@@ -205,3 +205,13 @@ BOOST_AUTO_TEST_CASE(an_observer_that_is_slow_holds_nothing_up_and_one_that_fail
   BOOST_REQUIRE(second.failure().has_value());
   BOOST_TEST(second.failure()->find("no space left") != std::string::npos);
 }
+
+BOOST_AUTO_TEST_CASE(what_the_caller_throws_ends_the_run_in_order) {
+  Loop loop(30);
+  LiveRun run(loop.b.plan);
+  RunObserver nobody;
+  run.run(nobody, [](const LiveStatus&) -> bool { throw std::runtime_error("the terminal is gone"); });
+  BOOST_REQUIRE(run.failure().has_value());
+  BOOST_TEST(*run.failure() == "the terminal is gone");
+  BOOST_TEST((dynamic_cast<const Actor&>(run.nodes()[0]).seen.back().phase == Phase::stopping));
+}
