@@ -29,5 +29,11 @@ struct LanePlan {
 /// in the real-time lane that names no core is pinned to the last one that this process may use, where there are
 /// several. Throws InputError, with the place, for a core beyond `cores`, those of the machine. `usable` is not empty.
 LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable);
+/// On this machine.
+LanePlan plan_lanes(const Plan& plan);
+
+/// Throws RunError where the graph says `on_missing_privilege: fail` and the system refuses something to a thread of
+/// these lanes or to `bridge`, the engine's own.
+void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& bridge);
 
 }  // namespace tactor
