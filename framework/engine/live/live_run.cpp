@@ -1,8 +1,5 @@
 #include "framework/engine/live/live_run.hpp"
 
-#include <sched.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <caf/actor_system_config.hpp>
 #include <caf/send.hpp>
@@ -18,6 +15,7 @@
 #include "framework/engine/live/lane_scheduler.hpp"
 #include "framework/engine/live/realtime_lane.hpp"
 #include "framework/engine/live/record_queue.hpp"
+#include "framework/engine/live/stall_watch.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "framework/realtime/memory_lock.hpp"
@@ -35,7 +33,6 @@ constexpr Duration look_after{60'000};
 constexpr Duration look_again{100'000};
 /// How often the calling thread writes the recording and watches for stalls.
 constexpr Duration watch_period{20'000'000};
-constexpr Duration longest_between_watches{200'000'000};
 /// How often `go_on` is asked.
 constexpr Duration ask_period{100'000'000};
 /// How long devices may take to come to rest at the end: more than the longest ramp_down_time that one may have. One
@@ -51,31 +48,6 @@ constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
 constexpr std::uint64_t steps_a_measurement = 7;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings bridge_settings{SchedulingPolicy::fifo, 70, std::nullopt};
-
-/// The cores that a container, a service or `taskset` leaves to this process.
-std::vector<int> usable_cores() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  sched_getaffinity(0, sizeof set, &set);
-  std::vector<int> cores;
-  for (int core = 0; core < CPU_SETSIZE; ++core) {
-    if (CPU_ISSET(core, &set)) cores.push_back(core);
-  }
-  return cores.empty() ? std::vector<int>{0} : cores;
-}
-
-int core_count() {
-  return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
-}
-
-/// Whether a thread of this process may be SCHED_FIFO; tried on one.
-bool realtime_is_granted() {
-  ThreadGrant grant;
-  std::thread([&grant] {
-    grant = apply_thread_settings({SchedulingPolicy::fifo, bridge_settings.priority, std::nullopt}, "trial");
-  }).join();
-  return grant.granted.policy == SchedulingPolicy::fifo;
-}
 
 }  // namespace
 
@@ -97,11 +69,10 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) override;
   void on_phase(Phase phase) override;
 
-  void check_privileges();
   void make_lanes();
   void make_actors();
   void start_threads();
-  void granted(const ThreadGrant& grant, const std::string& thread);
+  void granted(const ThreadGrant& grant);
 
   [[nodiscard]] Time clock() const { return Time{} + (MonotonicClock::now() - origin_); }
   // Under the lock:
@@ -130,13 +101,6 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void wind_down(RunObserver& observer);
   void drain_record(RunObserver& observer);
 
-  /// What the watch knows of one node's step.
-  struct Watched {
-    std::int64_t steps_ended = -1;
-    Time moved;  // when it was last seen idle or with a new step
-    bool stalled = false;
-  };
-
   const Plan& plan_;
   const Time end_;
   LanePlan lanes_;
@@ -153,8 +117,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::vector<Dispatcher::Begun> begun_;  // by node: the step it is making
   std::vector<bool> at_rest_;             // by node: of a device outside of the real-time lane
   std::vector<bool> failed_;              // by node
-  Time last_watched_;
-  std::vector<Watched> watched_;  // by node
+  StallWatch stalls_;
   std::vector<std::string> missing_;
   std::vector<std::optional<SafetyState>> safety_;  // by node: what its gate said last
   std::vector<std::size_t> woken_;                  // nodes that begun and whose actors are to be asked
@@ -173,39 +136,25 @@ LiveRun::Engine::Engine(const Plan& plan)
       node_figures(plan.nodes.size()),
       plan_(plan),
       end_(Time{} + plan.graph.duration),
-      lanes_(plan_lanes(plan, core_count(), usable_cores(), realtime_is_granted())),
+      lanes_(plan_lanes(plan)),
       begun_(plan.nodes.size()),
       at_rest_(plan.nodes.size(), false),
       failed_(plan.nodes.size(), false),
-      watched_(plan.nodes.size()),
+      stalls_(plan.nodes.size(), plan.graph.live.stall_timeout),
       safety_(plan.nodes.size()) {
+  check_privileges(plan_, lanes_, bridge_settings);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
 }
 
 // Starting.
 
 void LiveRun::Engine::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
-  check_privileges();
   make_lanes();
   dispatcher_->start();
   make_actors();
   start_threads();
   watch(observer, go_on);
   wind_down(observer);
-}
-
-void LiveRun::Engine::check_privileges() {
-  if (plan_.graph.live.on_missing_privilege != OnMissingPrivilege::fail) return;
-  std::vector<ThreadSettings> settings{bridge_settings};
-  for (const LaneSpec& lane : lanes_.lanes) settings.push_back(lane.settings);
-  for (const auto& loop : lanes_.realtime) {
-    if (loop) settings.push_back(*loop);
-  }
-  const std::vector<Refusal> refused = missing_privileges(settings);
-  if (refused.empty()) return;
-  std::string text = plan_.graph.file.string() + ": on_missing_privilege is fail, and this system refuses:";
-  for (const Refusal& refusal : refused) text += "\n  " + describe(refusal);
-  throw RunError(text);
 }
 
 void LiveRun::Engine::make_lanes() {
@@ -231,7 +180,7 @@ void LiveRun::Engine::make_actors() {
   if (memory_->refused()) missing_.push_back(describe(*memory_->refused()));
   config_.module_factories.push_back([this](caf::actor_system& system) -> caf::actor_system::module* {
     return new LaneScheduler(system, lanes_.lanes, [this](const LaneSpec& lane) {
-      granted(apply_thread_settings(lane.settings, lane.name), lane.name);
+      granted(apply_thread_settings(lane.settings, lane.name));
     });
   });
   system_ = std::make_unique<caf::actor_system>(config_);
@@ -242,19 +191,18 @@ void LiveRun::Engine::make_actors() {
   }
 }
 
-void LiveRun::Engine::granted(const ThreadGrant& grant, const std::string& thread) {
+void LiveRun::Engine::granted(const ThreadGrant& grant) {
   const std::scoped_lock lock(mutex_);
   for (const Refusal& refusal : grant.refused) {
     const std::string text = describe(refusal);
     if (std::find(missing_.begin(), missing_.end(), text) == missing_.end()) missing_.push_back(text);
   }
-  static_cast<void>(thread);
 }
 
 void LiveRun::Engine::start_threads() {
   origin_ = MonotonicClock::now() + head_start;
   for (const auto& loop : loops_) {
-    if (loop) granted(loop->start(origin_), "");
+    if (loop) granted(loop->start(origin_));
   }
   bridge_ = std::thread([this] { bridge(); });
 }
@@ -372,7 +320,7 @@ void LiveRun::Engine::fail(const std::string& why) {
 // The bridge: keeps the time for ticks, and carries out what the loops send.
 
 void LiveRun::Engine::bridge() {
-  granted(apply_thread_settings(bridge_settings, "bridge"), "bridge");
+  granted(apply_thread_settings(bridge_settings, "bridge"));
   mutex_.lock();
   while (!bridge_ended_) {
     drain_loops();
@@ -478,23 +426,17 @@ void LiveRun::Engine::drain_record(RunObserver& observer) {
 
 void LiveRun::Engine::look_for_stalls() {
   const Time now = clock();
-  // Where the watch itself was kept from looking (a stopped process, a machine that slept) no step is blamed for it.
-  const Duration unwatched = std::max(now - last_watched_ - longest_between_watches, Duration{});
-  last_watched_ = now;
+  stalls_.begin(now);
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    Watched& watched = watched_[n];
     if (failed_[n]) continue;
     if (loops_[n]) look_for_failure(n);
-    const std::int64_t ended = steps_ended(n);
     const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n);
-    watched.moved = idle || ended != watched.steps_ended ? now : watched.moved + unwatched;
-    watched.steps_ended = ended;
-    const Duration still = now - watched.moved;
-    watched.stalled = still > plan_.graph.live.stall_timeout;
+    const StallWatch::Node& watched = stalls_.look(n, steps_ended(n), idle);
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: a step of about " +
-           std::to_string(watched.moved.seconds()) + " s has not come back for " + std::to_string(still.seconds()) +
-           " s; live.stall_timeout of the graph is " + std::to_string(plan_.graph.live.stall_timeout.seconds()) + " s");
+           std::to_string(watched.moved.seconds()) + " s has not come back for " +
+           std::to_string((now - watched.moved).seconds()) + " s; live.stall_timeout of the graph is " +
+           std::to_string(plan_.graph.live.stall_timeout.seconds()) + " s");
     }
   }
 }
@@ -518,7 +460,7 @@ LiveStatus LiveRun::Engine::snapshot(bool whole) {
   s.missing = missing_;
   s.record_dropped = record_.dropped();
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), watched_[n].stalled});
+    s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), stalls_.stalled(n)});
     if (!loops_[n]) continue;
     const RealtimeLane& loop = *loops_[n];
     const LoopFigures& figures = loop.loop().figures();
