@@ -33,7 +33,18 @@ void LiveWatch::on_step(std::size_t node, Time now, Duration cost) {
   if (keep_costs_) costs_[node].emplace_back(now, cost);
 }
 
-void write_replay(const Plan& plan, const LiveWatch& watch, Duration duration, const fs::path& folder) {
+void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& status, Duration duration,
+                  const fs::path& folder) {
+  std::uint64_t lost = status.record_dropped;
+  std::uint64_t missed = 0;
+  for (const LiveDevice& device : status.devices) {
+    lost += device.dropped;
+    missed += device.missed;
+  }
+  if (lost > 0) {
+    throw RunError("no replay is written: " + std::to_string(lost) +
+                   " messages of the run were lost on their way to the recording, its costs perhaps among them");
+  }
   const fs::path costs = fs::absolute(folder) / "costs";
   std::error_code error;
   fs::create_directories(costs, error);
@@ -63,7 +74,13 @@ void write_replay(const Plan& plan, const LiveWatch& watch, Duration duration, c
       node.cost.trace_file = file;
     }
   }
-  write(folder / "replay.yaml", to_yaml(graph));
+  std::string note;
+  if (missed > 0) {
+    note = fmt::format(
+        "# The loop of a device missed {} ticks, which this replay makes: from the first on it is another run.\n",
+        missed);
+  }
+  write(folder / "replay.yaml", note + to_yaml(graph));
 }
 
 std::string latencies_csv(const Plan& plan, const LiveStatus& status) {

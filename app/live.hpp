@@ -37,7 +37,8 @@ class LiveWatch final : public RunObserver {
 
 /// Writes `folder`/costs/NODE.txt, the cost of each step in seconds, and `folder`/replay.yaml, the graph with
 /// `clock: virtual`, these costs and the `duration` that was run. Throws RunError where that is not possible.
-void write_replay(const Plan& plan, const LiveWatch& watch, Duration duration, const std::filesystem::path& folder);
+void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& status, Duration duration,
+                  const std::filesystem::path& folder);
 
 /// The histograms of the latencies as CSV, from which figures of several runs are put together: `latency` (NODE.wakeup,
 /// NODE.body, NODE.end_to_end, or the age on an edge by its name), `us`, the middle of a bucket at most 1/64 wide, and

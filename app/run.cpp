@@ -215,18 +215,22 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   result.interrupted = result.interrupted || options.stop_asked();
   result.cpu_s = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
   result.wall_s = wall_seconds() - wall;
-  result.failure = engine->failure();
-  result.abandoned = engine->is_abandoned();
-  result.live = engine->status();
+  LiveEngine& run = *engine;
+  result.abandoned = run.is_abandoned();
+  // A step that never came back still runs in it: nothing may end its life.
+  if (result.abandoned) static_cast<void>(engine.release());
+  result.failure = run.failure();
+  result.live = run.status();
   result.duration_s = std::min(result.live->now, Time{} + plan.graph.duration).seconds();
   // A recording that has failed is left as the last flush has it.
   if (recorder && !watch.failed()) attempt(result, [&] { recorder->close(); });
   if (options.replay_folder) {
-    attempt(result,
-            [&] { write_replay(plan, watch, Duration::from_seconds(result.duration_s), *options.replay_folder); });
+    attempt(result, [&] {
+      write_replay(plan, watch, *result.live, Duration::from_seconds(result.duration_s), *options.replay_folder);
+    });
   }
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
-    result.nodes.push_back(node_cost(plan.nodes[i], engine->node_figures(i)));
+    result.nodes.push_back(node_cost(plan.nodes[i], run.node_figures(i)));
   }
   for (const LiveDevice& device : result.live->devices) {
     NodeCost& cost = result.nodes[device.node];
@@ -240,13 +244,8 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
     const PlannedEdge& edge = plan.edges[i];
     result.edges.push_back({edge.spec.name(), queue_text(edge.spec.queue), result.live->edges[i].figures});
   }
-  if (result.abandoned) {
-    // Its thread still runs in it: what the nodes have to say cannot be asked, and the engine is left as it is.
-    static_cast<void>(engine.release());
-    judge(plan, options, nullptr, result);
-    return;
-  }
-  judge(plan, options, &engine->nodes(), result);
+  // The nodes of an abandoned run cannot be asked: one of them is still at work.
+  judge(plan, options, result.abandoned ? nullptr : &run.nodes(), result);
 }
 
 }  // namespace

@@ -40,7 +40,9 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
       encoder_(params.encoder_step, params.encoder_step_angle, params.velocity_cutoff, context.torque) {
   if (params_.loop == Loop::closed) {
     const double samples = context.duration.seconds() * params_.rate + 2;
-    path_.reserve(static_cast<std::size_t>(std::min(samples, max_path_samples)));
+    // Written once, so that the loop of a device faults no page in where memory is not locked.
+    path_.resize(static_cast<std::size_t>(std::min(samples, max_path_samples)));
+    path_.clear();
   }
 }
 

@@ -103,6 +103,8 @@ std::vector<std::string> Dispatcher::waiting_for() const {
 
 EdgeFigures Dispatcher::edge_figures(std::size_t index) const {
   const EdgeState& edge = edges_[index];
+  // The input of an external node is the business of the loop that steps it.
+  if (states_[plan_.edges[index].to].external) return {edge.delivered, 0, 0};
   return {edge.delivered, edge.input->dropped() + edge.staged_dropped,
           edge.input->superseded() + edge.staged_superseded};
 }
@@ -202,34 +204,13 @@ std::optional<Dispatcher::Begun> Dispatcher::begin_next() {
   next->tick_due = false;
   next->triggered = false;
   next->busy = true;
-  next->frozen = true;
+  ++next->steps;
   next->begun = now_;
   if (next->group) group_busy_[*next->group] = 1;
   next->unread_before = 0;
   for (const InputBase* input : next->trigger_queues) next->unread_before += input->unread();
   for (const std::size_t edge : next->edges_in) edges_[edge].unread_at_begin = edges_[edge].input->unread();
   return Begun{static_cast<std::size_t>(next - states_.begin()), now_, phase_};
-}
-
-void Dispatcher::ran(std::size_t node) {
-  NodeState& state = states_[node];
-  ++state.steps;
-  std::size_t left = 0;
-  for (InputBase* input : state.inputs) {
-    if (input->connected()) input->mark_seen();
-  }
-  for (const InputBase* input : state.trigger_queues) left += input->unread();
-  // A step that took messages and left some is asked again; one that took none waits for the next arrival.
-  if (left > 0 && left < state.unread_before) state.triggered = true;
-  take_outputs(node);
-  state.frozen = false;
-  for (const std::size_t e : state.edges_in) {
-    EdgeState& edge = edges_[e];
-    for (; !edge.staged.empty(); edge.staged.pop_front()) {
-      push(e, edge.staged.front().stamp, edge.staged.front().payload.data());
-    }
-  }
-  flush_blocked(node);
 }
 
 void Dispatcher::take_outputs(std::size_t node) {
@@ -257,6 +238,21 @@ void Dispatcher::free(std::size_t node) {
   state.busy = false;
   state.freed = now_;
   if (state.group) group_busy_[*state.group] = 0;
+  for (InputBase* input : state.inputs) {
+    if (input->connected()) input->mark_seen();
+  }
+  std::size_t left = 0;
+  for (const InputBase* input : state.trigger_queues) left += input->unread();
+  // A step that took messages and left some is asked again; one that took none waits for the next arrival.
+  if (left > 0 && left < state.unread_before) state.triggered = true;
+  take_outputs(node);
+  for (const std::size_t e : state.edges_in) {
+    EdgeState& edge = edges_[e];
+    for (; !edge.staged.empty(); edge.staged.pop_front()) {
+      push(e, edge.staged.front().stamp, edge.staged.front().payload.data());
+    }
+  }
+  flush_blocked(node);
   first_step_passed(state);
   release(node);
 }
@@ -317,10 +313,10 @@ void Dispatcher::arrive(std::size_t edge, const Stamp& stamp, const std::byte* p
     external_->on_arrival(edge, stamp, payload);
     return;
   }
-  // While the reader's step is being made nobody knows yet what it will leave: it is taken to leave everything.
-  const bool full = reader.frozen ? planned.spec.queue.policy == QueuePolicy::block &&
-                                        state.unread_at_begin + state.staged.size() >= planned.spec.queue.capacity
-                                  : state.input->full();
+  // While the reader is busy nobody knows yet what its step will leave: it is taken to leave everything.
+  const bool full = reader.busy ? planned.spec.queue.policy == QueuePolicy::block &&
+                                      state.unread_at_begin + state.staged.size() >= planned.spec.queue.capacity
+                                : state.input->full();
   if (full || !state.blocked.empty()) {
     if (state.blocked.empty()) ++states_[planned.from].blocked_edges;
     state.blocked.push_back({stamp, {payload, payload + state.input->type().size}});
@@ -329,7 +325,7 @@ void Dispatcher::arrive(std::size_t edge, const Stamp& stamp, const std::byte* p
   ++state.delivered;
   if (state.reference) observer_.on_reference(edge, stamp, payload);
   if (planned.triggers) reader.triggered = true;
-  if (reader.frozen) {
+  if (reader.busy) {
     stage(edge, stamp, payload);
   } else {
     push(edge, stamp, payload);

@@ -28,8 +28,8 @@ class ExternalInputs {
 };
 
 /// The state of a run between its steps. It steps nothing itself: an engine asks `begin_next` which node is to step,
-/// steps it, and says `ran` and `free`. Used by one thread at a time; the step between `begin_next` and `ran` may be on
-/// another thread, because the inputs of a node that has begun are left alone until then.
+/// steps it, and says `free` when the step has passed. Used by one thread at a time; the step itself may be made on
+/// another thread, because the inputs of a busy node are left alone.
 class Dispatcher {
  public:
   /// A step to be made.
@@ -63,9 +63,8 @@ class Dispatcher {
 
   /// The next node that is to step at `now`; it is busy from here on. None where all wait.
   std::optional<Begun> begin_next();
-  /// The step of `node` has been made: takes in what it sent, and lets messages at its inputs again.
-  void ran(std::size_t node);
-  /// The step of `node` has passed: what it sent becomes visible, and it may step again.
+  /// The step of `node`, which has been made, has passed: what it sent becomes visible, what came meanwhile reaches its
+  /// inputs, and it may step again.
   void free(std::size_t node);
   /// The same at a later time.
   void free_at(std::size_t node, Time t);
@@ -79,6 +78,7 @@ class Dispatcher {
   [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
   /// When the step that keeps the node busy began.
   [[nodiscard]] Time begun(std::size_t node) const { return states_[node].begun; }
+  /// The steps that have begun.
   [[nodiscard]] std::uint64_t steps(std::size_t node) const { return states_[node].steps; }
   [[nodiscard]] std::uint64_t missed_ticks(std::size_t node) const { return states_[node].missed_ticks; }
   [[nodiscard]] EdgeFigures edge_figures(std::size_t edge) const;
@@ -99,7 +99,6 @@ class Dispatcher {
     std::int64_t next_tick = 0;
     std::optional<std::size_t> group;  // of nodes that share a thread
     bool busy = false;
-    bool frozen = false;  // its step is being made: its inputs are left alone
     Time begun;
     Time freed{-1};  // when it last became free
     bool tick_due = false;
@@ -124,7 +123,7 @@ class Dispatcher {
     bool reference = false;
     bool to_sink = false;
     std::deque<Held> delayed;         // in order of arrival
-    std::deque<Held> staged;          // arrived while the reader's step was being made
+    std::deque<Held> staged;          // arrived while the reader was busy
     std::deque<Held> blocked;         // waiting for room in a `block` queue
     std::size_t unread_at_begin = 0;  // of the reader's input, when its step began
     std::uint64_t delivered = 0;

@@ -75,7 +75,6 @@ void VirtualClock::step(Dispatcher& dispatcher, const Dispatcher::Begun& begun, 
   }
   const Duration cost = costs_[begun.node].next(context.work());
   observer.on_step(begun.node, begun.now, cost);
-  dispatcher.ran(begun.node);
   if (cost.ns > 0) {
     dispatcher.free_at(begun.node, begun.now + cost);
   } else {

@@ -24,7 +24,7 @@ struct NodeContext {
   Duration duration;       ///< of the run
 };
 
-/// Where a run is. Both engines go through the same phases.
+/// Where a run is. Under the virtual clock it ends without stopping: nothing moves.
 enum class Phase : std::uint8_t {
   starting,  ///< some node upstream of a device has not finished a step yet: devices stay disengaged
   running,

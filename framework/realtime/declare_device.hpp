@@ -74,6 +74,9 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
        "after a fault the inputs must have been healthy for so long", defaults.recovery_time, 0, 60);
   time("failure_timeout", static_cast<Duration P::*>(&P::failure_timeout),
        "a device that cannot be read or written for so long ends the run", defaults.failure_timeout, 0, 60);
+  time("sample_age_max", static_cast<Duration P::*>(&P::sample_age_max),
+       "a force made from an older sample of the device is not fresh; several times the longest step of the physics",
+       defaults.sample_age_max, 1e-3, 60);
   declaration.template integer<std::int32_t>(
       "dead_man_button", static_cast<std::int32_t P::*>(&P::dead_man_button),
       {.doc = "the button that must be held for a force, 1 for the first; 0: none",

@@ -14,6 +14,7 @@ struct DeviceParams : SafetyLimits {
   double rate = 1000;                       ///< Hz, of the ticks
   std::int32_t dead_man_button = 0;         ///< 1 for the first bit of DeviceState::buttons; 0: there is none
   Duration failure_timeout{1'000'000'000};  ///< a device that fails for longer ends the run
+  Duration sample_age_max{500'000'000};     ///< a force that was made from an older device sample is not fresh
 };
 
 /// What a device shows of itself.
@@ -34,7 +35,8 @@ enum class ReadResult : std::uint8_t {
 /// A segment is used where its message is newer than every one before, in time of production and in sequence, and where
 /// its times make sense: begin <= end, and all of them within a minute of now. Other messages are counted and not used.
 /// It is fresh, and keeps the wrench from being faded out, where it was made from a newer device sample than every one
-/// before, which its time of validity tells, and became visible less than stale_after ago. A translation-only scene gets no torque.
+/// before, which its time of validity tells, became visible less than stale_after ago and is
+/// not older than sample_age_max. A translation-only scene gets no torque.
 ///
 /// A step allocates, locks and waits for nothing, if `read` and `write` do not. It throws in one case: RunError, after
 /// zero has been commanded, where the device could not be read or written for failure_timeout.
@@ -77,6 +79,7 @@ class DeviceNode : public Node {
   std::uint32_t dead_man_mask_;
   Duration failure_timeout_;
   Duration stale_after_;
+  Duration sample_age_max_;
   SafetyGate gate_;
 
   DeviceSample sample_;

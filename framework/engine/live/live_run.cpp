@@ -43,6 +43,8 @@ constexpr Duration longest_without_tick{2'000'000'000};
 constexpr Duration longest_step_at_end{1'000'000'000};
 /// What the recording may lag behind before messages are dropped.
 constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
+/// Room for half a second of every stream of a large graph, made before the start.
+constexpr std::size_t record_queue_start_bytes = std::size_t{4} << 20;
 /// In the pool the CPU time of every this many steps is read: reading it is a system call, and two of them would take
 /// longer than a message between light nodes. A prime, so that it falls in step with no pattern of a graph.
 constexpr std::uint64_t steps_a_measurement = 7;
@@ -96,7 +98,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void step(std::size_t node);
   void bridge();
   void watch(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on);
-  /// Runs the recording and the watch for stalls until `done` or the time is over.
+  /// Keeps the recording going until `done` or the time is over.
   void attend(RunObserver& observer, Duration longest, const std::function<bool()>& done);
   void wind_down(RunObserver& observer);
   void drain_record(RunObserver& observer);
@@ -175,6 +177,7 @@ void LiveRun::Engine::make_lanes() {
 }
 
 void LiveRun::Engine::make_actors() {
+  record_.reserve(record_queue_start_bytes);
   // Everything that will run is in memory by now.
   memory_.emplace();
   if (memory_->refused()) missing_.push_back(describe(*memory_->refused()));
@@ -281,34 +284,31 @@ void LiveRun::Engine::step(std::size_t node) {
   } catch (const std::exception& e) {
     error = e.what();
   }
-  if (measured) {
-    const std::int64_t cpu_ns = std::min<std::int64_t>(thread_cpu_ns() - cpu, UINT32_MAX);
-    node_figures[node].cpu_ns.push_back(static_cast<std::uint32_t>(cpu_ns));
-  }
+  const std::int64_t cpu_ns = measured ? std::min<std::int64_t>(thread_cpu_ns() - cpu, UINT32_MAX) : 0;
 
-  std::vector<std::size_t> woken;
-  {
-    const std::scoped_lock lock(mutex_);
-    const Time now = next_instant();
-    catch_up(now);
-    if (error.empty()) {
-      if (begun.phase == Phase::stopping) at_rest_[node] = context.at_rest();
-      dispatcher_->ran(node);
-      dispatcher_->free(node);
-      if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, begun.now, now - begun.now);
-      begin_ready();
-    } else {
-      // It stays busy and never steps again; the rest goes on while the devices ramp down.
-      failed_[node] = true;
-      fail(error);
-      dispatcher_->failed(node);
-      begin_ready();
-    }
-    woken.swap(woken_);
-    const auto next = dispatcher_->next_event();
-    if (next && *next < bridge_waits_until_) bridge_condition_.notify_one();
+  const std::scoped_lock lock(mutex_);
+  // A step that comes back when the run has given it up finds its figures taken.
+  if (bridge_ended_) return;
+  if (measured) node_figures[node].cpu_ns.push_back(static_cast<std::uint32_t>(cpu_ns));
+  const Time now = next_instant();
+  catch_up(now);
+  if (error.empty()) {
+    if (begun.phase == Phase::stopping) at_rest_[node] = context.at_rest();
+    dispatcher_->free(node);
+    if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, begun.now, now - begun.now);
+  } else {
+    // It stays busy and never steps again; the rest goes on while the devices ramp down.
+    failed_[node] = true;
+    fail(error);
+    dispatcher_->failed(node);
   }
-  wake(woken);
+  begin_ready();
+  // Under the lock, where whoever waits for it lends this thread its priority: these may be nodes of a higher lane,
+  // whose ticks were due, and without the lock this thread may not be let run for a long time.
+  wake(woken_);
+  woken_.clear();
+  const auto next = dispatcher_->next_event();
+  if (next && *next < bridge_waits_until_) bridge_condition_.notify_one();
 }
 
 void LiveRun::Engine::fail(const std::string& why) {
@@ -321,12 +321,18 @@ void LiveRun::Engine::fail(const std::string& why) {
 
 void LiveRun::Engine::bridge() {
   granted(apply_thread_settings(bridge_settings, "bridge"));
+  Time next_watch;
   mutex_.lock();
   while (!bridge_ended_) {
     drain_loops();
     const Time now = next_instant();
     catch_up(now);
     if (dispatcher_->phase() != Phase::stopping && stop_asked()) begin_stop();
+    if (now >= next_watch) {
+      // Here, because a step that spins in the pool may keep the calling thread from running.
+      look_for_stalls();
+      next_watch = now + watch_period;
+    }
     std::vector<std::size_t> woken;
     woken.swap(woken_);
     if (!woken.empty()) {
@@ -407,10 +413,6 @@ void LiveRun::Engine::attend(RunObserver& observer, Duration longest, const std:
   const Time until = clock() + longest;
   while (clock() < until && !done()) {
     drain_record(observer);
-    {
-      const std::scoped_lock lock(mutex_);
-      look_for_stalls();
-    }
     MonotonicClock::sleep_until(origin_ + (std::min(clock() + watch_period, until) - Time{}));
   }
 }
@@ -483,7 +485,7 @@ LiveStatus LiveRun::Engine::snapshot(bool whole) {
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
     const auto& loop = loops_[plan_.edges[e].to];
     LiveEdge edge{dispatcher_->edge_figures(e), figures_of(loop ? *loop->age(e) : *age_[e], whole)};
-    if (loop) edge.figures.dropped += loop->dropped_in(e);
+    if (loop) loop->add_figures(e, edge.figures);
     s.edges.push_back(edge);
   }
   return s;
@@ -493,7 +495,8 @@ LiveStatus LiveRun::Engine::snapshot(bool whole) {
 
 std::int64_t LiveRun::Engine::steps_ended(std::size_t node) const {
   const auto& loop = loops_[node];
-  return loop ? loop->loop().figures().ended.value() : static_cast<std::int64_t>(dispatcher_->steps(node));
+  return loop ? loop->loop().figures().ended.value()
+              : static_cast<std::int64_t>(dispatcher_->steps(node)) - (dispatcher_->busy(node) ? 1 : 0);
 }
 
 std::vector<std::size_t> LiveRun::Engine::devices_not_at_rest() const {

@@ -42,6 +42,8 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
     }
     in.payload.resize(type.size);
     in.age = std::make_unique<LatencyHistogram>();
+    in.taken = std::make_unique<LoopCounter>();
+    in.dropped = std::make_unique<LoopCounter>();
     inputs_.push_back(std::move(in));
   }
   std::size_t largest = 0;
@@ -68,9 +70,16 @@ const LatencyHistogram* RealtimeLane::age(std::size_t edge) const {
   return in == inputs_.end() ? nullptr : in->age.get();
 }
 
-std::uint64_t RealtimeLane::dropped_in(std::size_t edge) const {
+void RealtimeLane::add_figures(std::size_t edge, EdgeFigures& figures) const {
   const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
-  return in == inputs_.end() || !in->ring ? 0 : in->ring->drops();
+  TACTOR_DEMAND(in != inputs_.end());
+  const auto taken = static_cast<std::uint64_t>(in->taken->value());
+  if (in->slot) {
+    // The newest may still be waiting.
+    figures.superseded += figures.delivered > taken + 1 ? figures.delivered - taken - 1 : 0;
+  } else {
+    figures.dropped += in->ring->drops() + static_cast<std::uint64_t>(in->dropped->value());
+  }
 }
 
 bool RealtimeLane::take(Out& out) {
@@ -84,6 +93,7 @@ void RealtimeLane::arrived(In& in, const Stamp& stamp, Time deadline) {
   in.input->push(stamp, in.payload.data());
   in.newest_produced = stamp.produced;
   in.any = true;
+  in.taken->add(1);
   if (in.is_force && stamp.valid > in.newest_valid) {
     in.newest_valid = stamp.valid;
     end_to_end_->record(deadline - stamp.valid);
@@ -108,7 +118,10 @@ void RealtimeLane::tick(const Tick& tick) {
   for (In& in : inputs_) take_in(in, tick.deadline);
   StepContext context(tick.deadline, phase_.load(std::memory_order_acquire));
   nodes_.step(node_, context);
-  for (In& in : inputs_) in.input->mark_seen();
+  for (In& in : inputs_) {
+    in.input->mark_seen();
+    in.dropped->set(static_cast<std::int64_t>(in.input->dropped()));
+  }
   RecordHeader header;
   header.tick = tick.number;
   for (std::size_t o = 0; o < outputs_.size(); ++o) {

@@ -52,8 +52,8 @@ class RealtimeLane {
   [[nodiscard]] const LatencyHistogram* age(std::size_t edge) const;
   [[nodiscard]] const LatencyHistogram& end_to_end() const { return *end_to_end_; }
   [[nodiscard]] std::uint64_t dropped_out() const { return out_->drops(); }
-  /// Messages on `edge` that found its ring full.
-  [[nodiscard]] std::uint64_t dropped_in(std::size_t edge) const;
+  /// Adds what the lane lost of the messages of `edge` to its figures; of a `latest` edge to within one message.
+  void add_figures(std::size_t edge, EdgeFigures& figures) const;
 
  private:
   /// One connected input.
@@ -70,6 +70,8 @@ class RealtimeLane {
     Time newest_produced;
     Time newest_valid{INT64_MIN};
     std::unique_ptr<LatencyHistogram> age;
+    std::unique_ptr<LoopCounter> taken;    // messages out of slot or ring
+    std::unique_ptr<LoopCounter> dropped;  // by the input's own queue
   };
 
   void tick(const Tick& tick);

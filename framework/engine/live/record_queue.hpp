@@ -15,6 +15,11 @@ class RecordQueue {
  public:
   /// Holds up to `capacity` bytes.
   explicit RecordQueue(std::size_t capacity) : capacity_(capacity) {}
+  /// Makes room for `bytes` now, so that it is not made while others wait for the lock.
+  void reserve(std::size_t bytes) {
+    bytes_.reserve(bytes);
+    taken_.reserve(bytes);
+  }
 
   void put_message(std::size_t stream, const Stamp& stamp, const void* payload, std::size_t size);
   void put_step(std::size_t node, Time now, Duration cost);

@@ -249,6 +249,18 @@ BOOST_AUTO_TEST_CASE(a_filter_that_goes_on_after_its_physics_has_died_keeps_no_f
   BOOST_TEST((bench.safety.cause == SafetyCause::stale));
 }
 
+BOOST_AUTO_TEST_CASE(a_force_made_from_an_old_sample_of_the_device_is_not_fresh) {
+  for (const std::int64_t age_ms : {499, 500}) {
+    Bench bench;
+    bench.now = Time::from_seconds(10);
+    for (std::uint64_t i = 0; i < 300; ++i) {
+      bench.send(constant_segment(bench.now, push), {bench.now - Duration{age_ms * 1'000'000}, bench.now, i});
+      bench.tick();
+    }
+    BOOST_TEST(is_zero(bench.commanded) == (age_ms == 500));
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_segment_that_was_made_long_ago_is_not_fresh_when_it_is_found) {
   Bench bench;
   const Time made = bench.now;

@@ -51,6 +51,8 @@ Plan contract_plan(const Infos& infos, double duration_s) {
   const auto light = b.node("light", infos.worker, {0.0003});
   const auto lossy = b.node("lossy", infos.worker, {0.004}, alone);
   const auto late = b.node("late", infos.worker, {0.0001});
+  const auto fast = b.node("fast", infos.counter, {700.0});
+  const auto patient = b.node("patient", infos.worker, {0.003}, alone);
   const auto keep = b.node("keep", infos.keep, {});
   b.edge(counter, heavy, 0, {}, true);
   b.edge(after, heavy, 1, {}, false);
@@ -61,7 +63,8 @@ Plan contract_plan(const Infos& infos, double duration_s) {
   b.edge(lossy, late, 0, {QueuePolicy::drop_oldest, 2}, true, {1'300'000});
   b.edge(light, late, 1, {}, false);
   b.edge(light, keep, 0, {QueuePolicy::drop_oldest, 64}, true);
-  for (const auto n : {counter, slow, heavy, after, light, lossy, late}) b.record(n);
+  b.edge(fast, patient, 0, {QueuePolicy::block, 3}, true);
+  for (const auto n : {counter, slow, heavy, after, light, lossy, late, fast, patient}) b.record(n);
   return b.plan;
 }
 
