@@ -146,6 +146,8 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
       run_options.cache_folder = options.cache_folder;
       run_options.progress = [&](double, const char*) { return go_on(0); };
       RunResult result = execute(plans[g][s], run_options);
+      if (result.failure) throw RunError(*result.failure);
+      if (result.interrupted) throw RunError("interrupted");
       if (s > 0) std::erase_if(result.series, [](const Series& c) { return c.name != "one_step_error"; });
       comparison.rows[g].runs.push_back(std::move(result));
     }

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -35,7 +36,8 @@ using namespace tactor;
 
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+// Set by signals, read by several threads.
+std::atomic<int> interrupted = 0;
 
 /// Where meshes named in graphs are looked for after the graph's own folder.
 std::vector<fs::path> mesh_folders() {
@@ -45,6 +47,12 @@ std::vector<fs::path> mesh_folders() {
   folders.push_back(program.parent_path() / "meshes");
   folders.push_back(program.parent_path() / "share" / "tactor" / "meshes");
   return folders;
+}
+
+/// Writes to standard error, which may be a terminal that has been closed: that is no reason to throw.
+void tell(const std::string& text) {
+  static_cast<void>(std::fputs(text.c_str(), stderr));
+  static_cast<void>(std::fflush(stderr));
 }
 
 /// A bar on the last line of a terminal; nothing where standard error is none.
@@ -57,14 +65,13 @@ class ProgressBar {
       drawn_ = now;
       constexpr int width = 30;
       const int full = std::clamp(static_cast<int>(std::lround(share * width)), 0, width);
-      fmt::print(stderr, "\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what);
-      std::fflush(stderr);
+      tell(fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what));
       shown_ = true;
     }
     return interrupted == 0;
   }
   void clear() {
-    if (shown_) fmt::print(stderr, "\r{: <78}\r", "");
+    if (shown_) tell(fmt::format("\r{: <78}\r", ""));
     shown_ = false;
   }
 
@@ -114,9 +121,16 @@ void write_results(const fs::path& folder, const Plan& plan, const RunResult& re
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
   if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
-  fmt::print("{}\n", summary_table(result));
   write_file(folder / "report.html", run_report(result));
-  fmt::print("  {}\n", (folder / "report.html").string());
+  // Last, because the terminal may have been closed.
+  fmt::print("{}\n  {}\n", summary_table(result), (folder / "report.html").string());
+}
+
+/// A live run must not be stopped on the spot, by Ctrl-Z or from behind a terminal, nor end there by Ctrl-\: its device
+/// would go on with the last force that it got.
+void end_instead_of_stopping() {
+  for (const int number : {SIGTSTP, SIGQUIT}) std::signal(number, [](int) { interrupted = 1; });
+  for (const int number : {SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);
 }
 
 int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out, bool record_costs) {
@@ -133,8 +147,10 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   LiveView view(plan);
   run_options.live_progress = [&view](const LiveStatus& status) {
     view.draw(status);
-    return interrupted == 0;
+    return true;
   };
+  run_options.stop_asked = [] { return interrupted != 0; };
+  if (plan.graph.clock == Clock::real) end_instead_of_stopping();
   if (record_costs) {
     if (plan.graph.clock != Clock::real) {
       throw InputError(
@@ -145,13 +161,13 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   const RunResult result = execute(plan, run_options);
   view.clear();
   bar.clear();
-  if (result.failure) fmt::print(stderr, "tactor: {}\n", *result.failure);
+  if (result.failure) tell(fmt::format("tactor: {}\n", *result.failure));
   if (result.abandoned) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     try {
       write_results(folder, plan, result);
     } catch (const std::exception& error) {
-      fmt::print(stderr, "tactor: {}\n", error.what());
+      tell(fmt::format("tactor: {}\n", error.what()));
     }
     std::fflush(nullptr);
     std::_Exit(1);
@@ -196,7 +212,7 @@ int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool
       fmt::print("{}: ok\n", graph.string());
       if (explained) fmt::print("{}\n", explain(plan));
     } catch (const InputError& error) {
-      fmt::print(stderr, "{}\n", error.what());
+      tell(fmt::format("{}\n", error.what()));
       bad = true;
     }
   }
@@ -377,10 +393,10 @@ int main(int argc, char** argv) {
   try {
     return main_checked(argc, argv);
   } catch (const InputError& error) {
-    fmt::print(stderr, "{}\n", error.what());
+    tell(fmt::format("{}\n", error.what()));
     return 2;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "tactor: {}\n", error.what());
+    tell(fmt::format("tactor: {}\n", error.what()));
     return 1;
   }
 }

@@ -147,9 +147,9 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
   if (nodes != nullptr && !result.interrupted && !result.failure) {
     try {
       find_reference(plan, options, *nodes, result.reference, result.interrupted);
-    } catch (const RunError&) {
+    } catch (const RunError& error) {
       // The run itself is over and keeps its figures; those against the reference are left out.
-      if (!result.interrupted) throw;
+      if (!result.interrupted) result.failure = error.what();
     }
   }
   Report report;
@@ -167,6 +167,16 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
   result.series = report.series();
 }
 
+/// Does what may fail while running; the first failure is the run's, which keeps what it has up to there.
+template <class Work>
+void attempt(RunResult& result, const Work& work) {
+  try {
+    work();
+  } catch (const RunError& error) {
+    if (!result.failure) result.failure = error.what();
+  }
+}
+
 void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& result) {
   VirtualClock engine(plan, true);
   {
@@ -174,8 +184,8 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
     Watch watch(plan, recorder.get(), options);
     const double cpu = cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
     const double wall = wall_seconds();
-    engine.run(watch);
-    if (recorder) recorder->close();
+    attempt(result, [&] { engine.run(watch); });
+    if (recorder) attempt(result, [&] { recorder->close(); });
     result.cpu_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
     result.wall_s = wall_seconds() - wall;
     result.interrupted = watch.interrupted();
@@ -200,25 +210,20 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
     result.interrupted = options.live_progress && !options.live_progress(status);
     return !result.interrupted;
   };
+  engine->stop_when(options.stop_asked);
   engine->run(watch, go_on);
+  result.interrupted = result.interrupted || options.stop_asked();
   result.cpu_s = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
   result.wall_s = wall_seconds() - wall;
   result.failure = engine->failure();
   result.abandoned = engine->is_abandoned();
   result.live = engine->status();
   result.duration_s = std::min(result.live->now, Time{} + plan.graph.duration).seconds();
-  // What the disk does not take any more ends no run without its figures.
-  const auto attempt = [&result](const auto& write) {
-    try {
-      write();
-    } catch (const RunError& error) {
-      if (!result.failure) result.failure = error.what();
-    }
-  };
   // A recording that has failed is left as the last flush has it.
-  if (recorder && !watch.failed()) attempt([&] { recorder->close(); });
+  if (recorder && !watch.failed()) attempt(result, [&] { recorder->close(); });
   if (options.replay_folder) {
-    attempt([&] { write_replay(plan, watch, Duration::from_seconds(result.duration_s), *options.replay_folder); });
+    attempt(result,
+            [&] { write_replay(plan, watch, Duration::from_seconds(result.duration_s), *options.replay_folder); });
   }
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
     result.nodes.push_back(node_cost(plan.nodes[i], engine->node_figures(i)));

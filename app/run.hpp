@@ -72,12 +72,15 @@ struct RunOptions {
   std::function<bool(double share, const char* what)> progress;
   /// The same for a run whose clock is real.
   std::function<bool(const LiveStatus&)> live_progress;
+  /// Ends a run whose clock is real; asked on another thread, about fifty times a second.
+  std::function<bool()> stop_asked = [] { return false; };
   /// Where a run whose clock is real leaves its costs, and a graph that replays it under the virtual clock; absent:
   /// nowhere.
   std::optional<std::filesystem::path> replay_folder;
 };
 
-/// Runs the plan by its clock, then its reference run (or takes it from the cache), and judges.
+/// Runs the plan by its clock, then its reference run (or takes it from the cache), and judges. What fails while
+/// running is the result's `failure`. Throws RunError only where nothing has run (`on_missing_privilege: fail`).
 RunResult execute(const Plan& plan, const RunOptions& options);
 
 /// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a

@@ -261,6 +261,11 @@ void Dispatcher::free(std::size_t node) {
   release(node);
 }
 
+void Dispatcher::failed(std::size_t node) {
+  const NodeState& state = states_[node];
+  if (state.group) group_busy_[*state.group] = 0;
+}
+
 void Dispatcher::first_step_passed(NodeState& state) {
   if (!state.awaited) return;
   state.awaited = false;
@@ -285,7 +290,6 @@ void Dispatcher::release(std::size_t node) {
 void Dispatcher::publish(std::size_t node, std::size_t output, Time valid, const void* payload) {
   NodeState& state = states_[node];
   const Stamp stamp{valid, now_, state.sequence[output]++};
-  first_step_passed(state);
   for (const std::size_t stream : state.streams_out[output]) observer_.on_message(stream, stamp, payload);
   for (const std::size_t edge : state.edges_out[output]) {
     deliver(edge, stamp, static_cast<const std::byte*>(payload));

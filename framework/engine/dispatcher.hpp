@@ -69,8 +69,12 @@ class Dispatcher {
   void free(std::size_t node);
   /// The same at a later time.
   void free_at(std::size_t node, Time t);
+  /// The step of `node` has failed: it never steps again, but the others on its thread may.
+  void failed(std::size_t node);
   /// An external node sent a message.
   void publish(std::size_t node, std::size_t output, Time valid, const void* payload);
+  /// A step of an external node has passed, and what it sent was published.
+  void passed(std::size_t node) { first_step_passed(states_[node]); }
 
   [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
   /// When the step that keeps the node busy began.

@@ -28,8 +28,8 @@ void PlanNodes::follow(const PlanNodes& judged) {
   }
 }
 
-std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::exception& error) {
-  return "node " + plan.nodes[node].name + " failed at " + std::to_string(now.seconds()) + " s: " + error.what();
+std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::string& why) {
+  return "node " + plan.nodes[node].name + " failed at " + std::to_string(now.seconds()) + " s: " + why;
 }
 
 void PlanNodes::start(std::size_t index, StepContext& context) {
@@ -38,7 +38,9 @@ void PlanNodes::start(std::size_t index, StepContext& context) {
   } catch (const InputError& error) {
     throw InputError("node " + plan_.nodes[index].name + ": " + error.what());
   } catch (const std::exception& error) {
-    throw RunError(step_failure(plan_, index, context.now(), error));
+    throw RunError(step_failure(plan_, index, context.now(), error.what()));
+  } catch (...) {
+    throw RunError(step_failure(plan_, index, context.now(), "it threw what is no exception"));
   }
 }
 
@@ -48,7 +50,9 @@ void PlanNodes::step(std::size_t index, StepContext& context) {
   } catch (const InputError& error) {
     throw InputError("node " + plan_.nodes[index].name + ": " + error.what());
   } catch (const std::exception& error) {
-    throw RunError(step_failure(plan_, index, context.now(), error));
+    throw RunError(step_failure(plan_, index, context.now(), error.what()));
+  } catch (...) {
+    throw RunError(step_failure(plan_, index, context.now(), "it threw what is no exception"));
   }
 }
 

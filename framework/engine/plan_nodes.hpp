@@ -33,7 +33,7 @@ class PlanNodes {
   std::vector<std::unique_ptr<Node>> nodes_;
 };
 
-/// What a failed step is reported as: the node's name, the time of the step and the text of `error`.
-std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::exception& error);
+/// What a failed step is reported as: the node's name, the time of the step and why.
+std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::string& why);
 
 }  // namespace tactor

@@ -23,7 +23,16 @@ VirtualClock::VirtualClock(const Plan& plan, bool measure_cpu)
 
 void VirtualClock::run(RunObserver& observer) {
   Dispatcher dispatcher(nodes_, observer);
-  run_to_end(dispatcher, observer);
+  try {
+    run_to_end(dispatcher, observer);
+  } catch (...) {
+    keep_figures(dispatcher);
+    throw;
+  }
+  keep_figures(dispatcher);
+}
+
+void VirtualClock::keep_figures(const Dispatcher& dispatcher) {
   now_ = dispatcher.now();
   for (std::size_t n = 0; n < node_figures_.size(); ++n) {
     node_figures_[n].steps = dispatcher.steps(n);

@@ -19,7 +19,8 @@ class VirtualClock {
   /// `measure_cpu`: time every step by the thread's CPU clock.
   VirtualClock(const Plan& plan, bool measure_cpu);
 
-  /// Runs from time zero to the graph's duration. Throws RunError with the node's name where a step throws. Once only.
+  /// Runs from time zero to the graph's duration. Throws RunError with the node's name where a step throws, and what
+  /// the observer throws; the figures are then of the run up to there. Once only.
   void run(RunObserver& observer);
 
   [[nodiscard]] PlanNodes& nodes() { return nodes_; }
@@ -32,6 +33,7 @@ class VirtualClock {
  private:
   void step(Dispatcher& dispatcher, const Dispatcher::Begun& begun, RunObserver& observer);
   void run_to_end(Dispatcher& dispatcher, RunObserver& observer);
+  void keep_figures(const Dispatcher& dispatcher);
 
   const Plan& plan_;
   const bool measure_cpu_;

@@ -221,6 +221,15 @@ void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics) {
   if (graph.clock != Clock::real) return;
   for (const EdgeSpec& edge : graph.edges) {
     if (edge.queue.policy != QueuePolicy::block) continue;
+    const std::string blocked = edge.name() + ": expected latest, drop_oldest or drop_newest, found block" +
+                                (edge.queue_is_default ? " (the default of " + edge.to_node + ")" : "") + "; ";
+    if (graph.node(edge.from_node)->info->actuator && graph.node(edge.from_node)->scheduling.lane != Lane::realtime) {
+      diagnostics.error(edge.place,
+                        blocked + edge.from_node +
+                            " drives a device, whose next tick waits for nobody, so that a force never outlives a "
+                            "slow reader");
+      continue;
+    }
     for (const std::string& name : {edge.from_node, edge.to_node}) {
       if (graph.node(name)->scheduling.lane != Lane::realtime) continue;
       const std::string what = name == edge.from_node
@@ -228,9 +237,7 @@ void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics) {
                                    : name +
                                          " is in the realtime lane, whose loop takes what is newest and lets no "
                                          "writer wait";
-      diagnostics.error(edge.place, edge.name() + ": expected latest, drop_oldest or drop_newest, found block" +
-                                        (edge.queue_is_default ? " (the default of " + edge.to_node + ")" : "") + "; " +
-                                        what);
+      diagnostics.error(edge.place, blocked + what);
       break;
     }
   }

@@ -35,6 +35,7 @@ DeviceNode::DeviceNode(const DeviceParams& params, const NodeContext& context)
       rotates_(context.torque),
       dead_man_mask_(params.dead_man_button > 0 ? std::uint32_t{1} << (params.dead_man_button - 1) : 0),
       failure_timeout_(params.failure_timeout),
+      stale_after_(params.stale_after),
       gate_(params, Duration::from_seconds(std::clamp(1.0 / params.rate, 1e-9, 3600.0))) {}
 
 DeviceHealth DeviceNode::read_device(Time now) {
@@ -71,7 +72,8 @@ bool DeviceNode::take_segment(Time now) {
     return false;
   }
   // A filter may go on sending what it knew when the physics behind it has died: only a newer sample is fresh.
-  const bool fresh = !any_segment_ || stamp.valid > newest_valid_;
+  // So is one that has lain here, as after a gap in time, no longer.
+  const bool fresh = (!any_segment_ || stamp.valid > newest_valid_) && now - stamp.produced < stale_after_;
   if (fresh) newest_valid_ = stamp.valid;
   any_segment_ = true;
   used_ = stamp;

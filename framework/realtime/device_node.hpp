@@ -34,7 +34,7 @@ enum class ReadResult : std::uint8_t {
 /// A segment is used where its message is newer than every one before, in time of production and in sequence, and where
 /// its times make sense: begin <= end, and all of them within a minute of now. Other messages are counted and not used.
 /// It is fresh, and keeps the wrench from being faded out, where it was made from a newer device sample than every one
-/// before: where its time of validity is later. A translation-only scene gets no torque.
+/// before, which its time of validity tells, and became visible less than stale_after ago. A translation-only scene gets no torque.
 ///
 /// A step allocates, locks and waits for nothing, if `read` and `write` do not. It throws in one case: RunError, after
 /// zero has been commanded, where the device could not be read or written for failure_timeout.
@@ -76,6 +76,7 @@ class DeviceNode : public Node {
   bool rotates_;
   std::uint32_t dead_man_mask_;
   Duration failure_timeout_;
+  Duration stale_after_;
   SafetyGate gate_;
 
   DeviceSample sample_;

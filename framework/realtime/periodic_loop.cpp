@@ -1,6 +1,7 @@
 // The thread behind a periodic loop: its stack, its start and its end.
 #include "framework/realtime/periodic_loop.hpp"
 
+#include <dlfcn.h>
 #include <pthread.h>
 #include <unistd.h>
 
@@ -17,6 +18,18 @@
 namespace tactor {
 
 namespace {
+
+/// What the C library takes of a thread's stack for itself: thread-local storage, which a sanitizer makes large.
+std::size_t taken_of_stack() {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  // Not in its headers; the runtime of Rust asks in the same way.
+  const auto ask =
+      reinterpret_cast<std::size_t (*)(const pthread_attr_t*)>(dlsym(RTLD_DEFAULT, "__pthread_get_minstack"));
+  const std::size_t taken = ask != nullptr ? ask(&attributes) : PTHREAD_STACK_MIN;
+  pthread_attr_destroy(&attributes);
+  return taken;
+}
 
 /// Writes to every page of the calling thread's stack that is not in use, so that going deep later faults none in.
 __attribute__((noinline)) void touch_stack() noexcept {
@@ -85,7 +98,7 @@ ThreadGrant PeriodicLoop::start(Instant origin) {
   shared_->phase.store(Phase::starting);
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
-  pthread_attr_setstacksize(&attributes, std::max<std::size_t>(shared_->settings.stack_size, PTHREAD_STACK_MIN));
+  pthread_attr_setstacksize(&attributes, shared_->settings.stack_size + taken_of_stack());
   // The thread holds a share of what it runs with, in case it has to be left behind.
   auto share = std::make_unique<std::shared_ptr<Shared>>(shared_);
   const auto begin = [](void* argument) -> void* {

@@ -24,10 +24,12 @@ NodeInfo Device::declare() {
 
 ReadResult Device::read(Time now, DeviceSample& sample) noexcept {
   if (target.latest() == nullptr) return ReadResult::not_yet;
-  const bool wrong = params_.is_now(now);
+  // Without a length it is the first reading after `at`, whichever tick that is.
+  const bool first = !done_ && now >= Time{} + params_.at;
+  const bool wrong = first || params_.is_now(now);
+  done_ = done_ || first;
   if (wrong && params_.fault == Fault::fails) return ReadResult::failed;
-  if (wrong && params_.fault == Fault::blocks && !blocked_) {
-    blocked_ = true;
+  if (first && params_.fault == Fault::blocks) {
     std::this_thread::sleep_for(std::chrono::nanoseconds(params_.lasts.ns));
   }
   sample.time = now;

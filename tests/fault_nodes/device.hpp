@@ -32,7 +32,7 @@ class Device final : public DeviceNode {
 
  private:
   Params params_;
-  bool blocked_ = false;
+  bool done_ = false;  // the first wrong reading has been
   bool any_ = false;
   Time last_;
   Vec3 p_WD_;                                   // m, at the last tick

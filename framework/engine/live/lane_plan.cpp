@@ -1,9 +1,14 @@
 #include "framework/engine/live/lane_plan.hpp"
 
+#include <sched.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <map>
+#include <thread>
 
 #include "framework/core/check.hpp"
+#include "framework/realtime/thread_policy.hpp"
 
 namespace tactor {
 
@@ -18,6 +23,13 @@ void check_core(const std::optional<int>& cpu, int cores, const std::string& wha
                    std::to_string(*cpu));
 }
 
+/// Whether a thread of this process may be SCHED_FIFO; tried on one.
+bool realtime_is_granted() {
+  ThreadGrant grant;
+  std::thread([&grant] { grant = apply_thread_settings(realtime_default, "trial"); }).join();
+  return grant.granted.policy == SchedulingPolicy::fifo;
+}
+
 /// What the node says over `settings`.
 void lay_over(const Scheduling& said, ThreadSettings& settings) {
   if (said.policy && *said.policy != settings.policy) {
@@ -28,9 +40,26 @@ void lay_over(const Scheduling& said, ThreadSettings& settings) {
   if (said.cpu) settings.cpu = said.cpu;
 }
 
+/// The cores that a container, a service or `taskset` leaves to this process.
+std::vector<int> usable_cores() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  sched_getaffinity(0, sizeof set, &set);
+  std::vector<int> cores;
+  for (int core = 0; core < CPU_SETSIZE; ++core) {
+    if (CPU_ISSET(core, &set)) cores.push_back(core);
+  }
+  return cores.empty() ? std::vector<int>{0} : cores;
+}
+
+int core_count() {
+  return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
+}
+
 }  // namespace
 
-LanePlan plan_lanes(const Plan& plan, int cores) {
+LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable, bool realtime_granted) {
+  TACTOR_DEMAND(!usable.empty());
   LanePlan result;
   result.lanes.push_back({"pool", plan.graph.live.pool_workers, plan.graph.live.pool});
   check_core(plan.graph.live.pool.cpu, cores, plan.graph.file.string() + ": live.pool");
@@ -56,7 +85,7 @@ LanePlan plan_lanes(const Plan& plan, int cores) {
       }
       case Lane::realtime: {
         ThreadSettings settings = realtime_default;
-        if (cores > 1) settings.cpu = cores - 1;
+        if (usable.size() > 1 && realtime_granted) settings.cpu = usable.back();
         lay_over(said, settings);
         result.realtime.back() = settings;
         break;
@@ -64,8 +93,26 @@ LanePlan plan_lanes(const Plan& plan, int cores) {
     }
   }
   int& workers = result.lanes[0].workers;
-  if (workers == 0) workers = std::clamp(in_pool, 1, cores);
+  if (workers == 0) workers = std::clamp(in_pool, 1, static_cast<int>(usable.size()));
   return result;
+}
+
+LanePlan plan_lanes(const Plan& plan) {
+  return plan_lanes(plan, core_count(), usable_cores(), realtime_is_granted());
+}
+
+void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& bridge) {
+  if (plan.graph.live.on_missing_privilege != OnMissingPrivilege::fail) return;
+  std::vector<ThreadSettings> settings{bridge};
+  for (const LaneSpec& lane : lanes.lanes) settings.push_back(lane.settings);
+  for (const auto& loop : lanes.realtime) {
+    if (loop) settings.push_back(*loop);
+  }
+  const std::vector<Refusal> refused = missing_privileges(settings);
+  if (refused.empty()) return;
+  std::string text = plan.graph.file.string() + ": on_missing_privilege is fail, and this system refuses:";
+  for (const Refusal& refusal : refused) text += "\n  " + describe(refusal);
+  throw RunError(text);
 }
 
 }  // namespace tactor

@@ -26,8 +26,15 @@ struct LanePlan {
 };
 
 /// The pool has as many workers as the graph says, or one a node, at most one a core. Each thread lane has one. A node
-/// in the real-time lane that names no core is pinned to the last one, where there are several. Throws InputError, with
-/// the place, for a core beyond `cores`.
-LanePlan plan_lanes(const Plan& plan, int cores);
+/// in the real-time lane that names no core is pinned to the last one that this process may use, where there are
+/// several and `realtime_granted`: without SCHED_FIFO it would wait there for whatever else that core has to do. Throws
+/// InputError, with the place, for a core beyond `cores`, those of the machine. `usable` is not empty.
+LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable, bool realtime_granted);
+/// On this machine.
+LanePlan plan_lanes(const Plan& plan);
+
+/// Throws RunError where the graph says `on_missing_privilege: fail` and the system refuses something to a thread of
+/// these lanes or to `bridge`, the engine's own.
+void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& bridge);
 
 }  // namespace tactor

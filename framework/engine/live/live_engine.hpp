@@ -17,10 +17,13 @@ class LiveEngine {
   /// Must not be called where the run `is_abandoned`.
   virtual ~LiveEngine() = default;
 
+  /// Sets a question whose yes ends the run. It is asked about fifty times a second on a thread of the engine and does
+  /// not wait for anything: it ends the run even while a disk or a terminal keeps the calling thread. Before `run`.
+  virtual void stop_when(std::function<bool()> asked) = 0;
+
   /// Runs until the graph's duration has passed, `go_on` says no (asked about ten times a second, on the calling
   /// thread), or something fails; then lets the devices ramp down and ends everything. The observer is called on the
-  /// calling thread and may be slow. Throws RunError before anything moves where a privilege is missing and the graph
-  /// says `on_missing_privilege: fail`. Once only.
+  /// calling thread and may be slow. Once only.
   virtual void run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) = 0;
 
   /// Why the run ended before its time, with the node's name; none where it did not fail.
@@ -39,7 +42,8 @@ class LiveEngine {
 /// The functions of the library of the live engine.
 struct LiveLibrary {
   /// Makes the nodes of a plan, which must outlive the run. Throws InputError with the node's name where a node refuses
-  /// its input, and where a node asks for a core that this machine does not have.
+  /// its input, and where a node asks for a core that this machine does not have; RunError where the system refuses a
+  /// privilege and the graph says `on_missing_privilege: fail`.
   std::unique_ptr<LiveEngine> (*make)(const Plan& plan);
 };
 

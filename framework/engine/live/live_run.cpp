@@ -1,7 +1,5 @@
 #include "framework/engine/live/live_run.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <caf/actor_system_config.hpp>
 #include <caf/send.hpp>
@@ -9,6 +7,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "framework/core/messages.hpp"
 #include "framework/engine/dispatcher.hpp"
@@ -16,6 +15,7 @@
 #include "framework/engine/live/lane_scheduler.hpp"
 #include "framework/engine/live/realtime_lane.hpp"
 #include "framework/engine/live/record_queue.hpp"
+#include "framework/engine/live/stall_watch.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "framework/realtime/memory_lock.hpp"
@@ -33,11 +33,13 @@ constexpr Duration look_after{60'000};
 constexpr Duration look_again{100'000};
 /// How often the calling thread writes the recording and watches for stalls.
 constexpr Duration watch_period{20'000'000};
-constexpr Duration longest_between_watches{200'000'000};
 /// How often `go_on` is asked.
 constexpr Duration ask_period{100'000'000};
-/// How long devices may take to come to rest, and steps to come back, at the end.
-constexpr Duration longest_ramp_down{2'000'000'000};
+/// How long devices may take to come to rest at the end: more than the longest ramp_down_time that one may have. One
+/// that does not tick any more is not waited for so long.
+constexpr Duration longest_ramp_down{15'000'000'000};
+constexpr Duration longest_without_tick{2'000'000'000};
+/// How long steps may take to come back at the end.
 constexpr Duration longest_step_at_end{1'000'000'000};
 /// What the recording may lag behind before messages are dropped.
 constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
@@ -46,10 +48,6 @@ constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
 constexpr std::uint64_t steps_a_measurement = 7;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings bridge_settings{SchedulingPolicy::fifo, 70, std::nullopt};
-
-int core_count() {
-  return static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
-}
 
 }  // namespace
 
@@ -63,6 +61,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   bool abandoned = false;
   LiveStatus status;
   std::vector<NodeFigures> node_figures;
+  std::function<bool()> stop_asked = [] { return false; };
 
  private:
   // What the dispatcher tells, under the lock.
@@ -70,11 +69,10 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) override;
   void on_phase(Phase phase) override;
 
-  void check_privileges();
   void make_lanes();
   void make_actors();
   void start_threads();
-  void granted(const ThreadGrant& grant, const std::string& thread);
+  void granted(const ThreadGrant& grant);
 
   [[nodiscard]] Time clock() const { return Time{} + (MonotonicClock::now() - origin_); }
   // Under the lock:
@@ -88,8 +86,9 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void fail(const std::string& why);
   void look_for_stalls();
   void look_for_failure(std::size_t node);
-  [[nodiscard]] bool devices_at_rest() const;
-  [[nodiscard]] bool any_busy() const;
+  [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
+  [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
+  [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
   /// `whole`: with the histograms.
   LiveStatus snapshot(bool whole);
 
@@ -101,13 +100,6 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void attend(RunObserver& observer, Duration longest, const std::function<bool()>& done);
   void wind_down(RunObserver& observer);
   void drain_record(RunObserver& observer);
-
-  /// What the watch knows of one node's step.
-  struct Watched {
-    std::int64_t steps_ended = -1;
-    Time moved;  // when it was last seen idle or with a new step
-    bool stalled = false;
-  };
 
   const Plan& plan_;
   const Time end_;
@@ -125,8 +117,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::vector<Dispatcher::Begun> begun_;  // by node: the step it is making
   std::vector<bool> at_rest_;             // by node: of a device outside of the real-time lane
   std::vector<bool> failed_;              // by node
-  Time last_watched_;
-  std::vector<Watched> watched_;  // by node
+  StallWatch stalls_;
   std::vector<std::string> missing_;
   std::vector<std::optional<SafetyState>> safety_;  // by node: what its gate said last
   std::vector<std::size_t> woken_;                  // nodes that begun and whose actors are to be asked
@@ -145,39 +136,25 @@ LiveRun::Engine::Engine(const Plan& plan)
       node_figures(plan.nodes.size()),
       plan_(plan),
       end_(Time{} + plan.graph.duration),
-      lanes_(plan_lanes(plan, core_count())),
+      lanes_(plan_lanes(plan)),
       begun_(plan.nodes.size()),
       at_rest_(plan.nodes.size(), false),
       failed_(plan.nodes.size(), false),
-      watched_(plan.nodes.size()),
+      stalls_(plan.nodes.size(), plan.graph.live.stall_timeout),
       safety_(plan.nodes.size()) {
+  check_privileges(plan_, lanes_, bridge_settings);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
 }
 
 // Starting.
 
 void LiveRun::Engine::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
-  check_privileges();
   make_lanes();
   dispatcher_->start();
   make_actors();
   start_threads();
   watch(observer, go_on);
   wind_down(observer);
-}
-
-void LiveRun::Engine::check_privileges() {
-  if (plan_.graph.live.on_missing_privilege != OnMissingPrivilege::fail) return;
-  std::vector<ThreadSettings> settings{bridge_settings};
-  for (const LaneSpec& lane : lanes_.lanes) settings.push_back(lane.settings);
-  for (const auto& loop : lanes_.realtime) {
-    if (loop) settings.push_back(*loop);
-  }
-  const std::vector<Refusal> refused = missing_privileges(settings);
-  if (refused.empty()) return;
-  std::string text = plan_.graph.file.string() + ": on_missing_privilege is fail, and this system refuses:";
-  for (const Refusal& refusal : refused) text += "\n  " + describe(refusal);
-  throw RunError(text);
 }
 
 void LiveRun::Engine::make_lanes() {
@@ -203,7 +180,7 @@ void LiveRun::Engine::make_actors() {
   if (memory_->refused()) missing_.push_back(describe(*memory_->refused()));
   config_.module_factories.push_back([this](caf::actor_system& system) -> caf::actor_system::module* {
     return new LaneScheduler(system, lanes_.lanes, [this](const LaneSpec& lane) {
-      granted(apply_thread_settings(lane.settings, lane.name), lane.name);
+      granted(apply_thread_settings(lane.settings, lane.name));
     });
   });
   system_ = std::make_unique<caf::actor_system>(config_);
@@ -214,19 +191,18 @@ void LiveRun::Engine::make_actors() {
   }
 }
 
-void LiveRun::Engine::granted(const ThreadGrant& grant, const std::string& thread) {
+void LiveRun::Engine::granted(const ThreadGrant& grant) {
   const std::scoped_lock lock(mutex_);
   for (const Refusal& refusal : grant.refused) {
     const std::string text = describe(refusal);
     if (std::find(missing_.begin(), missing_.end(), text) == missing_.end()) missing_.push_back(text);
   }
-  static_cast<void>(thread);
 }
 
 void LiveRun::Engine::start_threads() {
   origin_ = MonotonicClock::now() + head_start;
   for (const auto& loop : loops_) {
-    if (loop) granted(loop->start(origin_), "");
+    if (loop) granted(loop->start(origin_));
   }
   bridge_ = std::thread([this] { bridge(); });
 }
@@ -325,6 +301,8 @@ void LiveRun::Engine::step(std::size_t node) {
       // It stays busy and never steps again; the rest goes on while the devices ramp down.
       failed_[node] = true;
       fail(error);
+      dispatcher_->failed(node);
+      begin_ready();
     }
     woken.swap(woken_);
     const auto next = dispatcher_->next_event();
@@ -335,17 +313,20 @@ void LiveRun::Engine::step(std::size_t node) {
 
 void LiveRun::Engine::fail(const std::string& why) {
   if (!failure) failure = why;
+  // At once, and not when the calling thread next looks: a disk or a terminal may hold that up.
+  if (dispatcher_->phase() != Phase::stopping) begin_stop();
 }
 
 // The bridge: keeps the time for ticks, and carries out what the loops send.
 
 void LiveRun::Engine::bridge() {
-  granted(apply_thread_settings(bridge_settings, "bridge"), "bridge");
+  granted(apply_thread_settings(bridge_settings, "bridge"));
   mutex_.lock();
   while (!bridge_ended_) {
     drain_loops();
     const Time now = next_instant();
     catch_up(now);
+    if (dispatcher_->phase() != Phase::stopping && stop_asked()) begin_stop();
     std::vector<std::size_t> woken;
     woken.swap(woken_);
     if (!woken.empty()) {
@@ -371,6 +352,7 @@ void LiveRun::Engine::drain_loops() {
       const Time now = next_instant();
       catch_up(now);
       if (out.port == RealtimeLane::step_done) {
+        dispatcher_->passed(n);
         if (dispatcher_->phase() != Phase::stopping) record_.put_step(n, out.valid, now - out.valid);
       } else {
         const auto port = static_cast<std::size_t>(out.port);
@@ -406,12 +388,18 @@ void LiveRun::Engine::watch(RunObserver& observer, const std::function<bool(cons
     LiveStatus now;
     {
       const std::scoped_lock lock(mutex_);
-      if (failure || clock() >= end_) return true;
+      if (dispatcher_->phase() == Phase::stopping || clock() >= end_) return true;
       if (clock() < next_ask) return false;
       now = snapshot(false);
     }
     next_ask = now.now + ask_period;
-    return !go_on(now);
+    try {
+      return !go_on(now);
+    } catch (const std::exception& e) {
+      const std::scoped_lock lock(mutex_);
+      fail(e.what());
+      return true;
+    }
   });
 }
 
@@ -438,24 +426,17 @@ void LiveRun::Engine::drain_record(RunObserver& observer) {
 
 void LiveRun::Engine::look_for_stalls() {
   const Time now = clock();
-  // Where the watch itself was kept from looking (a stopped process, a machine that slept) no step is blamed for it.
-  const Duration unwatched = std::max(now - last_watched_ - longest_between_watches, Duration{});
-  last_watched_ = now;
+  stalls_.begin(now);
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    Watched& watched = watched_[n];
     if (failed_[n]) continue;
     if (loops_[n]) look_for_failure(n);
-    const std::int64_t ended =
-        loops_[n] ? loops_[n]->loop().figures().ended.value() : static_cast<std::int64_t>(dispatcher_->steps(n));
     const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n);
-    watched.moved = idle || ended != watched.steps_ended ? now : watched.moved + unwatched;
-    watched.steps_ended = ended;
-    const Duration still = now - watched.moved;
-    watched.stalled = still > plan_.graph.live.stall_timeout;
+    const StallWatch::Node& watched = stalls_.look(n, steps_ended(n), idle);
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: a step of about " +
-           std::to_string(watched.moved.seconds()) + " s has not come back for " + std::to_string(still.seconds()) +
-           " s; live.stall_timeout of the graph is " + std::to_string(plan_.graph.live.stall_timeout.seconds()) + " s");
+           std::to_string(watched.moved.seconds()) + " s has not come back for " +
+           std::to_string((now - watched.moved).seconds()) + " s; live.stall_timeout of the graph is " +
+           std::to_string(plan_.graph.live.stall_timeout.seconds()) + " s");
     }
   }
 }
@@ -479,7 +460,7 @@ LiveStatus LiveRun::Engine::snapshot(bool whole) {
   s.missing = missing_;
   s.record_dropped = record_.dropped();
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), watched_[n].stalled});
+    s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), stalls_.stalled(n)});
     if (!loops_[n]) continue;
     const RealtimeLane& loop = *loops_[n];
     const LoopFigures& figures = loop.loop().figures();
@@ -510,19 +491,26 @@ LiveStatus LiveRun::Engine::snapshot(bool whole) {
 
 // Ending.
 
-bool LiveRun::Engine::devices_at_rest() const {
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (!plan_.nodes[n].info->actuator || failed_[n]) continue;
-    if (!(loops_[n] ? loops_[n]->at_rest() : at_rest_[n])) return false;
-  }
-  return true;
+std::int64_t LiveRun::Engine::steps_ended(std::size_t node) const {
+  const auto& loop = loops_[node];
+  return loop ? loop->loop().figures().ended.value() : static_cast<std::int64_t>(dispatcher_->steps(node));
 }
 
-bool LiveRun::Engine::any_busy() const {
+std::vector<std::size_t> LiveRun::Engine::devices_not_at_rest() const {
+  std::vector<std::size_t> devices;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (dispatcher_->busy(n) && !failed_[n]) return true;
+    if (!plan_.nodes[n].info->actuator || failed_[n]) continue;
+    if (!(loops_[n] ? loops_[n]->at_rest() : at_rest_[n])) devices.push_back(n);
   }
-  return false;
+  return devices;
+}
+
+std::vector<std::size_t> LiveRun::Engine::busy_nodes() const {
+  std::vector<std::size_t> busy;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    if (dispatcher_->busy(n) && !failed_[n]) busy.push_back(n);
+  }
+  return busy;
 }
 
 void LiveRun::Engine::wind_down(RunObserver& observer) {
@@ -531,9 +519,16 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
     catch_up(next_instant());
     if (dispatcher_->phase() != Phase::stopping) begin_stop();
   }
-  attend(observer, longest_ramp_down, [this] {
+  std::vector<std::int64_t> steps(nodes.size(), -1);
+  Time ticked = clock();
+  attend(observer, longest_ramp_down, [&] {
     const std::scoped_lock lock(mutex_);
-    return devices_at_rest();
+    const std::vector<std::size_t> moving = devices_not_at_rest();
+    for (const std::size_t n : moving) {
+      const std::int64_t before = std::exchange(steps[n], steps_ended(n));
+      if (before != steps[n]) ticked = clock();
+    }
+    return moving.empty() || clock() - ticked > longest_without_tick;
   });
   for (const auto& loop : loops_) {
     if (!loop || loop->stop(longest_step_at_end)) continue;
@@ -544,11 +539,17 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   attend(observer, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
     ended_ = true;
-    return !any_busy();
+    return busy_nodes().empty();
   });
   {
     const std::scoped_lock lock(mutex_);
-    abandoned = abandoned || any_busy();
+    for (const std::size_t n : busy_nodes()) {
+      abandoned = true;
+      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") does not come back from its step");
+    }
+    for (const std::size_t n : devices_not_at_rest()) {
+      fail("device node " + plan_.nodes[n].name + " has not come to rest: its last force may still act");
+    }
     drain_loops();
     bridge_ended_ = true;
     bridge_condition_.notify_one();
@@ -556,16 +557,16 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   bridge_.join();
   drain_record(observer);
   status.record_dropped = record_.dropped();
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    node_figures[n].steps = status.nodes[n].steps;
+    node_figures[n].missed_ticks = status.nodes[n].missed_ticks;
+  }
   if (abandoned) return;
   for (const caf::actor& actor : actors_) {
     if (actor) caf::anon_send_exit(actor, caf::exit_reason::user_shutdown);
   }
   actors_.clear();
   system_.reset();
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    node_figures[n].steps = status.nodes[n].steps;
-    node_figures[n].missed_ticks = status.nodes[n].missed_ticks;
-  }
 }
 
 // The interface.
@@ -573,6 +574,9 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
 LiveRun::LiveRun(const Plan& plan) : engine_(std::make_unique<Engine>(plan)) {}
 LiveRun::~LiveRun() = default;
 
+void LiveRun::stop_when(std::function<bool()> asked) {
+  engine_->stop_asked = std::move(asked);
+}
 void LiveRun::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
   engine_->run(observer, go_on);
 }

@@ -27,6 +27,7 @@ class LiveRun final : public LiveEngine {
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
 
+  void stop_when(std::function<bool()> asked) override;
   void run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) override;
   [[nodiscard]] const std::optional<std::string>& failure() const override;
   [[nodiscard]] bool is_abandoned() const override;

@@ -107,7 +107,7 @@ void RealtimeLane::take_in(In& in, Time deadline) {
 void RealtimeLane::tick(const Tick& tick) {
   for (In& in : inputs_) take_in(in, tick.deadline);
   StepContext context(tick.deadline, phase_.load(std::memory_order_acquire));
-  nodes_[node_].step(context);
+  nodes_.step(node_, context);
   for (In& in : inputs_) in.input->mark_seen();
   RecordHeader header;
   header.tick = tick.number;

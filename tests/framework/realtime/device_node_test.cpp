@@ -235,6 +235,35 @@ BOOST_AUTO_TEST_CASE(the_same_message_is_not_fresh_twice) {
   BOOST_TEST((bench.safety.cause == SafetyCause::stale));
 }
 
+BOOST_AUTO_TEST_CASE(a_filter_that_goes_on_after_its_physics_has_died_keeps_no_force_alive) {
+  Bench bench;
+  bench.feed(push, 150);
+  // New messages each tick, all made from the device sample that the physics used last.
+  const Time last = bench.now;
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    bench.send(constant_segment(bench.now, push), {last, bench.now, 1000 + i});
+    bench.tick();
+  }
+  BOOST_TEST(is_zero(bench.commanded));
+  BOOST_TEST(bench.figures().at("device.rejected_segments") == 0.0);
+  BOOST_TEST((bench.safety.cause == SafetyCause::stale));
+}
+
+BOOST_AUTO_TEST_CASE(a_segment_that_was_made_long_ago_is_not_fresh_when_it_is_found) {
+  Bench bench;
+  const Time made = bench.now;
+  bench.tick();
+  // The process was stopped for a second.
+  bench.now = bench.now + Duration{1'000'000'000};
+  bench.send(constant_segment(made, push), {made, made, 1});
+  for (int i = 0; i < 300; ++i) {
+    bench.tick();
+    BOOST_REQUIRE(is_zero(bench.commanded));
+  }
+  bench.feed(push, 150);
+  BOOST_TEST((bench.commanded.force == push.force));
+}
+
 BOOST_AUTO_TEST_CASE(a_device_that_has_shown_nothing_yet_gets_no_force) {
   Bench bench;
   bench.device().answer = ReadResult::not_yet;
