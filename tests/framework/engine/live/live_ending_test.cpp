@@ -148,7 +148,8 @@ BOOST_FIXTURE_TEST_CASE(a_step_that_is_still_on_its_way_at_the_end_is_told_of, F
   run->run(nobody, go_on);
   BOOST_TEST(run->is_abandoned());
   BOOST_REQUIRE(run->failure().has_value());
-  BOOST_TEST_CONTEXT(*run->failure()) BOOST_TEST(run->failure()->find("does not come back from its step") != std::string::npos);
+  BOOST_TEST_CONTEXT(*run->failure())
+  BOOST_TEST(run->failure()->find("does not come back from its step") != std::string::npos);
   std::this_thread::sleep_for(std::chrono::seconds(3));
 }
 

@@ -1,0 +1,116 @@
+// The state of a live run: its lanes, its threads, and what they share under one lock.
+#pragma once
+
+#include <algorithm>
+#include <caf/actor_system_config.hpp>
+#include <caf/send.hpp>
+#include <cstring>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "framework/core/messages.hpp"
+#include "framework/engine/dispatcher.hpp"
+#include "framework/engine/live/lane_plan.hpp"
+#include "framework/engine/live/lane_scheduler.hpp"
+#include "framework/engine/live/live_run.hpp"
+#include "framework/engine/live/realtime_lane.hpp"
+#include "framework/engine/live/record_queue.hpp"
+#include "framework/engine/live/stall_watch.hpp"
+#include "framework/engine/virtual_clock.hpp"
+#include "framework/realtime/allocation_watch.hpp"
+#include "framework/realtime/memory_lock.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+#include "framework/realtime/thread_policy.hpp"
+
+namespace tactor {
+
+class LiveRun::Engine final : public RunObserver, public ExternalInputs {
+  /// Between making the threads and time zero.
+  static constexpr Duration head_start{20'000'000};
+  /// How often the calling thread writes the recording, and the bridge watches for stalls.
+  static constexpr Duration watch_period{20'000'000};
+  /// What the recording may lag behind before messages are dropped.
+  static constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
+
+ public:
+  explicit Engine(const Plan& plan);
+  void run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on);
+
+  PlanNodes nodes;
+  std::optional<std::string> failure;
+  bool abandoned = false;
+  LiveStatus status;
+  std::vector<NodeFigures> node_figures;
+  std::function<bool()> stop_asked = [] { return false; };
+
+ private:
+  // What the dispatcher tells, under the lock.
+  void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override;
+  void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) override;
+  void on_phase(Phase phase) override;
+
+  void make_lanes();
+  void make_actors();
+  void start_threads();
+  void granted(const ThreadGrant& grant);
+
+  [[nodiscard]] Time clock() const { return Time{} + (MonotonicClock::now() - origin_); }
+  // Under the lock:
+  [[nodiscard]] Time next_instant() const { return std::max(clock(), dispatcher_->now() + Duration{1}); }
+  void catch_up(Time t);
+  void handle_events_before(Time t);
+  void begin_stop();
+  void begin_ready();
+  void drain_loops();
+  [[nodiscard]] Time next_look(Time now) const;
+  void fail(const std::string& why);
+  void look_for_stalls();
+  void look_for_failure(std::size_t node);
+  [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
+  [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
+  [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
+  /// `whole`: with the histograms.
+  LiveStatus snapshot(bool whole);
+
+  void wake(const std::vector<std::size_t>& nodes_to_step);
+  void step(std::size_t node);
+  void bridge();
+  void watch(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on);
+  /// Keeps the recording going until `done` or the time is over.
+  void attend(RunObserver& observer, Duration longest, const std::function<bool()>& done);
+  void wind_down(RunObserver& observer);
+  void drain_record(RunObserver& observer);
+
+  const Plan& plan_;
+  const Time end_;
+  LanePlan lanes_;
+  RecordQueue record_{record_queue_bytes};
+  std::vector<std::unique_ptr<RealtimeLane>> loops_;    // by node, null outside of the real-time lane
+  std::vector<std::unique_ptr<LatencyHistogram>> age_;  // by edge, written by its reader's steps
+
+  PriorityMutex mutex_;  // over all down to `woken_`
+  PriorityCondition bridge_condition_;
+  std::unique_ptr<Dispatcher> dispatcher_;
+  bool ended_ = false;  // no step begins any more
+  bool bridge_ended_ = false;
+  Time bridge_waits_until_;
+  std::vector<Dispatcher::Begun> begun_;  // by node: the step it is making
+  std::vector<bool> at_rest_;             // by node: of a device outside of the real-time lane
+  std::vector<bool> failed_;              // by node
+  StallWatch stalls_;
+  std::vector<std::string> missing_;
+  std::vector<std::optional<SafetyState>> safety_;  // by node: what its gate said last
+  std::vector<std::size_t> woken_;                  // nodes that begun and whose actors are to be asked
+
+  Instant origin_;
+  std::optional<MemoryLock> memory_;
+  caf::actor_system_config config_;
+  std::unique_ptr<caf::actor_system> system_;
+  const caf::message step_message_ = caf::make_message(LaneActor::Step::value);  // one for all, so none is allocated
+  std::vector<caf::actor> actors_;
+  std::thread bridge_;
+};
+
+}  // namespace tactor
