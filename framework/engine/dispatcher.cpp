@@ -205,7 +205,6 @@ std::optional<Dispatcher::Begun> Dispatcher::begin_next() {
   next->triggered = false;
   next->busy = true;
   ++next->steps;
-  next->begun = now_;
   if (next->group) group_busy_[*next->group] = 1;
   next->unread_before = 0;
   for (const InputBase* input : next->trigger_queues) next->unread_before += input->unread();

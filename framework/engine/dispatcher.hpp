@@ -76,8 +76,6 @@ class Dispatcher {
   void passed(std::size_t node) { first_step_passed(states_[node]); }
 
   [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
-  /// When the step that keeps the node busy began.
-  [[nodiscard]] Time begun(std::size_t node) const { return states_[node].begun; }
   /// The steps that have begun.
   [[nodiscard]] std::uint64_t steps(std::size_t node) const { return states_[node].steps; }
   [[nodiscard]] std::uint64_t missed_ticks(std::size_t node) const { return states_[node].missed_ticks; }
@@ -99,7 +97,6 @@ class Dispatcher {
     std::int64_t next_tick = 0;
     std::optional<std::size_t> group;  // of nodes that share a thread
     bool busy = false;
-    Time begun;
     Time freed{-1};  // when it last became free
     bool tick_due = false;
     bool triggered = false;

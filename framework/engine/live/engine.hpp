@@ -71,9 +71,10 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
   [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
   [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
-  /// `whole`: with the histograms.
-  LiveStatus snapshot(bool whole);
+  [[nodiscard]] LiveStatus counters() const;
 
+  /// Adds the latencies to `counters`; `whole` with their histograms. Takes long and needs no lock.
+  void add_latencies(LiveStatus& status, bool whole) const;
   void wake(const std::vector<std::size_t>& nodes_to_step);
   void step(std::size_t node);
   void bridge();

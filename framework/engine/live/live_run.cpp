@@ -142,8 +142,9 @@ void LiveRun::Engine::handle_events_before(Time t) {
 
 void LiveRun::Engine::begin_stop() {
   // What the run is judged by ends here; the ramp-down is not part of it.
-  status = snapshot(true);
+  status = counters();
   dispatcher_->stop();
+  add_latencies(status, true);
 }
 
 void LiveRun::Engine::begin_ready() {

@@ -31,8 +31,10 @@ void LiveRun::Engine::watch(RunObserver& observer, const std::function<bool(cons
       const std::scoped_lock lock(mutex_);
       if (dispatcher_->phase() == Phase::stopping || clock() >= end_) return true;
       if (clock() < next_ask) return false;
-      now = snapshot(false);
+      now = counters();
     }
+    add_latencies(now, false);
+    now.record_dropped = record_.dropped();
     next_ask = now.now + ask_period;
     try {
       return !go_on(now);
@@ -89,41 +91,47 @@ void LiveRun::Engine::look_for_failure(std::size_t node) {
   }
 }
 
-LiveStatus LiveRun::Engine::snapshot(bool whole) {
+LiveStatus LiveRun::Engine::counters() const {
   LiveStatus s;
   s.now = clock();
   s.phase = dispatcher_->phase();
   if (s.phase == Phase::starting) s.waiting_for = dispatcher_->waiting_for();
   s.missing = missing_;
-  s.record_dropped = record_.dropped();
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), stalls_.stalled(n)});
     if (!loops_[n]) continue;
-    const RealtimeLane& loop = *loops_[n];
-    const LoopFigures& figures = loop.loop().figures();
+    const LoopFigures& figures = loops_[n]->loop().figures();
     LiveDevice device;
     device.node = n;
     device.ticks = static_cast<std::uint64_t>(figures.ended.value());
     device.missed = static_cast<std::uint64_t>(figures.missed.value());
-    device.wake_latency = figures_of(figures.wake_latency, whole);
-    device.body_time = figures_of(figures.body_time, whole);
     device.body_sum = Duration{figures.body_ns.value()};
-    device.end_to_end = figures_of(loop.end_to_end(), whole);
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(figures.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(figures.page_faults.value());
-    device.dropped = loop.dropped_out();
+    device.dropped = loops_[n]->dropped_out();
     device.safety = safety_[n];
     s.nodes.back().steps = device.ticks;
     s.nodes.back().missed_ticks = device.missed;
     s.devices.push_back(device);
   }
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
-    const auto& loop = loops_[plan_.edges[e].to];
-    LiveEdge edge{dispatcher_->edge_figures(e), figures_of(loop ? *loop->age(e) : *age_[e], whole)};
-    if (loop) loop->add_figures(e, edge.figures);
-    s.edges.push_back(edge);
+    s.edges.push_back({dispatcher_->edge_figures(e), {}});
+    if (const auto& loop = loops_[plan_.edges[e].to]) loop->add_figures(e, s.edges.back().figures);
   }
   return s;
+}
+
+void LiveRun::Engine::add_latencies(LiveStatus& s, bool whole) const {
+  for (LiveDevice& device : s.devices) {
+    const RealtimeLane& loop = *loops_[device.node];
+    device.wake_latency = figures_of(loop.loop().figures().wake_latency, whole);
+    device.body_time = figures_of(loop.loop().figures().body_time, whole);
+    device.end_to_end = figures_of(loop.end_to_end(), whole);
+  }
+  for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
+    const auto& loop = loops_[plan_.edges[e].to];
+    s.edges[e].age = figures_of(loop ? *loop->age(e) : *age_[e], whole);
+  }
 }
 
 // Ending.
