@@ -62,7 +62,7 @@ class ExitCodes(CommandTest):
     def test_a_build_without_the_live_engine_says_what_it_lacks(self):
         result = tactor("run", self.live_graph(), cwd=self.folder)
         self.assertEqual(result.returncode, 2)
-        self.assertIn("-DTACTOR_WITH_CAF=OFF", result.stderr)
+        self.assertIn("-DTACTOR_WITH_CAF=ON", result.stderr)
 
     def test_comparisons_refuse_the_live_clock(self):
         graph = self.live_graph()
