@@ -28,32 +28,30 @@ void PlanNodes::follow(const PlanNodes& judged) {
   }
 }
 
-std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::string& why) {
-  return "node " + plan.nodes[node].name + " failed at " + std::to_string(now.seconds()) + " s: " + why;
+template <class Work>
+void PlanNodes::guarded(std::size_t index, Time now, const Work& work) {
+  // Put together where it fails alone: a step in the real-time lane allocates nothing.
+  const auto node = [&] { return "node " + plan_.nodes[index].name; };
+  const auto failed = [&](const std::string& why) {
+    return RunError(node() + " failed at " + std::to_string(now.seconds()) + " s: " + why);
+  };
+  try {
+    work(*nodes_[index]);
+  } catch (const InputError& error) {
+    throw InputError(node() + ": " + error.what());
+  } catch (const std::exception& error) {
+    throw failed(error.what());
+  } catch (...) {
+    throw failed("it threw what is no exception");
+  }
 }
 
 void PlanNodes::start(std::size_t index, StepContext& context) {
-  try {
-    nodes_[index]->start(context);
-  } catch (const InputError& error) {
-    throw InputError("node " + plan_.nodes[index].name + ": " + error.what());
-  } catch (const std::exception& error) {
-    throw RunError(step_failure(plan_, index, context.now(), error.what()));
-  } catch (...) {
-    throw RunError(step_failure(plan_, index, context.now(), "it threw what is no exception"));
-  }
+  guarded(index, context.now(), [&](Node& node) { node.start(context); });
 }
 
 void PlanNodes::step(std::size_t index, StepContext& context) {
-  try {
-    nodes_[index]->step(context);
-  } catch (const InputError& error) {
-    throw InputError("node " + plan_.nodes[index].name + ": " + error.what());
-  } catch (const std::exception& error) {
-    throw RunError(step_failure(plan_, index, context.now(), error.what()));
-  } catch (...) {
-    throw RunError(step_failure(plan_, index, context.now(), "it threw what is no exception"));
-  }
+  guarded(index, context.now(), [&](Node& node) { node.step(context); });
 }
 
 }  // namespace tactor

@@ -29,11 +29,12 @@ class PlanNodes {
   [[nodiscard]] const Node& operator[](std::size_t index) const { return *nodes_[index]; }
 
  private:
+  /// Calls `work(node)`; what it throws gets the node's name.
+  template <class Work>
+  void guarded(std::size_t index, Time now, const Work& work);
+
   const Plan& plan_;
   std::vector<std::unique_ptr<Node>> nodes_;
 };
-
-/// What a failed step is reported as: the node's name, the time of the step and why.
-std::string step_failure(const Plan& plan, std::size_t node, Time now, const std::string& why);
 
 }  // namespace tactor
