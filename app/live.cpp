@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
+#include "app/output.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -12,17 +12,12 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 LiveWatch::LiveWatch(const Plan& plan, Recorder* recorder, bool keep_costs)
-    : recorder_(recorder), keep_costs_(keep_costs), costs_(plan.nodes.size()) {
-  if (recorder_ == nullptr) return;
-  for (const PlannedStream& stream : plan.streams) {
-    streams_.push_back(recorder_->add_stream(stream.name, *plan.nodes[stream.node].info->outputs[stream.output].type));
-  }
-}
+    : recorder_(recorder), keep_costs_(keep_costs), costs_(plan.nodes.size()) {}
 
 void LiveWatch::on_message(std::size_t stream, const Stamp& stamp, const void* payload) {
   if (recorder_ == nullptr || failed_) return;
   try {
-    recorder_->write(streams_[stream], stamp, payload);
+    recorder_->write(stream, stamp, payload);
   } catch (const RunError&) {
     failed_ = true;
     throw;
@@ -51,11 +46,6 @@ void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& st
   GraphSpec graph = plan.graph;
   graph.clock = Clock::virtual_;
   if (duration.ns > 0) graph.duration = duration;
-  const auto write = [](const fs::path& path, const std::string& text) {
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    if (!file.flush()) throw RunError("cannot write " + path.string());
-  };
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     std::vector<std::pair<Time, Duration>> steps = watch.costs()[n];
     std::sort(steps.begin(), steps.end());
@@ -66,7 +56,7 @@ void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& st
     for (const auto& [now, cost] : steps)
       text += fmt::format("{}.{:09}\n", cost.ns / 1'000'000'000, cost.ns % 1'000'000'000);
     const fs::path file = costs / (plan.nodes[n].name + ".txt");
-    write(file, text);
+    write_file(file, text);
     for (NodeSpec& node : graph.nodes) {
       if (node.name != plan.nodes[n].name) continue;
       node.cost = {};
@@ -80,7 +70,7 @@ void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& st
         "# The loop of a device missed {} ticks, which this replay makes: from the first on it is another run.\n",
         missed);
   }
-  write(folder / "replay.yaml", note + to_yaml(graph));
+  write_file(folder / "replay.yaml", note + to_yaml(graph));
 }
 
 std::string latencies_csv(const Plan& plan, const LiveStatus& status) {

@@ -17,7 +17,7 @@ namespace tactor {
 /// Passes messages to the recorder and keeps what steps cost.
 class LiveWatch final : public RunObserver {
  public:
-  /// `recorder` may be null.
+  /// `recorder` may be null; it has the plan's streams.
   LiveWatch(const Plan& plan, Recorder* recorder, bool keep_costs);
   void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override;
   void on_step(std::size_t node, Time now, Duration cost) override;
@@ -29,7 +29,6 @@ class LiveWatch final : public RunObserver {
 
  private:
   Recorder* recorder_;
-  std::vector<std::size_t> streams_;
   const bool keep_costs_;
   bool failed_ = false;
   std::vector<std::vector<std::pair<Time, Duration>>> costs_;

@@ -5,10 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <sstream>
 
+#include "app/output.hpp"
 #include "app/summary.hpp"
+#include "framework/graph/scheduling_words.hpp"
 #include "framework/realtime/safety_gate.hpp"
 
 namespace tactor {
@@ -53,15 +54,7 @@ std::string age(Duration d) {
 }
 
 std::string lane_text(const Scheduling& scheduling) {
-  switch (scheduling.lane) {
-    case Lane::pool:
-      return "pool";
-    case Lane::thread:
-      return scheduling.thread.empty() ? "thread" : "thread " + scheduling.thread;
-    case Lane::realtime:
-      return "realtime";
-  }
-  return {};
+  return word(scheduling.lane) + (scheduling.thread.empty() ? "" : " " + scheduling.thread);
 }
 
 }  // namespace
@@ -125,23 +118,17 @@ void LiveView::draw(const LiveStatus& status) {
   // Written in one piece over the block before, each row cleared to its end, so that nothing flickers.
   std::string out = back();
   for (const std::string& row : rows) out += row + "\x1b[K\n";
-  show(out + "\x1b[J");
+  tell(out + "\x1b[J");
   rows_ = rows.size();
 }
 
 void LiveView::clear() {
-  if (rows_ > 0) show(back() + "\x1b[J");
+  if (rows_ > 0) tell(back() + "\x1b[J");
   rows_ = 0;
 }
 
 std::string LiveView::back() const {
   return rows_ > 0 ? fmt::format("\r\x1b[{}A", rows_) : "";
-}
-
-void LiveView::show(const std::string& text) {
-  // A terminal that has been closed is no reason to end a run in the middle of a force.
-  static_cast<void>(std::fputs(text.c_str(), stderr));
-  static_cast<void>(std::fflush(stderr));
 }
 
 }  // namespace tactor

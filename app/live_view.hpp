@@ -21,7 +21,6 @@ class LiveView {
  private:
   /// What brings the cursor to the first row of the block.
   [[nodiscard]] std::string back() const;
-  static void show(const std::string& text);
 
   const Plan& plan_;
   const bool terminal_;

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -23,6 +22,7 @@
 #include "app/live.hpp"
 #include "app/live_view.hpp"
 #include "app/node_reference.hpp"
+#include "app/output.hpp"
 #include "app/run.hpp"
 #include "app/summary.hpp"
 #include "app/temporary_folder.hpp"
@@ -47,12 +47,6 @@ std::vector<fs::path> mesh_folders() {
   folders.push_back(program.parent_path() / "meshes");
   folders.push_back(program.parent_path() / "share" / "tactor" / "meshes");
   return folders;
-}
-
-/// Writes to standard error, which may be a terminal that has been closed: that is no reason to throw.
-void tell(const std::string& text) {
-  static_cast<void>(std::fputs(text.c_str(), stderr));
-  static_cast<void>(std::fflush(stderr));
 }
 
 /// A bar on the last line of a terminal; nothing where standard error is none.
@@ -80,12 +74,6 @@ class ProgressBar {
   bool shown_ = false;
   std::chrono::steady_clock::time_point drawn_;
 };
-
-void write_file(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  if (!file.flush()) throw RunError("cannot write " + path.string());
-}
 
 fs::path make_folder(const fs::path& folder) {
   std::error_code error;

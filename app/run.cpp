@@ -45,15 +45,9 @@ double peak_memory_MB() {
 class Watch final : public RunObserver {
  public:
   Watch(const Plan& plan, Recorder* recorder, const RunOptions& options)
-      : plan_(plan), recorder_(recorder), options_(options), last_(wall_seconds()) {
-    if (recorder_ == nullptr) return;
-    for (const PlannedStream& stream : plan.streams) {
-      streams_.push_back(
-          recorder_->add_stream(stream.name, *plan.nodes[stream.node].info->outputs[stream.output].type));
-    }
-  }
+      : plan_(plan), recorder_(recorder), options_(options), last_(wall_seconds()) {}
   void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override {
-    if (recorder_ != nullptr) recorder_->write(streams_[stream], stamp, payload);
+    if (recorder_ != nullptr) recorder_->write(stream, stamp, payload);
   }
   bool on_progress(Time now) override {
     const double wall = wall_seconds();
@@ -69,15 +63,21 @@ class Watch final : public RunObserver {
   const Plan& plan_;
   Recorder* recorder_;
   const RunOptions& options_;
-  std::vector<std::size_t> streams_;
   double last_;
   bool interrupted_ = false;
 };
 
-/// Where the run is recorded; null where nothing is.
+/// Where the run is recorded, with a stream for each of the plan's, by the same index; null where nothing is.
 std::unique_ptr<Recorder> make_recorder(const Plan& plan, const RunOptions& options, const RunResult& result) {
   if (!options.recording || plan.streams.empty()) return nullptr;
-  return load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
+  std::unique_ptr<Recorder> recorder =
+      load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
+  for (std::size_t i = 0; i < plan.streams.size(); ++i) {
+    const PlannedStream& stream = plan.streams[i];
+    const MessageType& type = *plan.nodes[stream.node].info->outputs[stream.output].type;
+    TACTOR_DEMAND(recorder->add_stream(stream.name, type) == i);
+  }
+  return recorder;
 }
 
 NodeCost node_cost(const NodeSpec& spec, const NodeFigures& figures) {
