@@ -1,7 +1,6 @@
 // The files and calls that the facts come from.
 #include "framework/realtime/system_probe.hpp"
 
-#include <sched.h>
 #include <sys/prctl.h>
 #include <sys/utsname.h>
 #include <zlib.h>
@@ -140,10 +139,7 @@ SystemFacts probe_system(const fs::path& root) {
     if (refusal != facts.memory_lock_refused) facts.fifo_refused = refusal;
   }
   facts.least_nice = least_nice();
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  sched_getaffinity(0, sizeof cores, &cores);
-  facts.cores = CPU_COUNT(&cores);
+  facts.cores = static_cast<int>(usable_cores().size());
   facts.timer_slack_ns = prctl(PR_GET_TIMERSLACK, 0UL, 0UL, 0UL, 0UL);
   facts.cgroup = cgroup_realtime();
 

@@ -76,10 +76,8 @@ void apply_policy(const ThreadSettings& settings, ThreadGrant& grant) {
 
 void apply_core(const ThreadSettings& settings, ThreadGrant& grant) {
   if (!settings.cpu) return;
-  cpu_set_t allowed;
-  CPU_ZERO(&allowed);
-  sched_getaffinity(0, sizeof allowed, &allowed);
-  if (*settings.cpu >= 0 && *settings.cpu < CPU_SETSIZE && CPU_ISSET(*settings.cpu, &allowed)) {
+  const std::vector<int> allowed = usable_cores();
+  if (std::find(allowed.begin(), allowed.end(), *settings.cpu) != allowed.end()) {
     cpu_set_t wanted;
     CPU_ZERO(&wanted);
     CPU_SET(*settings.cpu, &wanted);
@@ -89,14 +87,23 @@ void apply_core(const ThreadSettings& settings, ThreadGrant& grant) {
     }
   }
   std::string cores;
-  for (int core = 0; core < CPU_SETSIZE; ++core) {
-    if (CPU_ISSET(core, &allowed)) cores += (cores.empty() ? "" : ", ") + std::to_string(core);
-  }
+  for (const int core : allowed) cores += (cores.empty() ? "" : ", ") + std::to_string(core);
   grant.refused.push_back({"core " + std::to_string(*settings.cpu), "this process may use the cores " + cores,
                            "name one of the cores " + cores + ", or none"});
 }
 
 }  // namespace
+
+std::vector<int> usable_cores() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  sched_getaffinity(0, sizeof set, &set);
+  std::vector<int> cores;
+  for (int core = 0; core < CPU_SETSIZE; ++core) {
+    if (CPU_ISSET(core, &set)) cores.push_back(core);
+  }
+  return cores;
+}
 
 ThreadGrant apply_thread_settings(const ThreadSettings& settings, const std::string& name) {
   ThreadGrant grant;

@@ -26,6 +26,10 @@ struct ThreadGrant {
 /// before the loop: it allocates and reads files.
 ThreadGrant apply_thread_settings(const ThreadSettings& settings, const std::string& name);
 
+/// The cores that a container, a service or `taskset` leaves to the calling thread, in order; none where the system
+/// does not tell.
+std::vector<int> usable_cores();
+
 /// What would be refused to threads of these settings and to a MemoryLock, each told once. Tried on threads that end
 /// at once, so that a graph with `on_missing_privilege: fail` can be refused before anything moves.
 std::vector<Refusal> missing_privileges(std::span<const ThreadSettings> threads);

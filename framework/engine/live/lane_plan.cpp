@@ -1,6 +1,5 @@
 #include "framework/engine/live/lane_plan.hpp"
 
-#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -38,18 +37,6 @@ void lay_over(const Scheduling& said, ThreadSettings& settings) {
   }
   if (said.priority) settings.priority = *said.priority;
   if (said.cpu) settings.cpu = said.cpu;
-}
-
-/// The cores that a container, a service or `taskset` leaves to this process.
-std::vector<int> usable_cores() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  sched_getaffinity(0, sizeof set, &set);
-  std::vector<int> cores;
-  for (int core = 0; core < CPU_SETSIZE; ++core) {
-    if (CPU_ISSET(core, &set)) cores.push_back(core);
-  }
-  return cores.empty() ? std::vector<int>{0} : cores;
 }
 
 int core_count() {
@@ -98,7 +85,9 @@ LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable,
 }
 
 LanePlan plan_lanes(const Plan& plan) {
-  return plan_lanes(plan, core_count(), usable_cores(), realtime_is_granted());
+  std::vector<int> usable = usable_cores();
+  if (usable.empty()) usable = {0};  // not told, as on a machine with more cores than the C library's set has
+  return plan_lanes(plan, core_count(), usable, realtime_is_granted());
 }
 
 void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& bridge) {
