@@ -5,24 +5,11 @@
 
 namespace tactor {
 
-namespace {
-
-const RecordLibrary& load() {
-  constexpr const char* file_name = "libtactor_record.so";
-  const auto entry = reinterpret_cast<decltype(&tactor_record_library)>(load_from_own_library(
-      file_name, "tactor_record_library",
-      "this build has no HDF5, so it can neither record nor replay .h5 files (configure with -DTACTOR_WITH_HDF5=ON, or "
-      "leave the recording out of the graph)"));
-  const RecordLibrary* library = entry(TACTOR_RECORD_ABI);
-  if (library == nullptr)
-    throw InputError(std::string(file_name) + " belongs to another build of tactor; build it again");
-  return *library;
-}
-
-}  // namespace
-
 const RecordLibrary& load_record_library() {
-  static const RecordLibrary& library = load();
+  static const RecordLibrary& library = load_own_library<RecordLibrary>(
+      "libtactor_record.so", "tactor_record_library", TACTOR_RECORD_ABI,
+      "this build has no HDF5, so it can neither record nor replay .h5 files (configure with -DTACTOR_WITH_HDF5=ON, or "
+      "leave the recording out of the graph)");
   return library;
 }
 
