@@ -36,14 +36,14 @@ std::optional<Nearest> SphereCollision::nearest(Obstacle& obstacle, const Vec3& 
   if (!obstacle.distance) {
     const double length = norm(p_SC);
     const Vec3 n = length > 0 ? p_SC / length : Vec3{0, 0, 1};
-    return Nearest{length - obstacle.radius, obstacle.radius * n, n, 0};
+    return Nearest{length - obstacle.radius, obstacle.radius * n, n, 0, Feature::face, 0};
   }
   // The distance changes by no more than the way moved.
   if (obstacle.last.face >= 0 &&
       obstacle.last.distance - norm(p_SC - obstacle.asked_at) > radius_ + params_.margin + 1e-12) {
     return std::nullopt;
   }
-  obstacle.last = obstacle.distance->query(p_SC, obstacle.last.face);
+  obstacle.last = obstacle.distance->nearest(p_SC, obstacle.last.face);
   obstacle.asked_at = p_SC;
   return obstacle.last;
 }

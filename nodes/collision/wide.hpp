@@ -1,0 +1,147 @@
+// Eight floats at a time: the vector type of collision's inner loops, and faces in a layout that suits it.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "nodes/collision/surface.hpp"
+
+// A function so marked is compiled for processors with AVX2 too, and the loader picks. Both give the same bits: neither
+// fuses multiplications with additions. The resolver runs before the sanitizers are ready, hence none with them.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define TACTOR_WIDE
+#else
+#define TACTOR_WIDE __attribute__((target_clones("arch=x86-64-v3", "default")))
+#endif
+
+namespace tactor::wide {
+
+using F4 = float __attribute__((vector_size(16)));
+using F8 = float __attribute__((vector_size(32)));
+using I8 = std::int32_t __attribute__((vector_size(32)));
+
+#define TACTOR_INLINE inline __attribute__((always_inline))
+
+TACTOR_INLINE F8 load(const float* p) {
+  F8 v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+TACTOR_INLINE void store(float* p, const F8& v) {
+  __builtin_memcpy(p, &v, sizeof v);
+}
+TACTOR_INLINE F8 all(float v) {
+  return F8{v, v, v, v, v, v, v, v};
+}
+TACTOR_INLINE F8 min(const F8& a, const F8& b) {
+  return a < b ? a : b;
+}
+TACTOR_INLINE F8 max(const F8& a, const F8& b) {
+  return a > b ? a : b;
+}
+TACTOR_INLINE float least(const F8& v) {
+  const F8 a = min(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+  const F8 b = min(a, __builtin_shufflevector(a, a, 2, 3, 0, 1, 6, 7, 4, 5));
+  const F8 c = min(b, __builtin_shufflevector(b, b, 1, 0, 3, 2, 5, 4, 7, 6));
+  return c[0];
+}
+
+/// A face in floats about an origin near the mesh. Corner a is that of the widest angle, so the sine there is at least
+/// one half in all but very flat faces; those have a NaN in `a` and count as at distance 0 until looked at exactly.
+struct alignas(64) FaceRecord {
+  float a[3];            // m
+  std::int32_t face;     // its index in the mesh
+  float ab[3];           // m
+  float inverse_ab;      // 1 / |ab|^2
+  float ac[3];           // m
+  float inverse_ac;      // 1 / |ac|^2
+  float cc, bc, bb;      // |ac|^2, ab.ac and |ab|^2 over |ab x ac|^2
+  float inverse_across;  // 1 / |ac - ab|^2
+};
+
+/// `squared_distances` errs in the distance by less than this times (|x| + the reach of the mesh) from the origin: the
+/// roundings sum up to less than 160 times 2^-24 where the sine at corner a is one half.
+constexpr float relative_error = 256.0F / (1 << 24);
+
+/// The squared distances of x to eight faces.
+TACTOR_INLINE F8 squared_distances(const FaceRecord* const* face, float x, float y, float z) {
+  // Row r of all eight records becomes four vectors.
+  F8 row[4][4];
+  for (int r = 0; r < 4; ++r) {
+    F8 both[4];
+    for (int k = 0; k < 4; ++k) {
+      F4 low, high;
+      __builtin_memcpy(&low, reinterpret_cast<const char*>(face[k]) + 16 * r, sizeof low);
+      __builtin_memcpy(&high, reinterpret_cast<const char*>(face[k + 4]) + 16 * r, sizeof high);
+      both[k] = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    const F8 s0 = __builtin_shufflevector(both[0], both[1], 0, 8, 1, 9, 4, 12, 5, 13);
+    const F8 s1 = __builtin_shufflevector(both[0], both[1], 2, 10, 3, 11, 6, 14, 7, 15);
+    const F8 s2 = __builtin_shufflevector(both[2], both[3], 0, 8, 1, 9, 4, 12, 5, 13);
+    const F8 s3 = __builtin_shufflevector(both[2], both[3], 2, 10, 3, 11, 6, 14, 7, 15);
+    row[r][0] = __builtin_shufflevector(s0, s2, 0, 1, 8, 9, 4, 5, 12, 13);
+    row[r][1] = __builtin_shufflevector(s0, s2, 2, 3, 10, 11, 6, 7, 14, 15);
+    row[r][2] = __builtin_shufflevector(s1, s3, 0, 1, 8, 9, 4, 5, 12, 13);
+    row[r][3] = __builtin_shufflevector(s1, s3, 2, 3, 10, 11, 6, 7, 14, 15);
+  }
+  const F8 zero = all(0), one = all(1);
+  const F8 px = x - row[0][0], py = y - row[0][1], pz = z - row[0][2];
+  const F8 &ux = row[1][0], &uy = row[1][1], &uz = row[1][2];
+  const F8 &vx = row[2][0], &vy = row[2][1], &vz = row[2][2];
+  const F8 du = ux * px + uy * py + uz * pz, dv = vx * px + vy * py + vz * pz;
+  const auto squared = [](const F8& rx, const F8& ry, const F8& rz) { return rx * rx + ry * ry + rz * rz; };
+
+  // Every branch measures to a point of the face, so that a branch wrongly taken can only be too far.
+  const F8 s = min(max(du * row[1][3], zero), one);
+  F8 result = squared(px - s * ux, py - s * uy, pz - s * uz);
+  const F8 t = min(max(dv * row[2][3], zero), one);
+  result = min(result, squared(px - t * vx, py - t * vy, pz - t * vz));
+  const F8 qx = px - ux, qy = py - uy, qz = pz - uz, wx = vx - ux, wy = vy - uy, wz = vz - uz;
+  const F8 r = min(max((qx * wx + qy * wy + qz * wz) * row[3][3], zero), one);
+  result = min(result, squared(qx - r * wx, qy - r * wy, qz - r * wz));
+  const F8 m = row[3][0] * du - row[3][1] * dv, n = row[3][2] * dv - row[3][1] * du;
+  const F8 on_face = squared(px - m * ux - n * vx, py - m * uy - n * vy, pz - m * uz - n * vz);
+  const F8 inside = min(min(m, n), one - m - n) >= zero ? on_face : result;
+  result = min(result, inside);
+  // Not a number becomes 0.
+  return result > zero ? result : zero;
+}
+
+/// What a search knows: the nearest face so far, and the squared distance in floats beyond which no face can be nearer.
+struct Search {
+  const Surface& surface;
+  Vec3 x;            // m, in the frame of the mesh
+  float fx, fy, fz;  // m, about the records' origin
+  double error;      // m, of distances in floats
+  NearestFace best;
+  float limit = std::numeric_limits<float>::infinity();
+
+  TACTOR_INLINE void look_at(int face) {
+    if (best.face < 0) {
+      best = surface.candidate(face, x);
+    } else {
+      surface.compare(face, x, best);
+    }
+    const double reach = std::sqrt(best.squared) + error;
+    limit = static_cast<float>(1.000001 * reach * reach);
+  }
+
+  /// Takes eight faces into account.
+  TACTOR_INLINE void consider(const FaceRecord* const* face) {
+    const F8 squared = squared_distances(face, fx, fy, fz);
+    const float nearest = least(squared);
+    if (!(nearest <= limit)) return;
+    alignas(32) float each[8];
+    store(each, squared);
+    int first = 0;
+    while (each[first] != nearest) ++first;
+    look_at(face[first]->face);
+    for (int k = 0; k < 8; ++k) {
+      if (each[k] <= limit && k != first) look_at(face[k]->face);
+    }
+  }
+};
+
+}  // namespace tactor::wide
