@@ -4,12 +4,11 @@
 #include <numbers>
 
 #include "nodes/collision/cell_distance.hpp"
+#include "nodes/collision/wide.hpp"
 
 namespace tactor {
 
 namespace {
-
-using wide::FaceRecord;
 
 // Longer lists are left to the tree: 15 batches are what a cell can count.
 constexpr std::size_t most_batches = 15;
@@ -130,7 +129,7 @@ class Builder {
 
   /// The distance of a cell and, within the band, its list, from the faces in list_[0].
   void finish(const Vec3& c, double radius, Cell& cell) {
-    wide::Search search = data_.tree.search(data_.surface, c);
+    wide::Search search = wide::search_about(data_.tree, data_.surface, c);
     const float least = measure_at(c, list_[0]);
     for (std::size_t i = 0; i < list_[0].size(); ++i) {
       if (distance_[i] <= least + error_) search.look_at(data_.tree.records[list_[0][i]].face);

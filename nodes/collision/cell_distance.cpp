@@ -5,13 +5,13 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/mesh_check.hpp"
+#include "nodes/collision/wide.hpp"
 
 namespace tactor {
 
 namespace {
 
 using wide::F8;
-using wide::FaceRecord;
 using wide::I8;
 
 TACTOR_WIDE void search_list(const CellData& data, std::uint32_t list, float from_centre, wide::Search& search) {
@@ -96,7 +96,7 @@ CellDistance::CellDistance(const TriangleMesh& mesh, const std::string& name, co
 
 Nearest CellDistance::nearest(const Vec3& x, int hint) const {
   const Vec3 place = (x - data_.low) * (1 / data_.edge);
-  wide::Search search = data_.tree.search(data_.surface, x);
+  wide::Search search = wide::search_about(data_.tree, data_.surface, x);
   const auto inside = [&](int axis) {
     return place[axis] >= 0 && place[axis] < 8.0 * data_.blocks[static_cast<std::size_t>(axis)];
   };

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <numeric>
 
+#include "nodes/collision/wide.hpp"
+
 namespace tactor {
 
 namespace {
 
 using wide::F8;
-using wide::FaceRecord;
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
@@ -189,20 +190,8 @@ FaceRecord FaceTree::record(const Surface& surface, int face) const {
   return r;
 }
 
-wide::Search FaceTree::search(const Surface& surface, const Vec3& x) const {
-  const Vec3 about = x - origin;
-  return {.surface = surface,
-          .x = x,
-          .fx = static_cast<float>(about.x),
-          .fy = static_cast<float>(about.y),
-          .fz = static_cast<float>(about.z),
-          .error = wide::relative_error * (norm(about) + reach),
-          .best = {}};
-}
-
 NearestFace FaceTree::nearest(const Surface& surface, const Vec3& x, int hint) const {
-  wide::Search s = search(surface, x);
-  s.best.face = -1;
+  wide::Search s = wide::search_about(*this, surface, x);
   s.look_at(hint >= 0 ? hint : records.front().face);
   search_tree(*this, s);
   return s.best;

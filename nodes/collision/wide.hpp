@@ -1,12 +1,11 @@
-// Eight floats at a time: the vector type of collision's inner loops, and faces in a layout that suits it.
+// Eight floats at a time: the vector type of collision's inner loops, and the distances to eight faces.
 #pragma once
 
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
-#include "nodes/collision/surface.hpp"
+#include "nodes/collision/face_tree.hpp"
 
 // A function so marked is compiled for processors with AVX2 too, and the loader picks. Both give the same bits: neither
 // fuses multiplications with additions. The resolver runs before the sanitizers are ready, hence none with them.
@@ -47,23 +46,6 @@ TACTOR_INLINE float least(const F8& v) {
   const F8 c = min(b, __builtin_shufflevector(b, b, 1, 0, 3, 2, 5, 4, 7, 6));
   return c[0];
 }
-
-/// A face in floats about an origin near the mesh. Corner a is that of the widest angle, so the sine there is at least
-/// one half in all but very flat faces; those have a NaN in `a` and count as at distance 0 until looked at exactly.
-struct alignas(64) FaceRecord {
-  float a[3];            // m
-  std::int32_t face;     // its index in the mesh
-  float ab[3];           // m
-  float inverse_ab;      // 1 / |ab|^2
-  float ac[3];           // m
-  float inverse_ac;      // 1 / |ac|^2
-  float cc, bc, bb;      // |ac|^2, ab.ac and |ab|^2 over |ab x ac|^2
-  float inverse_across;  // 1 / |ac - ab|^2
-};
-
-/// `squared_distances` errs in the distance by less than this times (|x| + the reach of the mesh) from the origin: the
-/// roundings sum up to less than 160 times 2^-24 where the sine at corner a is one half.
-constexpr float relative_error = 256.0F / (1 << 24);
 
 /// The squared distances of x to eight faces.
 TACTOR_INLINE F8 squared_distances(const FaceRecord* const* face, float x, float y, float z) {
@@ -143,5 +125,17 @@ struct Search {
     }
   }
 };
+
+/// A search of the tree's faces about x that has seen none yet.
+TACTOR_INLINE Search search_about(const FaceTree& tree, const Surface& surface, const Vec3& x) {
+  const Vec3 about = x - tree.origin;
+  return {.surface = surface,
+          .x = x,
+          .fx = static_cast<float>(about.x),
+          .fy = static_cast<float>(about.y),
+          .fz = static_cast<float>(about.z),
+          .error = relative_error * (norm(about) + tree.reach),
+          .best = {}};
+}
 
 }  // namespace tactor::wide
