@@ -13,24 +13,35 @@ namespace {
 // Longer lists are left to the tree: 15 batches are what a cell can count.
 constexpr std::size_t most_batches = 15;
 
-/// The distances of some faces to a point, in floats, and the least of them.
-TACTOR_WIDE float measure(const std::vector<FaceRecord>& records, const std::vector<std::uint32_t>& list,
-                          const float* x, std::vector<float>& distance) {
-  distance.resize(list.size() + 7);
-  const auto filler = static_cast<std::uint32_t>(records.size() - 1);
-  float least = std::numeric_limits<float>::infinity();
-  for (std::size_t j = 0; j < list.size(); j += 8) {
+/// Faces and their distances to a point, in m.
+struct Measured {
+  std::vector<std::uint32_t> record;
+  std::vector<float> distance;
+  float least = 0;
+};
+
+/// Sets the distances to c, in floats; of faces that floats cannot measure, rounded from doubles.
+TACTOR_WIDE void measure(const CellData& data, const Vec3& c, Measured& faces) {
+  const Vec3 about = c - data.tree.origin;
+  const auto x = static_cast<float>(about.x), y = static_cast<float>(about.y), z = static_cast<float>(about.z);
+  const std::size_t count = faces.record.size();
+  faces.distance.resize(count + 7);
+  faces.least = std::numeric_limits<float>::infinity();
+  for (std::size_t j = 0; j < count; j += 8) {
     const FaceRecord* face[8];
-    for (std::size_t k = 0; k < 8; ++k) face[k] = &records[j + k < list.size() ? list[j + k] : filler];
-    alignas(32) float squared[8];
-    wide::store(squared, wide::squared_distances(face, x[0], x[1], x[2]));
     for (std::size_t k = 0; k < 8; ++k) {
-      distance[j + k] = std::sqrt(squared[k]);
-      // A face that floats cannot measure shows 0, which is no distance.
-      if (squared[k] > 0 || face[k]->a[0] == face[k]->a[0]) least = std::min(least, distance[j + k]);
+      face[k] = &data.tree.records[j + k < count ? faces.record[j + k] : data.tree.filler()];
+    }
+    alignas(32) float squared[8];
+    wide::store(squared, wide::squared_distances(face, x, y, z));
+    for (std::size_t k = 0; k < 8; ++k) {
+      if (std::isnan(face[k]->a[0])) {
+        squared[k] = static_cast<float>(data.surface.candidate(face[k]->face, c).squared);
+      }
+      faces.distance[j + k] = std::sqrt(squared[k]);
+      faces.least = std::min(faces.least, faces.distance[j + k]);
     }
   }
-  return least;
 }
 
 class Builder {
@@ -75,7 +86,8 @@ class Builder {
           if (std::abs(distance) > options_.band + block_radius) continue;
           data_.block.back() = static_cast<std::int32_t>(data_.cells.size() / 512);
           data_.cells.resize(data_.cells.size() + 512);
-          data_.tree.within(centre, std::abs(distance) + 2 * block_radius, list_.back());
+          data_.tree.within(centre, std::abs(distance) + 2 * block_radius, list_.back().record);
+          measure(data_, centre, list_.back());
           cut(centre, 3, data_.cells.size() - 512, {0, 0, 0});
         }
       }
@@ -91,18 +103,10 @@ class Builder {
     return rounded > distance ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
   }
 
-  /// Distances of the faces of `list` to c into distance_, and the least of them.
-  float measure_at(const Vec3& c, const std::vector<std::uint32_t>& list) {
-    const Vec3 about = c - data_.tree.origin;
-    const float x[3] = {static_cast<float>(about.x), static_cast<float>(about.y), static_cast<float>(about.z)};
-    return measure(data_.tree.records, list, x, distance_);
-  }
-
   /// A cube of 2^level cells, whose faces are list_[level].
   void cut(const Vec3& centre, int level, std::size_t first_cell, const std::array<std::size_t, 3>& corner) {
-    const std::vector<std::uint32_t>& list = list_[static_cast<std::size_t>(level + part_levels)];
     const double edge = std::ldexp(data_.edge, level), radius = 0.5 * edge * std::numbers::sqrt3;
-    const double distance = signed_distance(centre, list);
+    const double distance = signed_distance(centre, list_[static_cast<std::size_t>(level + part_levels)]);
     if (level <= 1 && std::abs(distance) > options_.band + radius) {
       fill(distance, level, first_cell, corner);
       return;
@@ -123,27 +127,36 @@ class Builder {
   /// faces that can be nearest to a point of the part have been put into the list of the next level.
   template <class Use>
   void for_parts(const Vec3& centre, double edge, int level, const Use& use) {
-    const auto from = static_cast<std::size_t>(level + part_levels);
+    const Measured& from = list_[static_cast<std::size_t>(level + part_levels)];
+    Measured& to = list_[static_cast<std::size_t>(level + part_levels - 1)];
     for (std::size_t part = 0; part < 8; ++part) {
       const std::array<std::size_t, 3> at = {part & 1, part >> 1 & 1, part >> 2};
       const auto side = [&](std::size_t axis) { return at[axis] == 0 ? -0.25 * edge : 0.25 * edge; };
       const Vec3 c = centre + Vec3{side(0), side(1), side(2)};
-      const float radius = static_cast<float>(0.25001 * edge * std::numbers::sqrt3);
-      const float limit = measure_at(c, list_[from]) + 2 * radius + error_;
-      list_[from - 1].clear();
-      for (std::size_t i = 0; i < list_[from].size(); ++i) {
-        if (distance_[i] <= limit) list_[from - 1].push_back(list_[from][i]);
-      }
+      all_.record = from.record;
+      measure(data_, c, all_);
+      keep_near(all_, static_cast<float>(0.50002 * edge * std::numbers::sqrt3), to);
       use(c, at);
     }
   }
 
-  /// The signed distance of c, whose nearest face is in `list`.
-  double signed_distance(const Vec3& c, const std::vector<std::uint32_t>& list) {
+  /// The faces that are farther than the nearest by no more than `more` and rounding.
+  void keep_near(const Measured& from, float more, Measured& to) const {
+    to.record.clear();
+    to.distance.clear();
+    to.least = from.least;
+    for (std::size_t i = 0; i < from.record.size(); ++i) {
+      if (from.distance[i] > from.least + more + error_) continue;
+      to.record.push_back(from.record[i]);
+      to.distance.push_back(from.distance[i]);
+    }
+  }
+
+  /// The signed distance of c from the faces near it.
+  [[nodiscard]] double signed_distance(const Vec3& c, const Measured& near) const {
     wide::Search search = wide::search_about(data_.tree, data_.surface, c);
-    const float limit = measure_at(c, list) + error_;
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      if (distance_[i] <= limit) search.look_at(data_.tree.records[list[i]].face);
+    for (std::size_t i = 0; i < near.record.size(); ++i) {
+      if (near.distance[i] <= near.least + error_) search.look_at(data_.tree.records[near.record[i]].face);
     }
     return data_.surface.signed_distance(search.best, c).distance;
   }
@@ -166,14 +179,14 @@ class Builder {
 
   /// Gives a cell the faces that can be nearest to a point of one of its parts, the nearest to its centre first.
   void add_list(const Vec3& centre, Cell& cell) {
-    kept_.clear();
+    kept_.record.clear();
     ++cell_number_;
     collect_parts(centre, data_.edge, 0);
-    const std::size_t count = (kept_.size() + 7) / 8;
+    const std::size_t count = (kept_.record.size() + 7) / 8;
     if (count > most_batches) return;
-    measure_at(centre, kept_);
+    measure(data_, centre, kept_);
     by_distance_.clear();
-    for (std::size_t i = 0; i < kept_.size(); ++i) by_distance_.emplace_back(distance_[i], kept_[i]);
+    for (std::size_t i = 0; i < kept_.record.size(); ++i) by_distance_.emplace_back(kept_.distance[i], kept_.record[i]);
     std::sort(by_distance_.begin(), by_distance_.end());
     cell.list = static_cast<std::uint32_t>(data_.batches.size() << 4 | count);
     for (std::size_t j = 0; j < count; ++j) {
@@ -188,10 +201,10 @@ class Builder {
   /// Adds to kept_ what is left of list_ after part_levels more halvings.
   void collect_parts(const Vec3& centre, double edge, int level) {
     if (level == -part_levels) {
-      for (const std::uint32_t record : list_[0]) {
+      for (const std::uint32_t record : list_[0].record) {
         if (kept_for_[record] == cell_number_) continue;
         kept_for_[record] = cell_number_;
-        kept_.push_back(record);
+        kept_.record.push_back(record);
       }
       return;
     }
@@ -207,11 +220,10 @@ class Builder {
   const CellOptions options_;
   float error_ = 0;  // m, twice what squared_distances may be off anywhere in the grid
   // Of the cubes under way, the smallest parts of cells first.
-  std::array<std::vector<std::uint32_t>, 4 + part_levels> list_;
-  std::vector<std::uint32_t> kept_;
+  std::array<Measured, 4 + part_levels> list_;
+  Measured all_, kept_;
   std::vector<std::uint32_t> kept_for_;  // of each record the number of the last cell whose kept_ it came to
   std::uint32_t cell_number_ = 0;
-  std::vector<float> distance_;
   std::vector<std::pair<float, std::uint32_t>> by_distance_;
 };
 
