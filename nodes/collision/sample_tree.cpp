@@ -159,12 +159,7 @@ void SampleTree::advance(const Pose& X_OB) {
 
 TACTOR_WIDE unsigned SampleTree::expired(const Node& node, float way, float turn) {
   const wide::F8 reached = way + turn * wide::load(node.lever.data());
-  const wide::I8 over = wide::load(node.expiry.data()) <= reached;
-  alignas(32) std::int32_t each[8];
-  __builtin_memcpy(each, &over, sizeof each);
-  unsigned mask = 0;
-  for (unsigned k = 0; k < 8; ++k) mask |= static_cast<unsigned>(each[k]) & 1U << k;
-  return mask;
+  return wide::mask_of(wide::load(node.expiry.data()) <= reached);
 }
 
 TACTOR_WIDE void SampleTree::place(const Node& node, const Query& query, Points8& x) {

@@ -1,6 +1,7 @@
 // Eight floats at a time: the vector type of collision's inner loops, and the distances to eight faces.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -51,8 +52,10 @@ TACTOR_INLINE float least(const F8& v) {
 TACTOR_INLINE F8 squared_distances(const FaceRecord* const* face, float x, float y, float z) {
   // Row r of all eight records becomes four vectors.
   F8 row[4][4];
+#pragma GCC unroll 4
   for (int r = 0; r < 4; ++r) {
     F8 both[4];
+#pragma GCC unroll 4
     for (int k = 0; k < 4; ++k) {
       F4 low, high;
       __builtin_memcpy(&low, reinterpret_cast<const char*>(face[k]) + 16 * r, sizeof low);
@@ -91,6 +94,15 @@ TACTOR_INLINE F8 squared_distances(const FaceRecord* const* face, float x, float
   return result > zero ? result : zero;
 }
 
+/// Bit k is set where element k of `v` is all ones.
+TACTOR_INLINE unsigned mask_of(const I8& v) {
+  const I8 bits = v & I8{1, 2, 4, 8, 16, 32, 64, 128};
+  const I8 a = bits | __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3);
+  const I8 b = a | __builtin_shufflevector(a, a, 2, 3, 0, 1, 6, 7, 4, 5);
+  const I8 c = b | __builtin_shufflevector(b, b, 1, 0, 3, 2, 5, 4, 7, 6);
+  return static_cast<unsigned>(c[0]);
+}
+
 /// What a search knows: the nearest face so far, and the squared distance in floats beyond which no face can be nearer.
 struct Search {
   const Surface& surface;
@@ -115,14 +127,10 @@ struct Search {
     const F8 squared = squared_distances(face, fx, fy, fz);
     const float nearest = least(squared);
     if (!(nearest <= limit)) return;
-    alignas(32) float each[8];
-    store(each, squared);
-    int first = 0;
-    while (each[first] != nearest) ++first;
+    const int first = std::countr_zero(mask_of(squared <= all(nearest)));
     look_at(face[first]->face);
-    for (int k = 0; k < 8; ++k) {
-      if (each[k] <= limit && k != first) look_at(face[k]->face);
-    }
+    unsigned others = mask_of(squared <= all(limit)) & ~(1U << first);
+    for (; others != 0; others &= others - 1) look_at(face[std::countr_zero(others)]->face);
   }
 };
 

@@ -1,4 +1,4 @@
-// Signed distance against closed forms and a brute-force search; solids are told from broken meshes.
+// Signed distance by search against closed forms and a brute-force search; solids are told from broken meshes.
 #include <boost/test/unit_test.hpp>
 
 #include <boost/random/mersenne_twister.hpp>
@@ -6,7 +6,6 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/exact_distance.hpp"
-#include "nodes/collision/sample_tree.hpp"
 #include "tests/nodes/shapes.hpp"
 
 using namespace tactor;
@@ -147,36 +146,4 @@ BOOST_AUTO_TEST_CASE(a_mesh_without_an_inside_is_refused_with_its_fault) {
   TriangleMesh flat = test::box({1, 1, 1});
   flat.vertices[1] = flat.vertices[0];
   BOOST_TEST(refusal(flat).find("has no area") != std::string::npos);
-}
-
-BOOST_AUTO_TEST_CASE(culling_finds_what_brute_force_finds_whatever_came_before) {
-  const TriangleMesh body = spiky(3);
-  const ExactDistance distance(body, "spiky");
-  const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 3), 0);
-  SampleTree tree(samples);
-  Dice dice;
-  const double margin = 0.002;
-  Vec3 p{0.1, 0, 0}, r;
-  std::size_t total = 0;
-  for (int step = 0; step < 150; ++step) {
-    // Mostly small steps with a few jumps.
-    const double reach = step % 20 == 0 ? 0.03 : 0.002;
-    p = 0.98 * p + dice.in_cube(reach);
-    r += dice.in_cube(10 * reach);
-    const Pose X{p, from_rotation_vector(r)};
-    const std::vector<NearSample>& found = tree.find(distance, X, margin);
-    std::vector<int> by_tree, by_force;
-    for (const NearSample& n : found) by_tree.push_back(n.sample);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      if (distance.nearest(transform(X, samples[i].p)).distance < margin) by_force.push_back(static_cast<int>(i));
-    }
-    std::sort(by_tree.begin(), by_tree.end());
-    BOOST_TEST(by_tree == by_force, tt::per_element());
-    for (const NearSample& n : found) {
-      const Nearest fresh = distance.nearest(transform(X, samples[static_cast<std::size_t>(n.sample)].p));
-      BOOST_TEST(std::abs(n.nearest.distance - fresh.distance) < 1e-14);
-    }
-    total += found.size();
-  }
-  BOOST_TEST(total > 1000U);
 }
