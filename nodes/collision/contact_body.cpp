@@ -10,7 +10,7 @@ namespace tactor {
 
 namespace {
 
-double shape_reach(const Shape& shape) {
+double shape_radius(const Shape& shape) {
   if (const auto* sphere = std::get_if<SphereShape>(&shape)) return sphere->radius;
   if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) return capsule->radius + capsule->length / 2;
   if (const auto* box = std::get_if<BoxShape>(&shape)) return norm(box->size) / 2;
@@ -19,17 +19,17 @@ double shape_reach(const Shape& shape) {
 
 }  // namespace
 
-ContactBody::ContactBody(const Body& body, double spacing, const MakeMeshDistance& make_distance)
+ContactBody::ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance)
     : shape(body.shape), motion(body.motion), X_WB(body.X_WB), material(body.material) {
   try {
     if (body.mesh() == nullptr) {
       distance = shape_distance(shape);
       samples = shape_samples(shape, spacing);
-      reach = shape_reach(shape);
+      radius = shape_radius(shape);
       return;
     }
     const TriangleMesh mesh = load_body_mesh(body);
-    distance = make_distance(mesh, body.mesh()->file.string());
+    distance = make_distance(mesh, body.mesh()->file.string(), reach);
     samples.points = sample_surface(mesh, spacing);
     Vec3 low = mesh.vertices.front(), high = low;
     for (const Vec3& v : mesh.vertices) {
@@ -39,7 +39,7 @@ ContactBody::ContactBody(const Body& body, double spacing, const MakeMeshDistanc
       }
     }
     p_BM = 0.5 * (low + high);
-    for (const Vec3& v : mesh.vertices) reach = std::max(reach, norm(v - p_BM));
+    for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
   } catch (const InputError& error) {
     throw InputError("body '" + body.name + "': " + error.what());
   }

@@ -13,7 +13,7 @@ NodeInfo SdfCollision::declare() {
       "than the deepest penetration: beyond the middle of a part the nearest surface is the far one. With spacing 0 "
       "only the vertices of a mesh touch; large faces need a spacing.");
   declare_pairs(d);
-  declare_cells(d);
+  declare_cells(d, CellOptions{}.resolution);
   return d.info();
 }
 
