@@ -31,8 +31,8 @@ struct Body {
   std::string name;
   std::optional<std::filesystem::path> mesh;  ///< an absolute path, checked to exist
   std::optional<double> sphere_radius;        ///< m
-  double scale = 1;                           ///< multiplies the mesh's coordinates to give metres
-  Pose X_WB;                                  ///< the body in the world at the start
+  std::optional<double> scale;  ///< multiplies the mesh's coordinates to give metres; absent: 1, if the size is usual
+  Pose X_WB;                    ///< the body in the world at the start
   Motion motion = Motion::fixed;
   double mass = 0.1;            ///< kg, of a moving body
   std::optional<Vec3> inertia;  ///< kg m^2, principal, in the body frame; from the mesh when absent

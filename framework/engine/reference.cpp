@@ -84,7 +84,7 @@ void add_scene(KeyText& text, const Scene& scene) {
     text.add(body.name);
     if (body.mesh) text.add_file(*body.mesh);
     text.add(body.sphere_radius.value_or(0.0));
-    text.add(body.scale);
+    text.add(body.scale.value_or(1.0));
     text.add(body.X_WB.p);
     for (const double q : {body.X_WB.R.w, body.X_WB.R.x, body.X_WB.R.y, body.X_WB.R.z}) text.add(q);
     text.add(static_cast<std::int64_t>(body.motion));

@@ -93,7 +93,9 @@ void read_shape(Body& body, const TreeEntry& entry, const std::string& path, con
       diagnostics.error(sphere->place, path + ".sphere: expected the key radius, found none");
     }
   }
-  set_number(body.scale, entry.value, "scale", path, {.min = 0, .above_min = true}, diagnostics);
+  if (const Tree* scale = entry.value.value("scale")) {
+    body.scale = read_number(*scale, path + ".scale", {.min = 0, .above_min = true}, diagnostics);
+  }
 }
 
 Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder& files, Diagnostics& diagnostics) {

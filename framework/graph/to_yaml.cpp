@@ -84,7 +84,7 @@ std::string write_body(const Body& body) {
   };
   if (body.mesh) line("mesh", quote(body.mesh->string()));
   if (body.sphere_radius) line("sphere", "{radius: " + number_text(*body.sphere_radius) + "}");
-  line("scale", number_text(body.scale));
+  if (body.scale) line("scale", number_text(*body.scale));
   const Quat& R = body.X_WB.R;
   line("pose", "{p: " + list(body.X_WB.p) + ", quaternion: " + list(std::vector<double>{R.w, R.x, R.y, R.z}) + "}");
   line("motion", body.motion == Motion::fixed ? "static" : body.motion == Motion::rigid ? "rigid" : "translation");

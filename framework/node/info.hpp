@@ -119,6 +119,9 @@ struct NodeInfo {
   std::optional<std::size_t> rate_parameter;  ///< index of the parameter in Hz that makes the node step at a rate
   /// Why a scene does not need the node, or empty where it does.
   std::function<std::string(const Scene&)> unneeded;
+  /// Throws InputError where the node would refuse the bodies of the scene, and tells notes as NodeContext does,
+  /// without making it; empty: the node reads no files of bodies.
+  std::function<void(const Scene&, std::vector<std::string>* notes)> check_bodies;
   /// Makes the node from values in the order of `params`.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "nodes/scene/mesh.hpp"
 
@@ -21,8 +20,8 @@ struct Nearest {
 /// using the angle weighted pseudonormal", IEEE TVCG 11, 2005), which is right for every closed manifold mesh.
 class ExactDistance {
  public:
-  /// Throws InputError, beginning with `name`, where the mesh is no solid (see mesh_check.hpp).
-  ExactDistance(const TriangleMesh& mesh, const std::string& name);
+  /// The mesh must be that of a solid, as load_solid and load_body_mesh return it.
+  explicit ExactDistance(const TriangleMesh& mesh);
   ~ExactDistance();
   ExactDistance(ExactDistance&&) noexcept;
   ExactDistance& operator=(ExactDistance&&) noexcept;

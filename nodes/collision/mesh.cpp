@@ -9,8 +9,8 @@ namespace tactor {
 
 namespace {
 
-TriangleMesh mesh_of(const Body& body) {
-  if (body.mesh) return load_body_mesh(body);
+TriangleMesh mesh_of(const Body& body, Notes* notes) {
+  if (body.mesh) return load_body_mesh(body, notes);
   if (body.motion == Motion::fixed) {
     throw InputError("collision.mesh: the fixed body '" + body.name +
                      "' is a sphere; give it a mesh, or use a sphere as tool with collision.sphere");
@@ -18,30 +18,26 @@ TriangleMesh mesh_of(const Body& body) {
   throw InputError("collision.mesh: the tool '" + body.name + "' is a sphere; use collision.sphere");
 }
 
-ExactDistance distance_of(const Body& body, const TriangleMesh& mesh) {
-  return {mesh, body.mesh->string()};
-}
-
 }  // namespace
 
 MeshCollision::MeshCollision(const Params& params, const NodeContext& context) : params_(params) {
   const Body* tool = context.scene->tool();
   if (tool == nullptr) throw InputError("collision.mesh needs a moving body in the scene");
-  const TriangleMesh tool_mesh = mesh_of(*tool);
+  const TriangleMesh tool_mesh = mesh_of(*tool, context.notes);
   X_WT_start_ = tool->X_WB;
   samples_ = sample_surface(tool_mesh, params.spacing);
-  distance_ = std::make_unique<ExactDistance>(distance_of(*tool, tool_mesh));
+  distance_ = std::make_unique<ExactDistance>(tool_mesh);
   of_tool_.reserve(samples_.size());
   std::size_t most = 0;
   for (const Body& body : context.scene->bodies) {
     if (body.motion != Motion::fixed) continue;
-    const TriangleMesh mesh = mesh_of(body);
+    const TriangleMesh mesh = mesh_of(body, context.notes);
     std::vector<SurfaceSample> samples = sample_surface(mesh, params.spacing);
     of_obstacle_.reserve(samples.size());
     most += samples.size() + samples_.size();
     SampleTree tree(samples);
-    obstacles_.push_back({body.X_WB, combine(tool->material, body.material), std::move(samples),
-                          distance_of(body, mesh), std::move(tree), SampleTree(samples_)});
+    obstacles_.push_back({body.X_WB, combine(tool->material, body.material), std::move(samples), ExactDistance(mesh),
+                          std::move(tree), SampleTree(samples_)});
   }
   found_.reserve(std::min<std::size_t>(most, 4096));
   order_.reserve(std::min<std::size_t>(most, 4096));

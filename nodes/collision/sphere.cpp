@@ -20,7 +20,7 @@ SphereCollision::SphereCollision(const Params& params, const NodeContext& contex
     }
     Obstacle obstacle{.X_WS = body.X_WB, .material = combine(tool->material, body.material)};
     if (body.mesh) {
-      obstacle.distance.emplace(load_body_mesh(body), body.mesh->string());
+      obstacle.distance.emplace(load_body_mesh(body, context.notes));
     } else {
       TACTOR_DEMAND(body.sphere_radius.has_value());
       obstacle.radius = *body.sphere_radius;
