@@ -4,6 +4,7 @@
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair.h>
 #include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
@@ -74,6 +75,8 @@ class Repair {
     orient_soup();
     make_surface();
     mend_flat_faces();
+    // Of faces that are gone; CGAL's orientation does not bear them.
+    if (pmp::remove_isolated_vertices(surface_) > 0) surface_.collect_garbage();
     check_self_intersection();
     orient_outwards();
     TriangleMesh mesh = triangles();
@@ -216,7 +219,7 @@ class Repair {
 
   /// Outer shells look outwards, cavities into themselves.
   void orient_outwards() {
-    if (!pmp::does_bound_a_volume(surface_)) {
+    if (!pmp::does_bound_a_volume(surface_) || !pmp::is_outward_oriented(surface_)) {
       std::vector<std::array<Surface::Vertex_index, 3>> before;
       for (const Face f : surface_.faces()) before.push_back(corners_of(f));
       pmp::orient_to_bound_a_volume(surface_);
@@ -235,16 +238,13 @@ class Repair {
 
   TriangleMesh triangles() const {
     TriangleMesh mesh;
-    std::vector<int> place(surface_.number_of_vertices(), -1);
     for (const auto v : surface_.vertices()) {
-      if (surface_.is_isolated(v)) continue;
-      place[v] = static_cast<int>(mesh.vertices.size());
       const Point& p = surface_.point(v);
       mesh.vertices.push_back({p.x(), p.y(), p.z()});
     }
     for (const Face f : surface_.faces()) {
       const auto corners = corners_of(f);
-      mesh.faces.push_back({place[corners[0]], place[corners[1]], place[corners[2]]});
+      mesh.faces.push_back({static_cast<int>(corners[0]), static_cast<int>(corners[1]), static_cast<int>(corners[2])});
     }
     return mesh;
   }

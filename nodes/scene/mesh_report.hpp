@@ -1,6 +1,7 @@
 // What was found while a mesh was made ready for contact.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,10 @@ struct MeshReport {
   bool operator==(const MeshReport&) const = default;
 };
 
-/// `1 face`, `2 faces`, ...
+/// `1 face`, `2 faces`, `2 vertices`.
 inline std::string counted(std::size_t n, const std::string& thing) {
-  const bool vertex = thing == "vertex";
-  return std::to_string(n) + " " + (n == 1 ? thing : vertex ? "vertices" : thing + "s");
+  const std::string things = thing.ends_with("ex") ? thing.substr(0, thing.size() - 2) + "ices" : thing + "s";
+  return std::to_string(n) + " " + (n == 1 ? thing : things);
 }
 
 /// `was` or `were`.
