@@ -262,7 +262,7 @@ class Repair {
       refuse("the surface encloses no volume worth the name (" + std::to_string(volume) +
              " cubic units of the file); contact needs a body with a thickness");
     }
-    constexpr double least_height = 1e-12, thin_height = 1e-3;
+    constexpr double least_height = 1e-12, thin_height = 1e-4;
     std::size_t thin = 0, first_thin = 0;
     auto face = surface_.faces().begin();
     for (const auto& f : mesh.faces) {
@@ -279,10 +279,11 @@ class Repair {
     }
     if (thin > 0) {
       report_.warnings.push_back(counted(thin, "face") + (thin == 1 ? " is" : " are") +
-                                 " more than 1000 times as long as high, the first face " + std::to_string(first_thin) +
+                                 " more than 10,000 times as long as high, the first face " +
+                                 std::to_string(first_thin) +
                                  "; contact is smoother and faster on a finer or remeshed surface");
     }
-    constexpr std::size_t many_faces = 500'000;
+    constexpr std::size_t many_faces = 250'000;
     if (mesh.faces.size() > many_faces) {
       report_.warnings.push_back("it has " + std::to_string(mesh.faces.size()) +
                                  " faces; contact is as smooth and much faster on fewer than " +

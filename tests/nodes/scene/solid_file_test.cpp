@@ -56,7 +56,7 @@ BOOST_GLOBAL_FIXTURE(Fixture);
 
 BOOST_AUTO_TEST_CASE(the_second_load_is_the_first_with_its_report_and_comes_from_the_cache) {
   const TemporaryFolder folder;
-  const fs::path file = test::write(folder.path() / "box.stl", test::as_binary_stl(test::box({1, 1, 2000})));
+  const fs::path file = test::write(folder.path() / "box.stl", test::as_binary_stl(test::box({1, 1, 20000})));
   const fs::path cache = folder.path() / "cache";
   const SolidFile first = load_solid(file, cache);
   BOOST_TEST(first.report.repairs.size() == 1U);
@@ -69,7 +69,7 @@ BOOST_AUTO_TEST_CASE(the_second_load_is_the_first_with_its_report_and_comes_from
   BOOST_TEST(first.notes.empty());
   BOOST_TEST(second.notes.empty());
   // Another name for the same bytes is the same entry; other bytes are another.
-  load_solid(test::write(folder.path() / "other.stl", test::as_binary_stl(test::box({1, 1, 2000}))), cache);
+  load_solid(test::write(folder.path() / "other.stl", test::as_binary_stl(test::box({1, 1, 20000}))), cache);
   BOOST_TEST(files_in(cache).size() == 1U);
   const SolidFile other = load_solid(test::write(file, test::as_binary_stl(test::box({1, 1, 4}))), cache);
   BOOST_TEST(other.mesh.vertices[7].z == 2);
@@ -140,7 +140,7 @@ BOOST_AUTO_TEST_CASE(a_body_of_another_unit_is_refused_unless_it_says_its_scale)
 
 BOOST_AUTO_TEST_CASE(repairs_and_warnings_are_told_once_with_body_and_file) {
   const TemporaryFolder folder;
-  TriangleMesh box = test::box({0.001, 0.001, 2});
+  TriangleMesh box = test::box({0.0001, 0.0001, 2});
   std::swap(box.faces[0][0], box.faces[0][1]);
   Body body = body_of(test::write(folder.path() / "box.ply", test::as_ascii_ply(box)));
   body.motion = Motion::rigid;
@@ -153,5 +153,5 @@ BOOST_AUTO_TEST_CASE(repairs_and_warnings_are_told_once_with_body_and_file) {
   BOOST_TEST_REQUIRE(notes.size() == 2U);
   BOOST_TEST(notes[0] == "body 'stone': " + body.mesh->string() +
                              ": repaired: 1 face was turned round to look out of the material");
-  BOOST_TEST(has(notes[1], "body 'stone': " + body.mesh->string() + ": warning: 8 faces are more than 1000 times"));
+  BOOST_TEST(has(notes[1], "body 'stone': " + body.mesh->string() + ": warning: 8 faces are more than 10,000 times"));
 }
