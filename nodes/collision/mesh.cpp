@@ -10,7 +10,7 @@ namespace tactor {
 namespace {
 
 TriangleMesh mesh_of(const Body& body, Notes* notes) {
-  if (body.mesh) return load_body_mesh(body, notes);
+  if (body.mesh() != nullptr) return load_body_mesh(body, notes);
   if (body.motion == Motion::fixed) {
     throw InputError("collision.mesh: the fixed body '" + body.name +
                      "' is a sphere; give it a mesh, or use a sphere as tool with collision.sphere");
@@ -49,7 +49,8 @@ void MeshCollision::query(const Pose& X_WT, ContactSet& set) {
 
   order_.resize(found_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
-  set.X_WT = X_WT;
+  set.bodies.count = 1;
+  set.bodies.X_WB[0] = X_WT;
   set.truncated = 0;
   if (order_.size() > ContactSet::capacity) {
     set.truncated = static_cast<std::int32_t>(order_.size()) - ContactSet::capacity;

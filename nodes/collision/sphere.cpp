@@ -7,10 +7,11 @@ namespace tactor {
 SphereCollision::SphereCollision(const Params& params, const NodeContext& context) : params_(params) {
   const Body* tool = context.scene->tool();
   if (tool == nullptr) throw InputError("collision.sphere needs a moving body in the scene");
-  if (!tool->sphere_radius) {
+  const auto* sphere = std::get_if<SphereShape>(&tool->shape);
+  if (sphere == nullptr) {
     throw InputError("collision.sphere: the tool '" + tool->name + "' is a mesh; use collision.mesh");
   }
-  radius_ = *tool->sphere_radius;
+  radius_ = sphere->radius;
   X_WT_start_ = tool->X_WB;
   for (const Body& body : context.scene->bodies) {
     if (body.motion != Motion::fixed) continue;
@@ -19,11 +20,12 @@ SphereCollision::SphereCollision(const Params& params, const NodeContext& contex
                        " fixed bodies; join some into one mesh");
     }
     Obstacle obstacle{.X_WS = body.X_WB, .material = combine(tool->material, body.material)};
-    if (body.mesh) {
+    if (body.mesh() != nullptr) {
       obstacle.distance.emplace(load_body_mesh(body, context.notes));
+    } else if (const auto* ball = std::get_if<SphereShape>(&body.shape)) {
+      obstacle.radius = ball->radius;
     } else {
-      TACTOR_DEMAND(body.sphere_radius.has_value());
-      obstacle.radius = *body.sphere_radius;
+      throw InputError("collision.sphere: the body '" + body.name + "' is neither a mesh nor a sphere");
     }
     obstacles_.push_back(std::move(obstacle));
   }
@@ -47,7 +49,8 @@ std::optional<Nearest> SphereCollision::nearest(Obstacle& obstacle, const Vec3& 
 }
 
 void SphereCollision::query(const Pose& X_WT, ContactSet& set) {
-  set.X_WT = X_WT;
+  set.bodies.count = 1;
+  set.bodies.X_WB[0] = X_WT;
   set.count = set.penetrating = set.truncated = 0;
   for (Obstacle& obstacle : obstacles_) {
     const std::optional<Nearest> near = nearest(obstacle, transform(inverse(obstacle.X_WS), X_WT.p));

@@ -47,7 +47,7 @@ void check_size(const Body& body, const TriangleMesh& mesh, const std::string& n
   const double length = longest_edge(mesh);
   if (length >= shortest && length <= longest) return;
   const std::string what = "is " + metres(length) + " long";
-  if (body.scale) {
+  if (body.mesh()->scale) {
     add_once(notes, name + ": warning: " + what + ", which is unusual for a body that is touched; scale says so");
     return;
   }
@@ -57,16 +57,18 @@ void check_size(const Body& body, const TriangleMesh& mesh, const std::string& n
 }
 
 TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
-  TACTOR_DEMAND(body.mesh.has_value());
+  TACTOR_DEMAND(body.mesh() != nullptr);
   SolidFile solid = [&] {
     try {
-      return load_solid(*body.mesh);
+      return load_solid(body.mesh()->file);
     } catch (const InputError& error) {
       throw InputError("body '" + body.name + "': " + error.what());
     }
   }();
-  const std::string name = "body '" + body.name + "': " + body.mesh->string();
-  for (Vec3& v : solid.mesh.vertices) v *= body.scale.value_or(1.0);
+  const std::string name = "body '" + body.name + "': " + body.mesh()->file.string();
+  if (const auto scale = body.mesh()->scale) {
+    for (Vec3& v : solid.mesh.vertices) v *= *scale;
+  }
   check_size(body, solid.mesh, name, notes);
   if (!solid.report.repairs.empty()) add_once(notes, name + ": repaired: " + joined(solid.report.repairs));
   for (const std::string& warning : solid.report.warnings) add_once(notes, name + ": warning: " + warning);
@@ -77,11 +79,21 @@ TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
 MassProperties solid_properties(const Body& body, const TriangleMesh& mesh) {
   MassProperties properties = mass_properties(mesh);
   if (!(properties.volume > 0)) {
-    throw InputError("body '" + body.name + "': " + body.mesh->string() +
+    throw InputError("body '" + body.name + "': " + body.mesh()->file.string() +
                      ": the mesh of a moving body encloses a volume of " + std::to_string(properties.volume) +
                      " m^3; it must be closed, with faces counter-clockwise as seen from outside");
   }
   return properties;
+}
+
+/// A cylinder with two half balls at its ends, along z.
+Eigen::Matrix3d capsule_inertia(double mass, const CapsuleShape& capsule) {
+  const double r = capsule.radius, l = capsule.length;
+  const double cylinder = mass * l / (l + 4.0 / 3.0 * r), ball = mass - cylinder;
+  // The centre of a half ball is 3/8 r from its flat side.
+  const double across = cylinder * (l * l / 12 + r * r / 4) + ball * (0.4 * r * r + l * l / 4 + 3.0 / 8.0 * l * r);
+  const double along = cylinder * r * r / 2 + ball * 0.4 * r * r;
+  return Eigen::Vector3d(across, across, along).asDiagonal();
 }
 
 }  // namespace
@@ -97,15 +109,21 @@ TriangleMesh load_body_mesh(const Body& body, Notes* notes) {
 
 void check_body_meshes(const Scene& scene, Notes* notes) {
   for (const Body& body : scene.bodies) {
-    if (body.mesh) load_body_mesh(body, notes);
+    if (body.mesh() != nullptr) load_body_mesh(body, notes);
   }
 }
 
 Eigen::Matrix3d body_inertia(const Body& body, Notes* notes) {
   if (body.inertia) return Eigen::Vector3d(body.inertia->x, body.inertia->y, body.inertia->z).asDiagonal();
-  if (body.sphere_radius) {
-    return 0.4 * body.mass * *body.sphere_radius * *body.sphere_radius * Eigen::Matrix3d::Identity();
+  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
+    return 0.4 * body.mass * sphere->radius * sphere->radius * Eigen::Matrix3d::Identity();
   }
+  if (const auto* box = std::get_if<BoxShape>(&body.shape)) {
+    const Vec3 square{box->size.x * box->size.x, box->size.y * box->size.y, box->size.z * box->size.z};
+    return body.mass / 12 *
+           Eigen::Vector3d(square.y + square.z, square.x + square.z, square.x + square.y).asDiagonal().toDenseMatrix();
+  }
+  if (const auto* capsule = std::get_if<CapsuleShape>(&body.shape)) return capsule_inertia(body.mass, *capsule);
   const MassProperties properties = solid_properties(body, scaled_mesh(body, notes));
   return body.mass / properties.volume * properties.inertia;
 }

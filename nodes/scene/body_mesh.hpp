@@ -25,7 +25,7 @@ TriangleMesh load_body_mesh(const Body& body, Notes* notes = nullptr);
 void check_body_meshes(const Scene& scene, Notes* notes);
 
 /// The inertia of a moving body about its centre of mass in its own frame, kg m^2: `Body::inertia` on the diagonal
-/// where given, 2/5 m r^2 for a sphere, else that of its mesh at uniform density.
+/// where given, else that of its shape at uniform density.
 /// Notes and InputError as for load_body_mesh.
 Eigen::Matrix3d body_inertia(const Body& body, Notes* notes = nullptr);
 

@@ -136,8 +136,14 @@ class Body {
       return type.size == 4 ? std::bit_cast<float>(static_cast<std::uint32_t>(bits)) : std::bit_cast<double>(bits);
     }
     if (type.kind == Type::natural) return static_cast<double>(bits);
-    const unsigned unused = 64 - 8 * type.size;
-    return static_cast<double>(static_cast<std::int64_t>(bits << unused) >> unused);
+    switch (type.size) {
+      case 1:
+        return static_cast<std::int8_t>(bits);
+      case 2:
+        return static_cast<std::int16_t>(bits);
+      default:
+        return static_cast<std::int32_t>(bits);
+    }
   }
   /// A value that counts or points: a whole number, zero or more.
   std::size_t index(const Type& type, const char* what) {

@@ -39,8 +39,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 Body body_of(const fs::path& mesh, std::optional<double> scale = {}) {
   Body body;
   body.name = "stone";
-  body.mesh = mesh;
-  body.scale = scale;
+  body.shape = MeshShape{mesh, scale};
   return body;
 }
 
@@ -151,7 +150,8 @@ BOOST_AUTO_TEST_CASE(repairs_and_warnings_are_told_once_with_body_and_file) {
   scene.bodies.push_back(body);
   check_body_meshes(scene, &notes);
   BOOST_TEST_REQUIRE(notes.size() == 2U);
-  BOOST_TEST(notes[0] == "body 'stone': " + body.mesh->string() +
+  BOOST_TEST(notes[0] == "body 'stone': " + body.mesh()->file.string() +
                              ": repaired: 1 face was turned round to look out of the material");
-  BOOST_TEST(has(notes[1], "body 'stone': " + body.mesh->string() + ": warning: 8 faces are more than 10,000 times"));
+  BOOST_TEST(
+      has(notes[1], "body 'stone': " + body.mesh()->file.string() + ": warning: 8 faces are more than 10,000 times"));
 }
