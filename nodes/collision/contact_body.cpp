@@ -4,7 +4,6 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/shape_distance.hpp"
-#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
@@ -19,8 +18,11 @@ double shape_radius(const Shape& shape) {
 
 }  // namespace
 
-ContactBody::ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance)
+ContactBody::ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance,
+                         Notes* notes)
     : shape(body.shape), motion(body.motion), X_WB(body.X_WB), material(body.material) {
+  TriangleMesh mesh;
+  if (body.mesh() != nullptr) mesh = load_body_mesh(body, notes);
   try {
     if (body.mesh() == nullptr) {
       distance = shape_distance(shape);
@@ -28,21 +30,20 @@ ContactBody::ContactBody(const Body& body, double spacing, double reach, const M
       radius = shape_radius(shape);
       return;
     }
-    const TriangleMesh mesh = load_body_mesh(body);
     distance = make_distance(mesh, body.mesh()->file.string(), reach);
     samples.points = sample_surface(mesh, spacing);
-    Vec3 low = mesh.vertices.front(), high = low;
-    for (const Vec3& v : mesh.vertices) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], v[axis]);
-        high[axis] = std::max(high[axis], v[axis]);
-      }
-    }
-    p_BM = 0.5 * (low + high);
-    for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
   } catch (const InputError& error) {
     throw InputError("body '" + body.name + "': " + error.what());
   }
+  Vec3 low = mesh.vertices.front(), high = low;
+  for (const Vec3& v : mesh.vertices) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], v[axis]);
+      high[axis] = std::max(high[axis], v[axis]);
+    }
+  }
+  p_BM = 0.5 * (low + high);
+  for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
 }
 
 }  // namespace tactor

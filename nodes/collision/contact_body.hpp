@@ -9,7 +9,7 @@
 #include "framework/core/scene.hpp"
 #include "nodes/collision/contact_samples.hpp"
 #include "nodes/collision/signed_distance.hpp"
-#include "nodes/scene/mesh.hpp"
+#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
@@ -18,9 +18,9 @@ using MakeMeshDistance =
     std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, const std::string& name, double reach)>;
 
 struct ContactBody {
-  /// `spacing` of samples and `reach` in m. Throws InputError, naming the body, where its mesh or the spacing cannot be
-  /// used.
-  ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance);
+  /// `spacing` of samples and `reach` in m; `notes` as for load_body_mesh. Throws InputError, naming the body, where
+  /// its mesh or the spacing cannot be used.
+  ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance, Notes* notes);
 
   Shape shape;
   Motion motion;

@@ -30,7 +30,7 @@ PairCollision::PairCollision(const PairParams& params, const NodeContext& contex
   const std::vector<std::size_t> moving = scene.moving();
   bodies_.reserve(scene.bodies.size());  // pairs refer to them
   const auto add = [&](const Body& body) {
-    bodies_.emplace_back(body, params.spacing, reach_to(body, scene, params.margin), make_distance);
+    bodies_.emplace_back(body, params.spacing, reach_to(body, scene, params.margin), make_distance, context.notes);
   };
   for (const std::size_t i : moving) add(scene.bodies[i]);
   for (const Body& body : scene.bodies) {

@@ -19,7 +19,7 @@ const NodeContext& checked(const NodeContext& context) {
 }  // namespace
 
 PrimitiveCollision::PrimitiveCollision(const Params& params, const NodeContext& context)
-    : PairCollision(params, checked(context), make_cells(params)) {}
+    : PairCollision(params, checked(context), make_cells(params, context.notes)) {}
 
 NodeInfo PrimitiveCollision::declare() {
   Declare<PrimitiveCollision> d("collision.primitive",

@@ -238,7 +238,7 @@ BOOST_AUTO_TEST_CASE(a_mesh_that_is_no_solid_names_its_body_and_file) {
   BOOST_CHECK_EXCEPTION(PrimitiveCollision(test::default_params<PrimitiveCollision>(), test::context_for(scene)),
                         InputError, says("body 'leaky': "));
   BOOST_CHECK_EXCEPTION(ExactCollision(test::default_params<ExactCollision>(), test::context_for(scene)), InputError,
-                        says("collision_leaky.off: the surface has a hole"));
+                        says("collision_leaky.off: "));
 }
 
 BOOST_AUTO_TEST_CASE(a_spacing_that_gives_too_many_samples_names_the_body) {
