@@ -8,7 +8,7 @@ namespace tactor {
 
 namespace {
 
-constexpr std::uint32_t cell_version = 1;
+constexpr std::uint32_t cell_version = 2;
 
 /// Calls `use` with every single value of the data, then with every array.
 template <class Data, class Use>
@@ -26,10 +26,8 @@ void for_each_part(Data& data, const Use& use) {
   use(data.tree.nodes);
   use(data.tree.records);
   use(data.block);
-  use(data.block_distance);
   use(data.cells);
   use(data.palette);
-  use(data.palette_begin);
   use(data.batches);
   use(data.batch_bound);
 }
@@ -99,8 +97,8 @@ std::optional<CellData> cells_from_bytes(std::string_view bytes) {
   return data;
 }
 
-CellDistance cached_cell_distance(const TriangleMesh& mesh, const std::string& name, const CellOptions& options,
-                                  const DiskCache& cache, std::vector<std::string>* notes) {
+CellDistance cached_cell_distance(const TriangleMesh& mesh, const CellOptions& options, const DiskCache& cache,
+                                  std::vector<std::string>* notes) {
   const auto tell = [&](const std::string& note) {
     if (notes != nullptr && !note.empty()) notes->push_back(note);
   };
@@ -111,7 +109,7 @@ CellDistance cached_cell_distance(const TriangleMesh& mesh, const std::string& n
     if (std::optional<CellData> data = cells_from_bytes(*found.bytes)) return CellDistance(std::move(*data));
     tell(cache.file(key).string() + ": the cached file is of another layout; computed again and replaced");
   }
-  CellDistance distance(mesh, name, options);
+  CellDistance distance(mesh, options);
   tell(cache.store(key, to_bytes(distance.data())));
   return distance;
 }

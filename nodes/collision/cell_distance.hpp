@@ -23,6 +23,13 @@ struct Cell {
   std::uint32_t list = 0;  ///< first batch of its list * 16 + number of batches; 0 batches: it has no list
 };
 
+/// A cube of 8 x 8 x 8 cells.
+struct CellBlock {
+  std::int32_t cells = -1;    ///< index of its cells / 512, or -1 far from the surface
+  float distance = 0;         ///< m, of its centre, as Cell::distance
+  std::uint32_t palette = 0;  ///< where the records of the tree that its lists name begin
+};
+
 /// Everything a CellDistance consists of, in flat arrays. Cells are cubes, blocks cubes of 8 x 8 x 8 of them, x
 /// fastest in both.
 struct CellData {
@@ -33,14 +40,15 @@ struct CellData {
   Vec3 low;                              ///< m, the lowest corner of the grid
   double edge = 0;                       ///< m, of a cell
   std::array<std::int32_t, 3> blocks{};  ///< along each axis
-  std::vector<std::int32_t> block;       ///< of each block the index of its cells / 512, or -1 far from the surface
-  std::vector<float> block_distance;     ///< m, of each block as Cell::distance
+  std::vector<CellBlock> block;
   std::vector<Cell> cells;
-  std::vector<std::uint32_t> palette;        ///< of each block with cells the records of the tree that its lists name
-  std::vector<std::uint32_t> palette_begin;  ///< where the palette of each of these blocks begins
+  std::vector<std::uint32_t> palette;                 ///< records of the tree, those of each block together
   std::vector<std::array<std::uint16_t, 8>> batches;  ///< places in the palette of their block
   std::vector<float> batch_bound;  ///< m, no face of this batch or the later ones of its list is nearer to the centre
 };
+
+/// Cuts the space about a solid into cells. The resolution must be 8 to 1024 and the band not negative.
+CellData build_cells(const TriangleMesh& mesh, const CellOptions& options);
 
 /// Exact distance as ExactDistance's, to the bit. Near the surface each cell lists every face that can be nearest to
 /// one of its points, nearest to its centre first: the faces f with dist(f, c) <= min dist(., c) + 2 r for a point c,
@@ -49,9 +57,9 @@ struct CellData {
 /// searched.
 class CellDistance final : public SignedDistance {
  public:
-  /// Throws InputError, beginning with `name`, where the mesh is no solid (see mesh_check.hpp) or the options are out
-  /// of their bounds.
-  CellDistance(const TriangleMesh& mesh, const std::string& name, const CellOptions& options = {});
+  /// `mesh`: of a solid, as load_solid returns it.
+  explicit CellDistance(const TriangleMesh& mesh, const CellOptions& options = {})
+      : data_(build_cells(mesh, options)) {}
 
   /// From what build_cells made.
   explicit CellDistance(CellData data) : data_(std::move(data)) {}
@@ -65,8 +73,5 @@ class CellDistance final : public SignedDistance {
  private:
   CellData data_;
 };
-
-/// Cuts the space about a solid into cells.
-CellData build_cells(const TriangleMesh& mesh, const CellOptions& options);
 
 }  // namespace tactor

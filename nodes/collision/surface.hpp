@@ -21,10 +21,18 @@ class Surface {
  public:
   Surface() = default;
 
-  /// `mesh`: a solid as check_solid takes it.
+  /// `mesh`: of a solid, as load_solid returns it.
   explicit Surface(const TriangleMesh& mesh);
 
   [[nodiscard]] int size() const { return static_cast<int>(corners.size()); }
+
+  /// Fetches what is needed of a face that is likely to be the nearest.
+  void prefetch(int face) const {
+    const auto i = static_cast<std::size_t>(face);
+    __builtin_prefetch(&corners[i]);
+    __builtin_prefetch(&corners[i][2].z);
+    __builtin_prefetch(&normals[i]);
+  }
 
   /// A first candidate.
   [[nodiscard]] NearestFace candidate(int face, const Vec3& x) const {
