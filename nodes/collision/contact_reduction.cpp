@@ -46,17 +46,26 @@ TACTOR_WIDE std::size_t pick_next(const Columns& columns, std::size_t picked) {
   I8 best_at = {};
   I8 at{0, 1, 2, 3, 4, 5, 6, 7};
   const auto number = static_cast<std::int32_t>(picked);
+  // Read once, because what is written below might else have changed it.
+  const float* place[6];
+  F8 of_picked[6];
+  for (std::size_t axis = 0; axis < 6; ++axis) {
+    place[axis] = columns.place[axis];
+    of_picked[axis] = wide::all(place[axis][picked]);
+  }
+  const std::int32_t pair_of_picked = columns.pair[picked];
   for (std::size_t i = 0; i < columns.count; i += 8) {
     F8 squared = wide::all(0);
-    for (const float* place : columns.place) {
-      const F8 d = wide::load(place + i) - place[picked];
+#pragma GCC unroll 6
+    for (std::size_t axis = 0; axis < 6; ++axis) {
+      const F8 d = wide::load(place[axis] + i) - of_picked[axis];
       squared += d * d;
     }
     I8 pair, nearest;
     __builtin_memcpy(&pair, columns.pair + i, sizeof pair);
     __builtin_memcpy(&nearest, columns.nearest + i, sizeof nearest);
     F8 apart = wide::load(columns.apart + i);
-    const I8 nearer = (pair == columns.pair[picked]) & (squared < apart);
+    const I8 nearer = (pair == pair_of_picked) & (squared < apart);
     apart = nearer ? squared : apart;
     nearest = nearer ? nearest * 0 + number : nearest;
     wide::store(columns.apart + i, apart);
@@ -71,8 +80,8 @@ TACTOR_WIDE std::size_t pick_next(const Columns& columns, std::size_t picked) {
   std::size_t next = 0;
   float most = -infinity;
   for (int k = 0; k < 8; ++k) {
-    const auto place = static_cast<std::size_t>(best_at[k]);
-    if (best[k] > most || (best[k] == most && place < next)) most = best[k], next = place;
+    const auto candidate = static_cast<std::size_t>(best_at[k]);
+    if (best[k] > most || (best[k] == most && candidate < next)) most = best[k], next = candidate;
   }
   return next;
 }
