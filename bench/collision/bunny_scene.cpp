@@ -51,6 +51,7 @@ Json bunny_scene(const SceneOptions& options) {
                {"near_mm", 1e3 * measured.near},
                {"deep_mm", 1e3 * measured.deep}};
   json["contenders"] = measure(contenders(), pair, steps, measured);
+  if (!options.grids) return json;
   std::vector<Entry> grids = {contenders().front()};
   for (const int cells : {64, 128, 192, 256}) grids.push_back(trilinear(cells));
   json["grids"] = measure(grids, pair, steps, measured);

@@ -1,6 +1,6 @@
 // Contacts of meshes by this project and by other libraries, side by side on one core.
 //
-// collision_bench --meshes FOLDER [--scene bunny|peg|duck|growth]... [--samples N] [--no-cold]
+// collision_bench --meshes FOLDER [--scene bunny|peg|duck|growth]... [--samples N] [--no-cold] [--no-grids]
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -18,14 +18,16 @@ int main(int argc, char** argv) try {
       {"bunny", bunny_scene}, {"peg", peg_scene}, {"duck", duck_scene}, {"growth", growth_scene}};
   SceneOptions options;
   std::vector<std::string> wanted = {"bunny", "peg", "duck", "growth"};
-  bool warm_alone = false;
+  bool warm_alone = false, no_grids = false;
   CLI::App app("Contacts of meshes by this project and by other libraries, side by side, as JSON.");
   app.add_option("--meshes", options.meshes, "folder of bunny.off, peg.off, plate.off and duck.off")->required();
   app.add_option("--scene", wanted, "which scenes")->check(CLI::IsMember(scenes));
   app.add_option("--samples", options.samples, "of a trajectory")->check(CLI::Range(8, 1'000'000));
   app.add_flag("--no-cold", warm_alone, "leave out the queries with swept caches");
+  app.add_flag("--no-grids", no_grids, "leave out the grids of several resolutions, which take long to make");
   CLI11_PARSE(app, argc, argv);
   options.cold = !warm_alone;
+  options.grids = !no_grids;
 
   // Above everything that is no real-time program, below everything that is.
   const int core = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)) - 1;

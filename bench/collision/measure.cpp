@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <thread>
 
 #include "bench/collision/quantile.hpp"
 
@@ -31,16 +32,34 @@ Running build(const Entry& entry, const Pair& pair) {
   return r;
 }
 
+/// The kernel takes a core away from real-time threads that leave nothing to others for most of a second; so rests
+/// come before, between the queries.
+class Rests {
+ public:
+  void rest_if_due() {
+    if (std::chrono::steady_clock::now() - last_ < std::chrono::milliseconds(500)) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    last_ = std::chrono::steady_clock::now();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_;
+};
+
+/// The query before each block is made again and not timed: the other contenders have had the caches since.
 void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int block) {
   for (Running& r : all) {
     r.first = microseconds([&] { r.contender->query(steps.front()); });
   }
+  Rests rests;
   std::size_t round = 0;
   const auto length = static_cast<std::size_t>(block);
   for (std::size_t begin = 0; begin < steps.size(); begin += length, ++round) {
     for (std::size_t k = 0; k < all.size(); ++k) {
+      rests.rest_if_due();
       // Each round begins with another, so that none always follows the same one.
       Running& r = all[(k + round) % all.size()];
+      r.contender->query(steps[begin == 0 ? 0 : begin - 1]);
       for (std::size_t i = begin; i < std::min(begin + length, steps.size()); ++i) {
         r.warm.push_back(microseconds([&] { r.contender->query(steps[i]); }));
       }
@@ -52,11 +71,13 @@ void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int blo
 /// elsewhere.
 void run_cold(std::vector<Running>& all, const std::vector<Step>& steps, const MeasureOptions& options) {
   const auto length = static_cast<std::size_t>(options.cold_block);
+  Rests rests;
   for (int b = 0; b < options.cold_blocks; ++b) {
     const std::size_t begin =
         steps.size() * static_cast<std::size_t>(b) / static_cast<std::size_t>(options.cold_blocks);
     for (Running& r : all) {
       for (std::size_t i = begin; i <= begin + length && i < steps.size(); ++i) {
+        rests.rest_if_due();
         sweep_caches();
         const double us = microseconds([&] { r.contender->query(steps[i]); });
         if (i > begin) r.cold.push_back(us);

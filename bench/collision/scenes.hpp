@@ -10,6 +10,7 @@ struct SceneOptions {
   std::filesystem::path meshes;  ///< where the build put them
   int samples = 7000;            ///< of a trajectory
   bool cold = true;              ///< measure with swept caches too
+  bool grids = true;             ///< measure grids of several resolutions
 };
 
 /// Two bunnies of 20,990 triangles, pressed and slid; then the same for grids of several resolutions.
