@@ -1,15 +1,10 @@
 #include "nodes/collision/primitive.hpp"
 
 #include "framework/core/check.hpp"
-#include "nodes/collision/cell_distance.hpp"
 
 namespace tactor {
 
 namespace {
-
-std::unique_ptr<SignedDistance> make(const TriangleMesh& mesh, const std::string& name) {
-  return std::make_unique<CellDistance>(mesh, name);
-}
 
 const NodeContext& checked(const NodeContext& context) {
   for (const std::size_t i : context.scene->moving()) {
@@ -24,7 +19,7 @@ const NodeContext& checked(const NodeContext& context) {
 }  // namespace
 
 PrimitiveCollision::PrimitiveCollision(const Params& params, const NodeContext& context)
-    : PairCollision(params, checked(context), make) {}
+    : PairCollision(params, checked(context), make_cells(params)) {}
 
 NodeInfo PrimitiveCollision::declare() {
   Declare<PrimitiveCollision> d("collision.primitive",
@@ -36,6 +31,7 @@ NodeInfo PrimitiveCollision::declare() {
       "most "
       "s^2 / (8 (r - depth)), nothing on a plane. Boxes and meshes meet as in collision.sdf.");
   declare_pairs(d);
+  declare_cells(d);
   return d.info();
 }
 

@@ -1,6 +1,7 @@
 // collision.primitive: the contacts of spheres, capsules and boxes that move.
 #pragma once
 
+#include "nodes/collision/cell_parameters.hpp"
 #include "nodes/collision/pair_collision.hpp"
 
 namespace tactor {
@@ -9,7 +10,7 @@ namespace tactor {
 /// moves.
 class PrimitiveCollision final : public PairCollision {
  public:
-  struct Params : PairParams {};
+  struct Params : PairParams, CellOptions {};
   PrimitiveCollision(const Params& params, const NodeContext& context);
   static NodeInfo declare();
 };

@@ -1,7 +1,7 @@
 // collision.sdf: contacts by distances that are prepared for the space about each mesh.
 #pragma once
 
-#include "nodes/collision/cell_distance.hpp"
+#include "nodes/collision/cell_parameters.hpp"
 #include "nodes/collision/pair_collision.hpp"
 
 namespace tactor {
