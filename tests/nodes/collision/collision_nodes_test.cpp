@@ -122,23 +122,41 @@ BOOST_AUTO_TEST_CASE(contact_is_found_from_either_side) {
   }
 }
 
-BOOST_AUTO_TEST_CASE(a_full_set_keeps_the_deepest) {
+BOOST_AUTO_TEST_CASE(a_full_set_has_the_wrench_of_all_contacts_however_few_it_keeps) {
   Scene scene;
   scene.bodies = {mesh_body("rock", test::icosphere(0.05, 4)),
                   mesh_body("slab", test::box({0.2, 0.2, 0.04}), Motion::rigid)};
-  SdfCollision node(test::default_params<SdfCollision>(), test::context_for(scene));
-  ContactSet set;
-  node.query({{0, 0, 0.06}, {}}, set);
-  BOOST_REQUIRE(set.count == ContactSet::capacity);
-  BOOST_TEST(set.truncated > 50);
-  // The vertices of the rock higher than the shallowest one kept are all in the set.
-  double shallowest = -1;
-  for (const Contact& c : set.contact) shallowest = std::max(shallowest, c.distance);
-  int deeper = 0;
-  const TriangleMesh rock = test::icosphere(0.05, 4);
-  for (const Vec3& v : rock.vertices) deeper += 0.04 - v.z < shallowest - 1e-12 ? 1 : 0;
-  BOOST_TEST(deeper < ContactSet::capacity);
-  BOOST_TEST(deeper > ContactSet::capacity - 30);
+  const Pose X_WT{{0.01, 0, 0.062}, from_rotation_vector({0.01, 0.02, 0})};
+  auto params = test::default_params<SdfCollision>();
+  params.resolution = 24;
+  params.margin = 0;
+  Wrench all;
+  for (const int most : {128, 60, 20}) {
+    params.max_contacts = most;
+    SdfCollision node(params, test::context_for(scene));
+    ContactSet set;
+    node.query(X_WT, set);
+    check_geometry(set);
+    BOOST_REQUIRE(set.count == std::min(most, 128));
+    const Wrench wrench = test::spring_wrench(set);
+    if (most == 128) {
+      BOOST_TEST(norm(wrench.force) > 0.1);
+      BOOST_TEST(set.truncated > 0);
+      // Each vertex of the rock inside the slab presses by its area and depth, since the slab has no vertex in the
+      // rock.
+      const TriangleMesh rock = test::icosphere(0.05, 4);
+      for (const SurfaceSample& s : sample_surface(rock, 0)) {
+        const Vec3 x = transform(inverse(X_WT), s.p);
+        const double depth = 0.02 + x.z;
+        if (depth <= 0) continue;
+        const Vec3 force = 1000 * s.area / 1e-4 * depth * rotate(X_WT.R, {0, 0, 1});
+        all.force += force;
+        all.torque += cross(s.p, force);
+      }
+    }
+    BOOST_TEST(norm(wrench.force - all.force) < 1e-3 * norm(all.force));
+    BOOST_TEST(norm(wrench.torque - all.torque) < 1e-3 * norm(all.force) * 0.05);
+  }
 }
 
 BOOST_AUTO_TEST_CASE(contact_forces_change_smoothly_as_samples_come_and_go) {
