@@ -28,18 +28,30 @@ DeviceState between(const DeviceState& a, const DeviceState& b, double s, bool r
   return d;
 }
 
+SystemModel model_of(const RigidDynamics::Params& params, const Scene& scene) {
+  SystemModel model;
+  model.count = 0;
+  for (const std::size_t i : scene.moving()) {
+    const Body& body = scene.bodies[i];
+    BodyModel& m = model.body[static_cast<std::size_t>(model.count++)];
+    m.mass = body.mass;
+    m.rotates = body.motion == Motion::rigid;
+    if (m.rotates) m.inertia_B = body_inertia(body);
+  }
+  if (model.count == 0) throw InputError("dynamics.rigid needs a moving body in the scene");
+  model.gravity_W = scene.gravity_W;
+  model.iterations = params.iterations;
+  model.stick_velocity = params.stick_velocity;
+  return model;
+}
+
 }  // namespace
 
-RigidDynamics::RigidDynamics(const Params& params, const NodeContext& context) : params_(params) {
-  const Body* tool = context.scene->tool();
-  if (tool == nullptr) throw InputError("dynamics.rigid needs a moving body in the scene");
-  model_.mass = tool->mass;
-  model_.inertia_T = context.torque ? body_inertia(*tool) : Eigen::Matrix3d::Zero();
-  model_.gravity_W = context.scene->gravity_W;
-  model_.rotates = context.torque;
-  model_.iterations = params.iterations;
-  model_.stick_velocity = params.stick_velocity;
-  tool_.X_WT = tool->X_WB;
+RigidDynamics::RigidDynamics(const Params& params, const NodeContext& context)
+    : params_(params), solver_(model_of(params, *context.scene)) {
+  for (const std::size_t i : context.scene->moving()) {
+    bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = context.scene->bodies[i].X_WB;
+  }
 }
 
 void RigidDynamics::step(StepContext& context) {
@@ -47,10 +59,7 @@ void RigidDynamics::step(StepContext& context) {
   if (spring == nullptr) return;
   const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;
   ContactPlanes planes;
-  if (set != nullptr) {
-    planes.X_WT = set->value.bodies.X_WB[0];
-    planes.planes = std::span(set->value.contact.data(), static_cast<std::size_t>(set->value.count));
-  }
+  if (set != nullptr) planes = contact_planes(set->value);
   Time until = context.now();
   if (set != nullptr && params_.advance_to == AdvanceTo::contacts) until = std::min(until, set->stamp.valid);
 
@@ -61,17 +70,18 @@ void RigidDynamics::step(StepContext& context) {
     } else {
       begin(sample_);
       // The query was made before the tool had its place.
-      if (params_.start_at_device) planes.planes = {};
+      if (params_.start_at_device) planes = {};
     }
     moved = true;
   }
   if (!moved) return;
-  state.send(used_.stamp.valid, {.X_WT = tool_.X_WT,
-                                 .V_WT = tool_.V_WT,
+  state.send(used_.stamp.valid, {.X_WT = bodies_.X_WB[0],
+                                 .V_WT = bodies_.V_WB[0],
                                  .X_WD = used_.value.X_WD,
                                  .V_WD = used_.value.V_WD,
                                  .contact_T_W = last_.contact_T_W,
                                  .contacts = last_.touching});
+  bodies.send(used_.stamp.valid, bodies_);
 }
 
 /// Puts the next usable sample up to `until` into `sample_`; a later one stays for the next step.
@@ -93,8 +103,8 @@ void RigidDynamics::begin(const Stamped<DeviceState>& sample) {
   begun_ = true;
   used_ = sample;
   if (!params_.start_at_device) return;
-  tool_.X_WT.p = sample.value.X_WD.p;
-  if (model_.rotates) tool_.X_WT.R = sample.value.X_WD.R;
+  bodies_.X_WB[0].p = sample.value.X_WD.p;
+  if (rotates()) bodies_.X_WB[0].R = sample.value.X_WD.R;
 }
 
 void RigidDynamics::advance(const Stamped<DeviceState>& sample, const CouplingLaw& spring,
@@ -104,19 +114,26 @@ void RigidDynamics::advance(const Stamped<DeviceState>& sample, const CouplingLa
     // The small allowance keeps an interval of exactly n sub-steps at n.
     const auto count = static_cast<std::int64_t>(std::max(1.0, std::ceil(interval / params_.substep - 1e-6)));
     const double h = interval / static_cast<double>(count);
+    DeviceState before = used_.value;
     for (std::int64_t i = 1; i <= count; ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(count);
-      last_ = rigid_step(model_, spring, between(used_.value, sample.value, share, model_.rotates), planes, h, tool_);
-      if (!last_.solved) ++fallbacks_;
-      if (last_.solved && !last_.converged) ++unconverged_;
+      const DeviceState after = between(used_.value, sample.value, share, rotates());
+      last_ = solver_.advance(spring, before, after, planes, h, bodies_);
+      before = after;
+      ++steps_;
+      if (last_.outcome == StepOutcome::damped) ++damped_;
+      if (last_.outcome == StepOutcome::stopped) ++stopped_;
+      left_out_ += last_.left_out;
     }
   }
   used_ = sample;
 }
 
 void RigidDynamics::report(Report& report) const {
-  report.add("dynamics_fallbacks", static_cast<double>(fallbacks_));
-  report.add("dynamics_unconverged", static_cast<double>(unconverged_));
+  report.add("dynamics_steps", static_cast<double>(steps_));
+  report.add("dynamics_damped_steps", static_cast<double>(damped_));
+  report.add("dynamics_stopped_steps", static_cast<double>(stopped_));
+  report.add("dynamics_contacts_left_out", static_cast<double>(left_out_));
   report.add("dynamics_rejected_samples", static_cast<double>(rejected_));
 }
 
@@ -136,10 +153,11 @@ NodeInfo RigidDynamics::declare() {
               .queue = {QueuePolicy::drop_oldest, 4096}})
       .input("law", &RigidDynamics::law, {.doc = "the spring and damper between handle and tool"})
       .output("state", &RigidDynamics::state, "tool and handle at the time of the last sample used")
+      .output("bodies", &RigidDynamics::bodies, "all moving bodies at that time, the tool first")
       .real("substep", &Params::substep,
             {.doc = "longest sub-step", .unit = "s", .default_value = 0.001, .min = 1e-6, .max = 0.01})
       .integer("iterations", &Params::iterations,
-               {.doc = "Newton iterations a sub-step, at most", .default_value = 4, .min = 1, .max = 50})
+               {.doc = "Newton iterations a sub-step, at most", .default_value = 60, .min = 1, .max = 200})
       .real("stick_velocity", &Params::stick_velocity,
             {.doc = "sliding speed below which friction is viscous",
              .unit = "m/s",

@@ -30,22 +30,26 @@ class RigidDynamics final : public Node {
   Input<DeviceState> device;
   Input<CouplingLaw> law;
   Output<PhysicsState> state;
+  Output<BodyStates> bodies;
 
  private:
   bool take_sample(Time until);
+  [[nodiscard]] bool rotates() const { return solver_.model().body[0].rotates; }
   void begin(const Stamped<DeviceState>& sample);
   void advance(const Stamped<DeviceState>& sample, const CouplingLaw& spring, const ContactPlanes& planes);
 
   Params params_;
-  ToolModel model_;
-  ToolState tool_;
+  RigidStep solver_;
+  BodyStates bodies_;
   Stamped<DeviceState> used_;    // the last sample the tool was moved to
   Stamped<DeviceState> sample_;  // the next one, where `waiting_`
   bool begun_ = false;
   bool waiting_ = false;
   StepResult last_;
-  std::int64_t fallbacks_ = 0;
-  std::int64_t unconverged_ = 0;
+  std::int64_t steps_ = 0;
+  std::int64_t damped_ = 0;
+  std::int64_t stopped_ = 0;
+  std::int64_t left_out_ = 0;
   std::int64_t rejected_ = 0;
 };
 

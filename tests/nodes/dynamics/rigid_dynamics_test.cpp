@@ -146,8 +146,6 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted) {
   BOOST_TEST(is_finite(rig.state().X_WT.p));
   Report report;
   rig.node.report(report);
-  BOOST_TEST(report.figures()[0].first == "dynamics_fallbacks");
-  BOOST_TEST(report.figures()[0].second == 0.0);
   const auto rejected = std::find_if(report.figures().begin(), report.figures().end(),
                                      [](const auto& f) { return f.first == "dynamics_rejected_samples"; });
   BOOST_REQUIRE((rejected != report.figures().end()));
@@ -159,6 +157,7 @@ BOOST_AUTO_TEST_CASE(contacts_hold_the_tool_up) {
   p.start_at_device = false;
   Rig rig(p);
   ContactSet set;
+  set.bodies.count = 1;
   set.bodies.X_WB[0].p = {0, 0, 0.5};
   set.count = 1;
   set.contact[0] = {.p_TC = {0, 0, -0.01},
