@@ -30,15 +30,15 @@ const char* name_of(Verdict verdict);
 struct Finding {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
   Verdict verdict = Verdict::stable;
-  double generated = none;       ///< the most energy beyond what came in, as a share of what came in
-  double swing = none;           ///< m, there and back at rest
-  double rest_error = none;      ///< m, from the static balance where it is known
-  double step_s = 0;             ///< s of the processor in the stepper
-  double query_s = 0;            ///< s of the processor in contact queries
-  double simulated_s = 0;        ///< s
-  std::int64_t fallbacks = 0;    ///< sub-steps that ours could not solve
-  std::int64_t unconverged = 0;  ///< sub-steps whose last iteration still changed the state
-  std::string why;               ///< of a stepper that gave up
+  double generated = none;         ///< the most energy beyond what came in, as a share of what came in
+  double swing = none;             ///< m, there and back at rest
+  double rest_error = none;        ///< m, from the static balance where it is known
+  double step_s = 0;               ///< s of the processor in the stepper
+  double query_s = 0;              ///< s of the processor in contact queries
+  double simulated_s = 0;          ///< s
+  std::int64_t damped_steps = 0;   ///< of ours, not converged and taken as one damped linear step
+  std::int64_t stopped_steps = 0;  ///< of ours, not solved at all
+  std::string why;                 ///< of a stepper that gave up
 };
 
 }  // namespace tactor::bench

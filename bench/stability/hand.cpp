@@ -5,7 +5,13 @@
 namespace tactor::bench {
 
 HandPath& HandPath::go(double seconds, const Vec3& p, const Vec3& turn) {
-  points_.push_back({points_.back().t + seconds, p, turn});
+  points_.push_back({points_.back().t + seconds, p, turn, false});
+  return *this;
+}
+
+HandPath& HandPath::strike(double speed, const Vec3& p) {
+  const Point last = points_.back();
+  points_.push_back({last.t + 2 * norm(p - last.p) / speed, p, last.turn, true});
   return *this;
 }
 
@@ -15,7 +21,7 @@ Pose HandPath::pose(double t) const {
   if (next == points_.begin()) return {next->p, from_rotation_vector(next->turn)};
   const Point& last = *(next - 1);
   const double x = (t - last.t) / (next->t - last.t);
-  const double s = x * x * x * (10 + x * (6 * x - 15));
+  const double s = next->strike ? x * x : x * x * x * (10 + x * (6 * x - 15));
   return {last.p + s * (next->p - last.p), from_rotation_vector(last.turn + s * (next->turn - last.turn))};
 }
 
@@ -26,7 +32,7 @@ DeviceState HandPath::at(Time t, Time before) const {
   if (span > 0) {
     const Pose then = pose(before.seconds());
     state.V_WD.v = (state.X_WD.p - then.p) / span;
-    state.V_WD.w = to_rotation_vector(state.X_WD.R * inverse(then.R)) / span;
+    if (!(state.X_WD.R == then.R)) state.V_WD.w = to_rotation_vector(state.X_WD.R * inverse(then.R)) / span;
   }
   return state;
 }

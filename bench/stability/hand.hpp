@@ -8,13 +8,15 @@
 
 namespace tactor::bench {
 
-/// Goes from point to point by minimum jerk and waits where two points are the same.
+/// Goes from point to point by minimum jerk or by a strike, and waits where two points are the same.
 class HandPath {
  public:
-  explicit HandPath(const Vec3& start) : points_{{0, start, {}}} {}
+  explicit HandPath(const Vec3& start) : points_{{0, start, {}, false}} {}
 
   /// Goes on to p (m, in W), turned by `turn` (rad, rotation vector), within `seconds`.
   HandPath& go(double seconds, const Vec3& p, const Vec3& turn = {});
+  /// Goes on to p evenly faster until `speed` (m/s), and stops there dead.
+  HandPath& strike(double speed, const Vec3& p);
   /// Stays for `seconds`.
   HandPath& stay(double seconds) { return go(seconds, points_.back().p, points_.back().turn); }
 
@@ -27,6 +29,7 @@ class HandPath {
   struct Point {
     double t;
     Vec3 p, turn;
+    bool strike;  // how it is reached
   };
   [[nodiscard]] Pose pose(double t) const;
   std::vector<Point> points_;

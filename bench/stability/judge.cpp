@@ -14,10 +14,6 @@ Eigen::Vector3d eigen(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
-const Body& moving(const Trial& trial, std::size_t i) {
-  return trial.scene.bodies[trial.scene.moving()[i]];
-}
-
 }  // namespace
 
 const char* name_of(Verdict verdict) {
@@ -45,28 +41,31 @@ void Swing::see(double x) {
   fall_ = std::max(fall_, high_ - x);
 }
 
-Judge::Judge(const Trial& trial) : trial_(trial), rests_(trial.rests.size()) {
+Judge::Judge(const Trial& trial) : trial_(trial), rotates_(trial.scene.rotates()), rests_(trial.rests.size()) {
   for (const std::size_t i : trial.scene.moving()) {
     const Body& body = trial.scene.bodies[i];
     const bool turns = body.motion == Motion::rigid;
-    inertia_.push_back(turns ? body_inertia(body) : Eigen::Matrix3d::Zero().eval());
+    bodies_.push_back({body.mass, turns ? body_inertia(body) : Eigen::Matrix3d::Zero().eval()});
   }
 }
 
 double Judge::energy(const Reached& state) const {
   double sum = 0;
-  for (std::size_t i = 0; i < inertia_.size(); ++i) {
-    const double m = moving(trial_, i).mass;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const double m = bodies_[i].mass;
     const Twist& V = state.bodies.V_WB[i];
     const Pose& X = state.bodies.X_WB[i];
-    const Vec3 w_B = rotate(inverse(X.R), V.w);
     sum += m * (0.5 * dot(V.v, V.v) - dot(trial_.scene.gravity_W, X.p));
-    sum += 0.5 * eigen(w_B).dot(inertia_[i] * eigen(w_B));
+    if (bodies_[i].I_B.isZero(0)) continue;
+    const Eigen::Vector3d w_B = eigen(rotate(inverse(X.R), V.w));
+    sum += 0.5 * w_B.dot(bodies_[i].I_B * w_B);
   }
   const Pose& X_WT = state.bodies.X_WB[0];
   const Vec3 stretch = state.device.X_WD.p - X_WT.p;
+  sum += 0.5 * trial_.law.k_t * dot(stretch, stretch);
+  if (!rotates_) return sum;
   const Vec3 turn = to_rotation_vector(state.device.X_WD.R * inverse(X_WT.R));
-  return sum + 0.5 * trial_.law.k_t * dot(stretch, stretch) + 0.5 * trial_.law.k_r * dot(turn, turn);
+  return sum + 0.5 * trial_.law.k_r * dot(turn, turn);
 }
 
 void Judge::begin(const ContactSet& set) {
@@ -78,7 +77,7 @@ void Judge::begin(const ContactSet& set) {
 }
 
 bool Judge::see(const Reached& state) {
-  for (std::size_t i = 0; i < inertia_.size(); ++i) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Pose& X = state.bodies.X_WB[i];
     const Twist& V = state.bodies.V_WB[i];
     const double turn = X.R.w + X.R.x + X.R.y + X.R.z;
@@ -95,15 +94,17 @@ bool Judge::see(const Reached& state) {
                                .V_WT = state.bodies.V_WB[0],
                                .X_WD = state.device.X_WD,
                                .V_WD = state.device.V_WD};
-    const Wrench on_device = coupling_wrench(law, physics, trial_.scene.rotates());
+    const Wrench on_device = coupling_wrench(law, physics, rotates_);
     const Vec3 way = state.device.X_WD.p - last_.device.X_WD.p;
-    const Vec3 turned = to_rotation_vector(state.device.X_WD.R * inverse(last_.device.X_WD.R));
-    const double given = -dot(on_device.force, way) - dot(on_device.torque, turned);
+    double given = -dot(on_device.force, way);
+    if (rotates_) {
+      given -= dot(on_device.torque, to_rotation_vector(state.device.X_WD.R * inverse(last_.device.X_WD.R)));
+    }
     given_ += given;
     came_in_ += std::max(0.0, given);
-    for (std::size_t i = 0; i < inertia_.size(); ++i) {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Vec3 fallen = state.bodies.X_WB[i].p - last_.bodies.X_WB[i].p;
-      came_in_ += std::max(0.0, moving(trial_, i).mass * dot(trial_.scene.gravity_W, fallen));
+      came_in_ += std::max(0.0, bodies_[i].mass * dot(trial_.scene.gravity_W, fallen));
     }
     surplus_ = std::max(surplus_, now - start_ - given_);
     finite_ = std::isfinite(now) && std::isfinite(given_);
@@ -113,10 +114,10 @@ bool Judge::see(const Reached& state) {
     const double t = state.t.seconds();
     if (t < trial_.rests[k].begin || t > trial_.rests[k].end + 1e-9) continue;
     const Pose& X = state.bodies.X_WB[0];
-    const Vec3 arm = trial_.lever * to_rotation_vector(X.R * inverse(state.device.X_WD.R));
-    for (int i = 0; i < 3; ++i) {
-      rests_[k].swing[i].see(X.p[i]);
-      rests_[k].swing[3 + i].see(arm[i]);
+    for (int i = 0; i < 3; ++i) rests_[k].swing[i].see(X.p[i]);
+    if (rotates_) {
+      const Vec3 arm = trial_.lever * to_rotation_vector(X.R * inverse(state.device.X_WD.R));
+      for (int i = 0; i < 3; ++i) rests_[k].swing[3 + i].see(arm[i]);
     }
     rests_[k].last = X.p;
     rests_[k].seen = true;

@@ -49,7 +49,12 @@ class Judge {
   [[nodiscard]] double energy(const Reached& state) const;
 
   const Trial& trial_;
-  std::vector<Eigen::Matrix3d> inertia_;
+  struct Inertia {
+    double mass;
+    Eigen::Matrix3d I_B;
+  };
+  std::vector<Inertia> bodies_;
+  bool rotates_;
   std::vector<AtRest> rests_;
   Reached last_;
   bool begun_ = false, finite_ = true;

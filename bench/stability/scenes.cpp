@@ -111,6 +111,16 @@ double balance(const Cell& cell, double gravity, double z_D, double touching) {
   return free >= touching ? free : (k * free + c * touching) / (k + c);
 }
 
+/// m, where a tool rests on a slab that rests on the floor.
+Vec3 stacked(const Cell& cell, double slab_mass, double z_D, double thickness, double radius) {
+  const double k = cell.coupling_stiffness, c = cell.contact_stiffness, g = 9.81;
+  const double free = z_D - cell.mass * g / k, slab_free = thickness - slab_mass * g / c;
+  if (free >= slab_free + radius) return {0, 0, free};
+  // Floor and slab are two equal springs in series for the tool; the slab's weight loads the lower one alone.
+  const double series = c / 2;
+  return {0, 0, (k * free + series * (slab_free + radius)) / (k + series)};
+}
+
 /// The tool, whose lowest point is `reach` (m) below its origin, is pressed `size`/4 deep by the hand, slid by half its
 /// size, and lifted by its size.
 void press_slide_lift(const Cell& cell, double reach, double size, Trial& trial) {
@@ -136,6 +146,13 @@ std::vector<Vec3> corners(const Vec3& size) {
     points.push_back({(i & 1) != 0 ? size.x / 2 : -size.x / 2, (i & 2) != 0 ? size.y / 2 : -size.y / 2,
                       (i & 4) != 0 ? size.z / 2 : -size.z / 2});
   }
+  return points;
+}
+
+/// The corners that a box stands on. The upper ones of a box that sinks in whole would double its stiffness.
+std::vector<Vec3> lower_corners(const Vec3& size) {
+  std::vector<Vec3> points = corners(size);
+  std::erase_if(points, [](const Vec3& p) { return p.z > 0; });
   return points;
 }
 
@@ -177,7 +194,7 @@ TrialScene box_press() {
             const Vec3 size{edge, edge, edge};
             Trial trial = trial_of(cell, tool_of(cell, BoxShape{size}, Motion::rigid), {0, 0, edge / 2 + 0.002});
             trial.lever = edge / 2;
-            trial.query = [cell, points = corners(size)](const BodyStates& bodies, ContactSet& set) {
+            trial.query = [cell, points = lower_corners(size)](const BodyStates& bodies, ContactSet& set) {
               clear(set);
               touch_plane(cell, points, bodies.X_WB[0], 0.25, set);
             };
@@ -201,6 +218,63 @@ TrialScene deep_start() {
             Rest rest = rest_now(trial, Vec3{0, 0, balance(cell, 9.81, 3 * radius, radius)});
             rest.tolerance = 1e-3 + 0.1 * std::abs(rest.p_WT->z - radius);
             trial.rests.push_back(rest);
+            return trial;
+          }};
+}
+
+/// A slab without sides, 10 mm thick, on the plane z = 0, and a ball on the slab: both only translate.
+/// The floor damps the slab critically, because nothing else does.
+Query ball_on_slab(const Cell& cell, double radius, double thickness, double slab_mass) {
+  return [cell, radius, thickness, slab_mass](const BodyStates& bodies, ContactSet& set) {
+    clear(set);
+    const Pose &X_WT = bodies.X_WB[0], &X_WS = bodies.X_WB[1];
+    Contact c = contact_of(cell, 1);
+    c.n_W = {0, 0, 1};
+    c.p_TC = {0, 0, -radius};
+    c.p_WC = {X_WT.p.x, X_WT.p.y, X_WS.p.z + thickness / 2};
+    c.distance = X_WT.p.z - radius - c.p_WC.z;
+    if (c.distance < margin) add(set, c, {.body = 0, .other = 1});
+    c.damping = damping_of(cell.contact_stiffness, slab_mass, 1);
+    c.p_TC = {0, 0, -thickness / 2};
+    c.p_WC = {X_WS.p.x, X_WS.p.y, 0};
+    c.distance = X_WS.p.z - thickness / 2;
+    if (c.distance < margin) add(set, c, {.body = 1, .other = ContactPair::fixed});
+  };
+}
+
+/// The tool has the cell's mass, the slab the other of 1 g and 10 kg.
+TrialScene stack() {
+  return {"mass_ratio",
+          "a ball of 1 g on a slab of 10 kg, or of 10 kg on 1 g, pressed by 5 mm, slid and lifted",
+          all_stiffness,
+          {1e-3, 10},
+          all_rate,
+          {1e3},
+          [](const Cell& cell) {
+            const double radius = 0.01, thickness = 0.01;
+            const double other = cell.mass < 0.1 ? 10 : 1e-3;
+            Trial trial = trial_of(cell, tool_of(cell, SphereShape{radius}, Motion::translation),
+                                   {0, 0, thickness + radius + 0.002});
+            Body slab = tool_of(cell, BoxShape{{0.1, 0.1, thickness}}, Motion::translation);
+            slab.name = "slab";
+            slab.mass = other;
+            slab.X_WB.p = {0, 0, thickness / 2};
+            trial.scene.bodies.push_back(slab);
+            trial.scene.tool_name = "tool";
+            trial.query = ball_on_slab(cell, radius, thickness, other);
+            const double slab_rate = std::sqrt(cell.contact_stiffness / other);
+            const double rest = std::max(settling(cell, trial.law.b_t), whole(20 / slab_rate));
+            const auto at_rest = [&](const Vec3& hand) {
+              trial.hand.stay(rest);
+              trial.rests.push_back(rest_now(trial, stacked(cell, other, hand.z, thickness, radius)));
+              trial.rests.back().known = {0, 0, 1};
+              trial.rests.back().tolerance = 1e-3 + 0.1 * std::abs(trial.rests.back().p_WT->z - thickness - radius);
+            };
+            const Vec3 deep{0, 0, thickness + radius - 0.005}, aside{0.01, 0, deep.z}, up{0.01, 0, deep.z + 0.025};
+            trial.hand.go(0.2, deep).stay(0.1).go(0.3, aside);
+            at_rest(aside);
+            trial.hand.go(0.2, up);
+            at_rest(up);
             return trial;
           }};
 }
@@ -373,8 +447,7 @@ TrialScene thrown_bunny(const std::filesystem::path& meshes) {
             Trial trial = pair->trial(cell, {0, 0, start});
             trial.lever = 0.05;
             const double settle = settling(cell, trial.law.b_t);
-            // Minimum jerk goes 15/8 times as fast in the middle as on average.
-            trial.hand.go((0.5 + 0.005) * 1.875 / 10, {0, 0, touch - 0.005}).stay(settle);
+            trial.hand.strike(10, {0, 0, touch - 0.005}).stay(settle);
             trial.rests.push_back(rest_now(trial));
             trial.hand.go(0.3, {0, 0, start}).stay(settle);
             Rest lifted = rest_now(trial, Vec3{0, 0, start - cell.mass * 9.81 / cell.coupling_stiffness});
@@ -401,6 +474,7 @@ std::vector<TrialScene> trial_scenes(const std::filesystem::path& meshes, const 
   return {sphere_press(),
           box_press(),
           deep_start(),
+          stack(),
           weightless(),
           sized("size_1e-4_m", "a ball of 0.1 mm pressed onto a plane, slid and lifted", 1e-4),
           sized("size_1e2_m", "a ball of 100 m pressed onto a plane, slid and lifted", 1e2),

@@ -26,8 +26,8 @@ nlohmann::ordered_json json_of(const Cell& cell, const std::string& contender, c
                            {"step_s", f.step_s},
                            {"query_s", f.query_s},
                            {"simulated_s", f.simulated_s},
-                           {"fallbacks", f.fallbacks},
-                           {"unconverged", f.unconverged}};
+                           {"damped_steps", f.damped_steps},
+                           {"stopped_steps", f.stopped_steps}};
   if (!f.why.empty()) j["why"] = f.why;
   return j;
 }

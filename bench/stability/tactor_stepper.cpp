@@ -41,8 +41,8 @@ class TactorStepper final : public Stepper {
     Report report;
     dynamics_->report(report);
     for (const auto& [name, value] : report.figures()) {
-      if (name == "dynamics_fallbacks") finding.fallbacks = static_cast<std::int64_t>(value);
-      if (name == "dynamics_unconverged") finding.unconverged = static_cast<std::int64_t>(value);
+      if (name == "dynamics_damped_steps") finding.damped_steps = static_cast<std::int64_t>(value);
+      if (name == "dynamics_stopped_steps") finding.stopped_steps = static_cast<std::int64_t>(value);
     }
   }
 
@@ -55,15 +55,11 @@ class TactorStepper final : public Stepper {
 
   BodyStates step(Time until) {
     dynamics_->state.clear_pending();
+    dynamics_->bodies.clear_pending();
     StepContext context(until);
     node_->step(context);
-    TACTOR_DEMAND(dynamics_->state.pending() == 1);
-    const auto& state = *static_cast<const PhysicsState*>(dynamics_->state.pending_value(0));
-    BodyStates bodies;
-    bodies.count = 1;
-    bodies.X_WB[0] = state.X_WT;
-    bodies.V_WB[0] = state.V_WT;
-    return bodies;
+    TACTOR_DEMAND(dynamics_->bodies.pending() == 1);
+    return *static_cast<const BodyStates*>(dynamics_->bodies.pending_value(0));
   }
 
   const Trial& trial_;
