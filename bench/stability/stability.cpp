@@ -78,7 +78,7 @@ int main(int argc, char** argv) try {
     if (most > 0) cells = thinned(cells, std::max<std::size_t>(most, 2));
     nlohmann::ordered_json found = nlohmann::ordered_json::array();
     for (const Contender& contender : contenders()) {
-      if (!wanted(names, contender.name)) continue;
+      if (!wanted(names, contender.name) || !wanted(scene.contenders, contender.name)) continue;
       double seconds = 0;
       std::size_t stable = 0;
       for (const Cell& cell : cells) {

@@ -40,6 +40,7 @@ struct TrialScene {
   std::string title;  ///< a line of prose
   std::vector<double> contact_stiffness, mass, rate, coupling_stiffness;
   std::function<Trial(const Cell&)> make;
+  std::vector<std::string> contenders = {};  ///< by name; none: all
 
   [[nodiscard]] std::vector<Cell> cells() const;
 };
