@@ -89,17 +89,36 @@ const MessageType& message_type<PhysicsState>() {
   return type;
 }
 
+namespace {
+void add_bodies(std::vector<Field>& f, std::string_view count, std::string_view poses, std::string_view twists,
+                std::size_t offset) {
+  // A pose is 7 numbers in a row: p, then R as w, x, y, z. A twist is 6: v, w.
+  static_assert(sizeof(Pose) == 7 * sizeof(double) && sizeof(Twist) == 6 * sizeof(double));
+  f.push_back({count, "1", i32, offset + offsetof(BodyStates, count), 1});
+  f.push_back({poses, "m, 1", f64, offset + offsetof(BodyStates, X_WB), 7 * BodyStates::capacity});
+  f.push_back({twists, "m/s, rad/s", f64, offset + offsetof(BodyStates, V_WB), 6 * BodyStates::capacity});
+}
+}  // namespace
+
+template <>
+const MessageType& message_type<BodyStates>() {
+  static const MessageType type =
+      describe<BodyStates>("BodyStates", "W", [](auto& f) { add_bodies(f, "count", "X_WB", "V_WB", 0); });
+  return type;
+}
+
 template <>
 const MessageType& message_type<ContactSet>() {
   static const MessageType type = describe<ContactSet>("ContactSet", "W", [](auto& f) {
-    add_pose(f, "p_WT", "R_WT", offsetof(ContactSet, X_WT));
+    add_bodies(f, "bodies", "X_WB", "V_WB", offsetof(ContactSet, bodies));
     f.push_back({"count", "1", i32, offsetof(ContactSet, count), 1});
     f.push_back({"penetrating", "1", i32, offsetof(ContactSet, penetrating), 1});
     f.push_back({"truncated", "1", i32, offsetof(ContactSet, truncated), 1});
-    // A contact is 14 numbers in a row: p_TC, p_WC, n_W, distance, weight, stiffness, damping, friction.
-    static_assert(sizeof(Contact) == 14 * sizeof(double));
-    f.push_back(
-        {"contact", "m, m, 1, m, 1, N/m, N s/m, 1", f64, offsetof(ContactSet, contact), 14 * ContactSet::capacity});
+    // A contact is 20 numbers in a row: p_TC, p_WC, n_W, distance, weight, stiffness, damping, friction, H_W.
+    static_assert(sizeof(Contact) == 20 * sizeof(double));
+    f.push_back({"contact", "m, m, 1, m, 1, N/m, N s/m, 1, 1/m", f64, offsetof(ContactSet, contact),
+                 20 * ContactSet::capacity});
+    f.push_back({"pair", "1", i32, offsetof(ContactSet, pair), 2 * ContactSet::capacity});
   });
   return type;
 }
@@ -156,8 +175,9 @@ const MessageType& message_type<SafetyState>() {
 const MessageType* find_message_type(std::string_view name) {
   for (const MessageType* type :
        {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(), &message_type<CouplingLaw>(),
-        &message_type<PhysicsState>(), &message_type<ContactSet>(), &message_type<ArCoefficients>(),
-        &message_type<Forecast>(), &message_type<ForceSegment>(), &message_type<SafetyState>()}) {
+        &message_type<PhysicsState>(), &message_type<BodyStates>(), &message_type<ContactSet>(),
+        &message_type<ArCoefficients>(), &message_type<Forecast>(), &message_type<ForceSegment>(),
+        &message_type<SafetyState>()}) {
     if (type->name == name) return type;
   }
   return nullptr;

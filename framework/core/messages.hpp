@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "framework/core/message.hpp"
+#include "framework/core/scene.hpp"
 #include "framework/core/spatial.hpp"
 
 namespace tactor {
@@ -52,27 +53,47 @@ struct PhysicsState {
   std::int32_t reserved = 0;
 };
 
-/// One contact between the tool and a static body, linearised at the pose the query was made for.
+/// Where the moving bodies of a scene are, in the order of Scene::moving(): the tool first.
+struct BodyStates {
+  static constexpr int capacity = max_moving_bodies;
+  std::int32_t count = 0;
+  std::int32_t reserved = 0;
+  std::array<Pose, capacity> X_WB;   ///< m
+  std::array<Twist, capacity> V_WB;  ///< m/s, rad/s
+};
+
+/// One contact of a moving body, here called T, with another body, linearised at the poses the query was made for.
 struct Contact {
-  Vec3 p_TC;             ///< m, the tool's point in its own frame
+  Vec3 p_TC;             ///< m, the moving body's point in its own frame
   Vec3 p_WC;             ///< m, the nearest point of the other body's surface
-  Vec3 n_W;              ///< unit, from the other body towards the tool
-  double distance = 0;   ///< m, signed; negative inside: dot(n_W, p_W(tool point) - p_WC)
+  Vec3 n_W;              ///< unit, from the other body towards the moving one: the gradient of the distance
+  double distance = 0;   ///< m, signed; negative inside: dot(n_W, p_W(moving body's point) - p_WC)
   double weight = 0;     ///< the share of a contact patch this point stands for; multiplies stiffness and damping
   double stiffness = 0;  ///< N/m for weight 1
   double damping = 0;    ///< N s/m for weight 1
   double friction = 0;   ///< Coulomb coefficient
+  /// 1/m, the Hessian of the distance by the moving body's point, symmetric: xx, xy, xz, yy, yz, zz in W. Zero where
+  /// the nearest feature is flat, and where it has no bound (on an edge or a corner itself).
+  std::array<double, 6> H_W{};
+};
+
+/// Who touches whom in a contact, as indices into Scene::moving().
+struct ContactPair {
+  static constexpr std::int32_t fixed = -1;  ///< any body that does not move
+  std::int32_t body = 0;                     ///< the moving body: T of the contact
+  std::int32_t other = fixed;
 };
 
 /// The contacts of one query: those that penetrate and those within its margin.
 struct ContactSet {
   static constexpr int capacity = 128;
-  Pose X_WT;                     ///< the tool pose of the query
-  std::int32_t count = 0;        ///< entries of `contact` in use
+  BodyStates bodies;             ///< where the moving bodies were for the query (velocities are zero)
+  std::int32_t count = 0;        ///< entries of `contact` and `pair` in use
   std::int32_t penetrating = 0;  ///< those with distance < 0
   std::int32_t truncated = 0;    ///< found and left out because the set was full
   std::int32_t reserved = 0;
   std::array<Contact, capacity> contact;
+  std::array<ContactPair, capacity> pair;
 };
 
 /// What an auto-regressive model leaves out of the samples before it weighs them.
@@ -157,6 +178,8 @@ template <>
 const MessageType& message_type<CouplingLaw>();
 template <>
 const MessageType& message_type<PhysicsState>();
+template <>
+const MessageType& message_type<BodyStates>();
 template <>
 const MessageType& message_type<ContactSet>();
 template <>

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "framework/core/spatial.hpp"
@@ -26,30 +27,69 @@ struct Material {
   double patch_area = 1e-4;  ///< m^2, the area one contact patch stands for where a mesh touches a mesh
 };
 
-/// A body. Exactly one of `mesh` and `sphere_radius` is set.
+/// A closed triangle mesh read from a file.
+struct MeshShape {
+  std::filesystem::path file;        ///< an absolute path, checked to exist
+  std::optional<double> scale = {};  ///< multiplies the file's coordinates to give metres; absent: they are metres
+  bool operator==(const MeshShape&) const = default;
+};
+/// A ball about the body's origin.
+struct SphereShape {
+  double radius = 0;  ///< m
+  bool operator==(const SphereShape&) const = default;
+};
+/// All points within `radius` of the segment from z = -length/2 to z = length/2.
+struct CapsuleShape {
+  double radius = 0;  ///< m
+  double length = 0;  ///< m, of the segment, without the caps
+  bool operator==(const CapsuleShape&) const = default;
+};
+/// A cuboid about the body's origin, its edges along the axes.
+struct BoxShape {
+  Vec3 size;  ///< m, whole edges
+  bool operator==(const BoxShape&) const = default;
+};
+/// The half-space z <= 0 of the body's frame: its surface faces +z. Only a fixed body may be one.
+struct PlaneShape {
+  bool operator==(const PlaneShape&) const = default;
+};
+using Shape = std::variant<MeshShape, SphereShape, CapsuleShape, BoxShape, PlaneShape>;
+
+/// A body.
 struct Body {
   std::string name;
-  std::optional<std::filesystem::path> mesh;  ///< an absolute path, checked to exist
-  std::optional<double> sphere_radius;        ///< m
-  double scale = 1;                           ///< multiplies the mesh's coordinates to give metres
-  Pose X_WB;                                  ///< the body in the world at the start
+  Shape shape;
+  Pose X_WB;  ///< the body in the world at the start
   Motion motion = Motion::fixed;
   double mass = 0.1;            ///< kg, of a moving body
-  std::optional<Vec3> inertia;  ///< kg m^2, principal, in the body frame; from the mesh when absent
+  std::optional<Vec3> inertia;  ///< kg m^2, principal, in the body frame; from the shape when absent
   Material material;
+
+  [[nodiscard]] const MeshShape* mesh() const { return std::get_if<MeshShape>(&shape); }
 };
+
+/// The most moving bodies of a scene.
+inline constexpr std::size_t max_moving_bodies = 8;
 
 /// What a graph's nodes act in.
 struct Scene {
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2
   std::vector<Body> bodies;
+  std::string tool_name;  ///< the moving body that hangs on the device; empty: the first one that moves
 
-  /// The moving body, or null where there is none.
-  [[nodiscard]] const Body* tool() const {
-    for (const Body& body : bodies) {
-      if (body.motion != Motion::fixed) return &body;
+  /// Indices of the bodies that move, the tool first, the others in their order.
+  [[nodiscard]] std::vector<std::size_t> moving() const {
+    std::vector<std::size_t> indices;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (bodies[i].motion == Motion::fixed) continue;
+      indices.insert(bodies[i].name == tool_name ? indices.begin() : indices.end(), i);
     }
-    return nullptr;
+    return indices;
+  }
+  /// The moving body that hangs on the device, or null where nothing moves.
+  [[nodiscard]] const Body* tool() const {
+    const std::vector<std::size_t> indices = moving();
+    return indices.empty() ? nullptr : &bodies[indices.front()];
   }
   /// True where the tool can rotate, so that torque has a meaning.
   [[nodiscard]] bool rotates() const { return tool() != nullptr && tool()->motion == Motion::rigid; }

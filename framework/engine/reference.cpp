@@ -79,13 +79,27 @@ class KeyText {
   std::string text_;
 };
 
+void add_shape(KeyText& text, const Shape& shape) {
+  text.add(static_cast<std::int64_t>(shape.index()));
+  if (const auto* mesh = std::get_if<MeshShape>(&shape)) {
+    text.add_file(mesh->file);
+    text.add(mesh->scale.value_or(1.0));
+  } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
+    text.add(sphere->radius);
+  } else if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
+    text.add(capsule->radius);
+    text.add(capsule->length);
+  } else if (const auto* box = std::get_if<BoxShape>(&shape)) {
+    text.add(box->size);
+  }
+}
+
 void add_scene(KeyText& text, const Scene& scene) {
   text.add(scene.gravity_W);
+  text.add(scene.tool_name);
   for (const Body& body : scene.bodies) {
     text.add(body.name);
-    if (body.mesh) text.add_file(*body.mesh);
-    text.add(body.sphere_radius.value_or(0.0));
-    text.add(body.scale);
+    add_shape(text, body.shape);
     text.add(body.X_WB.p);
     for (const double q : {body.X_WB.R.w, body.X_WB.R.x, body.X_WB.R.y, body.X_WB.R.z}) text.add(q);
     text.add(static_cast<std::int64_t>(body.motion));

@@ -74,7 +74,9 @@ void merge_body(Tree& parent, const TreeEntry& child) {
     parent = child.value;
     return;
   }
-  drop_alternatives(parent, child.value, {"mesh", "sphere"});
+  drop_alternatives(parent, child.value, {"mesh", "sphere", "capsule", "box", "plane"});
+  // The scale goes with the mesh it was said of, but a child may say it anew of its parent's mesh.
+  if (parent.find("mesh") == nullptr) drop_unsaid(parent, child.value, {"scale"});
   if (const TreeEntry* pose = child.value.find("pose")) {
     if (TreeEntry* mine = parent.find("pose")) drop_alternatives(mine->value, pose->value, {"rpy", "quaternion"});
   }

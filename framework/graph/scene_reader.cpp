@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -75,30 +76,72 @@ Material read_material(const Tree& tree, const std::string& path, Diagnostics& d
   return m;
 }
 
+constexpr std::array<const char*, 5> shape_keys{"mesh", "sphere", "capsule", "box", "plane"};
+
+double needed_number(const Tree& map, const char* key, const std::string& path, const NumberRule& rule,
+                     Diagnostics& diagnostics) {
+  const Tree* tree = map.value(key);
+  if (tree == nullptr) {
+    diagnostics.error(map.place, path + ": expected the key " + key + ", found none");
+    return 1;
+  }
+  return read_number(*tree, path + "." + key, rule, diagnostics).value_or(1);
+}
+
 void read_shape(Body& body, const TreeEntry& entry, const std::string& path, const FileFinder& files,
                 Diagnostics& diagnostics) {
-  const Tree* mesh = entry.value.value("mesh");
-  const Tree* sphere = entry.value.value("sphere");
-  if ((mesh == nullptr) == (sphere == nullptr)) {
-    diagnostics.error(entry.place,
-                      path + ": expected either mesh or sphere, found " + (mesh == nullptr ? "neither" : "both"));
+  std::vector<std::string> found;
+  for (const char* key : shape_keys) {
+    if (entry.value.value(key) != nullptr) found.emplace_back(key);
   }
-  if (mesh != nullptr) body.mesh = files.find(*mesh, path + ".mesh", diagnostics);
-  if (sphere != nullptr && expect_map(*sphere, path + ".sphere", "a map with radius", diagnostics)) {
-    check_keys(*sphere, path + ".sphere", "key", {"radius"}, diagnostics);
-    if (const Tree* radius = sphere->value("radius")) {
-      body.sphere_radius =
-          read_number(*radius, path + ".sphere.radius", {.unit = "m", .min = 0, .above_min = true}, diagnostics);
-    } else {
-      diagnostics.error(sphere->place, path + ".sphere: expected the key radius, found none");
+  if (found.size() != 1) {
+    diagnostics.error(entry.place, path + ": expected one of " + list_of({shape_keys.begin(), shape_keys.end()}) +
+                                       ", found " + (found.empty() ? "none" : list_of(found)));
+    return;
+  }
+  const std::string& kind = found.front();
+  const Tree& tree = *entry.value.value(kind);
+  const std::string at = path + "." + kind;
+  const NumberRule length{.unit = "m", .min = 0, .above_min = true};
+  if (kind == "mesh") {
+    MeshShape mesh;
+    if (auto file = files.find(tree, at, diagnostics)) mesh.file = *file;
+    if (const Tree* scale = entry.value.value("scale")) {
+      mesh.scale = read_number(*scale, path + ".scale", {.min = 0, .above_min = true}, diagnostics);
     }
+    body.shape = mesh;
+    return;
   }
-  set_number(body.scale, entry.value, "scale", path, {.min = 0, .above_min = true}, diagnostics);
+  if (const Tree* scale = entry.value.value("scale")) {
+    diagnostics.error(scale->place,
+                      path + ".scale: only a mesh has a scale; give the size of the " + kind + " in metres");
+  }
+  if (kind == "sphere") {
+    if (!expect_map(tree, at, "a map with radius", diagnostics)) return;
+    check_keys(tree, at, "key", {"radius"}, diagnostics);
+    body.shape = SphereShape{needed_number(tree, "radius", at, length, diagnostics)};
+  } else if (kind == "capsule") {
+    if (!expect_map(tree, at, "a map with radius and length", diagnostics)) return;
+    check_keys(tree, at, "key", {"radius", "length"}, diagnostics);
+    body.shape = CapsuleShape{needed_number(tree, "radius", at, length, diagnostics),
+                              needed_number(tree, "length", at, length, diagnostics)};
+  } else if (kind == "box") {
+    if (!expect_map(tree, at, "a map with size", diagnostics)) return;
+    check_keys(tree, at, "key", {"size"}, diagnostics);
+    if (const Tree* size = tree.value("size")) {
+      body.shape = BoxShape{read_vector(*size, at + ".size", length, diagnostics).value_or(Vec3{1, 1, 1})};
+    } else {
+      diagnostics.error(tree.place, at + ": expected the key size, found none");
+    }
+  } else if (expect_map(tree, at, "a map without keys: {}", diagnostics)) {
+    check_keys(tree, at, "key", {}, diagnostics);
+    body.shape = PlaneShape{};
+  }
 }
 
 Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder& files, Diagnostics& diagnostics) {
-  static const std::vector<std::string> keys{"mesh",   "sphere", "scale",   "pose",
-                                             "motion", "mass",   "inertia", "material"};
+  static const std::vector<std::string> keys{"mesh", "sphere", "capsule", "box",     "plane",   "scale",
+                                             "pose", "motion", "mass",    "inertia", "material"};
   Body body;
   body.name = entry.key;
   const Tree& tree = entry.value;
@@ -109,7 +152,7 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
                           "and there is none of that name");
     return body;
   }
-  if (!expect_map(tree, path, "a body: a map with mesh or sphere", diagnostics)) return body;
+  if (!expect_map(tree, path, "a body: a map with a shape", diagnostics)) return body;
   check_keys(tree, path, "key", keys, diagnostics);
   read_shape(body, entry, path, files, diagnostics);
   if (const Tree* pose = tree.value("pose")) body.X_WB = read_pose(*pose, path + ".pose", diagnostics);
@@ -117,6 +160,9 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
     const auto text = read_choice(*motion, path + ".motion", {"static", "translation", "rigid"}, diagnostics);
     if (text == "translation") body.motion = Motion::translation;
     if (text == "rigid") body.motion = Motion::rigid;
+    if (body.motion != Motion::fixed && std::holds_alternative<PlaneShape>(body.shape)) {
+      diagnostics.error(motion->place, path + ".motion: a plane has no end and cannot move; expected static");
+    }
   }
   set_number(body.mass, tree, "mass", path, {.unit = "kg", .min = 0, .above_min = true}, diagnostics);
   if (const Tree* inertia = tree.value("inertia")) {
@@ -139,30 +185,45 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
   return body;
 }
 
+void read_tool(Scene& scene, const Tree& tree, const Place& last, const std::vector<std::string>& moving,
+               Diagnostics& diagnostics) {
+  const Tree* tool = tree.value("tool");
+  if (tool == nullptr) {
+    if (moving.size() > 1) {
+      diagnostics.error(last, "scene.bodies: " + list_of(moving) +
+                                  " move; expected scene.tool to say which of them hangs on the device");
+    }
+    return;
+  }
+  if (const auto name = read_choice(*tool, "scene.tool", moving, diagnostics)) scene.tool_name = *name;
+}
+
 }  // namespace
 
 Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnostics) {
   Scene scene;
-  if (!expect_map(tree, "scene", "a map with gravity and bodies", diagnostics)) return scene;
-  check_keys(tree, "scene", "key", {"gravity", "bodies"}, diagnostics);
+  if (!expect_map(tree, "scene", "a map with gravity, tool and bodies", diagnostics)) return scene;
+  check_keys(tree, "scene", "key", {"gravity", "tool", "bodies"}, diagnostics);
   if (const Tree* gravity = tree.value("gravity")) {
     scene.gravity_W = read_vector(*gravity, "scene.gravity", {.unit = "m/s^2"}, diagnostics).value_or(scene.gravity_W);
   }
   const Tree* bodies = tree.value("bodies");
   if (bodies == nullptr || !expect_map(*bodies, "scene.bodies", "a map of bodies", diagnostics)) return scene;
   std::vector<std::string> moving;
-  Place second;
+  Place last;
   for (const TreeEntry& entry : bodies->entries) {
     const std::string path = "scene.bodies." + entry.key;
     check_name(entry, path, diagnostics);
     scene.bodies.push_back(read_body(entry, path, files, diagnostics));
     if (scene.bodies.back().motion == Motion::fixed) continue;
     moving.push_back(entry.key);
-    if (moving.size() == 2) second = entry.place;
+    last = entry.place;
   }
-  if (moving.size() > 1) {
-    diagnostics.error(second, "scene.bodies: one moving body is supported; found " + list_of(moving));
+  if (moving.size() > max_moving_bodies) {
+    diagnostics.error(last, "scene.bodies: expected at most " + std::to_string(max_moving_bodies) +
+                                " moving bodies, found " + list_of(moving));
   }
+  read_tool(scene, tree, last, moving, diagnostics);
   return scene;
 }
 

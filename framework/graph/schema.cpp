@@ -113,12 +113,19 @@ Json scene_schema() {
       {{"p", list(number("m"), 3)}, {"rpy", list(number("rad"), 3)}, {"quaternion", list({{"type", "number"}}, 4)}});
   Json sphere = closed({{"radius", above_zero("m")}});
   sphere["required"] = {"radius"};
+  Json capsule = closed({{"radius", above_zero("m")}, {"length", above_zero("m")}});
+  capsule["required"] = {"radius", "length"};
+  Json box = closed({{"size", list(above_zero("m"), 3)}});
+  box["required"] = {"size"};
   const Json material = closed({{"stiffness", above_zero("N/m")},
                                 {"damping", not_negative("N s/m")},
                                 {"friction", not_negative("1")},
                                 {"patch_area", above_zero("m^2")}});
   Json body = closed({{"mesh", {{"type", "string"}}},
                       {"sphere", sphere},
+                      {"capsule", capsule},
+                      {"box", box},
+                      {"plane", closed(Json::object())},
                       {"scale", above_zero("1")},
                       {"pose", pose},
                       {"motion", {{"enum", {"static", "translation", "rigid"}}}},
@@ -126,8 +133,9 @@ Json scene_schema() {
                       {"inertia", list(above_zero("kg m^2"), 3)},
                       {"material", material}});
   body["type"] = {"object", "null"};
-  return closed(
-      {{"gravity", list(number("m/s^2"), 3)}, {"bodies", {{"type", "object"}, {"additionalProperties", body}}}});
+  return closed({{"gravity", list(number("m/s^2"), 3)},
+                 {"tool", {{"type", "string"}}},
+                 {"bodies", {{"type", "object"}, {"additionalProperties", body}}}});
 }
 
 Json cost_schema() {

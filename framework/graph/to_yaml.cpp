@@ -82,9 +82,24 @@ std::string write_body(const Body& body) {
   const auto line = [&](const std::string& key, const std::string& value) {
     text += "      " + key + ": " + value + "\n";
   };
-  if (body.mesh) line("mesh", quote(body.mesh->string()));
-  if (body.sphere_radius) line("sphere", "{radius: " + number_text(*body.sphere_radius) + "}");
-  line("scale", number_text(body.scale));
+  std::visit(
+      [&](const auto& shape) {
+        using S = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<S, MeshShape>) {
+          line("mesh", quote(shape.file.string()));
+          if (shape.scale) line("scale", number_text(*shape.scale));
+        } else if constexpr (std::is_same_v<S, SphereShape>) {
+          line("sphere", "{radius: " + number_text(shape.radius) + "}");
+        } else if constexpr (std::is_same_v<S, CapsuleShape>) {
+          line("capsule", "{radius: " + number_text(shape.radius) + ", length: " + number_text(shape.length) + "}");
+        } else if constexpr (std::is_same_v<S, BoxShape>) {
+          line("box", "{size: " + list(shape.size) + "}");
+        } else {
+          static_assert(std::is_same_v<S, PlaneShape>);
+          line("plane", "{}");
+        }
+      },
+      body.shape);
   const Quat& R = body.X_WB.R;
   line("pose", "{p: " + list(body.X_WB.p) + ", quaternion: " + list(std::vector<double>{R.w, R.x, R.y, R.z}) + "}");
   line("motion", body.motion == Motion::fixed ? "static" : body.motion == Motion::rigid ? "rigid" : "translation");
@@ -143,6 +158,7 @@ std::string to_yaml(const GraphSpec& spec) {
   text += "seed: " + std::to_string(spec.seed) + "\n";
   text += write_live(spec.live);
   text += "scene:\n  gravity: " + list(spec.scene.gravity_W) + "\n";
+  if (!spec.scene.tool_name.empty()) text += "  tool: " + spec.scene.tool_name + "\n";
   text += spec.scene.bodies.empty() ? "  bodies: {}\n" : "  bodies:\n";
   for (const Body& body : spec.scene.bodies) text += write_body(body);
   text += "nodes:\n";

@@ -10,7 +10,7 @@ namespace tactor {
 namespace {
 
 TriangleMesh mesh_of(const Body& body) {
-  if (body.mesh) return load_body_mesh(body);
+  if (body.mesh() != nullptr) return load_body_mesh(body);
   if (body.motion == Motion::fixed) {
     throw InputError("collision.mesh: the fixed body '" + body.name +
                      "' is a sphere; give it a mesh, or use a sphere as tool with collision.sphere");
@@ -19,7 +19,7 @@ TriangleMesh mesh_of(const Body& body) {
 }
 
 ExactDistance distance_of(const Body& body, const TriangleMesh& mesh) {
-  return {mesh, body.mesh->string()};
+  return {mesh, body.mesh()->file.string()};
 }
 
 }  // namespace
@@ -31,13 +31,11 @@ MeshCollision::MeshCollision(const Params& params, const NodeContext& context) :
   X_WT_start_ = tool->X_WB;
   samples_ = sample_surface(tool_mesh, params.spacing);
   distance_ = std::make_unique<ExactDistance>(distance_of(*tool, tool_mesh));
-  of_tool_.reserve(samples_.size());
   std::size_t most = 0;
   for (const Body& body : context.scene->bodies) {
     if (body.motion != Motion::fixed) continue;
     const TriangleMesh mesh = mesh_of(body);
     std::vector<SurfaceSample> samples = sample_surface(mesh, params.spacing);
-    of_obstacle_.reserve(samples.size());
     most += samples.size() + samples_.size();
     SampleTree tree(samples);
     obstacles_.push_back({body.X_WB, combine(tool->material, body.material), std::move(samples),
@@ -53,7 +51,8 @@ void MeshCollision::query(const Pose& X_WT, ContactSet& set) {
 
   order_.resize(found_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
-  set.X_WT = X_WT;
+  set.bodies.count = 1;
+  set.bodies.X_WB[0] = X_WT;
   set.truncated = 0;
   if (order_.size() > ContactSet::capacity) {
     set.truncated = static_cast<std::int32_t>(order_.size()) - ContactSet::capacity;
@@ -82,36 +81,36 @@ void MeshCollision::query(const Pose& X_WT, ContactSet& set) {
 
 void MeshCollision::add_pair(Obstacle& obstacle, const Pose& X_WT) {
   const Pose X_ST = inverse(obstacle.X_WS) * X_WT;
-  obstacle.tool_tree.find(obstacle.distance, X_ST, params_.margin, of_tool_);
-  obstacle.tree.find(*distance_, inverse(X_ST), params_.margin, of_obstacle_);
+  const std::vector<NearSample>& of_tool = obstacle.tool_tree.find(obstacle.distance, X_ST, params_.margin);
+  const std::vector<NearSample>& of_obstacle = obstacle.tree.find(*distance_, inverse(X_ST), params_.margin);
 
   const auto extent = [&](const std::vector<NearSample>& near, const std::vector<SurfaceSample>& samples) {
     double sum = 0;
     for (const NearSample& n : near) {
-      sum += samples[static_cast<std::size_t>(n.sample)].area * (params_.margin - n.nearest.distance);
+      sum += samples[static_cast<std::size_t>(n.sample)].area * (params_.margin - n.distance);
     }
     return sum;
   };
-  const double tool_extent = extent(of_tool_, samples_), obstacle_extent = extent(of_obstacle_, obstacle.samples);
+  const double tool_extent = extent(of_tool, samples_), obstacle_extent = extent(of_obstacle, obstacle.samples);
   const double total = tool_extent + obstacle_extent;
   if (total <= 0) return;
   const Material& m = obstacle.material;
   Contact c{.stiffness = m.stiffness, .damping = m.damping, .friction = m.friction};
-  for (const NearSample& n : of_tool_) {
+  for (const NearSample& n : of_tool) {
     const SurfaceSample& s = samples_[static_cast<std::size_t>(n.sample)];
     c.p_TC = s.p;
     c.p_WC = transform(obstacle.X_WS, n.nearest.p);
     c.n_W = rotate(obstacle.X_WS.R, n.nearest.gradient);
-    c.distance = n.nearest.distance;
+    c.distance = n.distance;
     c.weight = tool_extent / total * s.area / m.patch_area;
     found_.push_back(c);
   }
-  for (const NearSample& n : of_obstacle_) {
+  for (const NearSample& n : of_obstacle) {
     const SurfaceSample& s = obstacle.samples[static_cast<std::size_t>(n.sample)];
     c.p_TC = n.nearest.p;
     c.p_WC = transform(obstacle.X_WS, s.p);
     c.n_W = -rotate(X_WT.R, n.nearest.gradient);
-    c.distance = n.nearest.distance;
+    c.distance = n.distance;
     c.weight = obstacle_extent / total * s.area / m.patch_area;
     found_.push_back(c);
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "nodes/collision/collision_node.hpp"
+#include "nodes/collision/exact_distance.hpp"
 #include "nodes/collision/sample_tree.hpp"
 
 namespace tactor {
@@ -44,7 +45,6 @@ class MeshCollision final : public CollisionNode {
   std::vector<SurfaceSample> samples_;  // of the tool
   std::unique_ptr<ExactDistance> distance_;
   std::vector<Obstacle> obstacles_;
-  std::vector<NearSample> of_tool_, of_obstacle_;
   std::vector<Contact> found_;
   std::vector<std::size_t> order_;
 };

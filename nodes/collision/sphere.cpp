@@ -7,10 +7,11 @@ namespace tactor {
 SphereCollision::SphereCollision(const Params& params, const NodeContext& context) : params_(params) {
   const Body* tool = context.scene->tool();
   if (tool == nullptr) throw InputError("collision.sphere needs a moving body in the scene");
-  if (!tool->sphere_radius) {
+  const auto* sphere = std::get_if<SphereShape>(&tool->shape);
+  if (sphere == nullptr) {
     throw InputError("collision.sphere: the tool '" + tool->name + "' is a mesh; use collision.mesh");
   }
-  radius_ = *tool->sphere_radius;
+  radius_ = sphere->radius;
   X_WT_start_ = tool->X_WB;
   for (const Body& body : context.scene->bodies) {
     if (body.motion != Motion::fixed) continue;
@@ -19,11 +20,12 @@ SphereCollision::SphereCollision(const Params& params, const NodeContext& contex
                        " fixed bodies; join some into one mesh");
     }
     Obstacle obstacle{.X_WS = body.X_WB, .material = combine(tool->material, body.material)};
-    if (body.mesh) {
-      obstacle.distance.emplace(load_body_mesh(body), body.mesh->string());
+    if (body.mesh() != nullptr) {
+      obstacle.distance.emplace(load_body_mesh(body), body.mesh()->file.string());
+    } else if (const auto* ball = std::get_if<SphereShape>(&body.shape)) {
+      obstacle.radius = ball->radius;
     } else {
-      TACTOR_DEMAND(body.sphere_radius.has_value());
-      obstacle.radius = *body.sphere_radius;
+      throw InputError("collision.sphere: the body '" + body.name + "' is neither a mesh nor a sphere");
     }
     obstacles_.push_back(std::move(obstacle));
   }
@@ -34,20 +36,21 @@ std::optional<Nearest> SphereCollision::nearest(Obstacle& obstacle, const Vec3& 
   if (!obstacle.distance) {
     const double length = norm(p_SC);
     const Vec3 n = length > 0 ? p_SC / length : Vec3{0, 0, 1};
-    return Nearest{length - obstacle.radius, obstacle.radius * n, n, 0};
+    return Nearest{length - obstacle.radius, obstacle.radius * n, n, 0, Feature::face, 0};
   }
   // The distance changes by no more than the way moved.
   if (obstacle.last.face >= 0 &&
       obstacle.last.distance - norm(p_SC - obstacle.asked_at) > radius_ + params_.margin + 1e-12) {
     return std::nullopt;
   }
-  obstacle.last = obstacle.distance->query(p_SC, obstacle.last.face);
+  obstacle.last = obstacle.distance->nearest(p_SC, obstacle.last.face);
   obstacle.asked_at = p_SC;
   return obstacle.last;
 }
 
 void SphereCollision::query(const Pose& X_WT, ContactSet& set) {
-  set.X_WT = X_WT;
+  set.bodies.count = 1;
+  set.bodies.X_WB[0] = X_WT;
   set.count = set.penetrating = set.truncated = 0;
   for (Obstacle& obstacle : obstacles_) {
     const std::optional<Nearest> near = nearest(obstacle, transform(inverse(obstacle.X_WS), X_WT.p));

@@ -48,7 +48,7 @@ void RigidDynamics::step(StepContext& context) {
   const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;
   ContactPlanes planes;
   if (set != nullptr) {
-    planes.X_WT = set->value.X_WT;
+    planes.X_WT = set->value.bodies.X_WB[0];
     planes.planes = std::span(set->value.contact.data(), static_cast<std::size_t>(set->value.count));
   }
   Time until = context.now();

@@ -14,7 +14,7 @@ namespace tactor {
 TriangleMesh load_body_mesh(const Body& body);
 
 /// The inertia of a moving body about its centre of mass in its own frame, kg m^2: `Body::inertia` on the diagonal
-/// where given, 2/5 m r^2 for a sphere, else that of its mesh at uniform density.
+/// where given, else that of its shape at uniform density.
 /// Throws InputError as load_body_mesh does.
 Eigen::Matrix3d body_inertia(const Body& body);
 

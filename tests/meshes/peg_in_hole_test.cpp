@@ -55,7 +55,7 @@ class Rig {
     for (const char* name : {"plate", "peg"}) {
       Body body;
       body.name = name;
-      body.mesh = std::string(TACTOR_BINARY_DIR) + "/meshes/" + name + ".off";
+      body.shape = MeshShape{std::string(TACTOR_BINARY_DIR) + "/meshes/" + name + ".off"};
       body.material = {.stiffness = 2e5, .damping = 20, .friction = 0.2, .patch_area = 1e-4};
       scene.bodies.push_back(body);
     }

@@ -120,7 +120,7 @@ BOOST_AUTO_TEST_CASE(the_key_changes_with_everything_that_changes_the_outcome) {
   // A mesh counts by its bytes, not by its name.
   const fs::path mesh = folder.path / "mesh.off";
   std::ofstream(mesh) << "one";
-  plan.graph.scene.bodies[0].mesh = mesh;
+  plan.graph.scene.bodies[0].shape = MeshShape{mesh};
   const std::string one = reference_key(plan, {});
   std::ofstream(mesh) << "two";
   BOOST_TEST(reference_key(plan, {}) != one);

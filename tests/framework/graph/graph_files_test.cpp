@@ -58,10 +58,10 @@ bool same(const CostModel& a, const CostModel& b) {
 }
 
 bool same(const Body& a, const Body& b) {
-  return a.name == b.name && a.mesh == b.mesh && a.sphere_radius == b.sphere_radius && a.scale == b.scale &&
-         a.X_WB == b.X_WB && a.motion == b.motion && a.mass == b.mass && a.inertia == b.inertia &&
-         a.material.stiffness == b.material.stiffness && a.material.damping == b.material.damping &&
-         a.material.friction == b.material.friction && a.material.patch_area == b.material.patch_area;
+  return a.name == b.name && a.shape == b.shape && a.X_WB == b.X_WB && a.motion == b.motion && a.mass == b.mass &&
+         a.inertia == b.inertia && a.material.stiffness == b.material.stiffness &&
+         a.material.damping == b.material.damping && a.material.friction == b.material.friction &&
+         a.material.patch_area == b.material.patch_area;
 }
 
 }  // namespace
@@ -249,10 +249,43 @@ BOOST_FIXTURE_TEST_CASE(a_shape_and_a_cost_of_another_kind_replace_the_old_one, 
                                  "extends: base.yaml\nscene: {bodies: {wall: {mesh: duck.off}}}\n"
                                  "nodes: {device: {cost: {constant: 7 ms}}}\n"));
   const GraphSpec spec = load("top.yaml");
-  BOOST_TEST(!spec.scene.bodies.at(1).sphere_radius.has_value());
-  BOOST_TEST(spec.scene.bodies.at(1).mesh.value() == folder.path() / "duck.off");
+  BOOST_TEST(std::holds_alternative<MeshShape>(spec.scene.bodies.at(1).shape));
+  BOOST_TEST(spec.scene.bodies.at(1).mesh()->file == folder.path() / "duck.off");
   BOOST_TEST((spec.node("device")->cost.kind == CostModel::Kind::constant));
   BOOST_TEST(spec.node("device")->cost.base.ns == 7'000'000);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_shape_without_a_scale_takes_the_parents_scale_away_with_its_mesh, Fixture) {
+  static_cast<void>(folder.write("duck.off", "OFF"));
+  static_cast<void>(folder.write(
+      "mesh.yaml",
+      "duration: 1 s\nscene: {bodies: {wall: {mesh: duck.off, scale: 0.001}}}\nnodes: {v: {type: test.values}}\n"));
+  static_cast<void>(
+      folder.write("box.yaml", "extends: mesh.yaml\nscene: {bodies: {wall: {box: {size: [1, 2, 3]}}}}\n"));
+  static_cast<void>(folder.write("large.yaml", "extends: mesh.yaml\nscene: {bodies: {wall: {scale: 2}}}\n"));
+  BOOST_TEST((load("box.yaml").scene.bodies.at(0).shape == Shape(BoxShape{{1, 2, 3}})));
+  BOOST_TEST((load("large.yaml").scene.bodies.at(0).shape == Shape(MeshShape{folder.path() / "duck.off", 2.0})));
+}
+
+BOOST_FIXTURE_TEST_CASE(every_shape_and_the_tool_are_written_as_they_were_read, Fixture) {
+  static_cast<void>(folder.write("all.yaml",
+                                 "duration: 1 s\nnodes: {v: {type: test.values}}\nscene:\n  tool: pill\n  bodies:\n"
+                                 "    ball: {sphere: {radius: 4 mm}, motion: rigid}\n"
+                                 "    pill: {capsule: {radius: 4 mm, length: 2 cm}, motion: rigid}\n"
+                                 "    block: {box: {size: [1 cm, 2 cm, 3 cm]}}\n"
+                                 "    floor: {plane: {}}\n"));
+  const GraphSpec spec = load("all.yaml");
+  BOOST_REQUIRE(spec.scene.bodies.size() == 4U);
+  BOOST_TEST((spec.scene.bodies[0].shape == Shape(SphereShape{0.004})));
+  BOOST_TEST((spec.scene.bodies[1].shape == Shape(CapsuleShape{0.004, 0.02})));
+  BOOST_TEST((spec.scene.bodies[2].shape == Shape(BoxShape{{0.01, 0.02, 0.03}})));
+  BOOST_TEST((spec.scene.bodies[3].shape == Shape(PlaneShape{})));
+  BOOST_TEST(spec.scene.tool()->name == "pill");
+  BOOST_TEST(spec.scene.moving() == (std::vector<std::size_t>{1, 0}), boost::test_tools::per_element());
+  static_cast<void>(folder.write("again.yaml", to_yaml(spec)));
+  const GraphSpec again = load("again.yaml");
+  for (std::size_t i = 0; i < 4; ++i) BOOST_TEST((again.scene.bodies[i].shape == spec.scene.bodies[i].shape));
+  BOOST_TEST(again.scene.tool_name == "pill");
 }
 
 BOOST_FIXTURE_TEST_CASE(files_are_found_beside_the_text_that_names_them_and_in_the_mesh_folders, Fixture) {
@@ -263,8 +296,8 @@ BOOST_FIXTURE_TEST_CASE(files_are_found_beside_the_text_that_names_them_and_in_t
   static_cast<void>(folder.write("top.yaml", "extends: inner/base.yaml\nscene: {bodies: {floor: {mesh: far.off}}}\n"));
   const fs::path far = folder.write("meshes/far.off", "OFF");
   const GraphSpec spec = load_graph(folder.path() / "top.yaml", registry, {}, {folder.path() / "meshes"});
-  BOOST_TEST(spec.scene.bodies.at(0).mesh.value() == inner);
-  BOOST_TEST(spec.scene.bodies.at(1).mesh.value() == far);
+  BOOST_TEST(spec.scene.bodies.at(0).mesh()->file == inner);
+  BOOST_TEST(spec.scene.bodies.at(1).mesh()->file == far);
 }
 
 BOOST_FIXTURE_TEST_CASE(the_command_line_comes_last, Fixture) {

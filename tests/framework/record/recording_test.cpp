@@ -80,7 +80,7 @@ BOOST_AUTO_TEST_CASE(every_message_type_survives_byte_for_byte) {
   const Folder folder;
   const auto recorder = load_record_library().create(folder / "a.h5", header);
   std::vector<const MessageType*> types;
-  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingLaw", "PhysicsState", "ContactSet",
+  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingLaw", "PhysicsState", "BodyStates", "ContactSet",
                            "ArCoefficients", "Forecast", "ForceSegment"}) {
     types.push_back(find_message_type(name));
     BOOST_REQUIRE(types.back() != nullptr);

@@ -17,7 +17,7 @@ namespace {
 Body mesh_body(const std::string& name, const TriangleMesh& mesh, Motion motion = Motion::fixed) {
   Body body;
   body.name = name;
-  body.mesh = test::write_off(mesh, "collision_" + name);
+  body.shape = MeshShape{test::write_off(mesh, "collision_" + name)};
   body.motion = motion;
   return body;
 }
@@ -25,7 +25,7 @@ Body mesh_body(const std::string& name, const TriangleMesh& mesh, Motion motion 
 Body ball(const std::string& name, double radius, Motion motion = Motion::fixed) {
   Body body;
   body.name = name;
-  body.sphere_radius = radius;
+  body.shape = SphereShape{radius};
   body.motion = motion;
   return body;
 }
@@ -35,7 +35,7 @@ void check_geometry(const ContactSet& set) {
   for (int i = 0; i < set.count; ++i) {
     const Contact& c = set.contact[static_cast<std::size_t>(i)];
     BOOST_TEST(norm(c.n_W) == 1.0, tt::tolerance(1e-12));
-    const Vec3 gap = transform(set.X_WT, c.p_TC) - c.p_WC;
+    const Vec3 gap = transform(set.bodies.X_WB[0], c.p_TC) - c.p_WC;
     BOOST_TEST(norm(gap - c.distance * c.n_W) < 1e-11);
   }
 }
@@ -142,7 +142,7 @@ BOOST_AUTO_TEST_CASE(contact_is_found_from_either_side) {
     const Contact& c = set.contact[static_cast<std::size_t>(i)];
     BOOST_TEST(c.distance == -0.0005, tt::tolerance(1e-6));
     BOOST_TEST(norm(c.n_W - Vec3{0, 0, 1}) < 1e-9);
-    BOOST_TEST(norm(transform(set.X_WT, c.p_TC) - Vec3{c.p_WC.x, c.p_WC.y, 0.0295}) < 1e-9);
+    BOOST_TEST(norm(transform(set.bodies.X_WB[0], c.p_TC) - Vec3{c.p_WC.x, c.p_WC.y, 0.0295}) < 1e-9);
   }
 }
 
@@ -201,7 +201,7 @@ BOOST_AUTO_TEST_CASE(the_query_uses_the_last_tool_pose_and_is_stamped_with_its_s
   node.step(first);
   BOOST_TEST(first.work() == 1);
   BOOST_TEST(node.contacts.pending_valid(0).ns == 5'000'000);
-  BOOST_TEST(test::sent(node.contacts).X_WT.p.z == 0.0595);
+  BOOST_TEST(test::sent(node.contacts).bodies.X_WB[0].p.z == 0.0595);
   PhysicsState s;
   s.X_WT.p = {0, 1, 0};
   node.state.push({Time{5'000'000}, Time{6'000'000}, 0}, &s);

@@ -18,7 +18,7 @@ Scene scene_of(double mass, Motion motion = Motion::rigid, double radius = 0.02)
   Scene scene;
   Body tool;
   tool.name = "tool";
-  tool.sphere_radius = radius;
+  tool.shape = SphereShape{radius};
   tool.mass = mass;
   tool.motion = motion;
   scene.bodies.push_back(tool);

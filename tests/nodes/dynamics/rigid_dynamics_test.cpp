@@ -15,7 +15,7 @@ Scene scene_of(Motion motion) {
   Scene scene;
   Body tool;
   tool.name = "tool";
-  tool.sphere_radius = 0.01;
+  tool.shape = SphereShape{0.01};
   tool.motion = motion;
   tool.X_WB.p = {0, 0, 0.5};
   scene.bodies.push_back(tool);
@@ -159,7 +159,7 @@ BOOST_AUTO_TEST_CASE(contacts_hold_the_tool_up) {
   p.start_at_device = false;
   Rig rig(p);
   ContactSet set;
-  set.X_WT.p = {0, 0, 0.5};
+  set.bodies.X_WB[0].p = {0, 0, 0.5};
   set.count = 1;
   set.contact[0] = {.p_TC = {0, 0, -0.01},
                     .p_WC = {0, 0, 0.489},

@@ -1,4 +1,8 @@
 // Meshes are read strictly, and their integrals agree with the closed forms of simple solids.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include <boost/test/unit_test.hpp>
 
 #include "framework/core/check.hpp"
@@ -138,8 +142,7 @@ BOOST_AUTO_TEST_CASE(sample_areas_sum_to_the_surface_and_no_gap_exceeds_the_spac
 BOOST_AUTO_TEST_CASE(a_moving_body_has_its_origin_at_the_centre_of_mass_and_a_fixed_one_keeps_its_frame) {
   Body body;
   body.name = "block";
-  body.mesh = test::write_off(test::box({10, 20, 30}, {100, 0, 0}), "block");
-  body.scale = 0.001;
+  body.shape = MeshShape{test::write_off(test::box({10, 20, 30}, {100, 0, 0}), "block"), 0.001};
   body.mass = 0.6;
   check_near(load_body_mesh(body).vertices[0], {0.095, -0.01, -0.015}, 1e-15);
   body.motion = Motion::rigid;
@@ -148,16 +151,47 @@ BOOST_AUTO_TEST_CASE(a_moving_body_has_its_origin_at_the_centre_of_mass_and_a_fi
   body.inertia = Vec3{1, 2, 3};
   BOOST_TEST(body_inertia(body)(2, 2) == 3.0);
   Body ball;
-  ball.sphere_radius = 0.01;
+  ball.shape = SphereShape{0.01};
   ball.mass = 0.2;
   BOOST_TEST(body_inertia(ball)(1, 1) == 0.4 * 0.2 * 1e-4, boost::test_tools::tolerance(1e-14));
+}
+
+BOOST_AUTO_TEST_CASE(a_box_has_the_inertia_of_its_mesh) {
+  Body box, mesh;
+  box.mass = mesh.mass = 0.3;
+  box.motion = mesh.motion = Motion::rigid;
+  box.shape = BoxShape{{0.01, 0.02, 0.03}};
+  mesh.name = "block";
+  mesh.shape = MeshShape{test::write_off(test::box({0.01, 0.02, 0.03}), "inertia_block")};
+  BOOST_TEST((body_inertia(box) - body_inertia(mesh)).cwiseAbs().maxCoeff() < 1e-15);
+}
+
+BOOST_AUTO_TEST_CASE(a_capsule_has_the_inertia_of_the_discs_it_is_made_of) {
+  Body body;
+  body.mass = 0.3;
+  body.shape = CapsuleShape{.radius = 0.02, .length = 0.05};
+  // A disc of radius a at height z: dm a^2 / 2 along the axis, dm (a^2 / 4 + z^2) across it.
+  double volume = 0, along = 0, across = 0;
+  constexpr int slices = 200'000;
+  const double height = 0.05 + 2 * 0.02, dz = height / slices;
+  for (int i = 0; i < slices; ++i) {
+    const double z = -height / 2 + (i + 0.5) * dz, into_cap = std::max(0.0, std::abs(z) - 0.025);
+    const double square = 0.02 * 0.02 - into_cap * into_cap, dv = std::numbers::pi * square * dz;
+    volume += dv;
+    along += dv * square / 2;
+    across += dv * (square / 4 + z * z);
+  }
+  const Eigen::Matrix3d inertia = body_inertia(body);
+  BOOST_TEST(inertia(2, 2) == 0.3 / volume * along, boost::test_tools::tolerance(1e-8));
+  BOOST_TEST(inertia(0, 0) == 0.3 / volume * across, boost::test_tools::tolerance(1e-8));
+  BOOST_TEST(inertia(1, 1) == inertia(0, 0));
 }
 
 BOOST_AUTO_TEST_CASE(a_moving_body_turned_inside_out_is_refused) {
   TriangleMesh mesh = test::box({1, 1, 1});
   for (auto& f : mesh.faces) std::swap(f[0], f[1]);
   Body body;
-  body.mesh = test::write_off(mesh, "inside_out");
+  body.shape = MeshShape{test::write_off(mesh, "inside_out")};
   body.motion = Motion::rigid;
   BOOST_CHECK_THROW(load_body_mesh(body), InputError);
 }
