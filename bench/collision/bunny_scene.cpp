@@ -1,5 +1,4 @@
 #include "bench/collision/cgal_exact.hpp"
-#include "bench/collision/grid.hpp"
 #include "bench/collision/measure.hpp"
 #include "bench/collision/ours.hpp"
 #include "bench/collision/path.hpp"
@@ -12,16 +11,22 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Entry trilinear(int cells) {
-  return {"trilinear grid, " + std::to_string(cells), Gives::depths,
-          [cells](const Pair& pair) { return make_trilinear(pair, cells); }};
+Entry trilinear(int resolution) {
+  return {"trilinear, " + std::to_string(resolution), Gives::depths,
+          [resolution](const Pair& pair) { return make_trilinear(pair, resolution); }};
+}
+
+Entry cells(int resolution) {
+  return {"tactor, " + std::to_string(resolution), Gives::depths,
+          [resolution](const Pair& pair) { return make_cells(pair, 0, {.resolution = resolution}); }};
 }
 
 std::vector<Entry> contenders() {
   constexpr std::size_t all = 1'000'000;
   constexpr auto f = Precision::single_precision, d = Precision::double_precision;
-  return {{"tactor, exact", Gives::depths, [](const Pair& p) { return make_sample_tree(p, 0); }},
-          {"tactor, exact, 1 mm margin", Gives::depths, [](const Pair& p) { return make_sample_tree(p, 0.001); }},
+  return {{"tactor", Gives::depths, [](const Pair& p) { return make_cells(p, 0); }},
+          {"tactor, 1 mm margin", Gives::depths, [](const Pair& p) { return make_cells(p, 0.001); }},
+          {"tactor, exact", Gives::depths, make_exact},
           {"floor", Gives::depths, make_floor},
           {"CGAL", Gives::depths, make_cgal_exact},
           {"FCL double, touching", Gives::touching, [=](const Pair& p) { return make_fcl(p, d, 0); }},
@@ -53,7 +58,10 @@ Json bunny_scene(const SceneOptions& options) {
   json["contenders"] = measure(contenders(), pair, steps, measured);
   if (!options.grids) return json;
   std::vector<Entry> grids = {contenders().front()};
-  for (const int cells : {64, 128, 192, 256}) grids.push_back(trilinear(cells));
+  for (const int resolution : {64, 128, 192, 256}) {
+    grids.push_back(cells(resolution));
+    grids.push_back(trilinear(resolution));
+  }
   json["grids"] = measure(grids, pair, steps, measured);
   return json;
 }
