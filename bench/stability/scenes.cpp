@@ -125,6 +125,7 @@ Vec3 stacked(const Cell& cell, double slab_mass, double z_D, double thickness, d
 /// size, and lifted by its size.
 void press_slide_lift(const Cell& cell, double reach, double size, Trial& trial) {
   const double gravity = -trial.scene.gravity_W.z, rest = settling(cell, trial.law.b_t);
+  bool fallen = false;
   const Vec3 deep{0, 0, reach - 0.25 * size}, aside{0.5 * size, 0, deep.z}, up{aside.x, 0, reach + size};
   const auto at_rest = [&](const Vec3& hand) {
     trial.hand.stay(rest);
@@ -132,6 +133,10 @@ void press_slide_lift(const Cell& cell, double reach, double size, Trial& trial)
     // Friction holds it sideways, where and whether depends on how it got there.
     r.known = {0, 0, 1};
     r.tolerance = 0.05 * size + 0.1 * std::abs(r.p_WT->z - reach);
+    // A box on too soft a surface falls over in truth: its load acts above the contact, whose corners hold it up.
+    const double c = cell.contact_stiffness, load = c * std::max(0.0, reach - r.p_WT->z);
+    fallen = fallen || (trial.scene.rotates() && load * reach > c * reach * reach + trial.law.k_r);
+    if (fallen) r.p_WT.reset();
     trial.rests.push_back(r);
   };
   trial.hand.go(0.2, deep).stay(0.1).go(0.3, aside);
