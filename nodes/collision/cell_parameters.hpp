@@ -16,13 +16,15 @@ inline MakeMeshDistance make_cells(const CellOptions& options) {
 template <class N>
 void declare_cells(Declare<N>& declaration) {
   declaration
-      .template integer<std::int32_t>(
-          "resolution", &N::Params::resolution,
-          {.doc = "cells along the longest side of a mesh", .default_value = 160, .min = 8, .max = 1024})
+      .template integer<std::int32_t>("resolution", &N::Params::resolution,
+                                      {.doc = "cells along the longest side of a mesh",
+                                       .default_value = CellOptions{}.resolution,
+                                       .min = 8,
+                                       .max = 1024})
       .template real<double>("band", &N::Params::band,
                              {.doc = "distance from a mesh's surface within which cells list their nearest faces",
                               .unit = "m",
-                              .default_value = 0.003,
+                              .default_value = CellOptions{}.band,
                               .min = 0,
                               .max = 0.1});
 }
