@@ -34,7 +34,7 @@ BodyPair::BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indic
   if (b.motion == Motion::fixed) p_WM_of_b_ = transform(b.X_WB, b.p_BM);
   if (is_ball(a) || is_ball(b)) {
     ball_is_a_ = is_ball(a);
-    ball_ = Ball{.radius = ball_is_a_ ? a.reach : b.reach};
+    ball_ = Ball{.radius = ball_is_a_ ? a.radius : b.radius};
     return;
   }
   const bool one_is_round = is_round(a) != is_round(b);
@@ -52,7 +52,7 @@ BodyPair::Side BodyPair::make_side(const ContactBody& body) const {
 
 bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
   const Vec3 apart = transform(X_WA, a_.p_BM) - (p_WM_of_b_ ? *p_WM_of_b_ : transform(X_WB, b_.p_BM));
-  const double reach = a_.reach + b_.reach + margin_;
+  const double reach = a_.radius + b_.radius + margin_;
   return dot(apart, apart) <= reach * reach;
 }
 

