@@ -143,8 +143,9 @@ def figure_script(scene, file):
         label += 1
         lines += [f"set object {label} rectangle from screen {x},0.952 to screen {x + 0.014},0.976 fc rgb '{colour}' fs solid "
                   f"border lc rgb '#606060'", f"set label {label} '{text}' at screen {x + 0.018},0.964 left"]
-    lines.append(f"set label 20 'to the right: mass of the tool, within each the coupling from {couplings[0]:g} to {couplings[-1]:g} N/m; upwards: stiffness of the contact, N/m' at screen "
-                 f"{(left + right) / 2},0.02 center")
+    caption = (f"to the right: mass of the tool, within each the coupling from {couplings[0]:g} to {couplings[-1]:g} N/m; "
+               "upwards: stiffness of the contact, N/m")
+    lines.append(f"set label 20 '{caption}' at screen {(left + right) / 2},0.02 center")
     for row, (name, found) in enumerate(cells.items()):
         y = top - (row + 1) * step_y
         lines.append(f"set label {30 + row} \"{CONTENDERS[name].replace(', ', chr(92) + 'n')}\" at screen 0.004,{y + 0.55 * step_y} left "

@@ -424,13 +424,18 @@ TrialScene box_on_box(const std::filesystem::path& scratch) {
           }};
 }
 
-TrialScene jammed_peg(const std::filesystem::path& meshes) {
+/// `spacing` in m: with the node's default of 0 the rims of the hole touch, 86 points; with 10 mm the walls do, and
+/// fill the contact set several times over.
+TrialScene jammed_peg(const std::filesystem::path& meshes, const std::string& name, const std::string& touching,
+                      double spacing) {
   auto pair = std::make_shared<MeshPair>();
   // The radii are 10 mm and 10.5 mm.
   pair->obstacle = mesh_body("plate", meshes / "plate.off", 1, 4e-4);
   pair->tool = mesh_body("tool", meshes / "peg.off", 1.05, 4e-4);
-  return {"peg_jammed",
-          "a peg in a hole of the same 43 sides without clearance, pushed 1 mm aside, turned by 2 degrees, and let go",
+  pair->spacing = spacing;
+  return {name,
+          "a peg in a hole of the same 43 sides without clearance, " + touching +
+              ", pushed 1 mm aside, turned by 2 degrees, and let go",
           {1e3, 1e5},
           {1e-2, 1},
           {50, 100, 1000},
@@ -503,7 +508,8 @@ std::vector<TrialScene> trial_scenes(const std::filesystem::path& meshes, const 
           sized("size_1e-4_m", "a ball of 0.1 mm pressed onto a plane, slid and lifted", 1e-4),
           sized("size_1e2_m", "a ball of 100 m pressed onto a plane, slid and lifted", 1e2),
           slow(box_on_box(scratch)),
-          slow(jammed_peg(meshes)),
+          slow(jammed_peg(meshes, "peg_jammed", "touching at its rims", 0)),
+          slow(jammed_peg(meshes, "peg_jammed_full", "touching all over, more contacts than the set holds", 0.01)),
           slow(thrown_bunny(meshes))};
 }
 
