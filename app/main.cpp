@@ -26,6 +26,7 @@
 #include "app/run.hpp"
 #include "app/summary.hpp"
 #include "app/temporary_folder.hpp"
+#include "framework/core/cache_folder.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"

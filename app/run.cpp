@@ -269,6 +269,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.graph = plan.graph.name;
   result.title = plan.graph.title;
   result.seed = plan.graph.seed;
+  result.chosen = plan.chosen;
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
   if (plan.graph.clock == Clock::real) {

@@ -56,6 +56,7 @@ struct RunResult {
   std::vector<Series> series;
   std::vector<NodeCost> nodes;
   std::vector<EdgeResult> edges;
+  std::vector<Chosen> chosen;
   std::vector<LeftOut> left_out;
   std::string graph_yaml;  ///< resolved
 

