@@ -13,7 +13,7 @@
 #include "nodes/collision/exact.hpp"
 #include "nodes/collision/exact_distance.hpp"
 #include "nodes/collision/primitive.hpp"
-#include "nodes/scene/mesh.hpp"
+#include "nodes/scene/body_mesh.hpp"
 #include "tests/nodes/defaults.hpp"
 
 using namespace tactor;
@@ -98,7 +98,7 @@ int main(int count, char** arguments) {
     return 2;
   }
   const std::string file = arguments[1];
-  const TriangleMesh duck = read_off(file);
+  const TriangleMesh duck = load_body_mesh(body("duck", MeshShape{file}));
   const double r = 0.004;
   Scene scene;
   scene.bodies = {body("duck", MeshShape{file}), body("tool", SphereShape{r}, Motion::translation)};
