@@ -18,14 +18,18 @@ Entry trilinear(int resolution) {
 
 Entry cells(int resolution) {
   return {"tactor, " + std::to_string(resolution), Gives::depths,
-          [resolution](const Pair& pair) { return make_cells(pair, 0, {.resolution = resolution}); }};
+          [resolution](const Pair& pair) { return make_tactor(pair, 0, {.resolution = resolution}); }};
 }
 
-std::vector<Entry> contenders() {
+std::vector<Entry> contenders(const std::filesystem::path& file) {
   constexpr std::size_t all = 1'000'000;
   constexpr auto f = Precision::single_precision, d = Precision::double_precision;
-  return {{"tactor", Gives::depths, [](const Pair& p) { return make_cells(p, 0); }},
-          {"tactor, 1 mm margin", Gives::depths, [](const Pair& p) { return make_cells(p, 0.001); }},
+  return {{"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
+          {"tactor, 1 mm margin", Gives::depths, [](const Pair& p) { return make_tactor(p, 0.001); }},
+          {"tactor, collision.sdf, 1 mm margin", Gives::depths,
+           [=](const Pair& p) {
+             return make_sdf_node(p, {file, file}, 0.001, 0);
+           }},
           {"tactor, exact", Gives::depths, make_exact},
           {"floor", Gives::depths, make_floor},
           {"CGAL", Gives::depths, make_cgal_exact},
@@ -40,7 +44,8 @@ std::vector<Entry> contenders() {
 }  // namespace
 
 Json bunny_scene(const SceneOptions& options) {
-  const TriangleMesh mesh = read_off(options.meshes / "bunny.off");
+  const std::filesystem::path file = options.meshes / "bunny.off";
+  const TriangleMesh mesh = read_off(file);
   const Body bunny{mesh, sample_surface(mesh, 0)};
   const Pair pair{bunny, bunny};
   const Samples samples{0, press_and_slide_duration / options.samples, options.samples};
@@ -55,9 +60,9 @@ Json bunny_scene(const SceneOptions& options) {
                {"path", describe(steps, samples.period)},
                {"near_mm", 1e3 * measured.near},
                {"deep_mm", 1e3 * measured.deep}};
-  json["contenders"] = measure(contenders(), pair, steps, measured);
+  json["contenders"] = measure(contenders(file), pair, steps, measured);
   if (!options.grids) return json;
-  std::vector<Entry> grids = {contenders().front()};
+  std::vector<Entry> grids = {contenders(file).front()};
   for (const int resolution : {64, 128, 192, 256}) {
     grids.push_back(cells(resolution));
     grids.push_back(trilinear(resolution));

@@ -1,6 +1,6 @@
 // Contacts of meshes by this project and by other libraries, side by side on one core.
 //
-// collision_bench --meshes FOLDER [--scene bunny|peg|duck|growth]... [--samples N] [--no-cold] [--no-grids]
+// collision_bench --meshes FOLDER [--scene bunny|peg|duck|growth|build]... [--samples N] [--no-cold] [--no-grids]
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -15,9 +15,13 @@ using namespace tactor::bench;
 
 int main(int argc, char** argv) try {
   static const std::map<std::string, nlohmann::ordered_json (*)(const SceneOptions&)> scenes = {
-      {"bunny", bunny_scene}, {"peg", peg_scene}, {"duck", duck_scene}, {"growth", growth_scene}};
+      {"bunny", bunny_scene},
+      {"peg", peg_scene},
+      {"duck", duck_scene},
+      {"growth", growth_scene},
+      {"build", build_scene}};
   SceneOptions options;
-  std::vector<std::string> wanted = {"bunny", "peg", "duck", "growth"};
+  std::vector<std::string> wanted = {"bunny", "peg", "duck", "growth", "build"};
   bool warm_alone = false, no_grids = false;
   CLI::App app("Contacts of meshes by this project and by other libraries, side by side, as JSON.");
   app.add_option("--meshes", options.meshes, "folder of bunny.off, peg.off, plate.off and duck.off")->required();

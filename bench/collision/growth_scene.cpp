@@ -31,8 +31,8 @@ Json row(const TriangleMesh& mesh, double deepest, int samples) {
   options.cold_blocks = 0;
   options.compare = false;
   const std::vector<Entry> entries = {
-      {"tactor", Gives::depths, [](const Pair& p) { return make_cells(p, 0); }},
-      {"tactor, 2,622 samples", Gives::depths, [&](const Pair&) { return make_cells(pair_of_few, 0); }},
+      {"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
+      {"tactor, 2,622 samples", Gives::depths, [&](const Pair&) { return make_tactor(pair_of_few, 0); }},
       {"tactor, exact", Gives::depths, make_exact},
       {"FCL double, all contacts", Gives::depths,
        [](const Pair& p) { return make_fcl(p, Precision::double_precision, all); }},

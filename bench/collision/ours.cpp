@@ -85,7 +85,7 @@ class Floor final : public Contender {
 
 }  // namespace
 
-std::unique_ptr<Contender> make_cells(const Pair& pair, double margin, const CellOptions& options) {
+std::unique_ptr<Contender> make_tactor(const Pair& pair, double margin, const CellOptions& options) {
   return std::make_unique<SampleTrees>(pair, margin,
                                        std::make_unique<CellDistance>(pair.fixed.mesh, "fixed body", options),
                                        std::make_unique<CellDistance>(pair.tool.mesh, "tool", options));
