@@ -7,6 +7,7 @@
 #include "framework/core/check.hpp"
 #include "nodes/collision/cell_distance.hpp"
 #include "nodes/collision/exact_distance.hpp"
+#include "nodes/scene/solid_file.hpp"
 #include "tests/nodes/shapes.hpp"
 
 using namespace tactor;
@@ -22,7 +23,7 @@ struct Dice {
 };
 
 TriangleMesh built_mesh(const char* name) {
-  return read_off(std::string(TACTOR_BINARY_DIR) + "/meshes/" + name);
+  return load_solid(std::string(TACTOR_BINARY_DIR) + "/meshes/" + name).mesh;
 }
 
 TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
