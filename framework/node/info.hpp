@@ -130,6 +130,9 @@ struct NodeInfo {
   /// Of a type that stands for others: the one that suits a scene, which a plan puts in its place. That one has the
   /// same ports; parameters pass on by name, those that it lacks are dropped, and its others take their defaults.
   std::function<Resolution(const Scene&)> resolve;
+  /// Throws InputError where the node would refuse the bodies of the scene, and tells notes as NodeContext does,
+  /// without making it; empty: the node reads no files of bodies.
+  std::function<void(const Scene&, std::vector<std::string>* notes)> check_bodies;
   /// Makes the node from values in the order of `params`; null where there is `resolve`.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;
 

@@ -1,5 +1,6 @@
 #include "nodes/collision/auto.hpp"
 
+#include "nodes/collision/exact.hpp"
 #include "nodes/collision/none.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
@@ -33,7 +34,7 @@ Resolution AutoCollision::choose(const Scene& scene) {
 
 NodeInfo AutoCollision::declare() {
   // The ports and parameters that all have.
-  NodeInfo info = PrimitiveCollision::declare();
+  NodeInfo info = ExactCollision::declare();
   info.type = "collision.auto";
   info.summary = "The collision that suits the scene: none, primitive or sdf.";
   info.details =

@@ -6,7 +6,7 @@
 namespace tactor {
 
 /// A type that stands for another: collision.none where nothing can touch, collision.primitive where no mesh moves,
-/// collision.sdf else. Its margin and spacing are passed on.
+/// collision.sdf else. What all of them have is passed on: margin, spacing, max_contacts.
 struct AutoCollision {
   static NodeInfo declare();
   static Resolution choose(const Scene& scene);

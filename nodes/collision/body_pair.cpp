@@ -28,13 +28,13 @@ std::array<double, 6> turned(const Quat& R, const Eigen::Matrix3d& H) {
 
 }  // namespace
 
-BodyPair::BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, double margin)
-    : a_(a), b_(b), indices_(indices), margin_(margin), material_(combine(a.material, b.material)) {
+BodyPair::BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, std::uint32_t number, double margin)
+    : a_(a), b_(b), indices_(indices), number_(number), margin_(margin), material_(combine(a.material, b.material)) {
   if (a.motion != Motion::rigid && b.motion != Motion::rigid) R_BA_ = inverse(b.X_WB.R) * a.X_WB.R;
   if (b.motion == Motion::fixed) p_WM_of_b_ = transform(b.X_WB, b.p_BM);
   if (is_ball(a) || is_ball(b)) {
     ball_is_a_ = is_ball(a);
-    ball_ = Ball{.radius = ball_is_a_ ? a.reach : b.reach};
+    ball_ = Ball{.radius = ball_is_a_ ? a.radius : b.radius};
     return;
   }
   const bool one_is_round = is_round(a) != is_round(b);
@@ -50,14 +50,9 @@ BodyPair::Side BodyPair::make_side(const ContactBody& body) const {
   return {SampleTree(body.samples.points, body.samples.radii), std::move(weights)};
 }
 
-std::size_t BodyPair::most_contacts() const {
-  if (ball_) return 1;
-  return (side_a_ ? side_a_->weights.size() : 0) + (side_b_ ? side_b_->weights.size() : 0);
-}
-
 bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
   const Vec3 apart = transform(X_WA, a_.p_BM) - (p_WM_of_b_ ? *p_WM_of_b_ : transform(X_WB, b_.p_BM));
-  const double reach = a_.reach + b_.reach + margin_;
+  const double reach = a_.radius + b_.radius + margin_;
   return dot(apart, apart) <= reach * reach;
 }
 
@@ -86,7 +81,14 @@ Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, doub
   return c;
 }
 
-void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, std::vector<Contact>& found) {
+void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
+  contact.weight = weight;
+  found.contact.push_back(contact);
+  found.pair.push_back(indices_);
+  found.key.push_back(number_ << 40U | static_cast<std::uint64_t>(from_b) << 39U | sample);
+}
+
+void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
   const ContactBody& other = ball_is_a_ ? b_ : a_;
   const Pose &X_WO = ball_is_a_ ? X_WB : X_WA, &X_WK = ball_is_a_ ? X_WA : X_WB;
   const Vec3 x = rotate(inverse(X_WO.R), X_WK.p - X_WO.p);
@@ -98,12 +100,12 @@ void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, std::vector<Contact
   ball_->asked_at = x;
   ball_->asked = true;
   if (ball_->last.distance >= reach) return;
-  found.push_back(ball_is_a_ ? of_a(X_WA, X_WB, {}, ball_->radius, ball_->last, x)
-                             : of_b(X_WA, X_WB, {}, ball_->radius, ball_->last, x));
-  found.back().weight = 1;
+  add(ball_is_a_ ? of_a(X_WA, X_WB, {}, ball_->radius, ball_->last, x)
+                 : of_b(X_WA, X_WB, {}, ball_->radius, ball_->last, x),
+      1, !ball_is_a_, 0, found);
 }
 
-void BodyPair::find(const Pose& X_WA, const Pose& X_WB, std::vector<Contact>& found) {
+void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
   if (!may_meet(X_WA, X_WB)) return;
   if (ball_) return find_ball(X_WA, X_WB, found);
   const Quat to_B = inverse(X_WB.R);
@@ -125,14 +127,14 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, std::vector<Contact>& fo
   for (const NearSample& n : of_side_a) {
     const auto i = static_cast<std::size_t>(n.sample);
     const Vec3& p_A = a_.samples.points[i].p;
-    found.push_back(of_a(X_WA, X_WB, p_A, radius(a_, i), n.nearest, transform(X_BA, p_A)));
-    found.back().weight = extent_a / total * side_a_->weights[i];
+    add(of_a(X_WA, X_WB, p_A, radius(a_, i), n.nearest, transform(X_BA, p_A)), extent_a / total * side_a_->weights[i],
+        false, i, found);
   }
   for (const NearSample& n : of_side_b) {
     const auto i = static_cast<std::size_t>(n.sample);
     const Vec3& p_B = b_.samples.points[i].p;
-    found.push_back(of_b(X_WA, X_WB, p_B, radius(b_, i), n.nearest, transform(X_AB, p_B)));
-    found.back().weight = extent_b / total * side_b_->weights[i];
+    add(of_b(X_WA, X_WB, p_B, radius(b_, i), n.nearest, transform(X_AB, p_B)), extent_b / total * side_b_->weights[i],
+        true, i, found);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "framework/core/messages.hpp"
 #include "nodes/collision/contact_body.hpp"
+#include "nodes/collision/contact_reduction.hpp"
 #include "nodes/collision/sample_tree.hpp"
 
 namespace tactor {
@@ -25,15 +26,14 @@ namespace tactor {
 /// rotation between them is computed.
 class BodyPair {
  public:
-  /// `a` moves; both must outlive the pair. `indices`: of the bodies in Scene::moving(); margin in m.
-  BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, double margin);
+  /// `a` moves; both must outlive the pair. `indices`: of the bodies in Scene::moving(); `number`: one for each pair of
+  /// a node, which its contacts' keys begin with; margin in m.
+  BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, std::uint32_t number, double margin);
 
   [[nodiscard]] ContactPair indices() const { return indices_; }
-  /// How many contacts there may be at most.
-  [[nodiscard]] std::size_t most_contacts() const;
 
   /// Adds the contacts at these poses nearer than the margin, those of a's samples first, in the order of SampleTree.
-  void find(const Pose& X_WA, const Pose& X_WB, std::vector<Contact>& found);
+  void find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
 
  private:
   /// One body's samples against the other's distance.
@@ -50,7 +50,8 @@ class BodyPair {
   };
   [[nodiscard]] Side make_side(const ContactBody& body) const;
   [[nodiscard]] bool may_meet(const Pose& X_WA, const Pose& X_WB) const;
-  void find_ball(const Pose& X_WA, const Pose& X_WB, std::vector<Contact>& found);
+  void find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
+  void add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const;
   [[nodiscard]] Contact of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius, const Nearest& n,
                              const Vec3& x_B) const;
   [[nodiscard]] Contact of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius, const Nearest& n,
@@ -59,6 +60,7 @@ class BodyPair {
   const ContactBody& a_;
   const ContactBody& b_;
   ContactPair indices_;
+  std::uint64_t number_;
   double margin_;      // m
   Material material_;  // of both
   std::optional<Ball> ball_;

@@ -68,6 +68,7 @@ class Builder {
     }
     error_ = 2 * static_cast<float>(tree.error(data.low));
     kept_for_.resize(tree.records.size());
+    place_.resize(tree.records.size());
     data.slack = std::ldexp(norm(low) + norm(high) + norm(data.low), -20);
   }
 
@@ -86,6 +87,8 @@ class Builder {
           if (std::abs(distance) > options_.band + block_radius) continue;
           data_.block.back() = static_cast<std::int32_t>(data_.cells.size() / 512);
           data_.cells.resize(data_.cells.size() + 512);
+          data_.palette_begin.push_back(static_cast<std::uint32_t>(data_.palette.size()));
+          data_.palette.push_back(data_.tree.filler());
           data_.tree.within(centre, std::abs(distance) + 2 * block_radius, list_.back().record);
           measure(data_, centre, list_.back());
           cut(centre, 3, data_.cells.size() - 512, {0, 0, 0});
@@ -93,6 +96,7 @@ class Builder {
       }
     }
     data_.cells.shrink_to_fit();
+    data_.palette.shrink_to_fit();
     data_.batches.shrink_to_fit();
     data_.batch_bound.shrink_to_fit();
   }
@@ -188,11 +192,21 @@ class Builder {
     by_distance_.clear();
     for (std::size_t i = 0; i < kept_.record.size(); ++i) by_distance_.emplace_back(kept_.distance[i], kept_.record[i]);
     std::sort(by_distance_.begin(), by_distance_.end());
+    const std::size_t begin = data_.palette_begin.back();
+    // The palette of a block of a very fine mesh may be full.
+    if (data_.palette.size() - begin + kept_.record.size() > 0xffff) return;
     cell.list = static_cast<std::uint32_t>(data_.batches.size() << 4 | count);
     for (std::size_t j = 0; j < count; ++j) {
-      std::array<std::uint32_t, 8>& batch = data_.batches.emplace_back();
-      for (std::size_t k = 0; k < 8; ++k) {
-        batch[k] = 8 * j + k < by_distance_.size() ? by_distance_[8 * j + k].second : data_.tree.filler();
+      std::array<std::uint16_t, 8>& batch = data_.batches.emplace_back();
+      batch.fill(0);
+      for (std::size_t k = 0; k < 8 && 8 * j + k < by_distance_.size(); ++k) {
+        const std::uint32_t record = by_distance_[8 * j + k].second;
+        std::size_t& place = place_[record];
+        if (place <= begin || place >= data_.palette.size() || data_.palette[place] != record) {
+          place = data_.palette.size();
+          data_.palette.push_back(record);
+        }
+        batch[k] = static_cast<std::uint16_t>(place - begin);
       }
       data_.batch_bound.push_back(by_distance_[8 * j].first - error_);
     }
@@ -224,6 +238,7 @@ class Builder {
   Measured all_, kept_;
   std::vector<std::uint32_t> kept_for_;  // of each record the number of the last cell whose kept_ it came to
   std::uint32_t cell_number_ = 0;
+  std::vector<std::size_t> place_;  // of each record in the palette that it last came to
   std::vector<std::pair<float, std::uint32_t>> by_distance_;
 };
 

@@ -28,6 +28,8 @@ void for_each_part(Data& data, const Use& use) {
   use(data.block);
   use(data.block_distance);
   use(data.cells);
+  use(data.palette);
+  use(data.palette_begin);
   use(data.batches);
   use(data.batch_bound);
 }

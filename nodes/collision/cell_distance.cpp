@@ -14,7 +14,9 @@ namespace {
 using wide::F8;
 using wide::I8;
 
-TACTOR_WIDE void search_list(const CellData& data, std::uint32_t list, float from_centre, wide::Search& search) {
+TACTOR_WIDE void search_list(const CellData& data, std::size_t block, std::uint32_t list, float from_centre,
+                             wide::Search& search) {
+  const std::uint32_t* const palette = &data.palette[data.palette_begin[block]];
   const std::size_t first = list >> 4, count = list & 15;
   for (std::size_t j = first; j < first + count; ++j) {
     if (j > first) {
@@ -22,7 +24,7 @@ TACTOR_WIDE void search_list(const CellData& data, std::uint32_t list, float fro
       if (away > 0 && away * away > search.limit) return;
     }
     const FaceRecord* face[8];
-    for (std::size_t k = 0; k < 8; ++k) face[k] = &data.tree.records[data.batches[j][k]];
+    for (std::size_t k = 0; k < 8; ++k) face[k] = &data.tree.records[palette[data.batches[j][k]]];
     search.consider(face);
   }
 }
@@ -68,7 +70,10 @@ TACTOR_WIDE void bound_distances(const CellData& data, const Points8& points, un
     if ((wanted >> k & 1) == 0) continue;
     const std::int32_t cells = data.block[static_cast<std::size_t>(b[k])];
     if (cells >= 0) {
-      known[k] = data.cells[512 * static_cast<std::size_t>(cells) + static_cast<std::size_t>(c[k])].distance;
+      const Cell& nearest = data.cells[512 * static_cast<std::size_t>(cells) + static_cast<std::size_t>(c[k])];
+      known[k] = nearest.distance;
+      // Who asks for a bound near the surface is likely to ask for the nearest point next.
+      __builtin_prefetch(&data.batches[nearest.list >> 4]);
     } else {
       known[k] = data.block_distance[static_cast<std::size_t>(b[k])];
       squared[k] = far[k];
@@ -110,7 +115,8 @@ Nearest CellDistance::nearest(const Vec3& x, int hint) const {
       if ((cell.list & 15) != 0) {
         const Vec3 from_centre =
             place - Vec3{static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5};
-        search_list(data_, cell.list, static_cast<float>(1.00001 * data_.edge * norm(from_centre)), search);
+        search_list(data_, static_cast<std::size_t>(block), cell.list,
+                    static_cast<float>(1.00001 * data_.edge * norm(from_centre)), search);
         return data_.surface.signed_distance(search.best, x);
       }
     }

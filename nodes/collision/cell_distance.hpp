@@ -14,7 +14,7 @@ namespace tactor {
 /// How the space about a mesh is cut into cells.
 struct CellOptions {
   int resolution = 128;  ///< cells along the longest side of the mesh's box, 8 to 1024
-  double band = 0.003;   ///< m, the distance from the surface, on both sides, within which cells have lists
+  double band = 0.0025;  ///< m, the distance from the surface, on both sides, within which cells have lists
 };
 
 /// A cell: what is known of all of its points.
@@ -36,7 +36,9 @@ struct CellData {
   std::vector<std::int32_t> block;       ///< of each block the index of its cells / 512, or -1 far from the surface
   std::vector<float> block_distance;     ///< m, of each block as Cell::distance
   std::vector<Cell> cells;
-  std::vector<std::array<std::uint32_t, 8>> batches;  ///< records of the tree
+  std::vector<std::uint32_t> palette;        ///< of each block with cells the records of the tree that its lists name
+  std::vector<std::uint32_t> palette_begin;  ///< where the palette of each of these blocks begins
+  std::vector<std::array<std::uint16_t, 8>> batches;  ///< places in the palette of their block
   std::vector<float> batch_bound;  ///< m, no face of this batch or the later ones of its list is nearer to the centre
 };
 

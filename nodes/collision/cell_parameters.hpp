@@ -1,28 +1,43 @@
 // The parameters of nodes that prepare meshes by cells.
 #pragma once
 
-#include "nodes/collision/cell_distance.hpp"
+#include <algorithm>
+
+#include "nodes/collision/cell_cache.hpp"
 #include "nodes/collision/pair_collision.hpp"
 
 namespace tactor {
 
-inline MakeMeshDistance make_cells(const CellOptions& options) {
-  return [options](const TriangleMesh& mesh, const std::string& name) {
-    return std::make_unique<CellDistance>(mesh, name, options);
+/// Cells with lists as far as `reach`, where balls are measured from, unless most of the mesh's box would have them.
+/// Made once and kept in the cache; `notes` as for load_body_mesh.
+inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
+  return [options, notes](const TriangleMesh& mesh, const std::string& name, double reach) {
+    Vec3 low = mesh.vertices.front(), high = low;
+    for (const Vec3& v : mesh.vertices) {
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], v[axis]);
+        high[axis] = std::max(high[axis], v[axis]);
+      }
+    }
+    const Vec3 size = high - low;
+    CellOptions wide = options;
+    if (reach < std::max({size.x, size.y, size.z}) / 8) wide.band = std::max(options.band, reach);
+    return std::make_unique<CellDistance>(cached_cell_distance(mesh, name, wide, cell_cache(), notes));
   };
 }
 
-/// Adds CellOptions to the declaration of N.
+/// Adds CellOptions to the declaration of N, with that resolution where a graph gives none.
 template <class N>
-void declare_cells(Declare<N>& declaration) {
+void declare_cells(Declare<N>& declaration, int resolution) {
   declaration
       .template integer<std::int32_t>(
           "resolution", &N::Params::resolution,
-          {.doc = "cells along the longest side of a mesh", .default_value = 160, .min = 8, .max = 1024})
+          {.doc = "cells along the longest side of a mesh", .default_value = resolution, .min = 8, .max = 1024})
       .template real<double>("band", &N::Params::band,
-                             {.doc = "distance from a mesh's surface within which cells list their nearest faces",
+                             {.doc = "distance from a mesh's surface within which cells list their nearest faces; more "
+                                     "where a ball of larger radius may touch it",
                               .unit = "m",
-                              .default_value = 0.003,
+                              .default_value = CellOptions{}.band,
                               .min = 0,
                               .max = 0.1});
 }

@@ -4,6 +4,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/collision/materials.hpp"
+#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
@@ -59,6 +60,7 @@ void declare_collision(Declare<N>& declaration) {
                               .min = 0,
                               .max = 0.1})
       .on_thread("physics")
+      .check_bodies(check_body_meshes)
       .unneeded(nothing_to_hit);
 }
 

@@ -9,17 +9,18 @@
 #include "framework/core/scene.hpp"
 #include "nodes/collision/contact_samples.hpp"
 #include "nodes/collision/signed_distance.hpp"
-#include "nodes/scene/mesh.hpp"
+#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
-/// Makes the distance of a mesh; errors begin with the name.
+/// Makes the distance of a mesh, which contacts ask for up to `reach` (m) from its surface; errors begin with the name.
 using MakeMeshDistance =
-    std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, const std::string& name)>;
+    std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, const std::string& name, double reach)>;
 
 struct ContactBody {
-  /// Throws InputError, naming the body, where its mesh or the spacing (m) cannot be used.
-  ContactBody(const Body& body, double spacing, const MakeMeshDistance& make_distance);
+  /// `spacing` of samples and `reach` in m; `notes` as for load_body_mesh. Throws InputError, naming the body, where
+  /// its mesh or the spacing cannot be used.
+  ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance, Notes* notes);
 
   Shape shape;
   Motion motion;
@@ -27,8 +28,8 @@ struct ContactBody {
   Material material;
   std::unique_ptr<SignedDistance> distance;
   ContactSamples samples;
-  Vec3 p_BM;         ///< m, the middle of a sphere that the body lies in
-  double reach = 0;  ///< m, the radius of that sphere; infinite for a plane
+  Vec3 p_BM;          ///< m, the middle of a sphere that the body lies in
+  double radius = 0;  ///< m, of that sphere; infinite for a plane
 };
 
 }  // namespace tactor

@@ -5,7 +5,7 @@
 namespace tactor {
 
 namespace {
-std::unique_ptr<SignedDistance> make(const TriangleMesh& mesh, const std::string& name) {
+std::unique_ptr<SignedDistance> make(const TriangleMesh& mesh, const std::string& name, double /*reach*/) {
   return std::make_unique<ExactDistance>(mesh, name);
 }
 }  // namespace

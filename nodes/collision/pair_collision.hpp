@@ -11,14 +11,14 @@ namespace tactor {
 struct PairParams {
   double margin = 0;   ///< m
   double spacing = 0;  ///< m
+  std::int32_t max_contacts = ContactSet::capacity;
 };
 
 /// Looks at each pair of a moving body with a fixed one and of two moving bodies, as BodyPair does, and never at two
 /// fixed ones. A contact is reported where the distance is below `margin`, with the pair that it belongs to: the body
 /// that comes first in Scene::moving() is the moving one, T of the contact, and its normal points to that body.
-/// Contacts stand in the order of pairs, sides and samples; beyond the capacity of a ContactSet the deepest are kept,
-/// with weights raised so that sum(weight * depth) stays what it was; a flat contact needs a spacing coarse enough not
-/// to fill the set, or its pressure gathers at one side. Throws InputError where a mesh is no solid.
+/// Contacts stand in the order of pairs, sides and samples; beyond `max_contacts` ContactReduction chooses. Throws
+/// InputError where a mesh is no solid. Queries allocate nothing once they have met the most contacts.
 class PairCollision : public CollisionNode {
  public:
   using CollisionNode::query;
@@ -36,9 +36,8 @@ class PairCollision : public CollisionNode {
   };
   std::vector<ContactBody> bodies_;  // those that move first, in the order of Scene::moving()
   std::vector<Entry> pairs_;
-  std::vector<Contact> found_;
-  std::vector<ContactPair> of_pair_;  // of each found contact
-  std::vector<std::size_t> order_;
+  FoundContacts found_;
+  ContactReduction reduction_;
 };
 
 /// Adds what all these nodes have to the declaration of N.
@@ -53,6 +52,12 @@ void declare_pairs(Declare<N>& declaration) {
        .default_value = 0,
        .min = 0,
        .max = 1});
+  declaration.template integer<std::int32_t>(
+      "max_contacts", &N::Params::max_contacts,
+      {.doc = "contacts sent at most; of more, some that are spread out stand for all, with the same force and torque",
+       .default_value = ContactSet::capacity,
+       .min = 1,
+       .max = ContactSet::capacity});
 }
 
 }  // namespace tactor

@@ -19,7 +19,7 @@ const NodeContext& checked(const NodeContext& context) {
 }  // namespace
 
 PrimitiveCollision::PrimitiveCollision(const Params& params, const NodeContext& context)
-    : PairCollision(params, checked(context), make_cells(params)) {}
+    : PairCollision(params, checked(context), make_cells(params, context.notes)) {}
 
 NodeInfo PrimitiveCollision::declare() {
   Declare<PrimitiveCollision> d("collision.primitive",
@@ -31,7 +31,8 @@ NodeInfo PrimitiveCollision::declare() {
       "most "
       "s^2 / (8 (r - depth)), nothing on a plane. Boxes and meshes meet as in collision.sdf.");
   declare_pairs(d);
-  declare_cells(d);
+  // A point or a few need no finer cells: a seventh of the time to make them, for a quarter more a query.
+  declare_cells(d, 48);
   return d.info();
 }
 

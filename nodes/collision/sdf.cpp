@@ -3,7 +3,7 @@
 namespace tactor {
 
 SdfCollision::SdfCollision(const Params& params, const NodeContext& context)
-    : PairCollision(params, context, make_cells(params)) {}
+    : PairCollision(params, context, make_cells(params, context.notes)) {}
 
 NodeInfo SdfCollision::declare() {
   Declare<SdfCollision> d("collision.sdf", "Exact contacts of bodies of any shape, meshes prepared by cells.");
@@ -13,7 +13,7 @@ NodeInfo SdfCollision::declare() {
       "than the deepest penetration: beyond the middle of a part the nearest surface is the far one. With spacing 0 "
       "only the vertices of a mesh touch; large faces need a spacing.");
   declare_pairs(d);
-  declare_cells(d);
+  declare_cells(d, CellOptions{}.resolution);
   return d.info();
 }
 

@@ -34,7 +34,7 @@ RigidDynamics::RigidDynamics(const Params& params, const NodeContext& context) :
   const Body* tool = context.scene->tool();
   if (tool == nullptr) throw InputError("dynamics.rigid needs a moving body in the scene");
   model_.mass = tool->mass;
-  model_.inertia_T = context.torque ? body_inertia(*tool) : Eigen::Matrix3d::Zero();
+  model_.inertia_T = context.torque ? body_inertia(*tool, context.notes) : Eigen::Matrix3d::Zero();
   model_.gravity_W = context.scene->gravity_W;
   model_.rotates = context.torque;
   model_.iterations = params.iterations;
@@ -152,6 +152,9 @@ NodeInfo RigidDynamics::declare() {
               "how far to simulate: to the time the contact query began, or to the newest sample")
       .boolean("start_at_device", &Params::start_at_device, true,
                "start the tool at the handle's first pose, so that the spring is slack")
+      .check_bodies([](const Scene& scene, Notes* notes) {
+        if (scene.rotates()) body_inertia(*scene.tool(), notes);
+      })
       .unneeded([](const Scene& scene) {
         return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
       })
