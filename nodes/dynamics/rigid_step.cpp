@@ -11,6 +11,7 @@
 #include "nodes/dynamics/eigen.hpp"
 #include "nodes/dynamics/energy.hpp"
 #include "nodes/dynamics/free_rotation.hpp"
+#include "nodes/dynamics/handle.hpp"
 
 namespace tactor {
 
@@ -23,7 +24,9 @@ using Plane = RigidStep::Plane;
 constexpr double tolerance = 1e-9;        // of the terms of an equation
 constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
 constexpr int following = 12;             // iterations in which the bounds may follow
-constexpr int searches = 40;              // evaluations along a line, at most
+constexpr double most_turn = 0.3;         // rad, in one step
+constexpr int most_halvings = 6;
+constexpr int searches = 40;  // evaluations along a line, at most
 
 constexpr int most_dofs = 6 * static_cast<int>(max_moving_bodies);
 
@@ -233,9 +236,10 @@ class Equations {
     }
   }
 
-  /// Moves the bodies with velocities v. The momenta come from the forces, which are equal and opposite to the last
-  /// digit, and not from v, which is met to a tolerance.
-  void finish(const Vector& v, BodyStates& bodies) {
+  /// Moves the bodies with velocities v; returns the farthest turn, rad. The momenta come from the forces, which are
+  /// equal and opposite to the last digit, and not from v, which is met to a tolerance.
+  double finish(const Vector& v, BodyStates& bodies) {
+    double turn = 0;
     Vector left(dofs_);
     left.setZero();
     for (Plane& p : planes_) {
@@ -256,10 +260,13 @@ class Equations {
       if (!rotates(i)) continue;
       const Vec3 w = plain(angular(v, i));
       X.R = normalized(from_rotation_vector(h_ * (w - b.free.w_WB)) * b.free.R_WB);
+      // The tool without mass turns as far as the handle does, and its next step corrects what was not linear.
+      if (!balance) turn = std::max({turn, h_ * norm(w), h_ * norm(b.free.w_WB)});
       V.w = balance ? w
                     : plain(inertia_W(model_.body[index(i)].inertia_B, X.R).inverse() *
                             (b.angular_momentum - angular(left, i)));
     }
+    return turn;
   }
 
   [[nodiscard]] int dofs() const { return dofs_; }
@@ -494,7 +501,7 @@ StepResult RigidStep::solve(const CouplingLaw& law, const DeviceState& device, c
     equations.set_velocities(v, &Plane::u);
     equations.damped_residual(v, left);
   }
-  equations.finish(v, bodies);
+  result.turn = equations.finish(v, bodies);
   for (const Plane& p : planes) {
     if (p.force == Vec3{} || (p.body != 0 && p.other != 0)) continue;
     const double sign = p.body == 0 ? 1 : -1;
@@ -507,6 +514,27 @@ StepResult RigidStep::solve(const CouplingLaw& law, const DeviceState& device, c
 
 StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
                               const ContactPlanes& contacts, double h, BodyStates& bodies) {
+  return advance(law, before, device, contacts, h, most_halvings, bodies);
+}
+
+StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                              const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies) {
+  const BodyStates start = bodies;
+  const StepResult whole = advance_once(law, before, device, contacts, h, bodies);
+  if (whole.turn <= most_turn || halvings == 0) return whole;
+  bodies = start;
+  const DeviceState middle = handle_between(before, device, 0.5, model_.body[0].rotates);
+  const StepResult first = advance(law, before, middle, contacts, h / 2, halvings - 1, bodies);
+  StepResult second = advance(law, middle, device, contacts, h / 2, halvings - 1, bodies);
+  second.outcome = std::max(first.outcome, second.outcome);
+  second.contact_T_W = 0.5 * (first.contact_T_W + second.contact_T_W);
+  second.iterations += first.iterations;
+  second.turn += first.turn;
+  return second;
+}
+
+StepResult RigidStep::advance_once(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                                   const ContactPlanes& contacts, double h, BodyStates& bodies) {
   TACTOR_ASSERT(contacts.planes.size() <= planes_.size() && contacts.pairs.size() == contacts.planes.size());
   const BodyStates start = bodies;
   StepResult result;

@@ -21,6 +21,7 @@ struct StepResult {
   int touching = 0;    ///< contacts of the tool with a force
   int left_out = 0;    ///< planes that were not usable (see `usable`)
   int iterations = 0;  ///< of Newton's method
+  double turn = 0;     ///< rad, the farthest that a body has turned
 };
 
 /// Advances the bodies by h seconds. The equations, in momenta, with forces at the end of the step:
@@ -51,7 +52,7 @@ class RigidStep {
   explicit RigidStep(const SystemModel& model) : model_(model) {}
   [[nodiscard]] const SystemModel& model() const { return model_; }
 
-  /// `before`: the handle at the start of the step; only the check of energy looks at it.
+  /// `before` and `device`: the handle at the start and the end of the step.
   StepResult advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
                      const ContactPlanes& contacts, double h, BodyStates& bodies);
 
@@ -69,6 +70,10 @@ class RigidStep {
   };
 
  private:
+  StepResult advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                     const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies);
+  StepResult advance_once(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                          const ContactPlanes& contacts, double h, BodyStates& bodies);
   template <int Dofs>
   StepResult solve(const CouplingLaw& law, const DeviceState& device, const ContactPlanes& contacts, double h,
                    BodyStates& bodies);

@@ -23,7 +23,7 @@ struct SystemModel {
   int count = 1;
   Vec3 gravity_W;                ///< m/s^2
   int iterations = 60;           ///< Newton iterations a step, at most
-  double stick_velocity = 5e-4;  ///< m/s, the sliding speed below which friction is viscous
+  double stick_velocity = 1e-4;  ///< m/s, the sliding speed below which friction is viscous
 };
 
 /// The contact planes of one query.
