@@ -31,7 +31,7 @@ Body body(const std::string& name, const Shape& shape, Motion motion = Motion::f
 /// Centres of a ball of radius r round the mesh, the surface's distance from the ball going from -0.5 to `lift` mm and
 /// back at 0.05 to 0.1 m/s and 1 kHz.
 std::vector<Vec3> slide(const TriangleMesh& mesh, double r, double lift) {
-  const ExactDistance distance(mesh, "mesh");
+  const ExactDistance distance(mesh);
   Vec3 middle;
   for (const Vec3& v : mesh.vertices) middle += v / static_cast<double>(mesh.vertices.size());
   std::vector<Vec3> path;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "framework/core/check.hpp"
 #include "nodes/collision/cell_distance.hpp"
 #include "nodes/collision/wide.hpp"
 
@@ -245,6 +246,7 @@ class Builder {
 }  // namespace
 
 CellData build_cells(const TriangleMesh& mesh, const CellOptions& options) {
+  TACTOR_DEMAND(options.resolution >= 8 && options.resolution <= 1024 && options.band >= 0);
   CellData data;
   data.surface = Surface(mesh);
   data.tree = FaceTree(data.surface);

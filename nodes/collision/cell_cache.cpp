@@ -99,8 +99,8 @@ std::optional<CellData> cells_from_bytes(std::string_view bytes) {
   return data;
 }
 
-CellDistance cached_cell_distance(const TriangleMesh& mesh, const std::string& name, const CellOptions& options,
-                                  const DiskCache& cache, std::vector<std::string>* notes) {
+CellDistance cached_cell_distance(const TriangleMesh& mesh, const CellOptions& options, const DiskCache& cache,
+                                  std::vector<std::string>* notes) {
   const auto tell = [&](const std::string& note) {
     if (notes != nullptr && !note.empty()) notes->push_back(note);
   };
@@ -111,7 +111,7 @@ CellDistance cached_cell_distance(const TriangleMesh& mesh, const std::string& n
     if (std::optional<CellData> data = cells_from_bytes(*found.bytes)) return CellDistance(std::move(*data));
     tell(cache.file(key).string() + ": the cached file is of another layout; computed again and replaced");
   }
-  CellDistance distance(mesh, name, options);
+  CellDistance distance(mesh, options);
   tell(cache.store(key, to_bytes(distance.data())));
   return distance;
 }

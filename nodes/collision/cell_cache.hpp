@@ -18,9 +18,9 @@ DiskCache cell_cache(std::filesystem::path folder = default_cache_folder());
 std::string cell_key(const TriangleMesh& mesh, const CellOptions& options);
 
 /// The distance of a mesh from its cells in the cache, or built and stored there where it holds none. Adds to `notes`,
-/// where that is not null, what kept the cache from being used or filled. Throws as CellDistance does.
-CellDistance cached_cell_distance(const TriangleMesh& mesh, const std::string& name, const CellOptions& options,
-                                  const DiskCache& cache, std::vector<std::string>* notes);
+/// where that is not null, what kept the cache from being used or filled.
+CellDistance cached_cell_distance(const TriangleMesh& mesh, const CellOptions& options, const DiskCache& cache,
+                                  std::vector<std::string>* notes);
 
 /// All of the data as bytes of this machine, and back; nothing where the bytes are not of its layout.
 std::string to_bytes(const CellData& data);

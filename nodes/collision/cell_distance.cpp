@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/check.hpp"
-#include "nodes/collision/mesh_check.hpp"
 #include "nodes/collision/wide.hpp"
 
 namespace tactor {
@@ -88,16 +86,6 @@ TACTOR_WIDE void bound_distances(const CellData& data, const Points8& points, un
 }
 
 }  // namespace
-
-CellDistance::CellDistance(const TriangleMesh& mesh, const std::string& name, const CellOptions& options) {
-  check_solid(mesh, name);
-  if (options.resolution < 8 || options.resolution > 1024) {
-    throw InputError(name + ": a resolution of " + std::to_string(options.resolution) +
-                     " cells; give one from 8 to 1024");
-  }
-  if (!(options.band >= 0)) throw InputError(name + ": the band of the cells must not be below 0 m");
-  data_ = build_cells(mesh, options);
-}
 
 Nearest CellDistance::nearest(const Vec3& x, int hint) const {
   const Vec3 place = (x - data_.low) * (1 / data_.edge);

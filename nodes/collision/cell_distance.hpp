@@ -42,6 +42,9 @@ struct CellData {
   std::vector<float> batch_bound;  ///< m, no face of this batch or the later ones of its list is nearer to the centre
 };
 
+/// Cuts the space about a solid into cells. The resolution must be 8 to 1024 and the band not negative.
+CellData build_cells(const TriangleMesh& mesh, const CellOptions& options);
+
 /// Exact distance as ExactDistance's, to the bit. Near the surface each cell lists every face that can be nearest to
 /// one of its points, nearest to its centre first: the faces f with dist(f, c) <= min dist(., c) + 2 r for a point c,
 /// where all points are within r of c. Eight faces are measured at once in floats; those that rounding cannot tell from
@@ -49,9 +52,9 @@ struct CellData {
 /// searched.
 class CellDistance final : public SignedDistance {
  public:
-  /// Throws InputError, beginning with `name`, where the mesh is no solid (see mesh_check.hpp) or the options are out
-  /// of their bounds.
-  CellDistance(const TriangleMesh& mesh, const std::string& name, const CellOptions& options = {});
+  /// `mesh`: of a solid, as load_solid returns it.
+  explicit CellDistance(const TriangleMesh& mesh, const CellOptions& options = {})
+      : data_(build_cells(mesh, options)) {}
 
   /// From what build_cells made.
   explicit CellDistance(CellData data) : data_(std::move(data)) {}
@@ -65,8 +68,5 @@ class CellDistance final : public SignedDistance {
  private:
   CellData data_;
 };
-
-/// Cuts the space about a solid into cells.
-CellData build_cells(const TriangleMesh& mesh, const CellOptions& options);
 
 }  // namespace tactor

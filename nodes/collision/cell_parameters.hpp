@@ -11,7 +11,7 @@ namespace tactor {
 /// Cells with lists as far as `reach`, where balls are measured from, unless most of the mesh's box would have them.
 /// Made once and kept in the cache; `notes` as for load_body_mesh.
 inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
-  return [options, notes](const TriangleMesh& mesh, const std::string& name, double reach) {
+  return [options, notes](const TriangleMesh& mesh, double reach) {
     Vec3 low = mesh.vertices.front(), high = low;
     for (const Vec3& v : mesh.vertices) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -22,7 +22,7 @@ inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
     const Vec3 size = high - low;
     CellOptions wide = options;
     if (reach < std::max({size.x, size.y, size.z}) / 8) wide.band = std::max(options.band, reach);
-    return std::make_unique<CellDistance>(cached_cell_distance(mesh, name, wide, cell_cache(), notes));
+    return std::make_unique<CellDistance>(cached_cell_distance(mesh, wide, cell_cache(), notes));
   };
 }
 

@@ -30,7 +30,7 @@ ContactBody::ContactBody(const Body& body, double spacing, double reach, const M
       radius = shape_radius(shape);
       return;
     }
-    distance = make_distance(mesh, body.mesh()->file.string(), reach);
+    distance = make_distance(mesh, reach);
     samples.points = sample_surface(mesh, spacing);
   } catch (const InputError& error) {
     throw InputError("body '" + body.name + "': " + error.what());

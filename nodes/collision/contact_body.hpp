@@ -13,9 +13,8 @@
 
 namespace tactor {
 
-/// Makes the distance of a mesh, which contacts ask for up to `reach` (m) from its surface; errors begin with the name.
-using MakeMeshDistance =
-    std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, const std::string& name, double reach)>;
+/// Makes the distance of a mesh, which contacts ask for up to `reach` (m) from its surface.
+using MakeMeshDistance = std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, double reach)>;
 
 struct ContactBody {
   /// `spacing` of samples and `reach` in m; `notes` as for load_body_mesh. Throws InputError, naming the body, where

@@ -5,8 +5,8 @@
 namespace tactor {
 
 namespace {
-std::unique_ptr<SignedDistance> make(const TriangleMesh& mesh, const std::string& name, double /*reach*/) {
-  return std::make_unique<ExactDistance>(mesh, name);
+std::unique_ptr<SignedDistance> make(const TriangleMesh& mesh, double /*reach*/) {
+  return std::make_unique<ExactDistance>(mesh);
 }
 }  // namespace
 

@@ -11,7 +11,6 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
-#include "nodes/collision/mesh_check.hpp"
 #include "nodes/collision/surface.hpp"
 
 namespace tactor {
@@ -79,10 +78,7 @@ struct ExactDistance::Impl {
   Tree tree;
 };
 
-ExactDistance::ExactDistance(const TriangleMesh& mesh, const std::string& name) {
-  check_solid(mesh, name);
-  impl_ = std::make_unique<Impl>(mesh);
-}
+ExactDistance::ExactDistance(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
 ExactDistance::~ExactDistance() = default;
 ExactDistance::ExactDistance(ExactDistance&&) noexcept = default;
 ExactDistance& ExactDistance::operator=(ExactDistance&&) noexcept = default;

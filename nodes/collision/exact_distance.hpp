@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "nodes/collision/signed_distance.hpp"
 #include "nodes/scene/mesh.hpp"
@@ -12,8 +11,8 @@ namespace tactor {
 /// Exact distance by CGAL's AABB tree. Its lower bounds are exact distances too.
 class ExactDistance final : public SignedDistance {
  public:
-  /// Throws InputError, beginning with `name`, where the mesh is no solid (see mesh_check.hpp).
-  ExactDistance(const TriangleMesh& mesh, const std::string& name);
+  /// `mesh`: of a solid, as load_solid returns it.
+  explicit ExactDistance(const TriangleMesh& mesh);
   ~ExactDistance() override;
   ExactDistance(ExactDistance&&) noexcept;
   ExactDistance& operator=(ExactDistance&&) noexcept;

@@ -21,7 +21,7 @@ class Surface {
  public:
   Surface() = default;
 
-  /// `mesh`: a solid as check_solid takes it.
+  /// `mesh`: of a solid, as load_solid returns it.
   explicit Surface(const TriangleMesh& mesh);
 
   [[nodiscard]] int size() const { return static_cast<int>(corners.size()); }

@@ -8,7 +8,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "framework/core/check.hpp"
 #include "nodes/collision/cell_cache.hpp"
 #include "tests/nodes/shapes.hpp"
 
@@ -64,23 +63,23 @@ BOOST_AUTO_TEST_CASE(what_comes_from_the_cache_is_what_was_built) {
   const Folder folder;
   const DiskCache cache = cell_cache(folder.path);
   std::vector<std::string> notes;
-  const CellDistance built = cached_cell_distance(shape(), "ball", options, cache, &notes);
+  const CellDistance built = cached_cell_distance(shape(), options, cache, &notes);
   const std::string key = cell_key(shape(), options);
   BOOST_TEST(fs::exists(cache.file(key)));
-  const CellDistance loaded = cached_cell_distance(shape(), "ball", options, cache, &notes);
+  const CellDistance loaded = cached_cell_distance(shape(), options, cache, &notes);
   BOOST_TEST(notes.empty());
   BOOST_TEST(to_bytes(built.data()) == to_bytes(loaded.data()));
   BOOST_TEST(same_answers(built, loaded));
-  BOOST_TEST(same_answers(loaded, CellDistance(shape(), "ball", options)));
+  BOOST_TEST(same_answers(loaded, CellDistance(shape(), options)));
 }
 
 BOOST_AUTO_TEST_CASE(the_cache_is_what_is_read) {
   // A file that holds the cells of another solid under this one's key is believed.
   const Folder folder;
   const DiskCache cache = cell_cache(folder.path);
-  const CellDistance box(test::box({0.05, 0.05, 0.05}), "box", options);
+  const CellDistance box(test::box({0.05, 0.05, 0.05}), options);
   BOOST_TEST(cache.store(cell_key(shape(), options), to_bytes(box.data())) == "");
-  BOOST_TEST(same_answers(cached_cell_distance(shape(), "ball", options, cache, nullptr), box));
+  BOOST_TEST(same_answers(cached_cell_distance(shape(), options, cache, nullptr), box));
 }
 
 BOOST_AUTO_TEST_CASE(every_change_of_mesh_or_options_has_an_entry_of_its_own) {
@@ -99,7 +98,7 @@ BOOST_AUTO_TEST_CASE(every_change_of_mesh_or_options_has_an_entry_of_its_own) {
 BOOST_AUTO_TEST_CASE(a_file_damaged_anywhere_is_built_anew_and_the_note_names_it) {
   const Folder folder;
   const DiskCache cache = cell_cache(folder.path);
-  const CellDistance built = cached_cell_distance(shape(), "ball", options, cache, nullptr);
+  const CellDistance built = cached_cell_distance(shape(), options, cache, nullptr);
   const fs::path file = cache.file(cell_key(shape(), options));
   const std::string good = content(file);
   std::vector<std::size_t> places;
@@ -111,7 +110,7 @@ BOOST_AUTO_TEST_CASE(a_file_damaged_anywhere_is_built_anew_and_the_note_names_it
     bad[place] = static_cast<char>(bad[place] ^ 0x20);
     write(file, bad);
     std::vector<std::string> notes;
-    const CellDistance again = cached_cell_distance(shape(), "ball", options, cache, &notes);
+    const CellDistance again = cached_cell_distance(shape(), options, cache, &notes);
     BOOST_TEST(to_bytes(again.data()) == to_bytes(built.data()));
     BOOST_TEST(content(file) == good);
     // A version that is not ours is no damage; all else is told.
@@ -122,7 +121,7 @@ BOOST_AUTO_TEST_CASE(a_file_damaged_anywhere_is_built_anew_and_the_note_names_it
   for (const std::size_t size : {std::size_t{0}, std::size_t{20}, good.size() / 2, good.size() - 1}) {
     write(file, good.substr(0, size));
     std::vector<std::string> notes;
-    const CellDistance again = cached_cell_distance(shape(), "ball", options, cache, &notes);
+    const CellDistance again = cached_cell_distance(shape(), options, cache, &notes);
     BOOST_TEST(to_bytes(again.data()) == to_bytes(built.data()));
     BOOST_TEST(notes.size() == 1U);
     BOOST_TEST(content(file) == good);
@@ -132,13 +131,13 @@ BOOST_AUTO_TEST_CASE(a_file_damaged_anywhere_is_built_anew_and_the_note_names_it
 BOOST_AUTO_TEST_CASE(a_sound_file_of_another_layout_is_built_anew_and_told) {
   const Folder folder;
   const DiskCache cache = cell_cache(folder.path);
-  const CellDistance built(shape(), "ball", options);
+  const CellDistance built(shape(), options);
   const std::string key = cell_key(shape(), options), bytes = to_bytes(built.data());
   for (const std::string& foreign : {std::string(), std::string("cells"), bytes.substr(0, bytes.size() - 4),
                                      bytes + "more", std::string(1000, '\xff')}) {
     BOOST_TEST(cache.store(key, foreign) == "");
     std::vector<std::string> notes;
-    const CellDistance again = cached_cell_distance(shape(), "ball", options, cache, &notes);
+    const CellDistance again = cached_cell_distance(shape(), options, cache, &notes);
     BOOST_TEST(to_bytes(again.data()) == bytes);
     BOOST_REQUIRE(notes.size() == 1U);
     BOOST_TEST(notes[0] ==
@@ -151,16 +150,8 @@ BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_costs_the_building_and_a_no
   fs::create_directories(folder.path);
   write(folder.path / "file", "in the way");
   std::vector<std::string> notes;
-  const CellDistance built = cached_cell_distance(shape(), "ball", options, cell_cache(folder.path / "file"), &notes);
+  const CellDistance built = cached_cell_distance(shape(), options, cell_cache(folder.path / "file"), &notes);
   BOOST_REQUIRE(notes.size() == 1U);
   BOOST_TEST(notes[0].find("the cache cannot be written") != std::string::npos);
-  BOOST_TEST(same_answers(built, CellDistance(shape(), "ball", options)));
-}
-
-BOOST_AUTO_TEST_CASE(a_mesh_that_is_no_solid_is_refused_and_leaves_nothing) {
-  const Folder folder;
-  TriangleMesh open = shape();
-  open.faces.pop_back();
-  BOOST_CHECK_THROW(cached_cell_distance(open, "open", options, cell_cache(folder.path), nullptr), InputError);
-  BOOST_TEST(!fs::exists(folder.path));
+  BOOST_TEST(same_answers(built, CellDistance(shape(), options)));
 }

@@ -4,7 +4,6 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
 
-#include "framework/core/check.hpp"
 #include "nodes/collision/cell_distance.hpp"
 #include "nodes/collision/exact_distance.hpp"
 #include "nodes/scene/solid_file.hpp"
@@ -122,8 +121,8 @@ double unsigned_distance(const TriangleMesh& mesh, const Vec3& x) {
 BOOST_AUTO_TEST_CASE(cells_and_the_exact_search_agree_to_the_bit) {
   for (const Solid& solid : solids()) {
     BOOST_TEST_CONTEXT(solid.name) {
-      const CellDistance cells(solid.mesh, solid.name, solid.options);
-      const ExactDistance exact(solid.mesh, solid.name);
+      const CellDistance cells(solid.mesh, solid.options);
+      const ExactDistance exact(solid.mesh);
       int different = 0, hinted = 0;
       Dice dice;
       for (const Vec3& x : points_about(solid.mesh, 300)) {
@@ -141,7 +140,7 @@ BOOST_AUTO_TEST_CASE(cells_and_the_exact_search_agree_to_the_bit) {
 BOOST_AUTO_TEST_CASE(cells_find_the_distance_that_a_look_at_every_face_finds) {
   for (const Solid& solid : solids()) {
     BOOST_TEST_CONTEXT(solid.name) {
-      const CellDistance cells(solid.mesh, solid.name, solid.options);
+      const CellDistance cells(solid.mesh, solid.options);
       double worst = 0;
       for (const Vec3& x : points_about(solid.mesh, solid.mesh.faces.size() > 1000 ? 8 : 100)) {
         worst = std::max(worst, std::abs(std::abs(cells.nearest(x).distance) - unsigned_distance(solid.mesh, x)));
@@ -170,8 +169,8 @@ BOOST_AUTO_TEST_CASE(most_cells_of_the_band_have_lists_and_points_in_them_need_n
 BOOST_AUTO_TEST_CASE(lower_bounds_are_below_the_distance_and_close_to_it_near_the_surface) {
   for (const Solid& solid : solids()) {
     BOOST_TEST_CONTEXT(solid.name) {
-      const CellDistance cells(solid.mesh, solid.name, solid.options);
-      const ExactDistance exact(solid.mesh, solid.name);
+      const CellDistance cells(solid.mesh, solid.options);
+      const ExactDistance exact(solid.mesh);
       const double edge = cells.data().edge;
       int above = 0, loose = 0;
       const std::vector<Vec3> points = points_about(solid.mesh, 100);
@@ -199,7 +198,7 @@ BOOST_AUTO_TEST_CASE(lower_bounds_are_below_the_distance_and_close_to_it_near_th
 }
 
 BOOST_AUTO_TEST_CASE(far_away_the_bound_follows_the_box) {
-  const CellDistance cells(test::box({0.1, 0.1, 0.1}), "cube");
+  const CellDistance cells(test::box({0.1, 0.1, 0.1}));
   Points8 x{};
   x.x.fill(2.0F);
   std::array<float, 8> bound{};
@@ -210,7 +209,7 @@ BOOST_AUTO_TEST_CASE(far_away_the_bound_follows_the_box) {
 BOOST_AUTO_TEST_CASE(the_hessian_is_how_the_gradient_turns) {
   for (const Solid& solid : solids()) {
     BOOST_TEST_CONTEXT(solid.name) {
-      const CellDistance cells(solid.mesh, solid.name, solid.options);
+      const CellDistance cells(solid.mesh, solid.options);
       int faces = 0, edges = 0, corners = 0;
       double worst = 0;
       for (const Vec3& x : points_about(solid.mesh, 60)) {
@@ -242,21 +241,7 @@ BOOST_AUTO_TEST_CASE(the_hessian_is_how_the_gradient_turns) {
       BOOST_TEST(corners + faces > 3);
     }
   }
-  const CellDistance cube(test::box({0.1, 0.1, 0.1}), "cube");
+  const CellDistance cube(test::box({0.1, 0.1, 0.1}));
   const Vec3 corner{0.05, 0.05, 0.05};
   BOOST_TEST(cube.hessian(cube.nearest(corner), corner).isZero(0));
-}
-
-BOOST_AUTO_TEST_CASE(options_out_of_bounds_are_refused_by_name) {
-  const auto refusal = [](const CellOptions& options) {
-    try {
-      const CellDistance cells(test::box({0.1, 0.1, 0.1}), "part.off", options);
-    } catch (const InputError& e) {
-      return std::string(e.what());
-    }
-    return std::string("accepted");
-  };
-  BOOST_TEST(refusal({.resolution = 4}) == "part.off: a resolution of 4 cells; give one from 8 to 1024");
-  BOOST_TEST(refusal({.resolution = 2000}) == "part.off: a resolution of 2000 cells; give one from 8 to 1024");
-  BOOST_TEST(refusal({.band = -1}) == "part.off: the band of the cells must not be below 0 m");
 }

@@ -72,8 +72,8 @@ struct Walk {
 
 BOOST_AUTO_TEST_CASE(the_tree_finds_what_a_look_at_every_sample_finds_whatever_came_before) {
   const TriangleMesh body = spiky(3);
-  const ExactDistance exact(body, "spiky");
-  const CellDistance cells(body, "spiky", {.resolution = 48, .band = 0.004});
+  const ExactDistance exact(body);
+  const CellDistance cells(body, {.resolution = 48, .band = 0.004});
   const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 3), 0);
   SampleTree by_cells(samples), by_search(samples);
   Walk walk;
@@ -100,7 +100,7 @@ BOOST_AUTO_TEST_CASE(the_tree_finds_what_a_look_at_every_sample_finds_whatever_c
 }
 
 BOOST_AUTO_TEST_CASE(long_ways_lose_nothing) {
-  const ExactDistance field(test::box({0.06, 0.06, 0.06}), "box");
+  const ExactDistance field(test::box({0.06, 0.06, 0.06}));
   const std::vector<SurfaceSample> samples = sample_surface(test::box({0.02, 0.02, 0.02}), 0.005);
   SampleTree tree(samples);
   std::size_t total = 0;
@@ -119,7 +119,7 @@ BOOST_AUTO_TEST_CASE(long_ways_lose_nothing) {
 
 BOOST_AUTO_TEST_CASE(spheres_about_the_samples_touch_by_their_radius) {
   const TriangleMesh body = test::icosphere(0.05, 3);
-  const ExactDistance field(body, "ball");
+  const ExactDistance field(body);
   const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 2), 0);
   std::vector<double> radii;
   for (std::size_t i = 0; i < samples.size(); ++i) radii.push_back(1e-4 * static_cast<double>(i % 50));
@@ -144,7 +144,7 @@ BOOST_AUTO_TEST_CASE(spheres_about_the_samples_touch_by_their_radius) {
 }
 
 BOOST_AUTO_TEST_CASE(a_margin_may_change_between_queries) {
-  const ExactDistance field(test::icosphere(0.05, 3), "ball");
+  const ExactDistance field(test::icosphere(0.05, 3));
   const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 3), 0);
   SampleTree tree(samples);
   const Pose X{{0.0898, 0, 0}, {}};
@@ -159,7 +159,7 @@ BOOST_AUTO_TEST_CASE(a_margin_may_change_between_queries) {
 }
 
 BOOST_AUTO_TEST_CASE(a_query_at_the_same_pose_asks_nothing_and_a_small_step_asks_little) {
-  const ExactDistance ball(test::icosphere(0.05, 3), "ball");
+  const ExactDistance ball(test::icosphere(0.05, 3));
   const Counted field(ball);
   const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 4), 0);
   SampleTree tree(samples);
@@ -176,7 +176,7 @@ BOOST_AUTO_TEST_CASE(a_query_at_the_same_pose_asks_nothing_and_a_small_step_asks
 }
 
 BOOST_AUTO_TEST_CASE(no_samples_find_nothing) {
-  const ExactDistance field(test::box({1, 1, 1}), "box");
+  const ExactDistance field(test::box({1, 1, 1}));
   SampleTree none({});
   BOOST_TEST(none.find(field, {}, 0.1).empty());
   SampleTree one({{{0.1, 0, 0}, 1}});
