@@ -481,7 +481,7 @@ TrialScene thrown_bunny(const std::filesystem::path& meshes) {
 
 /// Runs by the steppers that the others vary alone, because it takes long.
 TrialScene slow(TrialScene scene) {
-  scene.contenders = {"tactor", "ode", "ode_quick"};
+  scene.contenders = {"tactor", "tactor_dissipate", "ode", "ode_quick"};
   return scene;
 }
 

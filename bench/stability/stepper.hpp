@@ -31,9 +31,10 @@ struct Contender {
   std::function<std::unique_ptr<Stepper>(const Trial& trial, Duration period)> make;
 };
 
-/// The project's dynamics node with its default parameters, fed with a device of 1 kHz (of the physics rate, where that
+/// The project's dynamics node (dynamics.translation where nothing turns, else dynamics.rigid) with its default
+/// parameters, except `dissipate` where that is set, fed with a device of 1 kHz (of the physics rate, where that
 /// is higher).
-std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period);
+std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period, bool dissipate);
 
 /// How ODE steps.
 struct OdeOptions {

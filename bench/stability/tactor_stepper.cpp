@@ -2,6 +2,7 @@
 #include "bench/stability/stepper.hpp"
 #include "framework/node/info.hpp"
 #include "nodes/dynamics/rigid.hpp"
+#include "nodes/dynamics/translation.hpp"
 
 namespace tactor::bench {
 
@@ -9,13 +10,15 @@ namespace {
 
 class TactorStepper final : public Stepper {
  public:
-  TactorStepper(const Trial& trial, Duration period)
+  TactorStepper(const Trial& trial, Duration period, bool dissipate)
       : trial_(trial), context_{.name = "dynamics", .scene = &trial.scene, .torque = trial.scene.rotates()} {
-    const NodeInfo info = RigidDynamics::declare();
-    std::vector<ParamValue> defaults;
-    for (const ParamInfo& p : info.params) defaults.push_back(p.default_value.value());
-    node_ = info.create(defaults, context_);
-    dynamics_ = static_cast<RigidDynamics*>(node_.get());
+    const NodeInfo info = context_.torque ? RigidDynamics::declare() : TranslationDynamics::declare();
+    std::vector<ParamValue> values;
+    for (const ParamInfo& p : info.params) {
+      values.push_back(p.name == "dissipate" ? ParamValue(dissipate) : p.default_value.value());
+    }
+    node_ = info.create(values, context_);
+    dynamics_ = static_cast<DynamicsNode*>(node_.get());
     dynamics_->contacts.configure({});
     dynamics_->device.configure({QueuePolicy::drop_oldest, 4096});
     dynamics_->law.configure({});
@@ -65,15 +68,15 @@ class TactorStepper final : public Stepper {
   const Trial& trial_;
   NodeContext context_;
   std::unique_ptr<Node> node_;
-  RigidDynamics* dynamics_ = nullptr;
+  DynamicsNode* dynamics_ = nullptr;
   Duration sample_;
   Time now_;
 };
 
 }  // namespace
 
-std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period) {
-  return std::make_unique<TactorStepper>(trial, period);
+std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period, bool dissipate) {
+  return std::make_unique<TactorStepper>(trial, period, dissipate);
 }
 
 }  // namespace tactor::bench
