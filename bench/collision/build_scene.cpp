@@ -1,53 +1,30 @@
-#include <cstdio>
-#include <cstdlib>
-
 #include "bench/collision/measure.hpp"
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
 #include "bench/collision/sized_bunny.hpp"
+#include "bench/collision/temporary_folder.hpp"
 #include "framework/core/check.hpp"
 #include "nodes/collision/cell_cache.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-/// A folder of its own in the system's folder for such, gone in the end.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "collision_bench_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr)
-      throw RunError("cannot make a folder in " + fs::temp_directory_path().string());
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 Json row(const std::string& name, const TriangleMesh& mesh) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const CellOptions cells;
   const DiskCache cache = cell_cache(folder.path());
   std::vector<std::string> notes;
   std::vector<double> built, loaded;  // ms
   const double kept =
-      1e-3 * microseconds([&] { const CellDistance d = cached_cell_distance(mesh, name, cells, cache, &notes); });
+      1e-3 * microseconds([&] { const CellDistance d = cached_cell_distance(mesh, cells, cache, &notes); });
   for (int i = 0; i < 3; ++i) {
-    built.push_back(1e-3 * microseconds([&] { const CellDistance d(mesh, name, cells); }));
-    loaded.push_back(
-        1e-3 * microseconds([&] { const CellDistance d = cached_cell_distance(mesh, name, cells, cache, &notes); }));
+    built.push_back(1e-3 * microseconds([&] { const CellDistance d(mesh, cells); }));
+    loaded.push_back(1e-3 *
+                     microseconds([&] { const CellDistance d = cached_cell_distance(mesh, cells, cache, &notes); }));
   }
   if (!notes.empty()) throw RunError("the cache did not serve: " + notes.front());
   return {{"mesh", name},
@@ -55,7 +32,7 @@ Json row(const std::string& name, const TriangleMesh& mesh) {
           {"build_ms", quantile(built, 0.5)},
           {"build_and_keep_ms", kept},
           {"load_ms", quantile(loaded, 0.5)},
-          {"file_MB", 1e-6 * static_cast<double>(fs::file_size(cache.file(cell_key(mesh, cells))))}};
+          {"file_MB", 1e-6 * static_cast<double>(std::filesystem::file_size(cache.file(cell_key(mesh, cells))))}};
 }
 
 }  // namespace
@@ -63,7 +40,7 @@ Json row(const std::string& name, const TriangleMesh& mesh) {
 Json build_scene(const SceneOptions& options) {
   Json rows = Json::array();
   for (const char* name : {"peg", "plate", "duck", "bunny"}) {
-    rows.push_back(row(name, read_off(options.meshes / (std::string(name) + ".off"))));
+    rows.push_back(row(name, load_solid(options.meshes / (std::string(name) + ".off")).mesh));
   }
   const auto sized = sized_bunnies(options.meshes / "data/meshes/bunny00.off", {75'408, 301'632});
   for (const TriangleMesh& mesh : sized) rows.push_back(row("bunny", mesh));

@@ -4,6 +4,7 @@
 #include "bench/collision/path.hpp"
 #include "bench/collision/peers.hpp"
 #include "bench/collision/scenes.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
 
@@ -45,7 +46,7 @@ std::vector<Entry> contenders(const std::filesystem::path& file) {
 
 Json bunny_scene(const SceneOptions& options) {
   const std::filesystem::path file = options.meshes / "bunny.off";
-  const TriangleMesh mesh = read_off(file);
+  const TriangleMesh mesh = load_solid(file).mesh;
   const Body bunny{mesh, sample_surface(mesh, 0)};
   const Pair pair{bunny, bunny};
   const Samples samples{0, press_and_slide_duration / options.samples, options.samples};

@@ -16,7 +16,7 @@ namespace {
 template <class Distance>
 class Hinted final : public ClosestPoint {
  public:
-  explicit Hinted(const TriangleMesh& mesh) : distance_(mesh, "mesh") {}
+  explicit Hinted(const TriangleMesh& mesh) : distance_(mesh) {}
   double distance(const Vec3& x) override {
     const Nearest nearest = distance_.nearest(x, face_);
     face_ = nearest.face;

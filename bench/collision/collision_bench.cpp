@@ -8,6 +8,7 @@
 #include <map>
 
 #include "bench/collision/scenes.hpp"
+#include "bench/collision/temporary_folder.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
 using namespace tactor;
@@ -33,6 +34,9 @@ int main(int argc, char** argv) try {
   options.cold = !warm_alone;
   options.grids = !no_grids;
 
+  // What a query of ours builds is built here, and leaves nothing behind.
+  const TemporaryFolder cache;
+  setenv("TACTOR_CACHE", cache.path().c_str(), 1);
   // Above everything that is no real-time program, below everything that is.
   const int core = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)) - 1;
   const ThreadGrant grant = apply_thread_settings({SchedulingPolicy::fifo, 1, core}, "collision");

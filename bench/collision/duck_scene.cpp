@@ -6,6 +6,7 @@
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
 #include "nodes/collision/exact_distance.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
 
@@ -98,8 +99,8 @@ Json measure_points(std::vector<Running>& all, const std::vector<Point>& points)
 }  // namespace
 
 Json duck_scene(const SceneOptions& options) {
-  const TriangleMesh mesh = read_off(options.meshes / "duck.off");
-  const ExactDistance exact(mesh, "duck.off");
+  const TriangleMesh mesh = load_solid(options.meshes / "duck.off").mesh;
+  const ExactDistance exact(mesh);
   const std::vector<ClosestPointEntry> entries = {{"tactor", Sign::inside_negative, make_cell_distance},
                                                   {"tactor, exact", Sign::inside_negative, make_exact_distance},
                                                   {"CGAL", Sign::none, make_cgal_closest},

@@ -86,13 +86,12 @@ class Floor final : public Contender {
 }  // namespace
 
 std::unique_ptr<Contender> make_tactor(const Pair& pair, double margin, const CellOptions& options) {
-  return std::make_unique<SampleTrees>(pair, margin,
-                                       std::make_unique<CellDistance>(pair.fixed.mesh, "fixed body", options),
-                                       std::make_unique<CellDistance>(pair.tool.mesh, "tool", options));
+  return std::make_unique<SampleTrees>(pair, margin, std::make_unique<CellDistance>(pair.fixed.mesh, options),
+                                       std::make_unique<CellDistance>(pair.tool.mesh, options));
 }
 std::unique_ptr<Contender> make_exact(const Pair& pair) {
-  return std::make_unique<SampleTrees>(pair, 0, std::make_unique<ExactDistance>(pair.fixed.mesh, "fixed body"),
-                                       std::make_unique<ExactDistance>(pair.tool.mesh, "tool"));
+  return std::make_unique<SampleTrees>(pair, 0, std::make_unique<ExactDistance>(pair.fixed.mesh),
+                                       std::make_unique<ExactDistance>(pair.tool.mesh));
 }
 std::unique_ptr<Contender> make_trilinear(const Pair& pair, int cells) {
   return std::make_unique<SampleTrees>(pair, 0, std::make_unique<TrilinearDistance>(pair.fixed.mesh, cells),

@@ -17,8 +17,8 @@ namespace {
 class Deepest {
  public:
   explicit Deepest(const Pair& pair)
-      : fixed_(pair.fixed.mesh, "fixed body"),
-        tool_(pair.tool.mesh, "tool"),
+      : fixed_(pair.fixed.mesh),
+        tool_(pair.tool.mesh),
         of_fixed_(sample_surface(pair.fixed.mesh, 0)),
         of_tool_(sample_surface(pair.tool.mesh, 0)) {}
 

@@ -8,6 +8,7 @@
 #include "bench/collision/peers.hpp"
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
 
@@ -49,7 +50,8 @@ Json sampling_error(const Pair& coarse, double spacing, const Pair& fine, double
 }  // namespace
 
 Json peg_scene(const SceneOptions& options) {
-  const TriangleMesh plate = read_off(options.meshes / "plate.off"), peg = read_off(options.meshes / "peg.off");
+  const TriangleMesh plate = load_solid(options.meshes / "plate.off").mesh,
+                     peg = load_solid(options.meshes / "peg.off").mesh;
   const auto sampled = [&](double spacing) -> Pair {
     return {{plate, sample_surface(plate, spacing)}, {peg, sample_surface(peg, spacing)}};
   };

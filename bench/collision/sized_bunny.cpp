@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include <CGAL/IO/OFF.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/subdivision_method_3.h>
 
 #include "framework/core/check.hpp"
@@ -38,6 +39,10 @@ std::vector<TriangleMesh> sized_bunnies(const std::filesystem::path& source, con
     } else {
       while (surface.number_of_faces() < faces) CGAL::Subdivision_method_3::Loop_subdivision(surface);
       meshes.push_back(indexed(surface));
+    }
+    if (!CGAL::is_closed(surface) || CGAL::Polygon_mesh_processing::does_self_intersect(surface)) {
+      throw RunError(source.string() + ": with " + std::to_string(meshes.back().faces.size()) +
+                     " faces it is open or cuts itself");
     }
     bring_to_size(meshes.back());
   }

@@ -27,7 +27,7 @@ TrilinearDistance::TrilinearDistance(const TriangleMesh& mesh, int cells) {
   for (int k = 0; k < 3; ++k) corners_[index(k)] = static_cast<int>(std::ceil(size[k] / cell_)) + 5;
   values_.resize(index(corners_[0]) * index(corners_[1]) * index(corners_[2]));
 
-  const ExactDistance exact(mesh, "trilinear distance");
+  const ExactDistance exact(mesh);
   constexpr int block = 8;
   constexpr double band = 0.004, half = 0.5 * (block - 1);
   int hint = -1;

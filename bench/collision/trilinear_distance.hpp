@@ -13,7 +13,7 @@ namespace tactor::bench {
 /// too near. Between the corners they are interpolated, and the gradient is that of the interpolation.
 class TrilinearDistance final : public SignedDistance {
  public:
-  /// `cells`: along the longest side of the mesh's box. Throws InputError where the mesh is no solid.
+  /// `mesh`: of a solid. `cells`: along the longest side of its box.
   TrilinearDistance(const TriangleMesh& mesh, int cells);
 
   [[nodiscard]] Nearest nearest(const Vec3& x, int hint = -1) const override;
