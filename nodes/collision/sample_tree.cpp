@@ -180,6 +180,9 @@ float SampleTree::visit(Node& node, const Query& query) {
     Points8 x;
     place(node, query, x);
     std::array<float, 8> bound;
+    for (const std::int32_t child : node.child) {
+      if (child < 0) __builtin_prefetch(&samples_[static_cast<std::size_t>(~child)]);
+    }
     query.other.lower_bounds(x, open, bound);
     for (std::size_t k = 0; k < 8; ++k) {
       if ((open >> k & 1) == 0) continue;
