@@ -73,7 +73,7 @@ void DynamicsNode::step(StepContext& context) {
   while (take_sample(until)) {
     if (begun_) {
       // What has changed since the last sub-step is the contact set.
-      if (!moved) observe(spring, planes, used_.value, used_.value);
+      if (!moved) observe(spring, planes, used_.value, 0);
       advance(sample_, spring, planes);
     } else {
       begin(sample_);
@@ -100,7 +100,9 @@ bool DynamicsNode::take_sample(Time until) {
     waiting_ = true;
     if (sample_.stamp.valid > until) return false;
     waiting_ = false;
-    if (usable(sample_.value)) {
+    // One from the past would move the handle back.
+    const bool late = begun_ && sample_.stamp.valid <= used_.stamp.valid;
+    if (usable(sample_.value) && !late) {
       sample_.value.X_WD.R = normalized(sample_.value.X_WD.R);
       return true;
     }
@@ -144,7 +146,7 @@ void DynamicsNode::advance(const Stamped<DeviceState>& sample, const CouplingLaw
     if (last_.outcome == StepOutcome::stopped) ++stopped_;
     left_out_ += last_.left_out;
     error += estimate;
-    observe(spring, planes, from, to);
+    observe(spring, planes, to, last_.work);
     from = to;
     done = next;
   }
@@ -170,11 +172,11 @@ double DynamicsNode::sub_step(const CouplingLaw& spring, const ContactPlanes& pl
   return 2 * norm(bodies_.X_WB[0].p - halves.X_WB[0].p);
 }
 
-void DynamicsNode::observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& from,
-                           const DeviceState& to) {
+void DynamicsNode::observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& handle,
+                           double work) {
   const SystemModel& model = solver_.model();
-  const Energy now = system_energy(model, spring, to, planes, bodies_);
-  observer_.observe(now.total() - energy_, handle_work(model, spring, from, to, bodies_));
+  const Energy now = system_energy(model, spring, handle, planes, bodies_);
+  observer_.observe(now.total() - energy_, work);
   energy_ = now.total();
   if (params_.dissipate) energy_ -= observer_.dissipate(now.kinetic, bodies_);
 }

@@ -55,7 +55,7 @@ class DynamicsNode : public Node {
   void advance(const Stamped<DeviceState>& sample, const CouplingLaw& spring, const ContactPlanes& planes);
   double sub_step(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& from,
                   const DeviceState& to, double h);
-  void observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& from, const DeviceState& to);
+  void observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& handle, double work);
   [[nodiscard]] bool rotates() const { return solver_.model().body[0].rotates; }
 
   std::string type_;

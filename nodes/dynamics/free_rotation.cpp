@@ -46,7 +46,8 @@ Rotation free_rotation(const Matrix3d& inertia_B, const Quat& R_WB, const Vec3& 
     return {normalized(from_rotation_vector(h * w_WB) * R_WB), w_WB};
   }
   const Vec3 L_W = rotate(R_WB, plain(L_B));
-  const int parts = static_cast<int>(std::clamp(std::ceil(turn / 0.3), 1.0, 64.0));
+  // What is no number or too large gets the most parts.
+  const int parts = turn < 19 ? std::max(1, static_cast<int>(std::ceil(turn / 0.3))) : 64;
   Rotation now{R_WB, w_WB};
   for (int i = 0; i < parts; ++i) {
     const Quat to_B = inverse(now.R_WB);

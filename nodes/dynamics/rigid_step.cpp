@@ -530,6 +530,9 @@ StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before,
   const StepResult first = advance(law, before, middle, contacts, h / 2, halvings - 1, bodies);
   StepResult second = advance(law, middle, device, contacts, h / 2, halvings - 1, bodies);
   second.outcome = std::max(first.outcome, second.outcome);
+  second.touching = std::max(first.touching, second.touching);
+  second.left_out = std::max(first.left_out, second.left_out);
+  second.work += first.work;
   second.contact_T_W = 0.5 * (first.contact_T_W + second.contact_T_W);
   second.iterations += first.iterations;
   second.turn += first.turn;
@@ -559,6 +562,7 @@ StepResult RigidStep::advance_once(const CouplingLaw& law, const DeviceState& be
     for (Twist& V : bodies.V_WB) V = {};
     result = {.outcome = StepOutcome::stopped, .left_out = result.left_out, .iterations = result.iterations};
   }
+  result.work = handle_work(model_, law, before, device, bodies);
   return result;
 }
 

@@ -20,6 +20,7 @@ struct StepResult {
   Wrench contact_T_W;  ///< N, N m: sum of the contacts on the tool about its origin, over the step
   int touching = 0;    ///< contacts of the tool with a force
   int left_out = 0;    ///< planes that were not usable (see `usable`)
+  double work = 0;     ///< J, what the handle put in (see handle_work)
   int iterations = 0;  ///< of Newton's method
   double turn = 0;     ///< rad, the farthest that a body has turned
 };
