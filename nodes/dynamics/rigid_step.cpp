@@ -339,14 +339,14 @@ class Equations {
 
   void add_coupling(const Vector& v, Vector& left) {
     Body& tool = body_[0];
-    const Vector3d impulse = k_t_ * (eigen(device_.X_WD.p - bodies_.X_WB[0].p) - h_ * linear(v, 0)) +
-                             h_ * b_t_ * (eigen(device_.V_WD.v) - linear(v, 0));
-    linear(left, 0) -= impulse;
-    tool.linear_terms += impulse.norm();
+    // The parts of the impulse that do not depend on v are terms of their own: in balance the impulse itself vanishes.
+    const Vector3d pull = k_t_ * eigen(device_.X_WD.p - bodies_.X_WB[0].p), drag = h_ * b_t_ * eigen(device_.V_WD.v);
+    linear(left, 0) -= pull + drag - h_ * (k_t_ + b_t_) * linear(v, 0);
+    tool.linear_terms += pull.norm() + drag.norm();
     if (!rotates(0)) return;
-    const Vector3d turn = k_r_ * (turn_ - h_ * angular(v, 0)) + h_ * b_r_ * (eigen(device_.V_WD.w) - angular(v, 0));
-    angular(left, 0) -= turn;
-    tool.angular_terms += turn.norm();
+    const Vector3d turn = k_r_ * turn_, brake = h_ * b_r_ * eigen(device_.V_WD.w);
+    angular(left, 0) -= turn + brake - h_ * (k_r_ + b_r_) * angular(v, 0);
+    tool.angular_terms += turn.norm() + brake.norm();
   }
 
   /// The residual without the planes.
