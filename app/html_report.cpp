@@ -196,9 +196,13 @@ std::string edge_table(const RunResult& run) {
          rows + "</tbody></table>\n";
 }
 
-std::string left_out_list(const RunResult& run) {
-  if (run.left_out.empty()) return "<p>Nothing was left out.</p>\n";
+std::string chosen_and_left_out(const RunResult& run) {
   std::string items;
+  for (const Chosen& c : run.chosen) {
+    items +=
+        fmt::format("<li>node {}: {} is {}: {}</li>\n", escape(c.node), escape(c.asked), escape(c.type), escape(c.why));
+  }
+  if (run.left_out.empty()) items += "<li>nothing was left out</li>\n";
   for (const LeftOut& item : run.left_out) {
     items += fmt::format("<li>{}: {}</li>\n", escape(item.what), escape(item.why));
   }
@@ -286,7 +290,7 @@ std::string run_report(const RunResult& run) {
   body += "<h2>Figures</h2>\n" + figures_table(run);
   body += "<h2>Run time</h2>\n<p>CPU time of each step on one core.</p>\n" + cost_table(run);
   body += "<h2>Edges</h2>\n" + edge_table(run);
-  body += "<h2>Left out</h2>\n" + left_out_list(run);
+  body += "<h2>Chosen and left out</h2>\n" + chosen_and_left_out(run);
   body += "<h2>Graph, resolved</h2>\n<pre>" + escape(run.graph_yaml) + "</pre>\n";
   return page(run.graph, body);
 }
@@ -367,8 +371,8 @@ std::string compare_report(const Comparison& comparison) {
   for (const CompareRow& row : comparison.rows) {
     const std::vector<Chart> charts = four_rows(row.runs.front());
     if (charts.empty()) continue;
-    body += "<h2>" + escape(row.graph) + "</h2>\n" + draw_svg(charts, 1160, 190) + "<p>Left out in this graph:</p>\n" +
-            left_out_list(row.runs.front());
+    body += "<h2>" + escape(row.graph) + "</h2>\n" + draw_svg(charts, 1160, 190) +
+            "<p>Chosen and left out in this graph:</p>\n" + chosen_and_left_out(row.runs.front());
   }
   return page(names, body);
 }

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "app/compare.hpp"
@@ -26,6 +27,7 @@
 #include "app/run.hpp"
 #include "app/summary.hpp"
 #include "app/temporary_folder.hpp"
+#include "framework/core/cache_folder.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
@@ -101,6 +103,10 @@ struct GraphOptions {
   [[nodiscard]] Overrides overrides() const { return {set, seed, duration}; }
 };
 
+void tell_note(const std::string& note) {
+  tell(fmt::format("tactor: {}\n", note));
+}
+
 Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overrides) {
   return make_plan(load_graph(graph, registry, overrides, mesh_folders()));
 }
@@ -130,6 +136,7 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   // A run that records nothing leaves no recording of an earlier one beside its figures.
   if (plan.streams.empty()) fs::remove(*run_options.recording);
   run_options.cache_folder = default_cache_folder();
+  run_options.note = tell_note;
   ProgressBar bar;
   run_options.progress = [&bar](double share, const char* what) { return bar(share, what); };
   LiveView view(plan);
@@ -170,11 +177,17 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
 int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& base,
                 const fs::path& out) {
   Registry registry(default_node_folders());
+  std::set<std::string> told;
   for (const fs::path& graph : graphs) {
-    if (load_plan(graph, registry, options.overrides()).graph.clock == Clock::real) {
+    const Plan plan = load_plan(graph, registry, options.overrides());
+    if (plan.graph.clock == Clock::real) {
       throw InputError(graph.string() +
                        ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                        "conditions; add --set clock=virtual");
+    }
+    // Graphs that are compared share their bodies: what is said of one is not said again of the others.
+    for (const std::string& note : check_bodies(plan)) {
+      if (told.insert(note).second) tell_note(note);
     }
   }
   const fs::path folder = make_folder(out);
@@ -199,6 +212,7 @@ int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool
   for (const fs::path& graph : graphs) {
     try {
       const Plan plan = make_plan(load_graph(graph, registry, options.overrides(), mesh_folders()));
+      for (const std::string& note : check_bodies(plan)) tell_note(note);
       fmt::print("{}: ok\n", graph.string());
       if (explained) fmt::print("{}\n", explain(plan));
     } catch (const InputError& error) {

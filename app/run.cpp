@@ -177,8 +177,15 @@ void attempt(RunResult& result, const Work& work) {
   }
 }
 
+void pass_notes(const PlanNodes& nodes, const RunOptions& options) {
+  for (const std::string& note : nodes.notes()) {
+    if (options.note) options.note(note);
+  }
+}
+
 void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& result) {
   VirtualClock engine(plan, true);
+  pass_notes(engine.nodes(), options);
   {
     const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
     Watch watch(plan, recorder.get(), options);
@@ -202,6 +209,7 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
 
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
   std::unique_ptr<LiveEngine> engine = load_live_library().make(plan);
+  pass_notes(engine->nodes(), options);
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   LiveWatch watch(plan, recorder.get(), options.replay_folder.has_value());
   const double cpu = cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
@@ -269,6 +277,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.graph = plan.graph.name;
   result.title = plan.graph.title;
   result.seed = plan.graph.seed;
+  result.chosen = plan.chosen;
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
   if (plan.graph.clock == Clock::real) {

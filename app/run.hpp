@@ -56,6 +56,7 @@ struct RunResult {
   std::vector<Series> series;
   std::vector<NodeCost> nodes;
   std::vector<EdgeResult> edges;
+  std::vector<Chosen> chosen;
   std::vector<LeftOut> left_out;
   std::string graph_yaml;  ///< resolved
 
@@ -68,6 +69,8 @@ struct RunResult {
 struct RunOptions {
   std::optional<std::filesystem::path> recording;  ///< where to record what the graph asks for; absent: nowhere
   std::filesystem::path cache_folder;
+  /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
+  std::function<void(const std::string& note)> note;
   /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.
   std::function<bool(double share, const char* what)> progress;
   /// The same for a run whose clock is real.

@@ -79,6 +79,10 @@ Json to_json(const RunResult& result) {
   if (result.reference.made) {
     json["reference_run"] = {{"cached", result.reference.cached}, {"cpu_s", result.reference.cpu_s}};
   }
+  json["chosen"] = Json::array();
+  for (const Chosen& c : result.chosen) {
+    json["chosen"].push_back({{"node", c.node}, {"asked", c.asked}, {"type", c.type}, {"why", c.why}});
+  }
   json["left_out"] = Json::array();
   for (const LeftOut& item : result.left_out) json["left_out"].push_back({{"what", item.what}, {"why", item.why}});
   return json;
@@ -119,6 +123,10 @@ std::string summary_table(const RunResult& result) {
       out +=
           fmt::format("  dropped {} of {} messages on {}\n", edge.figures.dropped, edge.figures.delivered, edge.edge);
     }
+  }
+  if (!result.chosen.empty()) {
+    out += "\n  chosen:\n";
+    for (const Chosen& c : result.chosen) out += fmt::format("    {}: {} is {}: {}\n", c.node, c.asked, c.type, c.why);
   }
   if (!result.left_out.empty()) {
     out += "\n  left out:\n";

@@ -1,10 +1,10 @@
 #include "bench/collision/cgal_exact.hpp"
-#include "bench/collision/grid.hpp"
 #include "bench/collision/measure.hpp"
 #include "bench/collision/ours.hpp"
 #include "bench/collision/path.hpp"
 #include "bench/collision/peers.hpp"
 #include "bench/collision/scenes.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
 
@@ -12,16 +12,26 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Entry trilinear(int cells) {
-  return {"trilinear grid, " + std::to_string(cells), Gives::depths,
-          [cells](const Pair& pair) { return make_trilinear(pair, cells); }};
+Entry trilinear(int resolution) {
+  return {"trilinear, " + std::to_string(resolution), Gives::depths,
+          [resolution](const Pair& pair) { return make_trilinear(pair, resolution); }};
 }
 
-std::vector<Entry> contenders() {
+Entry cells(int resolution) {
+  return {"tactor, " + std::to_string(resolution), Gives::depths,
+          [resolution](const Pair& pair) { return make_tactor(pair, 0, {.resolution = resolution}); }};
+}
+
+std::vector<Entry> contenders(const std::filesystem::path& file) {
   constexpr std::size_t all = 1'000'000;
   constexpr auto f = Precision::single_precision, d = Precision::double_precision;
-  return {{"tactor, exact", Gives::depths, [](const Pair& p) { return make_sample_tree(p, 0); }},
-          {"tactor, exact, 1 mm margin", Gives::depths, [](const Pair& p) { return make_sample_tree(p, 0.001); }},
+  return {{"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
+          {"tactor, 1 mm margin", Gives::depths, [](const Pair& p) { return make_tactor(p, 0.001); }},
+          {"tactor, collision.sdf, 1 mm margin", Gives::depths,
+           [=](const Pair& p) {
+             return make_sdf_node(p, {file, file}, 0.001, 0);
+           }},
+          {"tactor, exact", Gives::depths, make_exact},
           {"floor", Gives::depths, make_floor},
           {"CGAL", Gives::depths, make_cgal_exact},
           {"FCL double, touching", Gives::touching, [=](const Pair& p) { return make_fcl(p, d, 0); }},
@@ -35,7 +45,8 @@ std::vector<Entry> contenders() {
 }  // namespace
 
 Json bunny_scene(const SceneOptions& options) {
-  const TriangleMesh mesh = read_off(options.meshes / "bunny.off");
+  const std::filesystem::path file = options.meshes / "bunny.off";
+  const TriangleMesh mesh = load_solid(file).mesh;
   const Body bunny{mesh, sample_surface(mesh, 0)};
   const Pair pair{bunny, bunny};
   const Samples samples{0, press_and_slide_duration / options.samples, options.samples};
@@ -50,10 +61,13 @@ Json bunny_scene(const SceneOptions& options) {
                {"path", describe(steps, samples.period)},
                {"near_mm", 1e3 * measured.near},
                {"deep_mm", 1e3 * measured.deep}};
-  json["contenders"] = measure(contenders(), pair, steps, measured);
+  json["contenders"] = measure(contenders(file), pair, steps, measured);
   if (!options.grids) return json;
-  std::vector<Entry> grids = {contenders().front()};
-  for (const int cells : {64, 128, 192, 256}) grids.push_back(trilinear(cells));
+  std::vector<Entry> grids = {contenders(file).front()};
+  for (const int resolution : {64, 128, 192, 256}) {
+    grids.push_back(cells(resolution));
+    grids.push_back(trilinear(resolution));
+  }
   json["grids"] = measure(grids, pair, steps, measured);
   return json;
 }

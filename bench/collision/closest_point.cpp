@@ -5,23 +5,26 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
+#include "nodes/collision/cell_distance.hpp"
 #include "nodes/collision/exact_distance.hpp"
 
 namespace tactor::bench {
 
 namespace {
 
+/// Begins at the face it found last.
+template <class Distance>
 class Hinted final : public ClosestPoint {
  public:
-  explicit Hinted(const TriangleMesh& mesh) : exact_(mesh, "mesh") {}
+  explicit Hinted(const TriangleMesh& mesh) : distance_(mesh) {}
   double distance(const Vec3& x) override {
-    const Nearest nearest = exact_.query(x, face_);
+    const Nearest nearest = distance_.nearest(x, face_);
     face_ = nearest.face;
     return nearest.distance;
   }
 
  private:
-  ExactDistance exact_;
+  Distance distance_;
   int face_ = -1;
 };
 
@@ -56,8 +59,11 @@ class CgalClosest final : public ClosestPoint {
 
 }  // namespace
 
-std::unique_ptr<ClosestPoint> make_hinted(const TriangleMesh& mesh) {
-  return std::make_unique<Hinted>(mesh);
+std::unique_ptr<ClosestPoint> make_cell_distance(const TriangleMesh& mesh) {
+  return std::make_unique<Hinted<CellDistance>>(mesh);
+}
+std::unique_ptr<ClosestPoint> make_exact_distance(const TriangleMesh& mesh) {
+  return std::make_unique<Hinted<ExactDistance>>(mesh);
 }
 std::unique_ptr<ClosestPoint> make_cgal_closest(const TriangleMesh& mesh) {
   return std::make_unique<CgalClosest>(mesh);

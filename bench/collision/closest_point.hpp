@@ -25,8 +25,9 @@ struct ClosestPointEntry {
   std::function<std::unique_ptr<ClosestPoint>(const TriangleMesh&)> make;
 };
 
-/// ExactDistance, which begins at the face it found last.
-std::unique_ptr<ClosestPoint> make_hinted(const TriangleMesh& mesh);
+/// CellDistance, and ExactDistance, which is CGAL's AABB tree begun at the face found last.
+std::unique_ptr<ClosestPoint> make_cell_distance(const TriangleMesh& mesh);
+std::unique_ptr<ClosestPoint> make_exact_distance(const TriangleMesh& mesh);
 /// CGAL's AABB tree as it comes, with its own k-d tree of hints.
 std::unique_ptr<ClosestPoint> make_cgal_closest(const TriangleMesh& mesh);
 /// Embree's point query, single precision, with the nearest point of each triangle by our own function.

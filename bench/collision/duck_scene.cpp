@@ -6,6 +6,7 @@
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
 #include "nodes/collision/exact_distance.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
 
@@ -22,15 +23,15 @@ struct Point {
 std::vector<Point> beside(const ExactDistance& exact, int count) {
   constexpr double period = 0.001, speed = 0.05, height = 0.001;
   std::vector<Point> points;
-  Nearest on = exact.query({0, 0, 1});
+  Nearest on = exact.nearest({0, 0, 1});
   for (int i = 0; i < count; ++i) {
     const double t = i * period;
     const Vec3 heading{std::cos(1.7 * t), std::sin(1.1 * t), std::sin(0.6 * t + 1)};
     const Vec3 along = heading - dot(heading, on.gradient) * on.gradient;
     // The step goes off the surface where that is curved; the next nearest point is back on it.
-    on = exact.query(on.p + speed * period / norm(along) * along + 1e-4 * on.gradient, on.face);
+    on = exact.nearest(on.p + speed * period / norm(along) * along + 1e-4 * on.gradient, on.face);
     const Vec3 x = on.p + height * std::sin(2 * std::numbers::pi * t) * on.gradient;
-    points.push_back({x, exact.query(x, on.face).distance});
+    points.push_back({x, exact.nearest(x, on.face).distance});
   }
   return points;
 }
@@ -43,7 +44,7 @@ std::vector<Point> far(const ExactDistance& exact, int count) {
     const double u = static_cast<double>(i) / count, angle = 20 * u;
     const double r = 0.08 * std::pow(12.5, u);
     const Vec3 x = r * Vec3{std::cos(angle) * std::cos(3 * u), std::sin(angle) * std::cos(3 * u), std::sin(3 * u)};
-    const Nearest nearest = exact.query(x, hint);
+    const Nearest nearest = exact.nearest(x, hint);
     hint = nearest.face;
     points.push_back({x, nearest.distance});
   }
@@ -98,9 +99,10 @@ Json measure_points(std::vector<Running>& all, const std::vector<Point>& points)
 }  // namespace
 
 Json duck_scene(const SceneOptions& options) {
-  const TriangleMesh mesh = read_off(options.meshes / "duck.off");
-  const ExactDistance exact(mesh, "duck.off");
-  const std::vector<ClosestPointEntry> entries = {{"tactor, exact", Sign::inside_negative, make_hinted},
+  const TriangleMesh mesh = load_solid(options.meshes / "duck.off").mesh;
+  const ExactDistance exact(mesh);
+  const std::vector<ClosestPointEntry> entries = {{"tactor", Sign::inside_negative, make_cell_distance},
+                                                  {"tactor, exact", Sign::inside_negative, make_exact_distance},
                                                   {"CGAL", Sign::none, make_cgal_closest},
                                                   {"Embree, float", Sign::none, make_embree},
                                                   {"FCL double", Sign::none, make_fcl_distance}};

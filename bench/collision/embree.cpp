@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "bench/collision/closest_point.hpp"
-#include "bench/collision/nearest_on_triangle.hpp"
 #include "framework/core/check.hpp"
+#include "nodes/collision/triangle.hpp"
 
 namespace tactor::bench {
 
@@ -64,7 +64,7 @@ class Embree final : public ClosestPoint {
     const auto corner = [&](std::size_t i) -> const Vec3& {
       return search.mesh.vertices[static_cast<std::size_t>(f[i])];
     };
-    const Vec3 away = search.x - nearest_on_triangle(corner(0), corner(1), corner(2), search.x);
+    const Vec3 away = search.x - nearest_on({corner(0), corner(1), corner(2)}, search.x).p;
     const double squared = dot(away, away);
     if (squared >= search.squared) return false;
     search.squared = squared;

@@ -59,8 +59,8 @@ void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int blo
       rests.rest_if_due();
       // Each round begins with another, so that none always follows the same one.
       Running& r = all[(k + round) % all.size()];
-      r.contender->query(steps[begin == 0 ? 0 : begin - 1]);
-      for (std::size_t i = begin; i < std::min(begin + length, steps.size()); ++i) {
+      if (begin > 0) r.contender->query(steps[begin - 1]);
+      for (std::size_t i = std::max<std::size_t>(begin, 1); i < std::min(begin + length, steps.size()); ++i) {
         r.warm.push_back(microseconds([&] { r.contender->query(steps[i]); }));
       }
     }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
-#include "bench/collision/nearest_on_triangle.hpp"
+#include "bench/collision/trilinear_distance.hpp"
+#include "nodes/collision/exact_distance.hpp"
 #include "nodes/collision/sample_tree.hpp"
+#include "nodes/collision/triangle.hpp"
 
 namespace tactor::bench {
 
@@ -11,36 +13,34 @@ namespace {
 
 class SampleTrees final : public Contender {
  public:
-  SampleTrees(const Pair& pair, double margin)
+  using Distance = std::unique_ptr<SignedDistance>;
+  SampleTrees(const Pair& pair, double margin, Distance fixed, Distance tool)
       : pair_(pair),
         margin_(margin),
-        fixed_(pair.fixed.mesh, "fixed body"),
-        tool_(pair.tool.mesh, "tool"),
+        fixed_(std::move(fixed)),
+        tool_(std::move(tool)),
         fixed_tree_(pair.fixed.samples),
-        tool_tree_(pair.tool.samples) {
-    of_fixed_.reserve(pair.fixed.samples.size());
-    of_tool_.reserve(pair.tool.samples.size());
-  }
+        tool_tree_(pair.tool.samples) {}
 
   void query(const Step& step) override {
     X_AB_ = step.X_AB;
-    tool_tree_.find(fixed_, X_AB_, margin_, of_tool_);
-    fixed_tree_.find(tool_, inverse(X_AB_), margin_, of_fixed_);
+    of_tool_ = &tool_tree_.find(*fixed_, X_AB_, margin_);
+    of_fixed_ = &fixed_tree_.find(*tool_, inverse(X_AB_), margin_);
   }
   [[nodiscard]] bool touching() const override {
-    const auto inside = [](const NearSample& n) { return n.nearest.distance < 0; };
-    return std::any_of(of_tool_.begin(), of_tool_.end(), inside) ||
-           std::any_of(of_fixed_.begin(), of_fixed_.end(), inside);
+    const auto inside = [](const NearSample& n) { return n.distance < 0; };
+    return std::any_of(of_tool_->begin(), of_tool_->end(), inside) ||
+           std::any_of(of_fixed_->begin(), of_fixed_->end(), inside);
   }
   [[nodiscard]] Touches touches() const override {
     Touches found;
-    for (const NearSample& n : of_tool_) {
+    for (const NearSample& n : *of_tool_) {
       const Vec3& p_B = pair_.tool.samples[static_cast<std::size_t>(n.sample)].p;
-      found.push_back({transform(X_AB_, p_B), n.nearest.gradient, -n.nearest.distance, Side::tool, n.sample});
+      found.push_back({transform(X_AB_, p_B), n.nearest.gradient, -n.distance, Side::tool, n.sample});
     }
-    for (const NearSample& n : of_fixed_) {
+    for (const NearSample& n : *of_fixed_) {
       const Vec3& p_A = pair_.fixed.samples[static_cast<std::size_t>(n.sample)].p;
-      found.push_back({p_A, -rotate(X_AB_.R, n.nearest.gradient), -n.nearest.distance, Side::fixed, n.sample});
+      found.push_back({p_A, -rotate(X_AB_.R, n.nearest.gradient), -n.distance, Side::fixed, n.sample});
     }
     return found;
   }
@@ -48,9 +48,9 @@ class SampleTrees final : public Contender {
  private:
   const Pair& pair_;
   double margin_;
-  ExactDistance fixed_, tool_;
+  Distance fixed_, tool_;
   SampleTree fixed_tree_, tool_tree_;
-  std::vector<NearSample> of_fixed_, of_tool_;
+  const std::vector<NearSample>*of_fixed_ = nullptr, *of_tool_ = nullptr;
   Pose X_AB_;
 };
 
@@ -69,7 +69,7 @@ class Floor final : public Contender {
       const Vec3 x = transform(of_tool ? step.X_AB : X_BA, p);
       const auto& f = other.faces[static_cast<std::size_t>(known.face)];
       const auto corner = [&](std::size_t i) -> const Vec3& { return other.vertices[static_cast<std::size_t>(f[i])]; };
-      const Vec3 out = nearest_on_triangle(corner(0), corner(1), corner(2), x) - x;
+      const Vec3 out = nearest_on({corner(0), corner(1), corner(2)}, x).p - x;
       const double depth = norm(out);
       const Vec3 n = out / depth;
       found_.push_back({of_tool ? x : p, of_tool ? n : -rotate(step.X_AB.R, n), depth, known.side, known.sample});
@@ -85,8 +85,17 @@ class Floor final : public Contender {
 
 }  // namespace
 
-std::unique_ptr<Contender> make_sample_tree(const Pair& pair, double margin) {
-  return std::make_unique<SampleTrees>(pair, margin);
+std::unique_ptr<Contender> make_tactor(const Pair& pair, double margin, const CellOptions& options) {
+  return std::make_unique<SampleTrees>(pair, margin, std::make_unique<CellDistance>(pair.fixed.mesh, options),
+                                       std::make_unique<CellDistance>(pair.tool.mesh, options));
+}
+std::unique_ptr<Contender> make_exact(const Pair& pair) {
+  return std::make_unique<SampleTrees>(pair, 0, std::make_unique<ExactDistance>(pair.fixed.mesh),
+                                       std::make_unique<ExactDistance>(pair.tool.mesh));
+}
+std::unique_ptr<Contender> make_trilinear(const Pair& pair, int cells) {
+  return std::make_unique<SampleTrees>(pair, 0, std::make_unique<TrilinearDistance>(pair.fixed.mesh, cells),
+                                       std::make_unique<TrilinearDistance>(pair.tool.mesh, cells));
 }
 std::unique_ptr<Contender> make_floor(const Pair& pair) {
   return std::make_unique<Floor>(pair);

@@ -6,6 +6,7 @@
 
 #include "bench/collision/quantile.hpp"
 #include "framework/core/check.hpp"
+#include "nodes/collision/exact_distance.hpp"
 #include "nodes/collision/sample_tree.hpp"
 
 namespace tactor::bench {
@@ -16,8 +17,8 @@ namespace {
 class Deepest {
  public:
   explicit Deepest(const Pair& pair)
-      : fixed_(pair.fixed.mesh, "fixed body"),
-        tool_(pair.tool.mesh, "tool"),
+      : fixed_(pair.fixed.mesh),
+        tool_(pair.tool.mesh),
         of_fixed_(sample_surface(pair.fixed.mesh, 0)),
         of_tool_(sample_surface(pair.tool.mesh, 0)) {}
 
@@ -25,8 +26,7 @@ class Deepest {
   double operator()(const Pose& X_AB) {
     double least = reach;
     const auto look = [&](SampleTree& tree, const ExactDistance& other, const Pose& X) {
-      tree.find(other, X, reach, found_);
-      for (const NearSample& n : found_) least = std::min(least, n.nearest.distance);
+      for (const NearSample& n : tree.find(other, X, reach)) least = std::min(least, n.distance);
     };
     look(of_tool_, fixed_, X_AB);
     look(of_fixed_, tool_, inverse(X_AB));
@@ -38,7 +38,6 @@ class Deepest {
  private:
   ExactDistance fixed_, tool_;
   SampleTree of_fixed_, of_tool_;
-  std::vector<NearSample> found_;
 };
 
 double wave(double t, double frequency, double phase = 0) {

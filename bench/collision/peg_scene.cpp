@@ -8,6 +8,7 @@
 #include "bench/collision/peers.hpp"
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
 
@@ -29,7 +30,7 @@ double deepest(const Contender& contender) {
 /// other, distance hardly changes along the face, and it is far less.
 Json sampling_error(const Pair& coarse, double spacing, const Pair& fine, double fine_spacing,
                     const std::vector<Step>& steps) {
-  const auto ours = make_sample_tree(coarse, 0), finer = make_sample_tree(fine, 0);
+  const auto ours = make_tactor(coarse, 0), finer = make_tactor(fine, 0);
   std::vector<double> missed;
   // The finer shell takes long; every tenth sample of the trajectory tells as much.
   for (std::size_t i = 0; i < steps.size(); i += 10) {
@@ -49,7 +50,8 @@ Json sampling_error(const Pair& coarse, double spacing, const Pair& fine, double
 }  // namespace
 
 Json peg_scene(const SceneOptions& options) {
-  const TriangleMesh plate = read_off(options.meshes / "plate.off"), peg = read_off(options.meshes / "peg.off");
+  const TriangleMesh plate = load_solid(options.meshes / "plate.off").mesh,
+                     peg = load_solid(options.meshes / "peg.off").mesh;
   const auto sampled = [&](double spacing) -> Pair {
     return {{plate, sample_surface(plate, spacing)}, {peg, sample_surface(peg, spacing)}};
   };
@@ -64,9 +66,14 @@ Json peg_scene(const SceneOptions& options) {
   constexpr std::size_t all = 1'000'000;
   constexpr auto d = Precision::double_precision;
   const std::vector<Entry> entries = {
-      {"tactor, exact, 2 mm shell", Gives::depths, [](const Pair& p) { return make_sample_tree(p, 0); }},
-      {"tactor, exact, 4 mm shell", Gives::depths, [&](const Pair&) { return make_sample_tree(coarse, 0); }},
-      {"tactor, exact, vertices only", Gives::depths, [&](const Pair&) { return make_sample_tree(vertices, 0); }},
+      {"tactor, 2 mm shell", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
+      {"tactor, 4 mm shell", Gives::depths, [&](const Pair&) { return make_tactor(coarse, 0); }},
+      {"tactor, vertices only", Gives::depths, [&](const Pair&) { return make_tactor(vertices, 0); }},
+      {"tactor, collision.sdf, 4 mm shell, 0.4 mm margin", Gives::depths,
+       [&](const Pair& p) {
+         return make_sdf_node(p, {options.meshes / "plate.off", options.meshes / "peg.off"}, 0.0004, coarse_spacing);
+       }},
+      {"tactor, exact, 2 mm shell", Gives::depths, make_exact},
       {"CGAL, 2 mm shell", Gives::depths, make_cgal_exact},
       {"CGAL, box pairs", Gives::points, make_box_pairs},
       {"FCL double, all contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, all); }},

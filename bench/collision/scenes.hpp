@@ -25,4 +25,7 @@ nlohmann::ordered_json duck_scene(const SceneOptions& options);
 /// Bunnies of about 5,000 to 300,000 triangles.
 nlohmann::ordered_json growth_scene(const SceneOptions& options);
 
+/// How long the cells of each mesh take to build, to build and keep, and to load.
+nlohmann::ordered_json build_scene(const SceneOptions& options);
+
 }  // namespace tactor::bench

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "bench/stability/trial.hpp"
-#include "nodes/collision/mesh.hpp"
+#include "nodes/collision/sdf.hpp"
 #include "nodes/coupling/law.hpp"
 #include "nodes/scene/body_mesh.hpp"
 
@@ -322,13 +322,13 @@ TrialScene sized(const std::string& name, const std::string& title, double size)
           }};
 }
 
-/// A query by collision.mesh, made once for all cells of a scene. The stiffness of the whole contact is spread by the
+/// A query by collision.sdf, made once for all cells of a scene. The stiffness of the whole contact is spread by the
 /// weights of the node.
 class MeshQuery {
  public:
   MeshQuery(Scene scene, double spacing) : scene_(std::move(scene)) {
     const NodeContext context{.name = "collision", .scene = &scene_, .torque = true};
-    const NodeInfo info = MeshCollision::declare();
+    const NodeInfo info = SdfCollision::declare();
     std::vector<ParamValue> values;
     for (const ParamInfo& p : info.params) {
       values.push_back(p.name == "spacing" ? ParamValue(spacing) : p.default_value.value());
@@ -336,7 +336,7 @@ class MeshQuery {
     node_ = info.create(values, context);
   }
   void operator()(const Cell& cell, const BodyStates& bodies, ContactSet& set) const {
-    static_cast<MeshCollision&>(*node_).query(bodies.X_WB[0], set);
+    static_cast<SdfCollision&>(*node_).query(bodies, set);
     for (std::size_t i = 0; i < static_cast<std::size_t>(set.count); ++i) {
       set.contact[i].stiffness = cell.contact_stiffness;
       set.contact[i].damping = contact_damping;

@@ -29,8 +29,9 @@ struct Material {
 
 /// A closed triangle mesh read from a file.
 struct MeshShape {
-  std::filesystem::path file;        ///< an absolute path, checked to exist
-  std::optional<double> scale = {};  ///< multiplies the file's coordinates to give metres; absent: they are metres
+  std::filesystem::path file;  ///< an absolute path, checked to exist
+  std::optional<double> scale =
+      {};  ///< multiplies the file's coordinates to give metres; absent: 1, if the size is usual
   bool operator==(const MeshShape&) const = default;
 };
 /// A ball about the body's origin.

@@ -4,6 +4,20 @@
 
 namespace tactor {
 
+namespace {
+
+/// Calls `work`; the InputError that it throws gets the node's place and name.
+template <class Work>
+void at_place(const NodeSpec& spec, const Work& work) {
+  try {
+    work();
+  } catch (const InputError& error) {
+    throw InputError(spec.place.text() + ": node " + spec.name + ": " + error.what());
+  }
+}
+
+}  // namespace
+
 PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
   for (const NodeSpec& spec : plan.nodes) {
     NodeContext context;
@@ -12,12 +26,17 @@ PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
     context.torque = plan.torque;
     context.seed = derive_seed(plan.graph.seed, spec.name);
     context.duration = plan.graph.duration;
-    try {
-      nodes_.push_back(spec.info->create(spec.params, context));
-    } catch (const InputError& error) {
-      throw InputError(spec.place.text() + ": node " + spec.name + ": " + error.what());
-    }
+    context.notes = &notes_;
+    at_place(spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }
+}
+
+std::vector<std::string> check_bodies(const Plan& plan) {
+  std::vector<std::string> notes;
+  for (const NodeSpec& spec : plan.nodes) {
+    if (spec.info->check_bodies) at_place(spec, [&] { spec.info->check_bodies(plan.graph.scene, &notes); });
+  }
+  return notes;
 }
 
 void PlanNodes::follow(const PlanNodes& judged) {

@@ -24,6 +24,8 @@ class PlanNodes {
   void step(std::size_t index, StepContext& context);
 
   [[nodiscard]] const Plan& plan() const { return plan_; }
+  /// What the nodes said of their input while they were made.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
   [[nodiscard]] Node& operator[](std::size_t index) { return *nodes_[index]; }
   [[nodiscard]] const Node& operator[](std::size_t index) const { return *nodes_[index]; }
@@ -34,7 +36,12 @@ class PlanNodes {
   void guarded(std::size_t index, Time now, const Work& work);
 
   const Plan& plan_;
+  std::vector<std::string> notes_;
   std::vector<std::unique_ptr<Node>> nodes_;
 };
+
+/// Loads the bodies of the plan's scene as its nodes would, without making the nodes, and returns their notes.
+/// Throws InputError as PlanNodes does.
+std::vector<std::string> check_bodies(const Plan& plan);
 
 }  // namespace tactor

@@ -4,7 +4,6 @@
 #include <xxhash.h>
 
 #include <bit>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -273,13 +272,6 @@ bool ReferenceCache::store(const std::string& key, const Reference& reference) c
   }
   fs::rename(part, folder_ / (key + ".ref"), error);
   return !error;
-}
-
-fs::path default_cache_folder() {
-  if (const char* folder = std::getenv("TACTOR_CACHE")) return folder;
-  if (const char* folder = std::getenv("XDG_CACHE_HOME")) return fs::path(folder) / "tactor";
-  if (const char* home = std::getenv("HOME")) return fs::path(home) / ".cache" / "tactor";
-  return fs::temp_directory_path() / "tactor-cache";
 }
 
 }  // namespace tactor

@@ -50,7 +50,4 @@ class ReferenceCache {
   std::filesystem::path folder_;
 };
 
-/// TACTOR_CACHE, or XDG_CACHE_HOME/tactor, or ~/.cache/tactor.
-std::filesystem::path default_cache_folder();
-
 }  // namespace tactor

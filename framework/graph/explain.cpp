@@ -93,6 +93,11 @@ std::string explain(const Plan& plan) {
     text += "\nrecords\n";
     for (const PlannedStream& stream : plan.streams) text += "  " + stream.name + "\n";
   }
+  if (!plan.chosen.empty()) {
+    std::vector<Row> rows;
+    for (const Chosen& c : plan.chosen) rows.push_back({c.node, c.asked + " is " + c.type, c.why});
+    text += "\nchosen\n" + table(rows);
+  }
   if (!plan.left_out.empty()) {
     std::vector<Row> rows;
     for (const LeftOut& left : plan.left_out) rows.push_back({left.what, left.why});

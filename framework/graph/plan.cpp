@@ -71,6 +71,7 @@ void check_cycle(const GraphSpec& graph, const std::vector<Wire>& wires, const K
 }
 
 Plan build(GraphSpec graph, bool reference) {
+  std::vector<Chosen> chosen = choose_types(graph);
   const std::vector<Wire> wires = wires_of(graph);
   Kept kept = prune(graph, wires);
   Diagnostics diagnostics;
@@ -93,6 +94,7 @@ Plan build(GraphSpec graph, bool reference) {
 
   Plan plan;
   plan.torque = graph.scene.rotates();
+  plan.chosen = std::move(chosen);
   plan.left_out = std::move(kept.left_out);
   std::vector<std::size_t> place(graph.nodes.size(), 0);
   for (const std::size_t n : order_nodes(graph, wires, kept, triggers)) {

@@ -14,6 +14,14 @@ struct LeftOut {
   std::string why;   ///< for example `the coefficients are fixed`
 };
 
+/// A node whose type stood for others, and what it became in this scene.
+struct Chosen {
+  std::string node;
+  std::string asked;  ///< the type in the file
+  std::string type;   ///< the type that is planned
+  std::string why;
+};
+
 /// An edge between planned nodes.
 struct PlannedEdge {
   EdgeSpec spec;
@@ -33,16 +41,17 @@ struct PlannedStream {
 
 /// What an engine runs.
 struct Plan {
-  GraphSpec graph;              ///< scene, clock, duration, seed; all nodes of the file, left out or not
+  GraphSpec graph;              ///< scene, clock, duration, seed; all nodes, left out or not, of the chosen types
   std::vector<NodeSpec> nodes;  ///< those that run, writers before readers; the order breaks ties in time
   std::vector<PlannedEdge> edges;
   std::vector<PlannedStream> streams;
+  std::vector<Chosen> chosen;
   std::vector<LeftOut> left_out;
   bool torque = true;  ///< false: the scene is translation-only
 };
 
-/// Leaves out what the scene does not need and orders the rest. Throws GraphError for cycles of triggers without a
-/// delay and for required inputs that nothing feeds.
+/// Chooses the types that suit the scene, leaves out what it does not need and orders the rest. Throws GraphError for
+/// cycles of triggers without a delay and for required inputs that nothing feeds.
 Plan make_plan(GraphSpec graph);
 
 /// The plan of the run that `judged` is compared with: only what feeds the `reference` inputs of its sinks, no costs,

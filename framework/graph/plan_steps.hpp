@@ -16,6 +16,9 @@ struct Wire {
 };
 std::vector<Wire> wires_of(const GraphSpec& graph);
 
+/// Gives the nodes whose types stand for others the types that suit the scene.
+std::vector<Chosen> choose_types(GraphSpec& graph);
+
 /// What stays of a graph, by index.
 struct Kept {
   std::vector<bool> nodes;

@@ -67,6 +67,11 @@ class Declare {
     info_.unneeded = std::move(reason);
     return *this;
   }
+  /// How `tactor check` finds out whether the node would accept the bodies of the scene.
+  Declare& check_bodies(std::function<void(const Scene&, std::vector<std::string>*)> check) {
+    info_.check_bodies = std::move(check);
+    return *this;
+  }
   /// It drives a device and its steps are real-time safe; it belongs to the real-time lane.
   Declare& actuator() {
     info_.actuator = true;

@@ -102,6 +102,14 @@ struct OutputInfo {
 inline constexpr std::array<std::string_view, 7> node_keys{"type",   "cost",     "lane", "thread",
                                                            "policy", "priority", "cpu"};
 
+struct NodeInfo;
+
+/// The type that a scene's nodes of another type become, and why.
+struct Resolution {
+  const NodeInfo* info = nullptr;  ///< lives as long as the process
+  std::string reason;              ///< `the moving body tool is a sphere`
+};
+
 /// A node type.
 struct NodeInfo {
   std::string type;     ///< `library.name`
@@ -119,7 +127,13 @@ struct NodeInfo {
   std::optional<std::size_t> rate_parameter;  ///< index of the parameter in Hz that makes the node step at a rate
   /// Why a scene does not need the node, or empty where it does.
   std::function<std::string(const Scene&)> unneeded;
-  /// Makes the node from values in the order of `params`.
+  /// Of a type that stands for others: the one that suits a scene, which a plan puts in its place. That one has the
+  /// same ports; parameters pass on by name, those that it lacks are dropped, and its others take their defaults.
+  std::function<Resolution(const Scene&)> resolve;
+  /// Throws InputError where the node would refuse the bodies of the scene, and tells notes as NodeContext does,
+  /// without making it; empty: the node reads no files of bodies.
+  std::function<void(const Scene&, std::vector<std::string>* notes)> check_bodies;
+  /// Makes the node from values in the order of `params`; null where there is `resolve`.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;
 
   [[nodiscard]] const InputInfo* input(std::string_view name) const;

@@ -22,6 +22,8 @@ struct NodeContext {
   bool torque = true;      ///< false: the scene is translation-only, torques are neither computed nor sent
   std::uint64_t seed = 0;  ///< for its random streams, derived from the run's seed and its name
   Duration duration;       ///< of the run
+  /// Where the node adds what the user should know of its input and nothing stops for, each once; null: nobody asks.
+  std::vector<std::string>* notes = nullptr;
 };
 
 /// Where a run is. Under the virtual clock it ends without stopping: nothing moves.

@@ -1,10 +1,49 @@
 #include "nodes/collision/collision_node.hpp"
 
+#include "framework/core/check.hpp"
+
 namespace tactor {
 
-void CollisionNode::step(StepContext& context) {
+CollisionNode::CollisionNode(const Scene& scene) {
+  for (const std::size_t i : scene.moving()) {
+    const Body& body = scene.bodies[i];
+    TACTOR_DEMAND(start_.count < BodyStates::capacity);
+    start_.X_WB[static_cast<std::size_t>(start_.count++)] = body.X_WB;
+    names_ += (names_.empty() ? "" : ", ") + body.name;
+  }
+  if (start_.count == 0) throw InputError("collision needs a moving body in the scene");
+  at_ = start_;
+}
+
+void CollisionNode::query(const Pose& X_WT, ContactSet& set) {
+  BodyStates at = start_;
+  at.X_WB[0] = X_WT;
+  query(at, set);
+}
+
+void CollisionNode::take_poses() {
+  if (bodies.connected()) {
+    const Stamped<BodyStates>* last = bodies.latest();
+    if (last == nullptr) return;
+    if (last->value.count != start_.count) {
+      throw InputError("the input bodies tells of " + std::to_string(last->value.count) +
+                       " moving bodies; the scene has " + std::to_string(start_.count) + ": " + names_);
+    }
+    at_ = last->value;
+    return;
+  }
+  if (start_.count > 1) {
+    throw InputError("the scene has " + std::to_string(start_.count) + " moving bodies (" + names_ +
+                     "), and nothing feeds the input bodies (BodyStates), which tells where they are; expected an edge "
+                     "into it, such as dynamics.bodies -> collision.bodies");
+  }
   const Stamped<PhysicsState>* last = state.connected() ? state.latest() : nullptr;
-  query(last != nullptr ? last->value.X_WT : X_WT_start_, set_);
+  if (last != nullptr) at_.X_WB[0] = last->value.X_WT;
+}
+
+void CollisionNode::step(StepContext& context) {
+  take_poses();
+  query(at_, set_);
   context.add_work(set_.penetrating);
   contacts.send(context.now(), set_);
 }

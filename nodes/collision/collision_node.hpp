@@ -4,46 +4,63 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/collision/materials.hpp"
+#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
-/// Queries at the tool's last pose (before the first where the scene puts it) each time the device triggers it, sends
-/// the contacts stamped with the start of the query, and counts those that penetrate as its work.
+/// Queries where the moving bodies last were (before the first message where the scene puts them) each time the device
+/// triggers it, sends the contacts stamped with the start of the query, and counts those that penetrate as its work.
+/// One moving body is the tool, which `state` tells of; of several `bodies` must tell, or the first step throws
+/// InputError.
 class CollisionNode : public Node {
  public:
   void step(StepContext& context) final;
 
-  /// The contacts at a pose of the tool.
-  virtual void query(const Pose& X_WT, ContactSet& set) = 0;
+  /// The contacts where the moving bodies are; velocities do not count.
+  virtual void query(const BodyStates& bodies, ContactSet& set) = 0;
+  /// The contacts at a pose of the tool, the other bodies being where the scene puts them.
+  void query(const Pose& X_WT, ContactSet& set);
 
   Input<DeviceState> device;
   Input<PhysicsState> state;
+  Input<BodyStates> bodies;
   Output<ContactSet> contacts;
 
  protected:
-  Pose X_WT_start_;  ///< where the scene puts the tool
+  /// Throws InputError where nothing moves.
+  explicit CollisionNode(const Scene& scene);
 
  private:
+  void take_poses();
+
+  std::string names_;  // of the moving bodies
+  BodyStates start_;   // where the scene puts them
+  BodyStates at_;      // where they last were
   ContactSet set_;
 };
 
 /// Adds the ports and the margin to the declaration of collision node N.
 template <class N>
 void declare_collision(Declare<N>& declaration) {
-  // The template arguments let pointers to the members of the base class convert.
+  // The template arguments let pointers to the members of base classes convert.
   declaration.template input<DeviceState>("device", &N::device, {.doc = "says when to query", .trigger = Trigger::yes})
       .template input<PhysicsState>(
           "state", &N::state,
           {.doc = "the last tool pose; before the first the tool is where the scene puts it", .required = false})
+      .template input<BodyStates>(
+          "bodies", &N::bodies,
+          {.doc = "the last poses of all moving bodies, instead of `state`; required where several move",
+           .required = false})
       .template output<ContactSet>("contacts", &N::contacts,
                                    "the contacts at that pose, stamped with the start of the query")
-      .real("margin", &N::Params::margin,
-            {.doc = "distance below which contacts are reported before they touch",
-             .unit = "m",
-             .default_value = 0.002,
-             .min = 0,
-             .max = 0.1})
+      .template real<double>("margin", &N::Params::margin,
+                             {.doc = "distance below which contacts are reported before they touch",
+                              .unit = "m",
+                              .default_value = 0.002,
+                              .min = 0,
+                              .max = 0.1})
       .on_thread("physics")
+      .check_bodies(check_body_meshes)
       .unneeded(nothing_to_hit);
 }
 

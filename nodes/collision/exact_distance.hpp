@@ -1,34 +1,25 @@
-// The signed distance of a point to a closed triangle mesh.
+// The signed distance of a point to a closed triangle mesh, by a search of all faces.
 #pragma once
 
 #include <memory>
-#include <string>
 
+#include "nodes/collision/signed_distance.hpp"
 #include "nodes/scene/mesh.hpp"
 
 namespace tactor {
 
-/// The nearest surface point of a query, in the frame of the mesh.
-struct Nearest {
-  double distance = 0;  ///< m, negative inside
-  Vec3 p;               ///< m, the nearest point of the surface
-  Vec3 gradient;        ///< unit, the direction of growing distance; on the surface the pseudo-normal
-  int face = -1;        ///< the face that holds p
-};
-
-/// Exact distance by CGAL's AABB tree, or by a scan where the mesh has few faces; the sign by the angle-weighted
-/// pseudo-normal of the nearest face, edge or vertex (J. A. Baerentzen and H. Aanaes, "Signed distance computation
-/// using the angle weighted pseudonormal", IEEE TVCG 11, 2005), which is right for every closed manifold mesh.
-class ExactDistance {
+/// Exact distance by CGAL's AABB tree. Its lower bounds are exact distances too.
+class ExactDistance final : public SignedDistance {
  public:
-  /// Throws InputError, beginning with `name`, where the mesh is no solid (see mesh_check.hpp).
-  ExactDistance(const TriangleMesh& mesh, const std::string& name);
-  ~ExactDistance();
+  /// `mesh`: of a solid, as load_solid returns it.
+  explicit ExactDistance(const TriangleMesh& mesh);
+  ~ExactDistance() override;
   ExactDistance(ExactDistance&&) noexcept;
   ExactDistance& operator=(ExactDistance&&) noexcept;
 
-  /// The nearest point to x. A face near the answer as `hint` (or -1) makes it faster and does not change the distance.
-  [[nodiscard]] Nearest query(const Vec3& x, int hint = -1) const;
+  [[nodiscard]] Nearest nearest(const Vec3& x, int hint = -1) const override;
+  void lower_bounds(const Points8& x, unsigned wanted, std::array<float, 8>& bound) const override;
+  [[nodiscard]] Eigen::Matrix3d hessian(const Nearest& nearest, const Vec3& x) const override;
 
  private:
   struct Impl;

@@ -14,10 +14,8 @@ Material combine(const Material& a, const Material& b) {
 
 std::string nothing_to_hit(const Scene& scene) {
   if (scene.tool() == nullptr) return "nothing in the scene moves";
-  for (const Body& body : scene.bodies) {
-    if (body.motion == Motion::fixed) return {};
-  }
-  return "the scene has nothing to hit";
+  // Another body, fixed or moving, can be hit.
+  return scene.bodies.size() > 1 ? std::string() : "the scene has nothing to hit";
 }
 
 }  // namespace tactor

@@ -1,8 +1,14 @@
 #include "framework/node/registry.hpp"
-#include "nodes/collision/mesh.hpp"
-#include "nodes/collision/sphere.hpp"
+#include "nodes/collision/auto.hpp"
+#include "nodes/collision/exact.hpp"
+#include "nodes/collision/none.hpp"
+#include "nodes/collision/primitive.hpp"
+#include "nodes/collision/sdf.hpp"
 
 TACTOR_NODES(registry) {
-  registry.add<tactor::MeshCollision>();
-  registry.add<tactor::SphereCollision>();
+  registry.add<tactor::AutoCollision>();
+  registry.add<tactor::ExactCollision>();
+  registry.add<tactor::NoCollision>();
+  registry.add<tactor::PrimitiveCollision>();
+  registry.add<tactor::SdfCollision>();
 }

@@ -25,7 +25,7 @@ CouplingLaw law_for(const AdaptiveCoupling::Params& p, const NodeContext& contex
   law.k_t = std::clamp(p.k_0 * std::pow(tool->mass / p.m_0, p.a), p.k_min, p.k_device);
   law.b_t = damping_of(law.k_t, tool->mass, p.zeta);
   if (context.torque) {
-    const double inertia = body_inertia(*tool).trace() / 3;
+    const double inertia = body_inertia(*tool, context.notes).trace() / 3;
     law.k_r = std::clamp(p.k_r0 * std::pow(inertia / p.I_0, p.a), p.k_r_min, p.k_r_device);
     law.b_r = damping_of(law.k_r, inertia, p.zeta);
   }

@@ -14,7 +14,7 @@ CouplingLaw law_for(const DynamicCoupling::Params& params, const NodeContext& co
   law.b_t = damping_of(law.k_t, tool->mass, params.zeta);
   if (context.torque) {
     law.k_r = params.k_r;
-    law.b_r = damping_of(law.k_r, body_inertia(*tool).trace() / 3, params.zeta);
+    law.b_r = damping_of(law.k_r, body_inertia(*tool, context.notes).trace() / 3, params.zeta);
   }
   return law;
 }

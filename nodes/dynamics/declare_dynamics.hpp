@@ -5,6 +5,7 @@
 
 #include "framework/node/declare.hpp"
 #include "nodes/dynamics/dynamics_node.hpp"
+#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
@@ -46,6 +47,11 @@ void declare_dynamics(Declare<N>& declaration) {
                                   "how far to simulate: to the time the contact query began, or to the newest sample")
       .boolean("start_at_device", &P::start_at_device, true,
                "start the tool at the handle's first pose, so that the spring is slack")
+      .check_bodies([](const Scene& scene, Notes* notes) {
+        for (const std::size_t i : scene.moving()) {
+          if (scene.bodies[i].motion == Motion::rigid) body_inertia(scene.bodies[i], notes);
+        }
+      })
       .unneeded([](const Scene& scene) {
         return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
       });

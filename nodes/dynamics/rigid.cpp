@@ -13,7 +13,8 @@ NodeInfo RigidDynamics::declare() {
   d.details(
       "Implicit Euler in the coupling, the contacts' stiffness, damping and friction, and the gyroscopic term, "
       "sub-stepped through every device sample since the last step. Each sub-step is the minimum of a convex function, "
-      "which is always found. Stable at any stiffness and mass; it adds numerical damping of the order of the "
+      "which is found within the iterations but for rare steps, and those are counted; it adds numerical damping of "
+      "the order of the "
       "sub-step. "
       "Up to 8 bodies are solved as one, those of `motion: translation` without rotation. The tool feels the true "
       "spring, the device the one limited to force_max.");

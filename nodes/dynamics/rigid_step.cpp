@@ -187,7 +187,8 @@ class Equations {
       sum += bound;
       p.bound = bound;
     }
-    return change <= bound_tolerance * sum;
+    // Where nothing pushes yet there is nothing to hold.
+    return sum > 0 && change <= bound_tolerance * sum;
   }
 
   /// The slopes of a plane's force, as Newton's method wants them.

@@ -1,26 +1,86 @@
 #include "nodes/scene/body_mesh.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
 #include "framework/core/check.hpp"
 #include "nodes/scene/mass_properties.hpp"
+#include "nodes/scene/solid_file.hpp"
 
 namespace tactor {
 
 namespace {
 
-TriangleMesh scaled_mesh(const Body& body) {
-  TACTOR_DEMAND(body.mesh() != nullptr);
-  TriangleMesh mesh = read_off(body.mesh()->file);
-  if (const auto scale = body.mesh()->scale) {
-    for (Vec3& v : mesh.vertices) v *= *scale;
+void add_once(Notes* notes, std::string note) {
+  if (notes == nullptr || std::find(notes->begin(), notes->end(), note) != notes->end()) return;
+  notes->push_back(std::move(note));
+}
+
+std::string joined(const std::vector<std::string>& phrases) {
+  std::string text;
+  for (const std::string& phrase : phrases) text += (text.empty() ? "" : ", ") + phrase;
+  return text;
+}
+
+std::string metres(double length) {
+  std::array<char, 40> text{};
+  const bool small = length < 0.1;
+  std::snprintf(text.data(), text.size(), "%.3g %s", small ? 1e3 * length : length, small ? "mm" : "m");
+  return text.data();
+}
+
+/// The longest edge of the box around the mesh, m.
+double longest_edge(const TriangleMesh& mesh) {
+  double longest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [low, high] = std::minmax_element(mesh.vertices.begin(), mesh.vertices.end(),
+                                                 [&](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; });
+    longest = std::max(longest, (*high)[axis] - (*low)[axis]);
   }
-  return mesh;
+  return longest;
+}
+
+/// Faults of the unit are the commonest of all and give forces that are wrong by powers of a thousand.
+void check_size(const Body& body, const TriangleMesh& mesh, const std::string& name, Notes* notes) {
+  constexpr double shortest = 1e-3, longest = 10;
+  const double length = longest_edge(mesh);
+  if (length >= shortest && length <= longest) return;
+  const std::string what = "is " + metres(length) + " long";
+  if (body.mesh()->scale) {
+    add_once(notes, name + ": warning: " + what + ", which is unusual for a body that is touched; scale says so");
+    return;
+  }
+  throw InputError(name + ": " + what + (length > longest ? "; is it in mm? write scale: 0.001" : "; write its scale") +
+                   " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
+                   "be 1 mm to 10 m long");
+}
+
+TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
+  TACTOR_DEMAND(body.mesh() != nullptr);
+  SolidFile solid = [&] {
+    try {
+      return load_solid(body.mesh()->file);
+    } catch (const InputError& error) {
+      throw InputError("body '" + body.name + "': " + error.what());
+    }
+  }();
+  const std::string name = "body '" + body.name + "': " + body.mesh()->file.string();
+  if (const auto scale = body.mesh()->scale) {
+    for (Vec3& v : solid.mesh.vertices) v *= *scale;
+  }
+  check_size(body, solid.mesh, name, notes);
+  if (!solid.report.repairs.empty()) add_once(notes, name + ": repaired: " + joined(solid.report.repairs));
+  for (const std::string& warning : solid.report.warnings) add_once(notes, name + ": warning: " + warning);
+  for (std::string& note : solid.notes) add_once(notes, std::move(note));
+  return solid.mesh;
 }
 
 MassProperties solid_properties(const Body& body, const TriangleMesh& mesh) {
   MassProperties properties = mass_properties(mesh);
   if (!(properties.volume > 0)) {
-    throw InputError(body.mesh()->file.string() + ": the mesh of the moving body '" + body.name +
-                     "' encloses a volume of " + std::to_string(properties.volume) +
+    throw InputError("body '" + body.name + "': " + body.mesh()->file.string() +
+                     ": the mesh of a moving body encloses a volume of " + std::to_string(properties.volume) +
                      " m^3; it must be closed, with faces counter-clockwise as seen from outside");
   }
   return properties;
@@ -38,8 +98,8 @@ Eigen::Matrix3d capsule_inertia(double mass, const CapsuleShape& capsule) {
 
 }  // namespace
 
-TriangleMesh load_body_mesh(const Body& body) {
-  TriangleMesh mesh = scaled_mesh(body);
+TriangleMesh load_body_mesh(const Body& body, Notes* notes) {
+  TriangleMesh mesh = scaled_mesh(body, notes);
   if (body.motion != Motion::fixed) {
     const Vec3 center = solid_properties(body, mesh).center;
     for (Vec3& v : mesh.vertices) v -= center;
@@ -47,7 +107,13 @@ TriangleMesh load_body_mesh(const Body& body) {
   return mesh;
 }
 
-Eigen::Matrix3d body_inertia(const Body& body) {
+void check_body_meshes(const Scene& scene, Notes* notes) {
+  for (const Body& body : scene.bodies) {
+    if (body.mesh() != nullptr) load_body_mesh(body, notes);
+  }
+}
+
+Eigen::Matrix3d body_inertia(const Body& body, Notes* notes) {
   if (body.inertia) return Eigen::Vector3d(body.inertia->x, body.inertia->y, body.inertia->z).asDiagonal();
   if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
     return 0.4 * body.mass * sphere->radius * sphere->radius * Eigen::Matrix3d::Identity();
@@ -58,7 +124,7 @@ Eigen::Matrix3d body_inertia(const Body& body) {
            Eigen::Vector3d(square.y + square.z, square.x + square.z, square.x + square.y).asDiagonal().toDenseMatrix();
   }
   if (const auto* capsule = std::get_if<CapsuleShape>(&body.shape)) return capsule_inertia(body.mass, *capsule);
-  const MassProperties properties = solid_properties(body, scaled_mesh(body));
+  const MassProperties properties = solid_properties(body, scaled_mesh(body, notes));
   return body.mass / properties.volume * properties.inertia;
 }
 

@@ -3,19 +3,30 @@
 
 #include <Eigen/Core>
 
+#include <string>
+#include <vector>
+
 #include "framework/core/scene.hpp"
 #include "nodes/scene/mesh.hpp"
 
 namespace tactor {
 
-/// Reads the body's mesh and applies its scale. A moving body's frame has its origin at the centre of mass of uniform
-/// density and keeps the axes of the file; a fixed body keeps the frame of the file.
-/// Throws InputError where the file is no mesh or a moving body's mesh encloses no volume.
-TriangleMesh load_body_mesh(const Body& body);
+/// What a user should know of a body and nothing stops for: repairs, warnings, troubles of the cache.
+using Notes = std::vector<std::string>;
+
+/// Loads the body's mesh as a solid (solid_file.hpp) and applies its scale. A moving body's frame has its origin at the
+/// centre of mass of uniform density and keeps the axes of the file; a fixed body keeps the frame of the file.
+/// Adds to `notes`, each once, beginning with the name of the body, where it is not null.
+/// Throws InputError, beginning with the name of the body, where the file describes no solid, or where the solid is
+/// longer than 10 m or shorter than 1 mm and the body says no scale: the file is in another unit then.
+TriangleMesh load_body_mesh(const Body& body, Notes* notes = nullptr);
+
+/// Loads the mesh of every body that has one, for its errors and notes alone.
+void check_body_meshes(const Scene& scene, Notes* notes);
 
 /// The inertia of a moving body about its centre of mass in its own frame, kg m^2: `Body::inertia` on the diagonal
 /// where given, else that of its shape at uniform density.
-/// Throws InputError as load_body_mesh does.
-Eigen::Matrix3d body_inertia(const Body& body);
+/// Notes and InputError as for load_body_mesh.
+Eigen::Matrix3d body_inertia(const Body& body, Notes* notes = nullptr);
 
 }  // namespace tactor

@@ -176,6 +176,21 @@ class LeavingOut(CommandTest):
         self.assertIn("coefficients are fixed", self.run_ok("check", "--explain", GRAPHS / "duck_fixed.yaml").stdout)
 
     @needs_collision
+    def test_the_collision_that_suits_the_scene_is_chosen_and_told(self):
+        for graph, kind, why in (("duck_off.yaml", "collision.primitive", "the moving body tool is a sphere"),
+                                 ("peg_in_hole_off.yaml", "collision.sdf", "the moving body tool is a mesh"),
+                                 ("peg_free_off.yaml", "collision.none", "the scene has nothing to hit")):
+            with self.subTest(graph=graph):
+                text = self.run_ok("check", "--explain", GRAPHS / graph).stdout
+                self.assertIn(f"collision.auto is {kind}", text)
+                self.assertIn(why, text)
+        summary = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")
+        self.assertEqual(summary["cost_us"]["collision"]["type"], "collision.primitive")
+        self.assertEqual(summary["chosen"], [{"node": "collision", "asked": "collision.auto",
+                                              "type": "collision.primitive",
+                                              "why": "the moving body tool is a sphere"}])
+
+    @needs_collision
     def test_nothing_to_hit_needs_no_collision_and_loads_no_mesh_library_code_for_it(self):
         summary = self.run_graph(GRAPHS / "peg_free_off.yaml", "--duration", "0.5")
         self.assertTrue(left_out(summary, "collision"))
@@ -211,7 +226,7 @@ class MissingParts(CommandTest):
     @unittest.skipIf(HAS_COLLISION, "this build has collision")
     def test_a_build_without_cgal_says_what_it_lacks(self):
         for arguments in (["run", GRAPHS / "duck_off.yaml"], ["check", GRAPHS / "duck_off.yaml"],
-                          ["nodes", "collision.mesh"]):
+                          ["nodes", "collision.sdf"]):
             with self.subTest(arguments=arguments):
                 self.assert_bad_input(*arguments, says=["no CGAL", "-DTACTOR_WITH_CGAL=ON"])
 
@@ -251,7 +266,7 @@ class Drawing(CommandTest):
 
     def test_nodes_are_listed_and_explained(self):
         listing = self.run_ok("nodes").stdout
-        collision = ("collision.mesh", "collision.sphere") if HAS_COLLISION else ()
+        collision = ("collision.auto", "collision.exact", "collision.sdf", "collision.primitive", "collision.none") if HAS_COLLISION else ()
         for name in ("source.trajectory", "source.recording", "device.simulated", *collision, "dynamics.rigid",
                      "coupling.static", "coupling.dynamic", "coupling.adaptive", "prediction.ar",
                      "prediction.refit", "prediction.hold", "prediction.linear", "interpolation.bspline",

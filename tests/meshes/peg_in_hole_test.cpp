@@ -1,7 +1,7 @@
 // Collision and dynamics together: the hole holds the peg where its clearance ends.
 #include <boost/test/unit_test.hpp>
 
-#include "nodes/collision/mesh.hpp"
+#include "nodes/collision/sdf.hpp"
 #include "nodes/dynamics/rigid.hpp"
 #include "tests/nodes/defaults.hpp"
 
@@ -13,10 +13,10 @@ namespace {
 class Rig {
  public:
   explicit Rig(double query_period_ms) : scene_(peg_in_plate()), period_ms_(query_period_ms) {
-    MeshCollision::Params c = test::default_params<MeshCollision>();
+    SdfCollision::Params c = test::default_params<SdfCollision>();
     c.spacing = 0.005;
     c.margin = 0.001;
-    collision_ = std::make_unique<MeshCollision>(c, test::context_for(scene_));
+    collision_ = std::make_unique<SdfCollision>(c, test::context_for(scene_));
     dynamics_ = std::make_unique<RigidDynamics>(test::default_params<RigidDynamics>(), test::context_for(scene_));
     collision_->device.configure({});
     collision_->state.configure({});
@@ -79,7 +79,7 @@ class Rig {
 
   Scene scene_;
   double period_ms_;
-  std::unique_ptr<MeshCollision> collision_;
+  std::unique_ptr<SdfCollision> collision_;
   std::unique_ptr<RigidDynamics> dynamics_;
   Vec3 p_, turn_;
   Time now_;

@@ -35,7 +35,7 @@ class Includes(unittest.TestCase):
     def test_each_library_is_included_by_its_owner_alone(self):
         self.assert_only(r"caf/", "framework/engine/live")
         self.assert_only(r"(hdf5|H5)", "framework/record")
-        self.assert_only(r"CGAL/", "nodes/collision", "meshes")
+        self.assert_only(r"CGAL/", "nodes/collision", "nodes/scene", "meshes")
         self.assert_only(r"yaml-cpp/", "framework/graph")
         self.assert_only(r"modbus", "devices/modbus")
         self.assert_only(r"libusb", "devices/usb")

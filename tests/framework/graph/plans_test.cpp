@@ -67,6 +67,53 @@ BOOST_FIXTURE_TEST_CASE(a_scene_that_needs_everything_keeps_everything, Fixture)
   BOOST_TEST(p.nodes[p.streams[0].node].info->outputs[p.streams[0].output].name == "force");
 }
 
+BOOST_FIXTURE_TEST_CASE(a_type_that_stands_for_others_becomes_the_one_that_suits_the_scene, Fixture) {
+  GraphSpec graph =
+      load_text(folder, pipeline(rigid_scene), {.set = {"collision.margin=3 mm"}, .seed = {}, .duration_s = {}});
+  const auto node =
+      std::find_if(graph.nodes.begin(), graph.nodes.end(), [](const NodeSpec& n) { return n.name == "collision"; });
+  // The chosen type has a parameter of its own beside the one that is passed on.
+  const NodeInfo plain = *node->info;
+  NodeInfo chosen = plain;
+  chosen.type = "test.chosen";
+  ParamInfo own = plain.params.front();
+  own.name = "own";
+  own.default_value = 0.07;
+  chosen.params.insert(chosen.params.begin(), own);
+  chosen.unneeded = nullptr;
+  NodeInfo any = plain;
+  any.type = "test.any";
+  any.create = nullptr;
+  any.resolve = [&](const Scene& scene) {
+    return scene.rotates() ? Resolution{&chosen, "the scene rotates"} : Resolution{&plain, "the scene does not rotate"};
+  };
+  node->info = &any;
+
+  const Plan p = make_plan(graph);
+  BOOST_TEST_REQUIRE(p.chosen.size() == 1U);
+  BOOST_TEST(p.chosen[0].node == "collision");
+  BOOST_TEST(p.chosen[0].asked == "test.any");
+  BOOST_TEST(p.chosen[0].type == "test.chosen");
+  BOOST_TEST(p.chosen[0].why == "the scene rotates");
+  const NodeSpec& planned = p.nodes[position(p, "collision")];
+  BOOST_TEST(planned.info == &chosen);
+  BOOST_TEST_REQUIRE(planned.params.size() == 2U);
+  BOOST_TEST(std::get<double>(planned.params[0]) == 0.07);
+  BOOST_TEST(std::get<double>(planned.params[1]) == 0.003);
+  BOOST_TEST(planned.cost.base.seconds() == 0.006, boost::test_tools::tolerance(1e-12));
+  const std::string text = explain(p);
+  BOOST_TEST(text.find("collision  test.any is test.chosen  the scene rotates") != std::string::npos);
+  // A reference run has what the judged run had.
+  BOOST_TEST(make_reference_plan(p).chosen.empty());
+
+  // In another scene it is another type, which may then be left out.
+  graph.scene.bodies.pop_back();
+  graph.scene.bodies[0].motion = Motion::translation;
+  const Plan other = make_plan(graph);
+  BOOST_TEST(other.chosen[0].why == "the scene does not rotate");
+  BOOST_TEST(why(other, "node collision") == "the scene has nothing to hit");
+}
+
 BOOST_FIXTURE_TEST_CASE(edges_point_at_the_nodes_and_ports_they_name, Fixture) {
   const Plan p = plan(pipeline(rigid_scene));
   for (const PlannedEdge& e : p.edges) {

@@ -1,43 +1,26 @@
 // The contacts of the collision nodes: geometry, weights, materials, capacity, refusals.
 #include <boost/test/unit_test.hpp>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
-#include "nodes/collision/mesh.hpp"
-#include "nodes/collision/sphere.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "nodes/collision/auto.hpp"
+#include "nodes/collision/exact.hpp"
+#include "nodes/collision/none.hpp"
+#include "nodes/collision/primitive.hpp"
+#include "nodes/collision/sdf.hpp"
+#include "tests/nodes/collision/scenes.hpp"
 
 using namespace tactor;
+using test::ball;
+using test::check_geometry;
+using test::mesh_body;
 namespace tt = boost::test_tools;
 
 namespace {
 
-Body mesh_body(const std::string& name, const TriangleMesh& mesh, Motion motion = Motion::fixed) {
-  Body body;
-  body.name = name;
-  body.shape = MeshShape{test::write_off(mesh, "collision_" + name)};
-  body.motion = motion;
-  return body;
-}
-
-Body ball(const std::string& name, double radius, Motion motion = Motion::fixed) {
-  Body body;
-  body.name = name;
-  body.shape = SphereShape{radius};
-  body.motion = motion;
-  return body;
-}
-
-/// A check that holds for every contact: its distance is that between its two points along its normal.
-void check_geometry(const ContactSet& set) {
-  for (int i = 0; i < set.count; ++i) {
-    const Contact& c = set.contact[static_cast<std::size_t>(i)];
-    BOOST_TEST(norm(c.n_W) == 1.0, tt::tolerance(1e-12));
-    const Vec3 gap = transform(set.bodies.X_WB[0], c.p_TC) - c.p_WC;
-    BOOST_TEST(norm(gap - c.distance * c.n_W) < 1e-11);
-  }
+/// Coarse cells are soon made.
+SdfCollision::Params coarse_params() {
+  auto params = test::default_params<SdfCollision>();
+  params.resolution = 24;
+  return params;
 }
 
 double total_stiffness(const ContactSet& set) {
@@ -57,7 +40,7 @@ BOOST_AUTO_TEST_CASE(a_sphere_on_a_block_has_one_contact_below_it) {
   scene.bodies[0].X_WB = {{0.2, 0, 0.3}, from_rotation_vector({0, 0, 0.4})};
   scene.bodies[0].material = {.stiffness = 3000, .damping = 5, .friction = 0.4};
   scene.bodies[1].material = {.stiffness = 1500, .damping = 2, .friction = 0.1};
-  SphereCollision node(test::default_params<SphereCollision>(), test::context_for(scene));
+  PrimitiveCollision node(test::default_params<PrimitiveCollision>(), test::context_for(scene));
   ContactSet set;
   node.query({{0.21, 0.005, 0.3195}, from_rotation_vector({1, 2, 0.5})}, set);
   BOOST_REQUIRE(set.count == 1);
@@ -76,7 +59,7 @@ BOOST_AUTO_TEST_CASE(a_sphere_on_a_block_has_one_contact_below_it) {
 BOOST_AUTO_TEST_CASE(contacts_are_reported_within_the_margin_and_not_beyond) {
   Scene scene;
   scene.bodies = {ball("fixed", 0.05), ball("tool", 0.01, Motion::translation)};
-  SphereCollision node(test::default_params<SphereCollision>(), test::context_for(scene));
+  PrimitiveCollision node(test::default_params<PrimitiveCollision>(), test::context_for(scene));
   ContactSet set;
   for (const auto& [x, count, penetrating] :
        {std::tuple{0.0625, 0, 0}, std::tuple{0.0615, 1, 0}, std::tuple{0.059, 1, 1}, std::tuple{0.0, 1, 1}}) {
@@ -90,8 +73,8 @@ BOOST_AUTO_TEST_CASE(contacts_are_reported_within_the_margin_and_not_beyond) {
 BOOST_AUTO_TEST_CASE(a_sphere_that_moves_meets_what_a_fresh_query_meets) {
   Scene scene;
   scene.bodies = {mesh_body("rock", test::icosphere(0.05, 2)), ball("tool", 0.01, Motion::translation)};
-  const auto params = test::default_params<SphereCollision>();
-  SphereCollision node(params, test::context_for(scene)), fresh(params, test::context_for(scene));
+  const auto params = test::default_params<PrimitiveCollision>();
+  PrimitiveCollision node(params, test::context_for(scene)), fresh(params, test::context_for(scene));
   for (int i = 0; i < 400; ++i) {
     ContactSet a, b;
     const Pose X{{0.09 * std::cos(0.05 * i), 0.06 * std::sin(0.07 * i), 0.01}, {}};
@@ -108,11 +91,11 @@ BOOST_AUTO_TEST_CASE(a_block_pressed_flat_on_a_block_has_the_stiffness_of_its_ar
   scene.bodies = {mesh_body("table", test::box({0.1, 0.1, 0.02})),
                   mesh_body("block", test::box({0.04, 0.04, 0.04}), Motion::rigid)};
   for (Body& b : scene.bodies) b.material = {.stiffness = 4000, .damping = 2, .friction = 0.3, .patch_area = 1e-4};
-  MeshCollision::Params p = test::default_params<MeshCollision>();
+  SdfCollision::Params p = coarse_params();
   p.margin = 0.0002;
   for (const double spacing : {0.012, 0.006}) {
     p.spacing = spacing;
-    MeshCollision node(p, test::context_for(scene));
+    SdfCollision node(p, test::context_for(scene));
     ContactSet set;
     node.query({{0.003, 0.001, 0.0295}, {}}, set);
     check_geometry(set);
@@ -133,7 +116,7 @@ BOOST_AUTO_TEST_CASE(contact_is_found_from_either_side) {
     spike.vertices[i] = {1e-4 * spike.vertices[i].x, 1e-4 * spike.vertices[i].y, 0.03};
   Scene scene;
   scene.bodies = {mesh_body("spike", spike), mesh_body("slab", test::box({0.2, 0.2, 0.02}), Motion::rigid)};
-  MeshCollision node(test::default_params<MeshCollision>(), test::context_for(scene));
+  SdfCollision node(coarse_params(), test::context_for(scene));
   ContactSet set;
   node.query({{0.03, -0.02, 0.0395}, {}}, set);
   BOOST_TEST(set.penetrating == 4);
@@ -146,30 +129,47 @@ BOOST_AUTO_TEST_CASE(contact_is_found_from_either_side) {
   }
 }
 
-BOOST_AUTO_TEST_CASE(a_full_set_keeps_the_deepest) {
+BOOST_AUTO_TEST_CASE(a_full_set_has_the_wrench_of_all_contacts_however_few_it_keeps) {
   Scene scene;
   scene.bodies = {mesh_body("rock", test::icosphere(0.05, 4)),
                   mesh_body("slab", test::box({0.2, 0.2, 0.04}), Motion::rigid)};
-  MeshCollision node(test::default_params<MeshCollision>(), test::context_for(scene));
-  ContactSet set;
-  node.query({{0, 0, 0.06}, {}}, set);
-  BOOST_REQUIRE(set.count == ContactSet::capacity);
-  BOOST_TEST(set.truncated > 50);
-  // The vertices of the rock higher than the shallowest one kept are all in the set.
-  double shallowest = -1;
-  for (const Contact& c : set.contact) shallowest = std::max(shallowest, c.distance);
-  int deeper = 0;
-  const TriangleMesh rock = test::icosphere(0.05, 4);
-  for (const Vec3& v : rock.vertices) deeper += 0.04 - v.z < shallowest - 1e-12 ? 1 : 0;
-  BOOST_TEST(deeper < ContactSet::capacity);
-  BOOST_TEST(deeper > ContactSet::capacity - 30);
+  const Pose X_WT{{0.01, 0, 0.062}, from_rotation_vector({0.01, 0.02, 0})};
+  auto params = coarse_params();
+  params.margin = 0;
+  Wrench all;
+  for (const int most : {128, 60, 20}) {
+    params.max_contacts = most;
+    SdfCollision node(params, test::context_for(scene));
+    ContactSet set;
+    node.query(X_WT, set);
+    check_geometry(set);
+    BOOST_REQUIRE(set.count == std::min(most, 128));
+    const Wrench wrench = test::spring_wrench(set);
+    if (most == 128) {
+      BOOST_TEST(norm(wrench.force) > 0.1);
+      BOOST_TEST(set.truncated > 0);
+      // Each vertex of the rock inside the slab presses by its area and depth, since the slab has no vertex in the
+      // rock.
+      const TriangleMesh rock = test::icosphere(0.05, 4);
+      for (const SurfaceSample& s : sample_surface(rock, 0)) {
+        const Vec3 x = transform(inverse(X_WT), s.p);
+        const double depth = 0.02 + x.z;
+        if (depth <= 0) continue;
+        const Vec3 force = 1000 * s.area / 1e-4 * depth * rotate(X_WT.R, {0, 0, 1});
+        all.force += force;
+        all.torque += cross(s.p, force);
+      }
+    }
+    BOOST_TEST(norm(wrench.force - all.force) < 1e-3 * norm(all.force));
+    BOOST_TEST(norm(wrench.torque - all.torque) < 1e-3 * norm(all.force) * 0.05);
+  }
 }
 
 BOOST_AUTO_TEST_CASE(contact_forces_change_smoothly_as_samples_come_and_go) {
   Scene scene;
   scene.bodies = {mesh_body("rock", test::icosphere(0.05, 4)),
                   mesh_body("tool", test::icosphere(0.03, 3), Motion::rigid)};
-  MeshCollision node(test::default_params<MeshCollision>(), test::context_for(scene));
+  SdfCollision node(coarse_params(), test::context_for(scene));
   double last = 0, largest = 0, step = 0;
   for (int i = 0; i < 4000; ++i) {
     ContactSet set;
@@ -194,7 +194,7 @@ BOOST_AUTO_TEST_CASE(the_query_uses_the_last_tool_pose_and_is_stamped_with_its_s
   Scene scene;
   scene.bodies = {ball("fixed", 0.05), ball("tool", 0.01, Motion::translation)};
   scene.bodies[1].X_WB.p = {0, 0, 0.0595};
-  SphereCollision node(test::default_params<SphereCollision>(), test::context_for(scene));
+  PrimitiveCollision node(test::default_params<PrimitiveCollision>(), test::context_for(scene));
   node.device.configure({});
   node.state.configure({});
   StepContext first(Time{5'000'000});
@@ -212,25 +212,122 @@ BOOST_AUTO_TEST_CASE(the_query_uses_the_last_tool_pose_and_is_stamped_with_its_s
   BOOST_TEST(test::sent(node.contacts).count == 0);
 }
 
+namespace {
+auto says(const std::string& text) {
+  return [text](const InputError& e) {
+    BOOST_TEST_INFO(e.what());
+    return std::string(e.what()).find(text) != std::string::npos;
+  };
+}
+}  // namespace
+
 BOOST_AUTO_TEST_CASE(the_wrong_shape_of_tool_names_the_right_node) {
   Scene scene;
-  scene.bodies = {mesh_body("block", test::box({0.1, 0.1, 0.1})), ball("tool", 0.01, Motion::rigid)};
-  const auto says = [](const char* text) {
-    return [text](const InputError& e) { return std::string(e.what()).find(text) != std::string::npos; };
-  };
-  BOOST_CHECK_EXCEPTION(MeshCollision(test::default_params<MeshCollision>(), test::context_for(scene)), InputError,
-                        says("use collision.sphere"));
-  scene.bodies[1] = mesh_body("tool", test::box({0.1, 0.1, 0.1}), Motion::rigid);
-  BOOST_CHECK_EXCEPTION(SphereCollision(test::default_params<SphereCollision>(), test::context_for(scene)), InputError,
-                        says("use collision.mesh"));
+  scene.bodies = {ball("fixed", 0.01), mesh_body("tool", test::box({0.1, 0.1, 0.1}), Motion::rigid)};
+  BOOST_CHECK_EXCEPTION(PrimitiveCollision(test::default_params<PrimitiveCollision>(), test::context_for(scene)),
+                        InputError,
+                        says("the moving body 'tool' is a mesh; expected a sphere, a capsule or a box, or use "
+                             "collision.sdf"));
+}
+
+BOOST_AUTO_TEST_CASE(a_mesh_that_is_no_solid_names_its_body_and_file) {
+  TriangleMesh open = test::box({0.1, 0.1, 0.1});
+  open.faces.pop_back();
+  Scene scene;
+  scene.bodies = {mesh_body("leaky", open), ball("tool", 0.01, Motion::rigid)};
+  BOOST_CHECK_EXCEPTION(PrimitiveCollision(test::default_params<PrimitiveCollision>(), test::context_for(scene)),
+                        InputError, says("body 'leaky': "));
+  BOOST_CHECK_EXCEPTION(ExactCollision(test::default_params<ExactCollision>(), test::context_for(scene)), InputError,
+                        says("collision_leaky.off: "));
+}
+
+BOOST_AUTO_TEST_CASE(a_spacing_that_gives_too_many_samples_names_the_body) {
+  Scene scene;
+  scene.bodies = {test::shaped("floor", PlaneShape{}), test::shaped("tool", BoxShape{{1, 1, 1}}, Motion::rigid)};
+  auto params = test::default_params<PrimitiveCollision>();
+  params.spacing = 1e-4;
+  BOOST_CHECK_EXCEPTION(PrimitiveCollision(params, test::context_for(scene)), InputError,
+                        says("body 'tool': a spacing of 0.1"));
 }
 
 BOOST_AUTO_TEST_CASE(a_scene_without_contact_needs_no_collision) {
   Scene scene;
-  const NodeInfo info = MeshCollision::declare();
+  const NodeInfo info = SdfCollision::declare();
   BOOST_TEST(info.unneeded(scene) == "nothing in the scene moves");
   scene.bodies = {ball("tool", 0.01, Motion::rigid)};
   BOOST_TEST(info.unneeded(scene) == "the scene has nothing to hit");
   scene.bodies.push_back(ball("fixed", 0.01));
   BOOST_TEST(info.unneeded(scene).empty());
+  scene.bodies[1].motion = Motion::rigid;
+  BOOST_TEST(info.unneeded(scene).empty());
+}
+
+BOOST_AUTO_TEST_CASE(no_collision_sends_empty_sets_at_the_poses_it_was_told) {
+  Scene scene;
+  scene.bodies = {ball("fixed", 0.05), ball("tool", 0.02, Motion::rigid)};
+  scene.bodies[1].X_WB.p = {0.03, 0, 0};
+  NoCollision node(test::default_params<NoCollision>(), test::context_for(scene));
+  node.device.configure({});
+  StepContext step(Time{1});
+  node.step(step);
+  BOOST_TEST(test::sent(node.contacts).count == 0);
+  BOOST_TEST(test::sent(node.contacts).bodies.count == 1);
+  BOOST_TEST(test::sent(node.contacts).bodies.X_WB[0].p.x == 0.03);
+}
+
+BOOST_AUTO_TEST_CASE(the_collision_that_suits_a_scene_is_chosen_with_its_reason) {
+  const auto chosen = [](const Scene& scene) {
+    const Resolution r = AutoCollision::choose(scene);
+    return r.info->type + ": " + r.reason;
+  };
+  Scene scene;
+  scene.bodies = {ball("tool", 0.01, Motion::translation)};
+  BOOST_TEST(chosen(scene) == "collision.none: the scene has nothing to hit");
+  scene.bodies.push_back(mesh_body("rock", test::box({0.1, 0.1, 0.1})));
+  BOOST_TEST(chosen(scene) == "collision.primitive: the moving body tool is a sphere");
+  scene.bodies.push_back(test::shaped("rod", CapsuleShape{0.01, 0.1}, Motion::rigid));
+  BOOST_TEST(chosen(scene) ==
+             "collision.primitive: the moving body tool is a sphere, the moving body rod is a capsule");
+  scene.bodies[1].motion = Motion::rigid;
+  BOOST_TEST(chosen(scene) == "collision.sdf: the moving body rock is a mesh");
+}
+
+BOOST_AUTO_TEST_CASE(several_moving_bodies_need_to_be_told_of) {
+  Scene scene;
+  scene.bodies = {ball("one", 0.01, Motion::rigid), ball("two", 0.02, Motion::translation), ball("three", 0.02)};
+  scene.tool_name = "two";
+  scene.bodies[0].X_WB.p = {0.1, 0, 0};
+  PrimitiveCollision node(test::default_params<PrimitiveCollision>(), test::context_for(scene));
+  node.device.configure({});
+  StepContext step(Time{1});
+  BOOST_CHECK_EXCEPTION(node.step(step), InputError,
+                        says("the scene has 2 moving bodies (two, one), and nothing feeds the input bodies"));
+  node.bodies.configure({});
+  // Before the first message they are where the scene puts them: two and three at one place.
+  node.step(step);
+  const ContactSet& start = test::sent(node.contacts);
+  BOOST_REQUIRE(start.count == 1);
+  BOOST_TEST(start.pair[0].body == 0);
+  BOOST_TEST(start.pair[0].other == ContactPair::fixed);
+  BOOST_TEST(start.bodies.count == 2);
+  BOOST_TEST(start.bodies.X_WB[1].p.x == 0.1);
+
+  BodyStates states;
+  states.count = 2;
+  states.X_WB[0].p = {0.2, 0, 0};
+  states.X_WB[1].p = {0.2, 0.029, 0};
+  node.bodies.push({Time{1}, Time{1}, 0}, &states);
+  node.contacts.clear_pending();
+  node.step(step);
+  const ContactSet& met = test::sent(node.contacts);
+  BOOST_REQUIRE(met.count == 1);
+  BOOST_TEST(met.pair[0].body == 0);
+  BOOST_TEST(met.pair[0].other == 1);
+  BOOST_TEST(met.contact[0].distance == -0.001, tt::tolerance(1e-9));
+  BOOST_TEST(norm(met.contact[0].n_W - Vec3{0, -1, 0}) < 1e-12);
+  check_geometry(met);
+
+  states.count = 3;
+  node.bodies.push({Time{2}, Time{2}, 1}, &states);
+  BOOST_CHECK_EXCEPTION(node.step(step), InputError, says("tells of 3 moving bodies; the scene has 2: two, one"));
 }

@@ -358,6 +358,20 @@ BOOST_AUTO_TEST_CASE(a_tool_pressed_on_a_plane_comes_to_rest) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(the_first_step_of_a_contact_has_friction) {
+  // From rest on the surface, the handle pulls down and aside: nothing pushes before the step.
+  SystemModel m = block(0.1);
+  m.gravity_W = {};
+  OneBody t(m);
+  t.law = {.k_t = 1000};
+  t.contacts = {floor_at({}, 0, 1e5)};
+  DeviceState d;
+  d.X_WD.p = {0.01, 0, -0.01};
+  const StepResult step = t.advance(1e-3, d);
+  BOOST_TEST(step.contact_T_W.force.z > 1.0);
+  BOOST_TEST(step.contact_T_W.force.x == -0.3 * step.contact_T_W.force.z, tt::tolerance(1e-3));
+}
+
 BOOST_AUTO_TEST_CASE(nothing_drifts_without_gravity) {
   SystemModel m = block(0.1, true);
   m.gravity_W = {};

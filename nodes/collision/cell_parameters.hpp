@@ -1,0 +1,47 @@
+// The parameters of nodes that prepare meshes by cells.
+#pragma once
+
+#include <algorithm>
+
+#include "nodes/collision/cell_cache.hpp"
+#include "nodes/collision/pair_collision.hpp"
+
+namespace tactor {
+
+/// Cells with lists as far as `reach`, where balls are measured from, but no farther than an eighth of the mesh's
+/// length, beyond which most of its box would have them; the tree answers there.
+/// Made once and kept in the cache; `notes` as for load_body_mesh.
+inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
+  return [options, notes](const TriangleMesh& mesh, double reach) {
+    Vec3 low = mesh.vertices.front(), high = low;
+    for (const Vec3& v : mesh.vertices) {
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], v[axis]);
+        high[axis] = std::max(high[axis], v[axis]);
+      }
+    }
+    const Vec3 size = high - low;
+    CellOptions wide = options;
+    wide.band = std::min(std::max(options.band, reach), std::max({size.x, size.y, size.z}) / 8);
+    return std::make_unique<CellDistance>(cached_cell_distance(mesh, wide, cell_cache(), notes));
+  };
+}
+
+/// Adds CellOptions to the declaration of N, with that resolution where a graph gives none.
+template <class N>
+void declare_cells(Declare<N>& declaration, int resolution) {
+  declaration
+      .template integer<std::int32_t>(
+          "resolution", &N::Params::resolution,
+          {.doc = "cells along the longest side of a mesh", .default_value = resolution, .min = 8, .max = 1024})
+      .template real<double>("band", &N::Params::band,
+                             {.doc = "distance from a mesh's surface within which cells list their nearest faces; more "
+                                     "where a ball of larger radius may touch it, less in a mesh that is shorter than "
+                                     "eight of it",
+                              .unit = "m",
+                              .default_value = CellOptions{}.band,
+                              .min = 0,
+                              .max = 0.1});
+}
+
+}  // namespace tactor

@@ -1,0 +1,49 @@
+#include "nodes/collision/contact_body.hpp"
+
+#include <algorithm>
+
+#include "framework/core/check.hpp"
+#include "nodes/collision/shape_distance.hpp"
+
+namespace tactor {
+
+namespace {
+
+double shape_radius(const Shape& shape) {
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return sphere->radius;
+  if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) return capsule->radius + capsule->length / 2;
+  if (const auto* box = std::get_if<BoxShape>(&shape)) return norm(box->size) / 2;
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+ContactBody::ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance,
+                         Notes* notes)
+    : shape(body.shape), motion(body.motion), X_WB(body.X_WB), material(body.material) {
+  TriangleMesh mesh;
+  if (body.mesh() != nullptr) mesh = load_body_mesh(body, notes);
+  try {
+    if (body.mesh() == nullptr) {
+      distance = shape_distance(shape);
+      samples = shape_samples(shape, spacing);
+      radius = shape_radius(shape);
+      return;
+    }
+    distance = make_distance(mesh, reach);
+    samples.points = sample_surface(mesh, spacing);
+  } catch (const InputError& error) {
+    throw InputError("body '" + body.name + "': " + error.what());
+  }
+  Vec3 low = mesh.vertices.front(), high = low;
+  for (const Vec3& v : mesh.vertices) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], v[axis]);
+      high[axis] = std::max(high[axis], v[axis]);
+    }
+  }
+  p_BM = 0.5 * (low + high);
+  for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
+}
+
+}  // namespace tactor

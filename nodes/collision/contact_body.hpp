@@ -1,0 +1,34 @@
+// A body of the scene as collision sees it: its distance, its samples and a sphere about it.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "framework/core/scene.hpp"
+#include "nodes/collision/contact_samples.hpp"
+#include "nodes/collision/signed_distance.hpp"
+#include "nodes/scene/body_mesh.hpp"
+
+namespace tactor {
+
+/// Makes the distance of a mesh, which contacts ask for up to `reach` (m) from its surface.
+using MakeMeshDistance = std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, double reach)>;
+
+struct ContactBody {
+  /// `spacing` of samples and `reach` in m; `notes` as for load_body_mesh. Throws InputError, naming the body, where
+  /// its mesh or the spacing cannot be used.
+  ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance, Notes* notes);
+
+  Shape shape;
+  Motion motion;
+  Pose X_WB;  ///< where the scene puts it
+  Material material;
+  std::unique_ptr<SignedDistance> distance;
+  ContactSamples samples;
+  Vec3 p_BM;          ///< m, the middle of a sphere that the body lies in
+  double radius = 0;  ///< m, of that sphere; infinite for a plane
+};
+
+}  // namespace tactor

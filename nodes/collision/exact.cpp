@@ -1,0 +1,26 @@
+#include "nodes/collision/exact.hpp"
+
+#include "nodes/collision/exact_distance.hpp"
+
+namespace tactor {
+
+namespace {
+std::unique_ptr<SignedDistance> make(const TriangleMesh& mesh, double /*reach*/) {
+  return std::make_unique<ExactDistance>(mesh);
+}
+}  // namespace
+
+ExactCollision::ExactCollision(const Params& params, const NodeContext& context)
+    : PairCollision(params, context, make) {}
+
+NodeInfo ExactCollision::declare() {
+  Declare<ExactCollision> d("collision.exact", "Exact contacts of bodies of any shape, by a search of all faces.");
+  d.details(
+      "What collision.sdf finds, without the cells that make it fast: points of either surface against the other's "
+      "exact signed distance (CGAL's AABB tree, angle-weighted pseudo-normals). For meshes that are met once, and to "
+      "check the cells by.");
+  declare_pairs(d);
+  return d.info();
+}
+
+}  // namespace tactor

@@ -1,0 +1,24 @@
+#include "nodes/collision/none.hpp"
+
+#include <algorithm>
+
+namespace tactor {
+
+NoCollision::NoCollision(const Params& /*params*/, const NodeContext& context) : CollisionNode(*context.scene) {}
+
+void NoCollision::query(const BodyStates& states, ContactSet& set) {
+  set.bodies.count = states.count;
+  std::copy_n(states.X_WB.begin(), states.count, set.bodies.X_WB.begin());
+  set.count = set.penetrating = set.truncated = 0;
+}
+
+NodeInfo NoCollision::declare() {
+  Declare<NoCollision> d("collision.none", "No contacts: the pipeline keeps its timing and nothing touches.");
+  d.details("To see what a scene does without contact. Left out, as every collision, where there is nothing to hit.");
+  declare_collision(d);
+  NodeInfo info = d.info();
+  info.check_bodies = nullptr;  // it reads no meshes
+  return info;
+}
+
+}  // namespace tactor

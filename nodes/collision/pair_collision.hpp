@@ -1,0 +1,64 @@
+// The contacts of every two bodies of a scene that can meet: what exact, sdf and primitive collision share.
+#pragma once
+
+#include <vector>
+
+#include "nodes/collision/body_pair.hpp"
+#include "nodes/collision/collision_node.hpp"
+
+namespace tactor {
+
+struct PairParams {
+  double margin = 0;   ///< m
+  double spacing = 0;  ///< m
+  std::int32_t max_contacts = ContactSet::capacity;
+};
+
+/// Looks at each pair of a moving body with a fixed one and of two moving bodies, as BodyPair does, and never at two
+/// fixed ones. A contact is reported where the distance is below `margin`, with the pair that it belongs to: the body
+/// that comes first in Scene::moving() is the moving one, T of the contact, and its normal points to that body.
+/// Contacts stand in the order of pairs, sides and samples; beyond `max_contacts` ContactReduction chooses. Throws
+/// InputError where a mesh is no solid. Queries allocate nothing once they have met the most contacts, but for
+/// collision.exact, whose search does.
+class PairCollision : public CollisionNode {
+ public:
+  using CollisionNode::query;
+  void query(const BodyStates& bodies, ContactSet& set) final;
+
+ protected:
+  PairCollision(const PairParams& params, const NodeContext& context, const MakeMeshDistance& make_distance);
+
+ private:
+  [[nodiscard]] const Pose& pose(const BodyStates& bodies, std::int32_t index, std::size_t body) const;
+
+  struct Entry {
+    std::size_t a, b;  // indices into bodies_
+    BodyPair pair;
+  };
+  std::vector<ContactBody> bodies_;  // those that move first, in the order of Scene::moving()
+  std::vector<Entry> pairs_;
+  FoundContacts found_;
+  ContactReduction reduction_;
+};
+
+/// Adds what all these nodes have to the declaration of N.
+template <class N>
+void declare_pairs(Declare<N>& declaration) {
+  declare_collision(declaration);
+  declaration.template real<double>(
+      "spacing", &N::Params::spacing,
+      {.doc = "longest distance between contact samples; 0: of a mesh the vertices only, of a box an eighth of its "
+              "longest edge, of a capsule 0.28 of its radius",
+       .unit = "m",
+       .default_value = 0,
+       .min = 0,
+       .max = 1});
+  declaration.template integer<std::int32_t>(
+      "max_contacts", &N::Params::max_contacts,
+      {.doc = "contacts sent at most; of more, some that are spread out stand for all, with the same force and torque",
+       .default_value = ContactSet::capacity,
+       .min = 8,
+       .max = ContactSet::capacity});
+}
+
+}  // namespace tactor

@@ -1,0 +1,47 @@
+// Bytes that were dear to compute, kept on disk under the hash of what they were computed from.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "framework/core/cache_folder.hpp"
+
+namespace tactor {
+
+/// A key over the parts, in their order: XXH3, 128 bits, as 32 hexadecimal digits. Each part counts with its length, so
+/// that no two different lists run together.
+std::string content_key(std::initializer_list<std::string_view> parts);
+
+/// One file an entry, `FOLDER/KEY.KIND`. A file holds a magic, the version of the layout, the size and a checksum over
+/// all of these, the kind, the key and the bytes, so what `load` returns is what `store` was given. Several processes
+/// and threads may use one folder: a file appears whole (written beside, synced, renamed) or not at all.
+/// No trouble with the disk is an error, because everything in a cache can be computed again; it is a note for the
+/// user.
+class DiskCache {
+ public:
+  /// `kind`: what the bytes are, in lower-case letters. `version`: of their layout and of the code that makes them;
+  /// entries of another version count as absent.
+  DiskCache(std::string kind, std::uint32_t version, std::filesystem::path folder = default_cache_folder());
+
+  struct Found {
+    std::optional<std::string> bytes;  ///< empty where there is no entry or it does not check out
+    std::string note;                  ///< why an entry that is there was not used; empty where there is nothing to say
+  };
+  [[nodiscard]] Found load(const std::string& key) const;
+
+  /// Returns a note where the entry cannot be written, else an empty text.
+  [[nodiscard]] std::string store(const std::string& key, std::string_view bytes) const;
+
+  [[nodiscard]] std::filesystem::path file(const std::string& key) const;
+
+ private:
+  std::string kind_;
+  std::uint32_t version_;
+  std::filesystem::path folder_;
+};
+
+}  // namespace tactor

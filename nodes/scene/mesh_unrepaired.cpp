@@ -1,0 +1,28 @@
+// What stands for mesh_repair.cpp in a build without CGAL.
+#include <utility>
+
+#include "framework/core/check.hpp"
+#include "nodes/scene/mesh_repair.hpp"
+
+namespace tactor {
+
+TriangleMesh make_solid(PolygonSoup soup, const std::string& file, MeshReport& report) {
+  if (soup.polygons.empty()) throw InputError(file + ": the file has no faces; export the surface as polygons");
+  TriangleMesh mesh;
+  for (const auto& polygon : soup.polygons) {
+    for (std::size_t c = 2; c < polygon.size(); ++c) {
+      mesh.faces.push_back(
+          {static_cast<int>(polygon[0]), static_cast<int>(polygon[c - 1]), static_cast<int>(polygon[c])});
+    }
+  }
+  mesh.vertices = std::move(soup.points);
+  report.warnings.emplace_back(
+      "it was neither checked nor repaired, because this build has no CGAL (configure with TACTOR_WITH_CGAL=ON)");
+  return mesh;
+}
+
+bool repairs_meshes() {
+  return false;
+}
+
+}  // namespace tactor

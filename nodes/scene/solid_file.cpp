@@ -1,0 +1,135 @@
+#include "nodes/scene/solid_file.hpp"
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+
+#include "framework/core/check.hpp"
+#include "nodes/scene/disk_cache.hpp"
+#include "nodes/scene/mesh_formats.hpp"
+#include "nodes/scene/mesh_repair.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Of the layout below and of what readers and repairs make of a file.
+constexpr std::uint32_t cache_version = 1;
+
+std::string read_whole(const fs::path& path) {
+  constexpr std::uintmax_t most = std::uintmax_t{1} << 30U;
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error) throw InputError(path.string() + ": cannot be read: " + error.message());
+  if (size > most) {
+    throw InputError(path.string() + ": the file has " + std::to_string(size >> 20U) +
+                     " MiB; a mesh file may have 1024, decimate the mesh in a modeller");
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(size, '\0');
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) {
+    throw InputError(path.string() + ": cannot be read: " + std::strerror(errno));
+  }
+  return bytes;
+}
+
+PolygonSoup read_soup(const std::string& file, MeshFormat format, std::string_view bytes) {
+  switch (format) {
+    case MeshFormat::off:
+      return read_off(file, bytes);
+    case MeshFormat::obj:
+      return read_obj(file, bytes);
+    case MeshFormat::stl:
+      return read_stl(file, bytes);
+    case MeshFormat::ply:
+      return read_ply(file, bytes);
+  }
+  TACTOR_DEMAND(false);
+}
+
+void put_number(std::string& out, std::uint64_t n) {
+  out.append(reinterpret_cast<const char*>(&n), sizeof n);
+}
+
+template <class Container>
+void put(std::string& out, const Container& data) {
+  static_assert(std::is_trivially_copyable_v<typename Container::value_type>);
+  put_number(out, data.size());
+  out.append(reinterpret_cast<const char*>(data.data()), data.size() * sizeof(data[0]));
+}
+
+/// Takes what was put; after there was less than that, `ok` is false.
+struct Taker {
+  std::string_view rest;
+  bool ok = true;
+
+  void bytes(void* to, std::uint64_t size) {
+    if (size > rest.size()) ok = false;
+    if (!ok || size == 0) return;
+    std::memcpy(to, rest.data(), size);
+    rest.remove_prefix(size);
+  }
+  std::uint64_t number() {
+    std::uint64_t n = 0;
+    bytes(&n, sizeof n);
+    return n;
+  }
+  template <class Container>
+  void take(Container& data) {
+    const std::uint64_t n = number();
+    if (n > rest.size() / sizeof(data[0])) ok = false;
+    if (!ok) return;
+    data.resize(n);
+    bytes(data.data(), n * sizeof(data[0]));
+  }
+};
+
+std::string to_bytes(const TriangleMesh& mesh, const MeshReport& report) {
+  std::string out;
+  put(out, mesh.vertices);
+  put(out, mesh.faces);
+  for (const std::vector<std::string>* texts : {&report.repairs, &report.warnings}) {
+    put_number(out, texts->size());
+    for (const std::string& text : *texts) put(out, text);
+  }
+  return out;
+}
+
+bool from_bytes(std::string_view bytes, TriangleMesh& mesh, MeshReport& report) {
+  Taker taker{bytes};
+  taker.take(mesh.vertices);
+  taker.take(mesh.faces);
+  for (std::vector<std::string>* texts : {&report.repairs, &report.warnings}) {
+    for (std::uint64_t n = taker.number(); n > 0 && taker.ok; --n) taker.take(texts->emplace_back());
+  }
+  return taker.ok && taker.rest.empty();
+}
+
+}  // namespace
+
+SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
+  const std::string file = path.string();
+  const std::string bytes = read_whole(path);
+  const MeshFormat format = mesh_format(file, bytes);
+  const DiskCache cache("mesh", cache_version, cache_folder);
+  const std::string key =
+      content_key({bytes, std::to_string(static_cast<int>(format)), repairs_meshes() ? "repaired" : "as it is"});
+  SolidFile solid;
+  DiskCache::Found found = cache.load(key);
+  if (!found.note.empty()) solid.notes.push_back(std::move(found.note));
+  if (found.bytes && from_bytes(*found.bytes, solid.mesh, solid.report)) return solid;
+  solid.report = {};
+  solid.mesh = make_solid(read_soup(file, format, bytes), file, solid.report);
+  std::string note = cache.store(key, to_bytes(solid.mesh, solid.report));
+  if (!note.empty()) solid.notes.push_back(std::move(note));
+  return solid;
+}
+
+}  // namespace tactor

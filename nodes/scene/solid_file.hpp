@@ -1,0 +1,27 @@
+// Loads the solid that a mesh file describes, from the file or from the cache.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "framework/core/cache_folder.hpp"
+#include "nodes/scene/mesh.hpp"
+#include "nodes/scene/mesh_report.hpp"
+
+namespace tactor {
+
+struct SolidFile {
+  TriangleMesh mesh;               ///< in the unit and frame of the file
+  MeshReport report;               ///< the same whether it comes from the cache or not
+  std::vector<std::string> notes;  ///< troubles of the cache
+};
+
+/// Reads an OFF, OBJ, STL or PLY file (mesh_formats.hpp) and makes a solid of it (mesh_repair.hpp). The solid is kept
+/// in `cache_folder` under the content of the file, because the checks take about half a second for 20,000 faces.
+/// In a build without CGAL nothing is repaired, checked or kept, polygons are cut into fans, and a warning says so.
+/// Throws InputError where the file cannot be read or describes no solid.
+SolidFile load_solid(const std::filesystem::path& path,
+                     const std::filesystem::path& cache_folder = default_cache_folder());
+
+}  // namespace tactor

@@ -1,0 +1,131 @@
+// What the disk cache returns is what it was given; damage and a full or read-only disk are noted and harm nothing.
+#include <boost/test/unit_test.hpp>
+
+#include <fstream>
+#include <thread>
+#include <vector>
+
+#include "app/temporary_folder.hpp"
+#include "nodes/scene/disk_cache.hpp"
+
+using namespace tactor;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string read(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+void write(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+const std::string key = content_key({"a mesh"});
+const std::string bytes("some\0bytes \xff", 12);
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(what_was_stored_is_loaded_and_what_was_not_is_absent_without_a_word) {
+  const TemporaryFolder folder;
+  const DiskCache cache("test", 1, folder.path() / "made" / "on demand");
+  BOOST_TEST(!cache.load(key).bytes);
+  BOOST_TEST(cache.load(key).note.empty());
+  BOOST_TEST(cache.store(key, bytes).empty());
+  BOOST_TEST(cache.load(key).bytes.value() == bytes);
+  BOOST_TEST(cache.store(key, "").empty());
+  BOOST_TEST(cache.load(key).bytes.value().empty());
+  // No part of a file is left over.
+  BOOST_TEST(std::distance(fs::directory_iterator(cache.file(key).parent_path()), fs::directory_iterator()) == 1);
+}
+
+BOOST_AUTO_TEST_CASE(keys_depend_on_every_part_and_on_where_parts_end) {
+  const std::vector<std::string> keys{content_key({}),         content_key({""}),       content_key({"ab"}),
+                                      content_key({"a", "b"}), content_key({"b", "a"}), content_key({"ab", ""})};
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    BOOST_TEST(keys[i].size() == 32U);
+    for (std::size_t j = 0; j < i; ++j) BOOST_TEST(keys[i] != keys[j]);
+  }
+  BOOST_TEST(content_key({"ab"}) == keys[2]);
+}
+
+BOOST_AUTO_TEST_CASE(an_entry_of_another_version_kind_or_key_is_not_used) {
+  const TemporaryFolder folder;
+  const DiskCache cache("test", 1, folder.path()), newer("test", 2, folder.path()), other("other", 1, folder.path());
+  BOOST_TEST(cache.store(key, bytes).empty());
+  BOOST_TEST(!newer.load(key).bytes);
+  BOOST_TEST(newer.load(key).note.empty());
+  const std::string second = content_key({"another mesh"});
+  fs::copy_file(cache.file(key), cache.file(second));
+  fs::copy_file(cache.file(key), other.file(key));
+  for (const DiskCache::Found& found : {cache.load(second), other.load(key)}) {
+    BOOST_TEST(!found.bytes);
+    BOOST_TEST(found.note.find("damaged") != std::string::npos);
+  }
+  BOOST_TEST(newer.store(key, "new").empty());
+  BOOST_TEST(newer.load(key).bytes.value() == "new");
+}
+
+BOOST_AUTO_TEST_CASE(damage_at_any_byte_and_truncation_at_any_length_are_found_and_noted) {
+  const TemporaryFolder folder;
+  const DiskCache cache("test", 1, folder.path());
+  BOOST_TEST(cache.store(key, bytes).empty());
+  const std::string good = read(cache.file(key));
+  std::vector<std::string> damaged{good + "x"};
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    damaged.push_back(good.substr(0, i));
+    for (const int bit : {0, 7}) {
+      damaged.push_back(good);
+      damaged.back()[i] = static_cast<char>(damaged.back()[i] ^ (1 << bit));
+    }
+  }
+  std::size_t noted = 0;
+  for (const std::string& file : damaged) {
+    write(cache.file(key), file);
+    const DiskCache::Found found = cache.load(key);
+    BOOST_TEST(!found.bytes);
+    if (found.note.find(cache.file(key).string() + ": the cached file is damaged") != std::string::npos) ++noted;
+  }
+  // Eight of them changed the version, which makes an entry absent.
+  BOOST_TEST(noted == damaged.size() - 8);
+  BOOST_TEST(cache.store(key, bytes).empty());
+  BOOST_TEST(cache.load(key).bytes.value() == bytes);
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_noted_with_the_mend) {
+  const TemporaryFolder folder;
+  write(folder.path() / "a file", "");
+  const DiskCache cache("test", 1, folder.path() / "a file" / "cache");
+  const std::string note = cache.store(key, bytes);
+  BOOST_TEST_MESSAGE(note);
+  BOOST_TEST(note.find("a file/cache: the cache cannot be written") != std::string::npos);
+  BOOST_TEST(note.find("TACTOR_CACHE") != std::string::npos);
+  BOOST_TEST(!cache.load(key).bytes);
+  // A folder that stands where the entry belongs can neither be read nor replaced.
+  const DiskCache blocked("test", 1, folder.path());
+  fs::create_directories(blocked.file(key) / "in the way");
+  BOOST_TEST(blocked.load(key).note.find("damaged") != std::string::npos);
+  BOOST_TEST(!blocked.store(key, bytes).empty());
+  BOOST_TEST(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 2);
+}
+
+BOOST_AUTO_TEST_CASE(threads_that_store_and_load_one_key_see_whole_entries) {
+  const TemporaryFolder folder;
+  const DiskCache cache("test", 1, folder.path());
+  BOOST_TEST(cache.store(key, std::string(5000, '0')).empty());
+  std::vector<int> bad(4, 0);
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < 4; ++t) {
+      threads.emplace_back([&, t] {
+        for (int i = 0; i < 50; ++i) {
+          if (!cache.store(key, std::string(5000, static_cast<char>('0' + t))).empty()) ++bad[t];
+          const DiskCache::Found found = cache.load(key);
+          if (!found.bytes || found.bytes->find_first_not_of(found.bytes->front()) != std::string::npos) ++bad[t];
+        }
+      });
+    }
+  }
+  for (const int count : bad) BOOST_TEST(count == 0);
+}
