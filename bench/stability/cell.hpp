@@ -33,8 +33,8 @@ struct Finding {
   double generated = none;         ///< the most energy beyond what came in, as a share of what came in
   double swing = none;             ///< m, there and back at rest
   double rest_error = none;        ///< m, from the static balance where it is known
-  double step_s = 0;               ///< s of the processor in the stepper
-  double query_s = 0;              ///< s of the processor in contact queries
+  double step_s = 0;               ///< s, in the stepper
+  double query_s = 0;              ///< s, in contact queries
   double simulated_s = 0;          ///< s
   std::int64_t damped_steps = 0;   ///< of ours, not converged and taken as one damped linear step
   std::int64_t stopped_steps = 0;  ///< of ours, not solved at all
