@@ -83,12 +83,11 @@ class Builder {
           const NearestFace nearest = data_.tree.nearest(data_.surface, centre, hint);
           hint = nearest.face;
           const double distance = data_.surface.signed_distance(nearest, centre).distance;
-          data_.block_distance.push_back(lower(distance));
-          data_.block.push_back(-1);
+          data_.block.push_back({.distance = lower(distance)});
           if (std::abs(distance) > options_.band + block_radius) continue;
-          data_.block.back() = static_cast<std::int32_t>(data_.cells.size() / 512);
+          data_.block.back().cells = static_cast<std::int32_t>(data_.cells.size() / 512);
+          data_.block.back().palette = static_cast<std::uint32_t>(data_.palette.size());
           data_.cells.resize(data_.cells.size() + 512);
-          data_.palette_begin.push_back(static_cast<std::uint32_t>(data_.palette.size()));
           data_.palette.push_back(data_.tree.filler());
           data_.tree.within(centre, std::abs(distance) + 2 * block_radius, list_.back().record);
           measure(data_, centre, list_.back());
@@ -188,12 +187,13 @@ class Builder {
     ++cell_number_;
     collect_parts(centre, data_.edge, 0);
     const std::size_t count = (kept_.record.size() + 7) / 8;
-    if (count > most_batches) return;
+    // A cell names its first batch by 28 bits.
+    if (count > most_batches || data_.batches.size() + count > (std::size_t{1} << 28)) return;
     measure(data_, centre, kept_);
     by_distance_.clear();
     for (std::size_t i = 0; i < kept_.record.size(); ++i) by_distance_.emplace_back(kept_.distance[i], kept_.record[i]);
     std::sort(by_distance_.begin(), by_distance_.end());
-    const std::size_t begin = data_.palette_begin.back();
+    const std::size_t begin = data_.block.back().palette;
     // The palette of a block of a very fine mesh may be full.
     if (data_.palette.size() - begin + kept_.record.size() > 0xffff) return;
     cell.list = static_cast<std::uint32_t>(data_.batches.size() << 4 | count);

@@ -8,7 +8,7 @@ namespace tactor {
 
 namespace {
 
-constexpr std::uint32_t cell_version = 1;
+constexpr std::uint32_t cell_version = 2;
 
 /// Calls `use` with every single value of the data, then with every array.
 template <class Data, class Use>
@@ -26,10 +26,8 @@ void for_each_part(Data& data, const Use& use) {
   use(data.tree.nodes);
   use(data.tree.records);
   use(data.block);
-  use(data.block_distance);
   use(data.cells);
   use(data.palette);
-  use(data.palette_begin);
   use(data.batches);
   use(data.batch_bound);
 }

@@ -12,9 +12,9 @@ namespace {
 using wide::F8;
 using wide::I8;
 
-TACTOR_WIDE void search_list(const CellData& data, std::size_t block, std::uint32_t list, float from_centre,
+TACTOR_WIDE void search_list(const CellData& data, const CellBlock& block, std::uint32_t list, float from_centre,
                              wide::Search& search) {
-  const std::uint32_t* const palette = &data.palette[data.palette_begin[block]];
+  const std::uint32_t* const palette = &data.palette[block.palette];
   const std::size_t first = list >> 4, count = list & 15;
   for (std::size_t j = first; j < first + count; ++j) {
     if (j > first) {
@@ -66,14 +66,14 @@ TACTOR_WIDE void bound_distances(const CellData& data, const Points8& points, un
   for (std::size_t k = 0; k < 8; ++k) {
     known[k] = 0;
     if ((wanted >> k & 1) == 0) continue;
-    const std::int32_t cells = data.block[static_cast<std::size_t>(b[k])];
-    if (cells >= 0) {
-      const Cell& nearest = data.cells[512 * static_cast<std::size_t>(cells) + static_cast<std::size_t>(c[k])];
+    const CellBlock& of = data.block[static_cast<std::size_t>(b[k])];
+    if (of.cells >= 0) {
+      const Cell& nearest = data.cells[512 * static_cast<std::size_t>(of.cells) + static_cast<std::size_t>(c[k])];
       known[k] = nearest.distance;
       // Who asks for a bound near the surface is likely to ask for the nearest point next.
-      __builtin_prefetch(&data.batches[nearest.list >> 4]);
+      __builtin_prefetch(data.batches.data() + (nearest.list >> 4));
     } else {
-      known[k] = data.block_distance[static_cast<std::size_t>(b[k])];
+      known[k] = of.distance;
       squared[k] = far[k];
     }
   }
@@ -88,6 +88,7 @@ TACTOR_WIDE void bound_distances(const CellData& data, const Points8& points, un
 }  // namespace
 
 Nearest CellDistance::nearest(const Vec3& x, int hint) const {
+  if (hint >= 0) data_.surface.prefetch(hint);
   const Vec3 place = (x - data_.low) * (1 / data_.edge);
   wide::Search search = wide::search_about(data_.tree, data_.surface, x);
   const auto inside = [&](int axis) {
@@ -97,14 +98,13 @@ Nearest CellDistance::nearest(const Vec3& x, int hint) const {
     const auto i = static_cast<std::size_t>(place.x), j = static_cast<std::size_t>(place.y),
                k = static_cast<std::size_t>(place.z);
     const auto nx = static_cast<std::size_t>(data_.blocks[0]), ny = static_cast<std::size_t>(data_.blocks[1]);
-    const std::int32_t block = data_.block[i / 8 + nx * (j / 8 + ny * (k / 8))];
-    if (block >= 0) {
-      const Cell& cell = data_.cells[512 * static_cast<std::size_t>(block) + i % 8 + 8 * (j % 8 + 8 * (k % 8))];
+    const CellBlock& block = data_.block[i / 8 + nx * (j / 8 + ny * (k / 8))];
+    if (block.cells >= 0) {
+      const Cell& cell = data_.cells[512 * static_cast<std::size_t>(block.cells) + i % 8 + 8 * (j % 8 + 8 * (k % 8))];
       if ((cell.list & 15) != 0) {
         const Vec3 from_centre =
             place - Vec3{static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5, static_cast<double>(k) + 0.5};
-        search_list(data_, static_cast<std::size_t>(block), cell.list,
-                    static_cast<float>(1.00001 * data_.edge * norm(from_centre)), search);
+        search_list(data_, block, cell.list, static_cast<float>(1.00001 * data_.edge * norm(from_centre)), search);
         return data_.surface.signed_distance(search.best, x);
       }
     }

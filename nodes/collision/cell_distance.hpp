@@ -23,6 +23,13 @@ struct Cell {
   std::uint32_t list = 0;  ///< first batch of its list * 16 + number of batches; 0 batches: it has no list
 };
 
+/// A cube of 8 x 8 x 8 cells.
+struct CellBlock {
+  std::int32_t cells = -1;    ///< index of its cells / 512, or -1 far from the surface
+  float distance = 0;         ///< m, of its centre, as Cell::distance
+  std::uint32_t palette = 0;  ///< where the records of the tree that its lists name begin
+};
+
 /// Everything a CellDistance consists of, in flat arrays. Cells are cubes, blocks cubes of 8 x 8 x 8 of them, x
 /// fastest in both.
 struct CellData {
@@ -33,11 +40,9 @@ struct CellData {
   Vec3 low;                              ///< m, the lowest corner of the grid
   double edge = 0;                       ///< m, of a cell
   std::array<std::int32_t, 3> blocks{};  ///< along each axis
-  std::vector<std::int32_t> block;       ///< of each block the index of its cells / 512, or -1 far from the surface
-  std::vector<float> block_distance;     ///< m, of each block as Cell::distance
+  std::vector<CellBlock> block;
   std::vector<Cell> cells;
-  std::vector<std::uint32_t> palette;        ///< of each block with cells the records of the tree that its lists name
-  std::vector<std::uint32_t> palette_begin;  ///< where the palette of each of these blocks begins
+  std::vector<std::uint32_t> palette;                 ///< records of the tree, those of each block together
   std::vector<std::array<std::uint16_t, 8>> batches;  ///< places in the palette of their block
   std::vector<float> batch_bound;  ///< m, no face of this batch or the later ones of its list is nearer to the centre
 };

@@ -144,6 +144,8 @@ void SampleTree::forget() {
 
 /// Adds the way from the last pose to this one.
 void SampleTree::advance(const Pose& X_OB) {
+  // An expiry that is no number would never come.
+  TACTOR_DEMAND(is_finite(X_OB.p) && std::isfinite(X_OB.R.w + X_OB.R.x + X_OB.R.y + X_OB.R.z));
   way_ += norm(transform(X_OB, pivot_) - transform(*last_pose_, pivot_));
   const Quat turned = inverse(last_pose_->R) * X_OB.R;
   turn_ += 2 * norm({turned.x, turned.y, turned.z});
@@ -178,6 +180,9 @@ float SampleTree::visit(Node& node, const Query& query) {
     Points8 x;
     place(node, query, x);
     std::array<float, 8> bound;
+    for (const std::int32_t child : node.child) {
+      if (child < 0) __builtin_prefetch(&samples_[static_cast<std::size_t>(~child)]);
+    }
     query.other.lower_bounds(x, open, bound);
     for (std::size_t k = 0; k < 8; ++k) {
       if ((open >> k & 1) == 0) continue;

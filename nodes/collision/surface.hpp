@@ -26,6 +26,14 @@ class Surface {
 
   [[nodiscard]] int size() const { return static_cast<int>(corners.size()); }
 
+  /// Fetches what is needed of a face that is likely to be the nearest.
+  void prefetch(int face) const {
+    const auto i = static_cast<std::size_t>(face);
+    __builtin_prefetch(&corners[i]);
+    __builtin_prefetch(&corners[i][2].z);
+    __builtin_prefetch(&normals[i]);
+  }
+
   /// A first candidate.
   [[nodiscard]] NearestFace candidate(int face, const Vec3& x) const {
     const OnTriangle on = nearest_on(corners[static_cast<std::size_t>(face)], x);

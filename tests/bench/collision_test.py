@@ -28,7 +28,7 @@ class Collision(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         said = subprocess.run([PROGRAM, "--meshes", MESHES, "--scene", "bunny", "--scene", "peg", "--scene", "duck",
-                               "--samples", str(SAMPLES), "--no-cold", "--no-grids"], check=True, capture_output=True, text=True)
+                               "--samples", str(SAMPLES), "--no-cold", "--no-grids", "--no-realtime"], check=True, capture_output=True, text=True)
         cls.scenes = json.loads(said.stdout)["scenes"]
 
     def contenders(self, *scenes):

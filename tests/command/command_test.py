@@ -178,7 +178,7 @@ class LeavingOut(CommandTest):
     @needs_collision
     def test_the_collision_that_suits_the_scene_is_chosen_and_told(self):
         for graph, kind, why in (("duck_off.yaml", "collision.primitive", "the moving body tool is a sphere"),
-                                 ("peg_in_hole_off.yaml", "collision.sdf", "the moving body peg is a mesh"),
+                                 ("peg_in_hole_off.yaml", "collision.sdf", "the moving body tool is a mesh"),
                                  ("peg_free_off.yaml", "collision.none", "the scene has nothing to hit")):
             with self.subTest(graph=graph):
                 text = self.run_ok("check", "--explain", GRAPHS / graph).stdout
