@@ -157,6 +157,8 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   view.clear();
   bar.clear();
   if (result.failure) tell(fmt::format("tactor: {}\n", *result.failure));
+  const std::string warning = dynamics_warning(result);
+  if (!warning.empty()) tell(warning);
   if (result.abandoned) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     try {

@@ -88,6 +88,14 @@ Json to_json(const RunResult& result) {
   return json;
 }
 
+std::string dynamics_warning(const RunResult& result) {
+  const double damped = result.figure("dynamics_damped_steps"), stopped = result.figure("dynamics_stopped_steps");
+  // Without dynamics the figures are NaN.
+  if (!(damped + stopped > 0)) return {};
+  return fmt::format("dynamics: of {:.0f} steps {:.0f} fell back to a damped step and {:.0f} stopped the bodies\n",
+                     result.figure("dynamics_steps"), damped, stopped);
+}
+
 std::string summary_table(const RunResult& result) {
   std::string out;
   if (result.live) {

@@ -14,6 +14,9 @@ nlohmann::ordered_json to_json(const RunResult& result);
 /// The table that `tactor run` prints at the end.
 std::string summary_table(const RunResult& result);
 
+/// A line for standard error where steps of dynamics could not be solved as they should, else empty.
+std::string dynamics_warning(const RunResult& result);
+
 /// A number for people: three significant digits, no exponent where none is needed, `-` for NaN.
 std::string pretty(double value);
 

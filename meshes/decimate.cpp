@@ -16,6 +16,8 @@ namespace {
 namespace sms = CGAL::Surface_mesh_simplification;
 namespace pmp = CGAL::Polygon_mesh_processing;
 
+}  // namespace
+
 TriangleMesh indexed(Surface& surface) {
   surface.collect_garbage();
   TriangleMesh mesh;
@@ -33,8 +35,6 @@ TriangleMesh indexed(Surface& surface) {
   }
   return mesh;
 }
-
-}  // namespace
 
 TriangleMesh decimate(Surface& surface, std::size_t faces, const std::string& name) {
   using Policies = sms::GarlandHeckbert_plane_policies<Surface, SurfaceKernel>;

@@ -14,6 +14,9 @@ namespace tactor {
 using SurfaceKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Surface = CGAL::Surface_mesh<SurfaceKernel::Point_3>;
 
+/// The surface as lists of vertices and faces, in its own order; takes out what was deleted from it.
+TriangleMesh indexed(Surface& surface);
+
 /// Collapses edges of a closed triangulated surface until it has `faces` faces, by the quadrics of M. Garland and
 /// P. Heckbert, "Surface simplification using quadric error metrics", SIGGRAPH 1997, refusing collapses that turn a
 /// normal over. Throws RunError, beginning with `name`, where the result has another count, is open, cuts itself or

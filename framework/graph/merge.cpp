@@ -74,9 +74,12 @@ void merge_body(Tree& parent, const TreeEntry& child) {
     parent = child.value;
     return;
   }
-  drop_alternatives(parent, child.value, {"mesh", "sphere", "capsule", "box", "plane"});
+  const std::vector<std::string> shapes{"mesh", "sphere", "capsule", "box", "plane"};
   // The scale goes with the mesh it was said of, but a child may say it anew of its parent's mesh.
-  if (parent.find("mesh") == nullptr) drop_unsaid(parent, child.value, {"scale"});
+  if (std::any_of(shapes.begin(), shapes.end(), [&](const auto& key) { return child.value.find(key) != nullptr; })) {
+    drop_unsaid(parent, child.value, {"scale"});
+  }
+  drop_alternatives(parent, child.value, shapes);
   if (const TreeEntry* pose = child.value.find("pose")) {
     if (TreeEntry* mine = parent.find("pose")) drop_alternatives(mine->value, pose->value, {"rpy", "quaternion"});
   }

@@ -85,7 +85,7 @@ void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t samp
   contact.weight = weight;
   found.contact.push_back(contact);
   found.pair.push_back(indices_);
-  found.key.push_back(number_ << 40U | static_cast<std::uint64_t>(from_b) << 39U | sample);
+  found.key.push_back(contact_key(number_, from_b, sample));
 }
 
 void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {

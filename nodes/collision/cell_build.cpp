@@ -187,7 +187,8 @@ class Builder {
     ++cell_number_;
     collect_parts(centre, data_.edge, 0);
     const std::size_t count = (kept_.record.size() + 7) / 8;
-    if (count > most_batches) return;
+    // A cell names its first batch by 28 bits.
+    if (count > most_batches || data_.batches.size() + count > (std::size_t{1} << 28)) return;
     measure(data_, centre, kept_);
     by_distance_.clear();
     for (std::size_t i = 0; i < kept_.record.size(); ++i) by_distance_.emplace_back(kept_.distance[i], kept_.record[i]);

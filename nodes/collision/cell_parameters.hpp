@@ -8,7 +8,8 @@
 
 namespace tactor {
 
-/// Cells with lists as far as `reach`, where balls are measured from, unless most of the mesh's box would have them.
+/// Cells with lists as far as `reach`, where balls are measured from, but no farther than an eighth of the mesh's
+/// length, beyond which most of its box would have them; the tree answers there.
 /// Made once and kept in the cache; `notes` as for load_body_mesh.
 inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
   return [options, notes](const TriangleMesh& mesh, double reach) {
@@ -21,7 +22,7 @@ inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
     }
     const Vec3 size = high - low;
     CellOptions wide = options;
-    if (reach < std::max({size.x, size.y, size.z}) / 8) wide.band = std::max(options.band, reach);
+    wide.band = std::min(std::max(options.band, reach), std::max({size.x, size.y, size.z}) / 8);
     return std::make_unique<CellDistance>(cached_cell_distance(mesh, wide, cell_cache(), notes));
   };
 }
@@ -35,7 +36,8 @@ void declare_cells(Declare<N>& declaration, int resolution) {
           {.doc = "cells along the longest side of a mesh", .default_value = resolution, .min = 8, .max = 1024})
       .template real<double>("band", &N::Params::band,
                              {.doc = "distance from a mesh's surface within which cells list their nearest faces; more "
-                                     "where a ball of larger radius may touch it",
+                                     "where a ball of larger radius may touch it, less in a mesh that is shorter than "
+                                     "eight of it",
                               .unit = "m",
                               .default_value = CellOptions{}.band,
                               .min = 0,

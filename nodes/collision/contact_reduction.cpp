@@ -22,11 +22,9 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 double depth(const Contact& c) {
   return std::max(0.0, -c.distance);
 }
+/// N, at rest.
 double pressure(const Contact& c) {
-  return c.weight * depth(c);
-}
-bool same(const ContactPair& a, const ContactPair& b) {
-  return a.body == b.body && a.other == b.other;
+  return c.weight * c.stiffness * depth(c);
 }
 
 /// Contacts in columns of floats, whole eights of them.
@@ -102,7 +100,7 @@ void FoundContacts::reserve(std::size_t most) {
 
 ContactReduction::ContactReduction(int max_contacts, std::size_t most)
     : max_contacts_(static_cast<std::size_t>(max_contacts)) {
-  TACTOR_DEMAND(max_contacts >= 1 && max_contacts <= ContactSet::capacity);
+  TACTOR_DEMAND(max_contacts >= 8 && max_contacts <= ContactSet::capacity);
   last_keys_.reserve(max_contacts_);
   penetrating_.reserve(most);
   others_.reserve(most);
@@ -150,8 +148,7 @@ void ContactReduction::pick_spread(const FoundContacts& found, std::size_t count
     importance_[j] = static_cast<float>(score);
     // Large, and still ordered by importance once multiplied.
     apart_[j] = 1e20F;
-    const ContactPair& pair = found.pair[i];
-    pair_of_[j] = pair.body * (BodyStates::capacity + 1) + pair.other + 1;
+    pair_of_[j] = static_cast<std::int32_t>(pair_number(found.key[i]));
     if (score > first_score) first_score = score, first = j;
   }
   Columns columns{
@@ -190,24 +187,25 @@ void ContactReduction::give_pressure(const FoundContacts& found, ContactSet& set
     const std::size_t taker = penetrating_[static_cast<std::size_t>(to)];
     const auto at = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), taker) - kept_.begin());
     // A shallow contact that stood for a deep one would be stiff beyond measure.
-    set.contact[at].weight += pressure(c) / std::max(depth(set.contact[at]), 0.1 * depth(c));
+    set.contact[at].weight += pressure(c) / (c.stiffness * std::max(depth(set.contact[at]), 0.1 * depth(c)));
   }
 }
 
 /// Changes the weights of a pair's kept contacts towards the wrench that all of its contacts made. True where they make
 /// it; else a weight would have had to change by more than half, and all have changed less.
-bool ContactReduction::restore_wrench(const FoundContacts& found, ContactPair pair, ContactSet& set) {
+bool ContactReduction::restore_wrench(const FoundContacts& found, std::uint64_t pair, ContactSet& set) {
+  const auto of_pair = [&](std::size_t i) { return pair_number(found.key[i]) == pair; };
   Vec3 centre;
   double sum = 0, spread = 0;
   for (std::size_t i = 0; i < kept_.size(); ++i) {
-    if (!same(set.pair[i], pair)) continue;
+    if (!of_pair(kept_[i])) continue;
     centre += pressure(set.contact[i]) * set.contact[i].p_WC;
     sum += pressure(set.contact[i]);
   }
   if (!(sum > 0)) return true;
   centre *= 1 / sum;
   for (std::size_t i = 0; i < kept_.size(); ++i) {
-    if (same(set.pair[i], pair)) spread = std::max(spread, norm(set.contact[i].p_WC - centre));
+    if (of_pair(kept_[i])) spread = std::max(spread, norm(set.contact[i].p_WC - centre));
   }
   if (!(spread > 0)) return true;
   using Wrench6 = Eigen::Matrix<double, 6, 1>;
@@ -220,12 +218,12 @@ bool ContactReduction::restore_wrench(const FoundContacts& found, ContactPair pa
   };
   Wrench6 missing = Wrench6::Zero();
   for (const std::size_t i : penetrating_) {
-    if (same(found.pair[i], pair)) missing += pressure(found.contact[i]) * unit_wrench(found.contact[i]);
+    if (of_pair(i)) missing += pressure(found.contact[i]) * unit_wrench(found.contact[i]);
   }
   Eigen::Matrix<double, 6, 6> A = 1e-9 * sum * Eigen::Matrix<double, 6, 6>::Identity();
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     const Contact& c = set.contact[i];
-    if (!same(set.pair[i], pair) || c.distance >= 0) continue;
+    if (!of_pair(kept_[i]) || c.distance >= 0) continue;
     const Wrench6 w = unit_wrench(c);
     missing -= pressure(c) * w;
     A += pressure(c) * w * w.transpose();
@@ -234,12 +232,12 @@ bool ContactReduction::restore_wrench(const FoundContacts& found, ContactPair pa
   const Wrench6 multiplier = A.ldlt().solve(missing);
   double largest = 0;
   for (std::size_t i = 0; i < kept_.size(); ++i) {
-    if (same(set.pair[i], pair)) largest = std::max(largest, std::abs(unit_wrench(set.contact[i]).dot(multiplier)));
+    if (of_pair(kept_[i])) largest = std::max(largest, std::abs(unit_wrench(set.contact[i]).dot(multiplier)));
   }
   const double part = largest > 0.5 ? 0.5 / largest : 1;
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     Contact& c = set.contact[i];
-    if (same(set.pair[i], pair) && c.distance < 0) c.weight *= 1 + part * unit_wrench(c).dot(multiplier);
+    if (of_pair(kept_[i]) && c.distance < 0) c.weight *= 1 + part * unit_wrench(c).dot(multiplier);
   }
   return part == 1;
 }
@@ -276,11 +274,11 @@ void ContactReduction::reduce(const FoundContacts& found, ContactSet& set) {
   std::sort(last_keys_.begin(), last_keys_.end());
   if (!too_many) return;
   give_pressure(found, set);
+  // Those of a pair stand together.
   for (std::size_t i = 0; i < kept_.size(); ++i) {
-    const auto* const first = std::find_if(set.pair.begin(), set.pair.begin() + static_cast<std::ptrdiff_t>(i),
-                                           [&](const ContactPair& p) { return same(p, set.pair[i]); });
-    if (first != set.pair.begin() + static_cast<std::ptrdiff_t>(i)) continue;
-    for (int round = 0; round < 4 && !restore_wrench(found, set.pair[i], set); ++round) {
+    const std::uint64_t pair = pair_number(found.key[kept_[i]]);
+    if (i > 0 && pair == pair_number(found.key[kept_[i - 1]])) continue;
+    for (int round = 0; round < 4 && !restore_wrench(found, pair, set); ++round) {
     }
   }
 }

@@ -8,11 +8,21 @@
 
 namespace tactor {
 
+/// Names a contact: the number of its pair of bodies (all of a pair's contacts have one material), which of the two
+/// has the sample, and the sample.
+constexpr std::uint64_t contact_key(std::uint64_t pair, bool from_b, std::uint64_t sample) {
+  return pair << 40U | static_cast<std::uint64_t>(from_b) << 39U | sample;
+}
+constexpr std::uint64_t pair_number(std::uint64_t key) {
+  return key >> 40U;
+}
+
 /// What a query found, in parallel vectors.
 struct FoundContacts {
   std::vector<Contact> contact;
   std::vector<ContactPair> pair;
-  std::vector<std::uint64_t> key;  ///< what names a contact from query to query, each at most once
+  /// What names a contact from query to query, each at most once; see contact_key. Those of a pair stand together.
+  std::vector<std::uint64_t> key;
 
   void clear();
   void reserve(std::size_t most);
@@ -22,18 +32,19 @@ struct FoundContacts {
 /// more.
 ///
 /// Penetrating contacts come first. Where they alone are too many, they are picked one by one, each time the one of the
-/// largest pressure (weight * depth) times squared distance from those already picked, so that they spread over the
-/// patch; directions count as distance too, other pairs of bodies as infinite. Contacts kept last time count double
-/// their distance, which holds the choice where little changes. What is left out gives its pressure to the nearest one
-/// kept. Then the weights of each pair are changed by the least squares of relative changes that restores the force and
-/// torque at rest of all that was found, so that the wrench does not depend on the choice; where a weight would have to
-/// change by more than half, in a few smaller changes.
+/// largest force at rest (weight * stiffness * depth) times squared distance from those already picked, so that they
+/// spread over the patch; directions count as distance too, other pairs of bodies as infinite. Contacts kept last time
+/// count double their distance, which holds the choice where little changes. What is left out gives its force to the
+/// nearest one kept. Then the weights of each pair are changed by the least squares of relative changes that restores
+/// the force and torque at rest of all that was found, so that the wrench does not depend on the choice; where a weight
+/// would have to change by more than half, in a few smaller changes. It takes some contacts a pair to make up six
+/// numbers: with fewer the force is the nearest that they can make.
 ///
 /// Contacts that do not touch yet carry no force. They fill the places that are left, the nearest to touching first,
 /// and give nothing away: one that stood for many would strike hard where it alone touches.
 class ContactReduction {
  public:
-  /// `max_contacts`: from 1 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.
+  /// `max_contacts`: from 8 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.
   ContactReduction(int max_contacts, std::size_t most);
 
   /// Sets `count`, `penetrating`, `truncated`, `contact` and `pair` of the set.
@@ -43,7 +54,7 @@ class ContactReduction {
   void pick_spread(const FoundContacts& found, std::size_t count);
   void pick_nearest(const FoundContacts& found, std::size_t count);
   void give_pressure(const FoundContacts& found, ContactSet& set);
-  bool restore_wrench(const FoundContacts& found, ContactPair pair, ContactSet& set);
+  bool restore_wrench(const FoundContacts& found, std::uint64_t pair, ContactSet& set);
   [[nodiscard]] bool was_kept(std::uint64_t key) const;
 
   std::size_t max_contacts_;

@@ -18,7 +18,8 @@ struct PairParams {
 /// fixed ones. A contact is reported where the distance is below `margin`, with the pair that it belongs to: the body
 /// that comes first in Scene::moving() is the moving one, T of the contact, and its normal points to that body.
 /// Contacts stand in the order of pairs, sides and samples; beyond `max_contacts` ContactReduction chooses. Throws
-/// InputError where a mesh is no solid. Queries allocate nothing once they have met the most contacts.
+/// InputError where a mesh is no solid. Queries allocate nothing once they have met the most contacts, but for
+/// collision.exact, whose search does.
 class PairCollision : public CollisionNode {
  public:
   using CollisionNode::query;
@@ -56,7 +57,7 @@ void declare_pairs(Declare<N>& declaration) {
       "max_contacts", &N::Params::max_contacts,
       {.doc = "contacts sent at most; of more, some that are spread out stand for all, with the same force and torque",
        .default_value = ContactSet::capacity,
-       .min = 1,
+       .min = 8,
        .max = ContactSet::capacity});
 }
 

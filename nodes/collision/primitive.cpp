@@ -1,18 +1,23 @@
 #include "nodes/collision/primitive.hpp"
 
 #include "framework/core/check.hpp"
+#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
 namespace {
 
-const NodeContext& checked(const NodeContext& context) {
-  for (const std::size_t i : context.scene->moving()) {
-    const Body& body = context.scene->bodies[i];
+void check_moving(const Scene& scene) {
+  for (const std::size_t i : scene.moving()) {
+    const Body& body = scene.bodies[i];
     if (body.mesh() == nullptr) continue;
     throw InputError("collision.primitive: the moving body '" + body.name +
                      "' is a mesh; expected a sphere, a capsule or a box, or use collision.sdf");
   }
+}
+
+const NodeContext& checked(const NodeContext& context) {
+  check_moving(*context.scene);
   return context;
 }
 
@@ -33,6 +38,10 @@ NodeInfo PrimitiveCollision::declare() {
   declare_pairs(d);
   // A point or a few need no finer cells: a seventh of the time to make them, for a quarter more a query.
   declare_cells(d, 48);
+  d.check_bodies([](const Scene& scene, Notes* notes) {
+    check_moving(scene);
+    check_body_meshes(scene, notes);
+  });
   return d.info();
 }
 

@@ -144,6 +144,8 @@ void SampleTree::forget() {
 
 /// Adds the way from the last pose to this one.
 void SampleTree::advance(const Pose& X_OB) {
+  // An expiry that is no number would never come.
+  TACTOR_DEMAND(is_finite(X_OB.p) && std::isfinite(X_OB.R.w + X_OB.R.x + X_OB.R.y + X_OB.R.z));
   way_ += norm(transform(X_OB, pivot_) - transform(*last_pose_, pivot_));
   const Quat turned = inverse(last_pose_->R) * X_OB.R;
   turn_ += 2 * norm({turned.x, turned.y, turned.z});

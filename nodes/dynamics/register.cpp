@@ -1,6 +1,10 @@
 #include "framework/node/registry.hpp"
+#include "nodes/dynamics/quasistatic.hpp"
 #include "nodes/dynamics/rigid.hpp"
+#include "nodes/dynamics/translation.hpp"
 
 TACTOR_NODES(registry) {
   registry.add<tactor::RigidDynamics>();
+  registry.add<tactor::TranslationDynamics>();
+  registry.add<tactor::QuasistaticDynamics>();
 }

@@ -1,8 +1,17 @@
 #include "nodes/dynamics/rigid_step.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "framework/core/check.hpp"
+#include "nodes/dynamics/eigen.hpp"
+#include "nodes/dynamics/energy.hpp"
+#include "nodes/dynamics/free_rotation.hpp"
+#include "nodes/dynamics/handle.hpp"
 
 namespace tactor {
 
@@ -10,180 +19,550 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using Plane = RigidStep::Plane;
 
-Vector3d eigen(const Vec3& v) {
-  return {v.x, v.y, v.z};
-}
-Vec3 plain(const Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
+constexpr double tolerance = 1e-9;        // of the terms of an equation
+constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
+constexpr int following = 12;             // iterations in which the bounds may follow
+constexpr double most_turn = 0.3;         // rad, in one step
+constexpr int most_halvings = 6;
+constexpr int searches = 40;  // evaluations along a line, at most
 
-Matrix3d skew(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
+constexpr int most_dofs = 6 * static_cast<int>(max_moving_bodies);
 
-Matrix3d matrix(const Quat& q) {
-  Matrix3d m;
-  m << 1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.w * q.z), 2 * (q.x * q.z + q.w * q.y),  //
-      2 * (q.x * q.y + q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z), 2 * (q.y * q.z - q.w * q.x),   //
-      2 * (q.x * q.z - q.w * q.y), 2 * (q.y * q.z + q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y);
-  return m;
-}
-
-Matrix3d inertia_W(const ToolModel& model, const Quat& R_WT) {
-  const Matrix3d R = matrix(R_WT);
-  return R * model.inertia_T * R.transpose();
-}
-
-/// The force of one contact on the tool, and how it falls with the velocity of the contact point.
-struct ContactForce {
-  Vec3 force;
-  double normal_slope = 0;      // N s/m along the normal
-  double tangential_slope = 0;  // N s/m across it
-};
-
-ContactForce contact_force(const Contact& c, const Vec3& moved, const Vec3& u, double h, double stick_velocity) {
-  const double k = c.stiffness * c.weight, b = c.damping * c.weight;
-  const double speed = dot(c.n_W, u);
-  const double normal = -k * (c.distance + dot(c.n_W, moved)) - b * speed;
-  if (normal <= 0) return {};
-  const Vec3 u_t = u - speed * c.n_W;
-  const double viscosity = c.friction * normal / std::max(norm(u_t), stick_velocity);
-  return {normal * c.n_W - viscosity * u_t, h * k + b, viscosity};
-}
-
-/// The unknown is the velocity at the end of the step: Size 3, or 6 with rotation.
-template <int Size>
-class Solver {
-  using Matrix = Eigen::Matrix<double, Size, Size>;
-  using Vector = Eigen::Matrix<double, Size, 1>;
-  static constexpr bool rotates = Size == 6;
+/// The equations of one step. The unknown is the velocity of all bodies at its end, linear before angular.
+/// Dofs: 3 for one body that does not rotate, 6 for one that does, else Eigen::Dynamic.
+template <int Dofs>
+class Equations {
+  static constexpr bool one = Dofs != Eigen::Dynamic;
+  static constexpr int most = one ? Dofs : most_dofs;
 
  public:
-  Solver(const ToolModel& model, const CouplingLaw& law, const DeviceState& device, const ContactPlanes& contacts,
-         double h, const ToolState& before)
-      : model_(model), law_(law), device_(device), contacts_(contacts), h_(h), before_(before) {
-    if constexpr (rotates) {
-      if (law.massless == 0) momentum_ = inertia_W(model, before.X_WT.R) * eigen(before.V_WT.w);
+  using Vector = Eigen::Matrix<double, Dofs, 1, 0, most, 1>;
+  using Matrix = Eigen::Matrix<double, Dofs, Dofs, 0, most, most>;
+
+  Equations(const SystemModel& model, const CouplingLaw& law, const DeviceState& device, double h,
+            const BodyStates& bodies, std::span<Plane> planes)
+      : model_(model),
+        device_(device),
+        h_(h),
+        bodies_(bodies),
+        planes_(planes),
+        massless_(law.massless != 0),
+        k_t_(h * law.k_t),
+        k_r_(h * law.k_r),
+        b_t_(massless_ ? 0 : law.b_t),
+        b_r_(massless_ ? 0 : law.b_r) {
+    for (int i = 0; i < count(); ++i) {
+      Body& b = body_[index(i)];
+      b.offset = dofs_;
+      dofs_ += rotates(i) ? 6 : 3;
+      prepare(i, b);
     }
   }
 
-  StepResult run(ToolState& tool) {
-    Vector velocity;
-    velocity.template head<3>() = eigen(before_.V_WT.v);
-    if constexpr (rotates) velocity.template tail<3>() = eigen(before_.V_WT.w);
-    bool converged = false;
-    for (int i = 0; i < model_.iterations; ++i) {
-      evaluate(velocity);
-      const Vector change = jacobian_.partialPivLu().solve(residual_);
-      if (!change.allFinite()) return {};
-      velocity -= change;
-      const double relative = change.cwiseAbs().maxCoeff() / (1e-3 + velocity.cwiseAbs().maxCoeff());
-      converged = relative <= 1e-4;
-      if (relative <= 1e-12) break;
+  /// Where Newton's method begins: the velocities of now, which at rest are the solution.
+  [[nodiscard]] Vector start() const {
+    Vector v(dofs_);
+    for (int i = 0; i < count(); ++i) {
+      const bool balance = massless_ && i == 0;
+      linear(v, i) = balance ? Vector3d::Zero() : eigen(bodies_.V_WB[index(i)].v);
+      if (rotates(i)) angular(v, i) = balance ? Vector3d::Zero() : eigen(body_[index(i)].free.w_WB);
     }
-    evaluate(velocity);
-    if (!residual_.allFinite()) return {};
-    tool = after_;
-    return {true, converged, contact_, touching_};
+    return v;
   }
 
- private:
-  /// Sets the state after the step, the residual and its Jacobian for this velocity.
-  void evaluate(const Vector& velocity) {
-    after_.V_WT.v = plain(velocity.template head<3>());
-    after_.X_WT.p = before_.X_WT.p + h_ * after_.V_WT.v;
-    after_.X_WT.R = before_.X_WT.R;
-    if constexpr (rotates) {
-      after_.V_WT.w = plain(velocity.template tail<3>());
-      after_.X_WT.R = normalized(from_rotation_vector(h_ * after_.V_WT.w) * before_.X_WT.R);
-    }
-    jacobian_.setZero();
-    residual_.setZero();
-    add_inertia(velocity);
-    add_coupling();
-    add_contacts();
-  }
-
-  void add_inertia(const Vector& velocity) {
-    if (law_.massless != 0) return;
-    jacobian_.template topLeftCorner<3, 3>().diagonal().array() += model_.mass / h_;
-    residual_.template head<3>() +=
-        model_.mass * (eigen(after_.V_WT.v - before_.V_WT.v) / h_ - eigen(model_.gravity_W));
-    if constexpr (rotates) {
-      const Matrix3d inertia = inertia_W(model_, after_.X_WT.R);
-      const Vector3d w = velocity.template tail<3>();
-      const Vector3d momentum = inertia * w;
-      residual_.template tail<3>() += (momentum - momentum_) / h_;
-      jacobian_.template bottomRightCorner<3, 3>() += inertia / h_ + inertia * skew(w) - skew(momentum);
+  /// Sets the relative velocities of the planes for body velocities v.
+  void set_velocities(const Vector& v, Vec3 Plane::*target) const {
+    for (Plane& p : planes_) {
+      Vec3 u = velocity_at(v, p.body, p.r_body);
+      if constexpr (!one) {
+        if (p.other >= 0) u -= velocity_at(v, p.other, p.r_other);
+      }
+      p.*target = u;
     }
   }
 
-  void add_coupling() {
-    const Vec3 force = law_.k_t * (device_.X_WD.p - after_.X_WT.p) + law_.b_t * (device_.V_WD.v - after_.V_WT.v);
-    residual_.template head<3>() -= eigen(force);
-    jacobian_.template topLeftCorner<3, 3>().diagonal().array() += h_ * law_.k_t + law_.b_t;
-    if constexpr (rotates) {
-      const Vec3 turn = to_rotation_vector(device_.X_WD.R * inverse(after_.X_WT.R));
-      residual_.template tail<3>() -= eigen(law_.k_r * turn + law_.b_r * (device_.V_WD.w - after_.V_WT.w));
-      jacobian_.template bottomRightCorner<3, 3>().diagonal().array() += h_ * law_.k_r + law_.b_r;
+  /// What is left of the equations at v, N s and N m s; sets the planes' forces. Needs the planes' velocities.
+  void residual(const Vector& v, Vector& left) {
+    left.resize(dofs_);
+    for (int i = 0; i < count(); ++i) {
+      Body& b = body_[index(i)];
+      linear(left, i) = b.mass * linear(v, i) - b.momentum;
+      b.linear_terms = b.linear_scale;
+      if (rotates(i)) {
+        angular(left, i) = b.inertia * angular(v, i) - b.angular_momentum;
+        b.angular_terms = b.angular_scale;
+      }
     }
-  }
-
-  void add_contacts() {
-    contact_ = {};
-    touching_ = 0;
-    for (const Contact& c : contacts_.planes) {
-      const Vec3 r = rotate(after_.X_WT.R, c.p_TC);
-      const Vec3 moved = after_.X_WT.p + r - transform(contacts_.X_WT, c.p_TC);
-      Vec3 u = after_.V_WT.v;
-      if constexpr (rotates) u += cross(after_.V_WT.w, r);
-      const ContactForce f = contact_force(c, moved, u, h_, model_.stick_velocity);
-      if (f.normal_slope == 0) continue;
-      ++touching_;
-      contact_.force += f.force;
-      const Vector3d n = eigen(c.n_W);
-      const Matrix3d slope =
-          f.tangential_slope * Matrix3d::Identity() + (f.normal_slope - f.tangential_slope) * n * n.transpose();
-      residual_.template head<3>() -= eigen(f.force);
-      jacobian_.template topLeftCorner<3, 3>() += slope;
-      if constexpr (rotates) {
-        const Vec3 torque = cross(r, f.force);
-        contact_.torque += torque;
-        residual_.template tail<3>() -= eigen(torque);
-        const Matrix3d lever = skew(eigen(r));
-        const Matrix3d coupled = slope * lever;
-        jacobian_.template topRightCorner<3, 3>() -= coupled;
-        jacobian_.template bottomLeftCorner<3, 3>() += lever * slope;
-        jacobian_.template bottomRightCorner<3, 3>() -= lever * coupled;
+    add_coupling(v, left);
+    for (Plane& p : planes_) {
+      p.force = force(p, p.u);
+      apply(p, p.body, p.r_body, -h_, left);
+      if constexpr (!one) {
+        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
       }
     }
   }
 
-  const ToolModel& model_;
-  const CouplingLaw& law_;
+  /// True where every body's equation is met, given the residual and the terms that it was summed from.
+  [[nodiscard]] bool met(const Vector& left) const {
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      if (!(linear(left, i).norm() <= tolerance * b.linear_terms)) return false;
+      if (rotates(i) && !(angular(left, i).norm() <= tolerance * b.angular_terms)) return false;
+    }
+    return true;
+  }
+
+  /// The derivative of the residual by v: the masses, the coupling, and the planes by `slopes(plane)`.
+  template <class Slopes>
+  void derivative(Matrix& H, Slopes slopes) const {
+    H.setZero(dofs_, dofs_);
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      const bool tool = i == 0;
+      H.template block<3, 3>(b.offset, b.offset).diagonal().array() = b.mass + (tool ? h_ * (k_t_ + b_t_) : 0);
+      if (!rotates(i)) continue;
+      H.template block<3, 3>(b.offset + 3, b.offset + 3) = b.inertia;
+      if (tool) H.template block<3, 3>(b.offset + 3, b.offset + 3).diagonal().array() += h_ * (k_r_ + b_r_);
+    }
+    Matrix3d S;
+    for (const Plane& p : planes_) {
+      if (!slopes(p, S)) continue;
+      S *= h_;
+      add(H, S, p.body, p.r_body, p.body, p.r_body);
+      if constexpr (!one) {
+        if (p.other < 0) continue;
+        add(H, S, p.other, p.r_other, p.other, p.r_other);
+        const Matrix3d opposite = -S;
+        // Only the lower triangle is read.
+        if (p.body > p.other) {
+          add(H, opposite, p.body, p.r_body, p.other, p.r_other);
+        } else {
+          add(H, opposite, p.other, p.r_other, p.body, p.r_body);
+        }
+      }
+    }
+  }
+
+  /// How the derivative of the convex function along v + a d depends on a. Needs the planes' `u` and `du`.
+  class Line {
+   public:
+    Line(Equations& equations, const Vector& v, const Vector& d) : equations_(equations) {
+      // The part without planes is linear in a.
+      Vector at_v, at_end;
+      equations.smooth_residual(v, at_v);
+      const Vector end = v + d;
+      equations.smooth_residual(end, at_end);
+      constant_ = d.dot(at_v);
+      slope_ = d.dot(at_end) - constant_;
+    }
+    [[nodiscard]] double operator()(double a) const {
+      double sum = constant_ + a * slope_;
+      for (const Plane& p : equations_.planes_) sum -= equations_.h_ * dot(p.du, equations_.force(p, p.u + a * p.du));
+      return sum;
+    }
+
+   private:
+    Equations& equations_;
+    double constant_ = 0, slope_ = 0;
+  };
+
+  /// The force of a plane on its moving body at relative velocity u, with its friction bound.
+  [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const {
+    const double speed = dot(p.n, u);
+    const double normal = std::max(0.0, p.push - p.slope * speed);
+    if (normal == 0 && p.bound == 0) return {};
+    const Vec3 u_t = u - speed * p.n;
+    return normal * p.n - (p.bound / std::max(norm(u_t), model_.stick_velocity)) * u_t;
+  }
+
+  /// Lets the friction bounds follow the normal forces; returns true where they hardly changed.
+  bool follow() const {
+    double change = 0, sum = 0;
+    for (Plane& p : planes_) {
+      const double bound = p.friction * std::max(0.0, p.push - p.slope * dot(p.n, p.u));
+      change += std::abs(bound - p.bound);
+      sum += bound;
+      p.bound = bound;
+    }
+    // Where nothing pushes yet there is nothing to hold.
+    return sum > 0 && change <= bound_tolerance * sum;
+  }
+
+  /// The slopes of a plane's force, as Newton's method wants them.
+  [[nodiscard]] auto newton() const {
+    return [this](const Plane& p, Matrix3d& S) {
+      const double speed = dot(p.n, p.u);
+      const double normal = p.push > p.slope * speed ? p.slope : 0;
+      if (normal == 0 && p.bound == 0) return false;
+      const Vector3d n = eigen(p.n);
+      const Vec3 u_t = p.u - speed * p.n;
+      const double sliding = norm(u_t);
+      const double across = p.bound / std::max(sliding, model_.stick_velocity);
+      S = (normal - across) * n * n.transpose();
+      S.diagonal().array() += across;
+      if (sliding > model_.stick_velocity) {
+        const Vector3d t = eigen((1 / sliding) * u_t);
+        S -= across * t * t.transpose();
+      }
+      return true;
+    };
+  }
+
+  /// The slopes with springs of both signs where bodies overlap, and friction viscous.
+  [[nodiscard]] auto damped() const {
+    return [this](const Plane& p, Matrix3d& S) {
+      if (p.push <= 0) return false;
+      const Vector3d n = eigen(p.n);
+      const double across = viscosity(p);
+      S = (p.slope - across) * n * n.transpose();
+      S.diagonal().array() += across;
+      return true;
+    };
+  }
+  /// The residual at v of the same law; sets the planes' forces.
+  void damped_residual(const Vector& v, Vector& left) {
+    smooth_residual(v, left);
+    for (Plane& p : planes_) {
+      p.force = {};
+      if (p.push <= 0) continue;
+      const double speed = dot(p.n, p.u);
+      p.force = (p.push - p.slope * speed) * p.n - viscosity(p) * (p.u - speed * p.n);
+      apply(p, p.body, p.r_body, -h_, left);
+      if constexpr (!one) {
+        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
+      }
+    }
+  }
+
+  /// Moves the bodies with velocities v; returns the farthest turn, rad. The momenta come from the forces, which are
+  /// equal and opposite to the last digit, and not from v, which is met to a tolerance.
+  double finish(const Vector& v, BodyStates& bodies) {
+    double turn = 0;
+    Vector left(dofs_);
+    left.setZero();
+    for (Plane& p : planes_) {
+      apply(p, p.body, p.r_body, -h_, left);
+      if constexpr (!one) {
+        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
+      }
+    }
+    add_coupling(v, left);
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      Pose& X = bodies.X_WB[index(i)];
+      Twist& V = bodies.V_WB[index(i)];
+      const bool balance = massless_ && i == 0;
+      V.v = plain(balance ? Vector3d(linear(v, i)) : Vector3d((b.momentum - linear(left, i)) / b.mass));
+      X.p += h_ * V.v;
+      V.w = {};
+      if (!rotates(i)) continue;
+      const Vec3 w = plain(angular(v, i));
+      X.R = normalized(from_rotation_vector(h_ * (w - b.free.w_WB)) * b.free.R_WB);
+      // The tool without mass turns as far as the handle does, and its next step corrects what was not linear.
+      if (!balance) turn = std::max({turn, h_ * norm(w), h_ * norm(b.free.w_WB)});
+      V.w = balance ? w
+                    : plain(inertia_W(model_.body[index(i)].inertia_B, X.R).inverse() *
+                            (b.angular_momentum - angular(left, i)));
+    }
+    return turn;
+  }
+
+  [[nodiscard]] int dofs() const { return dofs_; }
+
+ private:
+  struct Body {
+    int offset = 0;
+    double mass = 0;                               // kg
+    Vector3d momentum = Vector3d::Zero();          // N s, before the step, with the impulse of the weight
+    Matrix3d inertia = Matrix3d::Zero();           // kg m^2, in W, as free rotation leaves it
+    Vector3d angular_momentum = Vector3d::Zero();  // N m s
+    Rotation free;                                 // after the step, without torque
+    double linear_scale = 0, angular_scale = 0;    // the sizes of the terms that do not depend on v
+    double linear_terms = 0, angular_terms = 0;    // the sizes of all terms
+  };
+
+  void prepare(int i, Body& b) const {
+    const BodyModel& model = model_.body[index(i)];
+    const Pose& X = bodies_.X_WB[index(i)];
+    const Twist& V = bodies_.V_WB[index(i)];
+    if (massless_ && i == 0) {
+      b.free = {X.R, {}};
+      return;
+    }
+    b.mass = model.mass;
+    b.momentum = model.mass * eigen(V.v + h_ * model_.gravity_W);
+    b.linear_scale = model.mass * (norm(V.v) + h_ * norm(model_.gravity_W));
+    if (!rotates(i)) return;
+    b.angular_momentum = inertia_W(model.inertia_B, X.R) * eigen(V.w);
+    b.free = free_rotation(model.inertia_B, X.R, V.w, h_);
+    b.inertia = inertia_W(model.inertia_B, b.free.R_WB);
+    b.angular_scale = b.angular_momentum.norm();
+  }
+
+  [[nodiscard]] int count() const { return one ? 1 : model_.count; }
+  [[nodiscard]] static std::size_t index(int i) { return one ? 0 : static_cast<std::size_t>(i); }
+  [[nodiscard]] bool rotates(int i) const {
+    if constexpr (one) return Dofs == 6;
+    return model_.body[index(i)].rotates;
+  }
+  [[nodiscard]] int offset(int i) const { return one ? 0 : body_[index(i)].offset; }
+
+  template <class V>
+  [[nodiscard]] auto linear(V& v, int i) const {
+    return v.template segment<3>(offset(i));
+  }
+  template <class V>
+  [[nodiscard]] auto angular(V& v, int i) const {
+    // With 3 degrees of freedom this is never called, and must compile all the same.
+    return v.template segment<3>(Dofs == 3 ? 0 : offset(i) + 3);
+  }
+
+  [[nodiscard]] Vec3 velocity_at(const Vector& v, int i, const Vec3& r) const {
+    const double* at = v.data() + offset(i);
+    const Vec3 u{at[0], at[1], at[2]};
+    return rotates(i) ? u + cross({at[3], at[4], at[5]}, r) : u;
+  }
+
+  void apply(const Plane& p, int i, const Vec3& r, double share, Vector& left) {
+    if (p.force == Vec3{}) return;
+    Body& b = body_[index(i)];
+    const double size = h_ * norm(p.force);
+    linear(left, i) += share * eigen(p.force);
+    b.linear_terms += size;
+    if (rotates(i)) {
+      angular(left, i) += share * eigen(cross(r, p.force));
+      b.angular_terms += size * norm(r);
+    }
+  }
+
+  void add_coupling(const Vector& v, Vector& left) {
+    Body& tool = body_[0];
+    // The parts of the impulse are terms of their own: in balance the impulse itself vanishes.
+    const Vector3d pull = k_t_ * eigen(device_.X_WD.p - bodies_.X_WB[0].p), drag = h_ * b_t_ * eigen(device_.V_WD.v);
+    const Vector3d give = h_ * (k_t_ + b_t_) * linear(v, 0);
+    linear(left, 0) -= pull + drag - give;
+    tool.linear_terms += pull.norm() + drag.norm() + give.norm();
+    if (!rotates(0)) return;
+    const Vector3d turn = k_r_ * turn_, brake = h_ * b_r_ * eigen(device_.V_WD.w);
+    const Vector3d yield = h_ * (k_r_ + b_r_) * angular(v, 0);
+    angular(left, 0) -= turn + brake - yield;
+    tool.angular_terms += turn.norm() + brake.norm() + yield.norm();
+  }
+
+  /// The residual without the planes.
+  void smooth_residual(const Vector& v, Vector& left) {
+    left.resize(dofs_);
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      linear(left, i) = b.mass * linear(v, i) - b.momentum;
+      if (rotates(i)) angular(left, i) = b.inertia * angular(v, i) - b.angular_momentum;
+    }
+    add_coupling(v, left);
+  }
+
+  /// Adds what the slope S of a force between bodies i and j gives with their levers.
+  void add(Matrix& H, const Matrix3d& S, int i, const Vec3& r_i, int j, const Vec3& r_j) const {
+    const int row = offset(i), column = offset(j);
+    H.template block<3, 3>(row, column) += S;
+    if constexpr (Dofs != 3) {
+      if (rotates(j)) H.template block<3, 3>(row, column + 3) -= S * skew(eigen(r_j));
+      if (!rotates(i)) return;
+      const Matrix3d lever = skew(eigen(r_i)) * S;
+      H.template block<3, 3>(row + 3, column) += lever;
+      if (rotates(j)) H.template block<3, 3>(row + 3, column + 3) -= lever * skew(eigen(r_j));
+    }
+  }
+
+  [[nodiscard]] double viscosity(const Plane& p) const { return p.friction * p.push / model_.stick_velocity; }
+
+  const SystemModel& model_;
   const DeviceState& device_;
-  const ContactPlanes& contacts_;
   double h_;
-  const ToolState& before_;
-  Vector3d momentum_ = Vector3d::Zero();
-  ToolState after_;
-  Matrix jacobian_;
-  Vector residual_;
-  Wrench contact_;
-  int touching_ = 0;
+  const BodyStates& bodies_;
+  std::span<Plane> planes_;
+  bool massless_;
+  double k_t_, k_r_, b_t_, b_r_;  // k times h
+  Vector3d turn_ = model_.body[0].rotates ? eigen(to_rotation_vector(device_.X_WD.R * inverse(bodies_.X_WB[0].R)))
+                                          : Vector3d(Vector3d::Zero());
+  int dofs_ = 0;
+  std::array<Body, one ? 1 : max_moving_bodies> body_;
 };
+
+/// The a in (0, 1] at which `slope`, increasing and negative at 0, has all but vanished.
+template <class Slope>
+double line_search(const Slope& slope, double at_zero) {
+  double at_one = slope(1);
+  // A full step that stops short of the minimum is taken: the next one goes on from there.
+  if (at_one <= -0.1 * at_zero) return 1;
+  double low = 0, high = 1, at_low = at_zero, at_high = at_one;
+  for (int i = 0; i < searches; ++i) {
+    // The false position, or the middle where it moves little (Illinois).
+    const double a = low + (high - low) * at_low / (at_low - at_high);
+    const double value = slope(a);
+    if (std::abs(value) <= -0.1 * at_zero || !(a > low && a < high)) return a;
+    if (value < 0) {
+      low = a, at_low = value;
+      at_high /= 2;
+    } else {
+      high = a, at_high = value;
+      at_low /= 2;
+    }
+  }
+  return low > 0 ? low : high;
+}
+
+bool finite(const BodyStates& bodies, int count) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const Pose& X = bodies.X_WB[i];
+    const Twist& V = bodies.V_WB[i];
+    if (!is_finite(X.p) || !is_finite(V.v) || !is_finite(V.w) || !is_finite(Vec3{X.R.x, X.R.y, X.R.z}) ||
+        !std::isfinite(X.R.w)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Newton's method from the velocities of now. Returns the iterations, or -1 where they did not do.
+template <int Dofs>
+int newton(Equations<Dofs>& equations, int most, typename Equations<Dofs>::Vector& v) {
+  using E = Equations<Dofs>;
+  v = equations.start();
+  equations.set_velocities(v, &Plane::u);
+  bool held = false;
+  typename E::Vector left;
+  typename E::Matrix H;
+  for (int i = 0; i < most; ++i) {
+    if (!held) held = equations.follow() || i >= following;
+    equations.residual(v, left);
+    if (equations.met(left)) return i;
+    equations.derivative(H, equations.newton());
+    const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
+    if (factors.info() != Eigen::Success) return -1;
+    const typename E::Vector d = -factors.solve(left);
+    const double decrement = -d.dot(left);
+    if (!std::isfinite(decrement)) return -1;
+    equations.set_velocities(d, &Plane::du);
+    const double a = line_search(typename E::Line(equations, v, d), -decrement);
+    v += a * d;
+    equations.set_velocities(v, &Plane::u);
+  }
+  return -1;
+}
 
 }  // namespace
 
-StepResult rigid_step(const ToolModel& model, const CouplingLaw& law, const DeviceState& device,
-                      const ContactPlanes& contacts, double h, ToolState& tool) {
-  const ToolState before = tool;
-  const StepResult result = model.rotates ? Solver<6>(model, law, device, contacts, h, before).run(tool)
-                                          : Solver<3>(model, law, device, contacts, h, before).run(tool);
-  if (!result.solved) tool = {before.X_WT, {}};
+template <int Dofs>
+StepResult RigidStep::solve(const CouplingLaw& law, const DeviceState& device, const ContactPlanes& contacts, double h,
+                            BodyStates& bodies) {
+  StepResult result;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
+    if (!usable(contacts, i, model_.count)) {
+      ++result.left_out;
+      continue;
+    }
+    const Contact& c = contacts.planes[i];
+    const PlaneNow now = plane_now(contacts, i, bodies.X_WB);
+    Plane& p = planes_[count++];
+    const double k = c.stiffness * c.weight, b = law.massless != 0 ? 0 : c.damping * c.weight;
+    p.body = contacts.pairs[i].body;
+    p.other = contacts.pairs[i].other;
+    p.r_body = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.body)].p;
+    if (p.other >= 0) p.r_other = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.other)].p;
+    p.n = now.n_W;
+    p.push = -k * now.distance;
+    p.slope = h * k + b;
+    p.friction = c.friction;
+    p.bound = 0;
+  }
+  const std::span planes = std::span(planes_).first(count);
+
+  const BodyStates before = bodies;
+  Equations<Dofs> equations(model_, law, device, h, before, planes);
+  typename Equations<Dofs>::Vector v;
+  result.iterations = newton(equations, model_.iterations, v);
+  result.outcome = StepOutcome::converged;
+  if (result.iterations < 0) {
+    result.iterations = model_.iterations;
+    result.outcome = StepOutcome::damped;
+    v.setZero(equations.dofs());
+    equations.set_velocities(v, &Plane::u);
+    typename Equations<Dofs>::Vector left;
+    typename Equations<Dofs>::Matrix H;
+    equations.damped_residual(v, left);
+    equations.derivative(H, equations.damped());
+    const Eigen::LLT<Eigen::Ref<typename Equations<Dofs>::Matrix>> factors(H);
+    if (factors.info() != Eigen::Success) {
+      result.outcome = StepOutcome::stopped;
+      return result;
+    }
+    v = -factors.solve(left);
+    equations.set_velocities(v, &Plane::u);
+    equations.damped_residual(v, left);
+  }
+  result.turn = equations.finish(v, bodies);
+  for (const Plane& p : planes) {
+    if (p.force == Vec3{} || (p.body != 0 && p.other != 0)) continue;
+    const double sign = p.body == 0 ? 1 : -1;
+    ++result.touching;
+    result.contact_T_W.force += sign * p.force;
+    result.contact_T_W.torque += cross(p.body == 0 ? p.r_body : p.r_other, sign * p.force);
+  }
+  return result;
+}
+
+StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                              const ContactPlanes& contacts, double h, BodyStates& bodies) {
+  return advance(law, before, device, contacts, h, most_halvings, bodies);
+}
+
+StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                              const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies) {
+  const BodyStates start = bodies;
+  const StepResult whole = advance_once(law, before, device, contacts, h, bodies);
+  if (whole.turn <= most_turn || halvings == 0) return whole;
+  bodies = start;
+  const DeviceState middle = handle_between(before, device, 0.5, model_.body[0].rotates);
+  const StepResult first = advance(law, before, middle, contacts, h / 2, halvings - 1, bodies);
+  StepResult second = advance(law, middle, device, contacts, h / 2, halvings - 1, bodies);
+  second.outcome = std::max(first.outcome, second.outcome);
+  second.touching = std::max(first.touching, second.touching);
+  second.left_out = std::max(first.left_out, second.left_out);
+  second.work += first.work;
+  second.contact_T_W = 0.5 * (first.contact_T_W + second.contact_T_W);
+  second.iterations += first.iterations;
+  second.turn += first.turn;
+  return second;
+}
+
+StepResult RigidStep::advance_once(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                                   const ContactPlanes& contacts, double h, BodyStates& bodies) {
+  TACTOR_ASSERT(contacts.planes.size() <= planes_.size() && contacts.pairs.size() == contacts.planes.size());
+  const BodyStates start = bodies;
+  StepResult result;
+  if (model_.count > 1) {
+    result = solve<Eigen::Dynamic>(law, device, contacts, h, bodies);
+  } else {
+    result = model_.body[0].rotates ? solve<6>(law, device, contacts, h, bodies)
+                                    : solve<3>(law, device, contacts, h, bodies);
+  }
+  bool stop = result.outcome == StepOutcome::stopped || !finite(bodies, model_.count) || !is_finite(result.contact_T_W);
+  if (!stop && result.outcome == StepOutcome::damped) {
+    const double had =
+        system_energy(model_, law, before, contacts, start).total() + handle_work(model_, law, before, device, bodies);
+    // A comparison with NaN is false.
+    stop = !(system_energy(model_, law, device, contacts, bodies).total() <= had);
+  }
+  if (stop) {
+    bodies = start;
+    for (Twist& V : bodies.V_WB) V = {};
+    result = {.outcome = StepOutcome::stopped, .left_out = result.left_out, .iterations = result.iterations};
+  }
+  result.work = handle_work(model_, law, before, device, bodies);
   return result;
 }
 

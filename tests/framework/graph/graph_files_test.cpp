@@ -262,6 +262,9 @@ BOOST_FIXTURE_TEST_CASE(a_shape_without_a_scale_takes_the_parents_scale_away_wit
       "duration: 1 s\nscene: {bodies: {wall: {mesh: duck.off, scale: 0.001}}}\nnodes: {v: {type: test.values}}\n"));
   static_cast<void>(
       folder.write("box.yaml", "extends: mesh.yaml\nscene: {bodies: {wall: {box: {size: [1, 2, 3]}}}}\n"));
+  static_cast<void>(folder.write("goose.off", "OFF"));
+  static_cast<void>(folder.write("goose.yaml", "extends: mesh.yaml\nscene: {bodies: {wall: {mesh: goose.off}}}\n"));
+  BOOST_TEST((load("goose.yaml").scene.bodies.at(0).shape == Shape(MeshShape{folder.path() / "goose.off"})));
   static_cast<void>(folder.write("large.yaml", "extends: mesh.yaml\nscene: {bodies: {wall: {scale: 2}}}\n"));
   BOOST_TEST((load("box.yaml").scene.bodies.at(0).shape == Shape(BoxShape{{1, 2, 3}})));
   BOOST_TEST((load("large.yaml").scene.bodies.at(0).shape == Shape(MeshShape{folder.path() / "duck.off", 2.0})));

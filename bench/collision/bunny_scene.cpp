@@ -1,0 +1,75 @@
+#include "bench/collision/cgal_exact.hpp"
+#include "bench/collision/measure.hpp"
+#include "bench/collision/ours.hpp"
+#include "bench/collision/path.hpp"
+#include "bench/collision/peers.hpp"
+#include "bench/collision/scenes.hpp"
+#include "nodes/scene/solid_file.hpp"
+
+namespace tactor::bench {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Entry trilinear(int resolution) {
+  return {"trilinear, " + std::to_string(resolution), Gives::depths,
+          [resolution](const Pair& pair) { return make_trilinear(pair, resolution); }};
+}
+
+Entry cells(int resolution) {
+  return {"tactor, " + std::to_string(resolution), Gives::depths,
+          [resolution](const Pair& pair) { return make_tactor(pair, 0, {.resolution = resolution}); }};
+}
+
+std::vector<Entry> contenders(const std::filesystem::path& file) {
+  constexpr std::size_t all = 1'000'000;
+  constexpr auto f = Precision::single_precision, d = Precision::double_precision;
+  return {{"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
+          {"tactor, 1 mm margin", Gives::depths, [](const Pair& p) { return make_tactor(p, 0.001); }},
+          {"tactor, collision.sdf, 1 mm margin", Gives::depths,
+           [=](const Pair& p) {
+             return make_sdf_node(p, {file, file}, 0.001, 0);
+           }},
+          {"tactor, exact", Gives::depths, make_exact},
+          {"floor", Gives::depths, make_floor},
+          {"CGAL", Gives::depths, make_cgal_exact},
+          {"FCL double, touching", Gives::touching, [=](const Pair& p) { return make_fcl(p, d, 0); }},
+          {"FCL double, 20 contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, 20); }},
+          {"FCL double, all contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, all); }},
+          {"FCL float, all contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, f, all); }},
+          {"ODE double, 4,096 contacts", Gives::depths, [](const Pair& p) { return make_ode(p, 4096); }},
+          {"Bullet GImpact, float, mm", Gives::depths, [](const Pair& p) { return make_gimpact(p, 1e-3); }}};
+}
+
+}  // namespace
+
+Json bunny_scene(const SceneOptions& options) {
+  const std::filesystem::path file = options.meshes / "bunny.off";
+  const TriangleMesh mesh = load_solid(file).mesh;
+  const Body bunny{mesh, sample_surface(mesh, 0)};
+  const Pair pair{bunny, bunny};
+  const Samples samples{0, press_and_slide_duration / options.samples, options.samples};
+  std::vector<Step> steps = press_and_slide(pair, samples);
+  const auto reference = make_cgal_exact(pair);
+  add_exact(*reference, steps);
+
+  MeasureOptions measured;
+  if (!options.cold) measured.cold_blocks = 0;
+  Json json = {{"triangles", {mesh.faces.size(), mesh.faces.size()}},
+               {"samples", {bunny.samples.size(), bunny.samples.size()}},
+               {"path", describe(steps, samples.period)},
+               {"near_mm", 1e3 * measured.near},
+               {"deep_mm", 1e3 * measured.deep}};
+  json["contenders"] = measure(contenders(file), pair, steps, measured);
+  if (!options.grids) return json;
+  std::vector<Entry> grids = {contenders(file).front()};
+  for (const int resolution : {64, 128, 192, 256}) {
+    grids.push_back(cells(resolution));
+    grids.push_back(trilinear(resolution));
+  }
+  json["grids"] = measure(grids, pair, steps, measured);
+  return json;
+}
+
+}  // namespace tactor::bench

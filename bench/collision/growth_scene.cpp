@@ -1,0 +1,59 @@
+#include "bench/collision/measure.hpp"
+#include "bench/collision/ours.hpp"
+#include "bench/collision/path.hpp"
+#include "bench/collision/peers.hpp"
+#include "bench/collision/scenes.hpp"
+#include "bench/collision/sized_bunny.hpp"
+
+namespace tactor::bench {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// As many samples as the smallest bunny has vertices, however many this one has.
+std::vector<SurfaceSample> thinned(const std::vector<SurfaceSample>& samples) {
+  constexpr std::size_t count = 2'622;
+  std::vector<SurfaceSample> kept;
+  for (std::size_t i = 0; i < count; ++i) kept.push_back(samples[i * samples.size() / count]);
+  return kept;
+}
+
+Json row(const TriangleMesh& mesh, double deepest, int samples) {
+  constexpr std::size_t all = 1'000'000;
+  const Body body{mesh, sample_surface(mesh, 0)};
+  const Pair pair{body, body};
+  const Body few{mesh, thinned(body.samples)};
+  const Pair pair_of_few{few, few};
+  // The first of the four times that the depth comes and goes.
+  std::vector<Step> steps = press_and_slide(pair, {0, 1.75 / samples, samples}, deepest);
+  MeasureOptions options;
+  options.cold_blocks = 0;
+  options.compare = false;
+  const std::vector<Entry> entries = {
+      {"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
+      {"tactor, 2,622 samples", Gives::depths, [&](const Pair&) { return make_tactor(pair_of_few, 0); }},
+      {"tactor, exact", Gives::depths, make_exact},
+      {"FCL double, all contacts", Gives::depths,
+       [](const Pair& p) { return make_fcl(p, Precision::double_precision, all); }},
+      {"ODE double, 4,096 contacts", Gives::depths, [](const Pair& p) { return make_ode(p, 4096); }}};
+  return {{"triangles", mesh.faces.size()},
+          {"deepest_mm", 1e3 * deepest},
+          {"contenders", measure(entries, pair, steps, options)}};
+}
+
+}  // namespace
+
+Json growth_scene(const SceneOptions& options) {
+  Json same_depth = Json::array(), same_contacts = Json::array();
+  for (const TriangleMesh& mesh :
+       sized_bunnies(options.meshes / "data/meshes/bunny00.off", {5'240, 20'990, 75'408, 301'632})) {
+    const int samples = options.samples / 4;
+    same_depth.push_back(row(mesh, 0.002, samples));
+    // The area in contact grows as the depth does, and with it the number of samples inside.
+    same_contacts.push_back(row(mesh, 0.002 * 5240 / static_cast<double>(mesh.faces.size()), samples));
+  }
+  return {{"same_depth", same_depth}, {"same_contacts", same_contacts}};
+}
+
+}  // namespace tactor::bench

@@ -1,0 +1,83 @@
+// What the declarations of the kinds of dynamics have in common.
+#pragma once
+
+#include <string>
+
+#include "framework/node/declare.hpp"
+#include "nodes/dynamics/dynamics_node.hpp"
+#include "nodes/scene/body_mesh.hpp"
+
+namespace tactor {
+
+/// Adds the ports and the parameters that all kinds have to the declaration of dynamics N.
+template <class N>
+void declare_dynamics(Declare<N>& declaration) {
+  using P = typename N::Params;
+  using AdvanceTo = DynamicsParams::AdvanceTo;
+  // The template arguments let pointers to the members of the base classes convert.
+  declaration.on_thread("physics")
+      .template input<ContactSet>(
+          "contacts", &N::contacts,
+          {.doc = "contact planes of the last query", .trigger = Trigger::yes, .required = false})
+      .template input<DeviceState>("device", &N::device,
+                                   {.doc = "every sample of the handle",
+                                    .trigger = Trigger::when_alone,
+                                    .queue = {QueuePolicy::drop_oldest, 4096}})
+      .template input<CouplingLaw>("law", &N::law, {.doc = "the spring and damper between handle and tool"})
+      .template output<PhysicsState>("state", &N::state, "tool and handle at the time of the last sample used")
+      .template output<BodyStates>("bodies", &N::bodies, "all moving bodies at that time, the tool first")
+      .template real<double>("substep", &P::substep,
+                             {.doc = "longest sub-step", .unit = "s", .default_value = 0.001, .min = 1e-6, .max = 0.02})
+      .template integer<std::int32_t>(
+          "iterations", &P::iterations,
+          {.doc = "Newton iterations a sub-step, at most; then a damped step is taken, and counted",
+           .default_value = 60,
+           .min = 1,
+           .max = 200})
+      .template real<double>("stick_velocity", &P::stick_velocity,
+                             {.doc = "sliding speed below which friction is viscous",
+                              .unit = "m/s",
+                              .default_value = 1e-4,
+                              .min = 0,
+                              .max = 1,
+                              .above_min = true})
+      .template choice<AdvanceTo>("advance_to", &P::advance_to,
+                                  {{"contacts", AdvanceTo::contacts}, {"now", AdvanceTo::now}},
+                                  std::optional(AdvanceTo::contacts),
+                                  "how far to simulate: to the time the contact query began, or to the newest sample")
+      .boolean("start_at_device", &P::start_at_device, true,
+               "start the tool at the handle's first pose, so that the spring is slack")
+      .check_bodies([](const Scene& scene, Notes* notes) {
+        for (const std::size_t i : scene.moving()) {
+          if (scene.bodies[i].motion == Motion::rigid) body_inertia(scene.bodies[i], notes);
+        }
+      })
+      .unneeded([](const Scene& scene) {
+        return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
+      });
+}
+
+/// Adds the parameters of the kinds whose bodies all have mass.
+template <class N>
+void declare_inertial(Declare<N>& declaration) {
+  using P = typename N::Params;
+  declare_dynamics(declaration);
+  declaration
+      .boolean("error_estimate", &P::error_estimate, false,
+               "compare each sub-step with two of half its length and report the position error of the tool; at three "
+               "times the run time")
+      .template real<double>(
+          "substep_tolerance", &P::substep_tolerance,
+          {.doc = "position error of a sub-step above which it is shortened; 0: the sub-step is fixed",
+           .unit = "m",
+           .default_value = 0,
+           .min = 0,
+           .max = 0.01})
+      .template real<double>(
+          "min_substep", &P::min_substep,
+          {.doc = "shortest sub-step under a tolerance", .unit = "s", .default_value = 5e-5, .min = 1e-6, .max = 0.02})
+      .boolean("dissipate", &P::dissipate, false,
+               "take energy that steps and new contact sets made out of nothing from the velocities");
+}
+
+}  // namespace tactor

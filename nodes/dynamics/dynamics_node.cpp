@@ -1,0 +1,200 @@
+#include "nodes/dynamics/dynamics_node.hpp"
+
+#include <algorithm>
+
+#include "framework/core/check.hpp"
+#include "nodes/dynamics/energy.hpp"
+#include "nodes/dynamics/handle.hpp"
+#include "nodes/scene/body_mesh.hpp"
+
+namespace tactor {
+
+namespace {
+
+bool usable(const DeviceState& s) {
+  const Quat& q = s.X_WD.R;
+  const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(length) && length > 0.25;
+}
+
+SystemModel model_of(const std::string& type, const DynamicsParams& params, const Scene& scene, Notes* notes) {
+  SystemModel model;
+  model.count = 0;
+  for (const std::size_t i : scene.moving()) {
+    const Body& body = scene.bodies[i];
+    BodyModel& m = model.body[static_cast<std::size_t>(model.count++)];
+    m.mass = body.mass;
+    m.rotates = body.motion == Motion::rigid;
+    if (m.rotates) m.inertia_B = body_inertia(body, notes);
+  }
+  if (model.count == 0) throw InputError(type + " needs a moving body in the scene");
+  model.gravity_W = scene.gravity_W;
+  model.iterations = params.iterations;
+  model.stick_velocity = params.stick_velocity;
+  return model;
+}
+
+}  // namespace
+
+DynamicsNode::DynamicsNode(std::string type, const InertialParams& params, bool massless, const NodeContext& context)
+    : type_(std::move(type)),
+      params_(params),
+      massless_(massless),
+      solver_(model_of(type_, params, *context.scene, context.notes)),
+      substep_(params.substep) {
+  if (params.substep_tolerance > 0 && params.min_substep > params.substep) {
+    throw InputError(type_ + ": min_substep (" + std::to_string(params.min_substep) + " s) is above substep (" +
+                     std::to_string(params.substep) + " s); lower the one or raise the other");
+  }
+  for (const std::size_t i : context.scene->moving()) {
+    bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = context.scene->bodies[i].X_WB;
+  }
+}
+
+void DynamicsNode::step(StepContext& context) {
+  const Stamped<CouplingLaw>* message = law.latest();
+  if (message == nullptr) return;
+  CouplingLaw spring = message->value;
+  if (spring.massless != 0 && !massless_) {
+    throw RunError(type_ +
+                   " moves bodies of mass, and the coupling's tool has none; use dynamics.quasistatic, or a "
+                   "coupling with a damper");
+  }
+  if (massless_) spring.massless = 1;
+  const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;
+  ContactPlanes planes;
+  if (set != nullptr) planes = contact_planes(set->value);
+  Time until = context.now();
+  if (set != nullptr && params_.advance_to == DynamicsParams::AdvanceTo::contacts) {
+    until = std::min(until, set->stamp.valid);
+  }
+
+  bool moved = false;
+  while (take_sample(until)) {
+    if (begun_) {
+      // What has changed since the last sub-step is the contact set.
+      if (!moved) observe(spring, planes, used_.value, 0);
+      advance(sample_, spring, planes);
+    } else {
+      begin(sample_);
+      // The query was made before the tool had its place.
+      if (params_.start_at_device) planes = {};
+      energy_ = system_energy(solver_.model(), spring, used_.value, planes, bodies_).total();
+    }
+    moved = true;
+  }
+  if (!moved) return;
+  state.send(used_.stamp.valid, {.X_WT = bodies_.X_WB[0],
+                                 .V_WT = bodies_.V_WB[0],
+                                 .X_WD = used_.value.X_WD,
+                                 .V_WD = used_.value.V_WD,
+                                 .contact_T_W = last_.contact_T_W,
+                                 .contacts = last_.touching});
+  bodies.send(used_.stamp.valid, bodies_);
+}
+
+/// Puts the next usable sample up to `until` into `sample_`; a later one stays for the next step.
+bool DynamicsNode::take_sample(Time until) {
+  for (;;) {
+    if (!waiting_ && !device.pop(sample_)) return false;
+    waiting_ = true;
+    if (sample_.stamp.valid > until) return false;
+    waiting_ = false;
+    // One from the past would move the handle back.
+    const bool late = begun_ && sample_.stamp.valid <= used_.stamp.valid;
+    if (usable(sample_.value) && !late) {
+      sample_.value.X_WD.R = normalized(sample_.value.X_WD.R);
+      return true;
+    }
+    ++rejected_;
+  }
+}
+
+void DynamicsNode::begin(const Stamped<DeviceState>& sample) {
+  begun_ = true;
+  used_ = sample;
+  if (!params_.start_at_device) return;
+  bodies_.X_WB[0].p = sample.value.X_WD.p;
+  if (rotates()) bodies_.X_WB[0].R = sample.value.X_WD.R;
+}
+
+void DynamicsNode::advance(const Stamped<DeviceState>& sample, const CouplingLaw& spring, const ContactPlanes& planes) {
+  const double interval = (sample.stamp.valid - used_.stamp.valid).seconds();
+  const double tolerance = params_.substep_tolerance;
+  DeviceState from = used_.value;
+  double done = 0, error = 0;
+  while (interval > 0 && done < 1) {
+    // The small allowance keeps an interval of exactly n sub-steps at n.
+    const double count = std::max(1.0, std::ceil((1 - done) * interval / substep_ - 1e-6));
+    const double next = count == 1 ? 1 : done + (1 - done) / count;
+    const double h = (next - done) * interval;
+    const DeviceState to = handle_between(used_.value, sample.value, next, rotates());
+    const BodyStates before = bodies_;
+    const double estimate = sub_step(spring, planes, from, to, h);
+    if (tolerance > 0) {
+      if (estimate > tolerance && h > params_.min_substep * (1 + 1e-6)) {
+        bodies_ = before;
+        // The error goes with the square of the sub-step; a little less spares a second try.
+        substep_ = std::max(params_.min_substep, h * std::clamp(0.9 * std::sqrt(tolerance / estimate), 0.1, 0.8));
+        continue;
+      }
+      if (estimate < 0.25 * tolerance) substep_ = std::min(params_.substep, std::max(substep_, 1.5 * h));
+    }
+    last_ = tried_;
+    ++steps_;
+    if (last_.outcome == StepOutcome::damped) ++damped_;
+    if (last_.outcome == StepOutcome::stopped) ++stopped_;
+    left_out_ += last_.left_out;
+    error += estimate;
+    observe(spring, planes, to, last_.work);
+    from = to;
+    done = next;
+  }
+  ++samples_;
+  error_sum_ += error;
+  error_max_ = std::max(error_max_, error);
+  used_ = sample;
+}
+
+/// Takes one sub-step; returns the estimate of its error where one is asked for, else 0, m.
+double DynamicsNode::sub_step(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& from,
+                              const DeviceState& to, double h) {
+  const bool estimated = params_.error_estimate || params_.substep_tolerance > 0;
+  if (!estimated) {
+    tried_ = solver_.advance(spring, from, to, planes, h, bodies_);
+    return 0;
+  }
+  BodyStates halves = bodies_;
+  const DeviceState middle = handle_between(from, to, 0.5, rotates());
+  solver_.advance(spring, from, middle, planes, h / 2, halves);
+  solver_.advance(spring, middle, to, planes, h / 2, halves);
+  tried_ = solver_.advance(spring, from, to, planes, h, bodies_);
+  return 2 * norm(bodies_.X_WB[0].p - halves.X_WB[0].p);
+}
+
+void DynamicsNode::observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& handle,
+                           double work) {
+  const SystemModel& model = solver_.model();
+  const Energy now = system_energy(model, spring, handle, planes, bodies_);
+  observer_.observe(now.total() - energy_, work);
+  energy_ = now.total();
+  if (params_.dissipate) energy_ -= observer_.dissipate(now.kinetic, bodies_);
+}
+
+void DynamicsNode::report(Report& report) const {
+  report.add("dynamics_steps", static_cast<double>(steps_));
+  report.add("dynamics_damped_steps", static_cast<double>(damped_));
+  report.add("dynamics_stopped_steps", static_cast<double>(stopped_));
+  report.add("dynamics_contacts_left_out", static_cast<double>(left_out_));
+  report.add("dynamics_rejected_samples", static_cast<double>(rejected_));
+  report.set("dynamics_energy_generated_J", observer_.generated());
+  report.set("dynamics_energy_generated_max_J", observer_.largest());
+  report.set("dynamics_energy_dissipated_J", observer_.dissipated());
+  if (params_.dissipate) report.set("dynamics_energy_taken_J", observer_.taken());
+  if (params_.error_estimate || params_.substep_tolerance > 0) {
+    report.set("dynamics_position_error_max_m", error_max_);
+    report.set("dynamics_position_error_mean_m", samples_ > 0 ? error_sum_ / static_cast<double>(samples_) : 0.0);
+  }
+}
+
+}  // namespace tactor

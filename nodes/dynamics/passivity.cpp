@@ -1,0 +1,32 @@
+#include "nodes/dynamics/passivity.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactor {
+
+void PassivityObserver::observe(double change, double work) {
+  const double excess = change - work;
+  if (excess > 0) {
+    generated_ += excess;
+    largest_ = std::max(largest_, excess);
+  } else {
+    dissipated_ -= excess;
+  }
+  owed_ = std::max(0.0, owed_ + excess);
+}
+
+double PassivityObserver::dissipate(double kinetic, BodyStates& bodies) {
+  if (owed_ == 0 || kinetic <= 0) return 0;
+  const double taken = std::min(owed_, kinetic);
+  const double factor = std::sqrt(1 - taken / kinetic);
+  for (Twist& V : bodies.V_WB) {
+    V.v *= factor;
+    V.w *= factor;
+  }
+  owed_ -= taken;
+  taken_ += taken;
+  return taken;
+}
+
+}  // namespace tactor

@@ -1,0 +1,28 @@
+#include "nodes/dynamics/quasistatic.hpp"
+
+#include "framework/core/check.hpp"
+#include "nodes/dynamics/declare_dynamics.hpp"
+
+namespace tactor {
+
+QuasistaticDynamics::QuasistaticDynamics(const Params& params, const NodeContext& context)
+    : DynamicsNode("dynamics.quasistatic", {params}, true, context) {
+  const std::vector<std::size_t> moving = context.scene->moving();
+  if (moving.size() > 1) {
+    throw InputError("dynamics.quasistatic moves the tool alone, and body '" + context.scene->bodies[moving[1]].name +
+                     "' moves too; use dynamics.rigid");
+  }
+}
+
+NodeInfo QuasistaticDynamics::declare() {
+  Declare<QuasistaticDynamics> d("dynamics.quasistatic",
+                                 "A massless tool where the coupling spring and the contacts balance.");
+  d.details(
+      "k_t (p_WD - p_WT) + sum of contact forces = 0, torques likewise; the tool has no mass, no weight and no damper, "
+      "whatever the coupling and the materials say. Without contact it is where the handle is. Goes with "
+      "coupling.static. Nothing smooths the force; where contacts appear and vanish the tool jumps.");
+  declare_dynamics(d);
+  return d.info();
+}
+
+}  // namespace tactor

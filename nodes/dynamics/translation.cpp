@@ -1,0 +1,29 @@
+#include "nodes/dynamics/translation.hpp"
+
+#include "framework/core/check.hpp"
+#include "nodes/dynamics/declare_dynamics.hpp"
+
+namespace tactor {
+
+TranslationDynamics::TranslationDynamics(const Params& params, const NodeContext& context)
+    : DynamicsNode("dynamics.translation", params, false, context) {
+  for (const Body& body : context.scene->bodies) {
+    if (body.motion == Motion::rigid) {
+      throw InputError("dynamics.translation: body '" + body.name +
+                       "' has motion: rigid; expected motion: translation, or use dynamics.rigid");
+    }
+  }
+}
+
+NodeInfo TranslationDynamics::declare() {
+  Declare<TranslationDynamics> d("dynamics.translation",
+                                 "Bodies that move without rotating, the tool among them on the coupling spring.");
+  d.details(
+      "dynamics.rigid with 3 degrees of freedom a body: for a probe that is a sphere, or any tool whose orientation "
+      "does not matter. No rotation and no torque are computed. Every moving body of the scene must have `motion: "
+      "translation`.");
+  declare_inertial(d);
+  return d.info();
+}
+
+}  // namespace tactor

@@ -1,0 +1,87 @@
+"""A short run of collision_bench: the contenders agree on what touches, and the figures are whole. No time is judged.
+
+collision_test.py PROGRAM MESH_FOLDER
+"""
+import json
+import math
+import subprocess
+import sys
+import unittest
+
+PROGRAM, MESHES = sys.argv[1:3]
+SAMPLES = 28
+
+
+def numbers(value, path=""):
+    """Every number in a tree, with its place."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from numbers(inner, f"{path}.{key}")
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from numbers(inner, f"{path}[{i}]")
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        yield path, value
+
+
+class Collision(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        said = subprocess.run([PROGRAM, "--meshes", MESHES, "--scene", "bunny", "--scene", "peg", "--scene", "duck",
+                               "--samples", str(SAMPLES), "--no-cold", "--no-grids", "--no-realtime"], check=True, capture_output=True, text=True)
+        cls.scenes = json.loads(said.stdout)["scenes"]
+
+    def contenders(self, *scenes):
+        for scene in scenes:
+            for row in self.scenes[scene]["contenders"]:
+                with self.subTest(scene=scene, contender=row["name"]):
+                    yield row
+
+    def test_every_number_is_finite(self):
+        for place, value in numbers(self.scenes):
+            self.assertTrue(math.isfinite(value), place)
+
+    def test_the_path_is_what_it_says(self):
+        path = self.scenes["bunny"]["path"]
+        self.assertEqual(path["samples"], SAMPLES)
+        # Seven samples a period of the profile, so none stands at its top.
+        self.assertAlmostEqual(path["deepest_mm"]["max"], 1 - math.cos(2 * math.pi * 3 / 7), delta=1e-5)
+        self.assertGreater(path["samples_inside"]["max"], 20)
+
+    def test_all_see_what_is_deep(self):
+        for row in self.contenders("bunny", "peg"):
+            self.assertEqual(row["touches_unseen"], 0)
+            self.assertGreater(row["touching"], 0)
+
+    def test_none_sees_anything_where_bodies_are_apart(self):
+        for row in self.contenders("bunny", "peg"):
+            self.assertTrue(row["nothing_apart"])
+
+    def test_none_gives_what_is_not_finite(self):
+        for row in self.contenders("bunny", "peg"):
+            self.assertEqual(row.get("not_finite", 0), 0)
+
+    def test_ours_is_the_reference(self):
+        for row in self.contenders("bunny"):
+            if row["name"].startswith("tactor") or row["name"] == "floor":
+                self.assertEqual(row["missed"]["missed"], 0)
+                self.assertLess(row["depth_error_um"]["max"], 1e-6)
+                self.assertLess(row["normal_error_deg"]["p99"], 1e-3)
+                self.assertAlmostEqual(row["deepest_ratio"]["p1"], 1, delta=1e-9)
+
+    def test_samples_miss_no_more_depth_than_the_bound(self):
+        for row in self.scenes["peg"]["sampling"]:
+            if row["bound_mm"] is not None:
+                self.assertLessEqual(row["missed_mm"]["max"], row["bound_mm"])
+
+    def test_closest_points_agree(self):
+        for where in ("beside", "far"):
+            for row in self.scenes["duck"][where]:
+                with self.subTest(where=where, contender=row["name"]):
+                    # A micrometre is single precision's share; FCL's point is a triangle of 10 nm.
+                    self.assertLess(row["error_um"]["max"], 1)
+                    self.assertEqual(row.get("wrong_sign", 0), 0)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,350 @@
+// The node moves the tool through every device sample, up to the time it is asked for.
+#include <algorithm>
+#include <boost/test/unit_test.hpp>
+
+#include <limits>
+#include <memory>
+
+#include "nodes/dynamics/quasistatic.hpp"
+#include "nodes/dynamics/rigid.hpp"
+#include "nodes/dynamics/translation.hpp"
+#include "tests/nodes/dynamics/node_rig.hpp"
+#include "tests/nodes/dynamics/one_body.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+namespace tt = boost::test_tools;
+
+namespace {
+
+Scene scene_of(Motion motion) {
+  Scene scene = ball_scene(motion);
+  scene.gravity_W = {0, 0, -9.81};
+  scene.bodies[0].X_WB.p = {0, 0, 0.5};
+  return scene;
+}
+
+struct Rig : NodeRig<RigidDynamics> {
+  explicit Rig(const RigidDynamics::Params& params = default_params<RigidDynamics>(), bool with_contacts = true,
+               Motion motion = Motion::translation)
+      : NodeRig(params, scene_of(motion), with_contacts) {}
+};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(nothing_is_sent_before_the_first_sample) {
+  Rig rig;
+  rig.contacts(1);
+  BOOST_TEST(rig.step(2) == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(the_tool_starts_at_the_handle_or_where_the_scene_puts_it) {
+  RigidDynamics::Params p = default_params<RigidDynamics>();
+  for (const bool at_device : {true, false}) {
+    p.start_at_device = at_device;
+    Rig rig(p);
+    rig.device(1, {0.1, 0.2, 0.3});
+    rig.contacts(1);
+    BOOST_REQUIRE(rig.step(2) == 1U);
+    BOOST_TEST(norm(rig.state().X_WT.p - (at_device ? Vec3{0.1, 0.2, 0.3} : Vec3{0, 0, 0.5})) == 0.0);
+    BOOST_TEST(rig.valid_ms() == 1);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(it_stops_at_the_time_of_the_contact_query_and_keeps_later_samples) {
+  Rig rig;
+  for (int ms = 1; ms <= 12; ++ms) rig.device(ms, {0.001 * ms, 0, 0});
+  rig.contacts(8);
+  BOOST_REQUIRE(rig.step(12) == 1U);
+  BOOST_TEST(rig.valid_ms() == 8);
+  BOOST_TEST(rig.state().X_WD.p.x == 0.008);
+  rig.contacts(12);
+  BOOST_REQUIRE(rig.step(20) == 1U);
+  BOOST_TEST(rig.valid_ms() == 12);
+  BOOST_TEST(rig.state().X_WD.p.x == 0.012);
+}
+
+BOOST_AUTO_TEST_CASE(it_goes_on_to_now_where_asked_to_or_without_contacts) {
+  RigidDynamics::Params p = default_params<RigidDynamics>();
+  p.advance_to = DynamicsParams::AdvanceTo::now;
+  for (const bool with_contacts : {true, false}) {
+    Rig rig(p, with_contacts);
+    if (!with_contacts) p.advance_to = DynamicsParams::AdvanceTo::contacts;
+    for (int ms = 1; ms <= 12; ++ms) rig.device(ms, {});
+    if (with_contacts) rig.contacts(8);
+    BOOST_REQUIRE(rig.step(12) == 1U);
+    BOOST_TEST(rig.valid_ms() == 12);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(one_late_step_equals_many_prompt_ones) {
+  for (const Motion motion : {Motion::translation, Motion::rigid}) {
+    const RigidDynamics::Params p = default_params<RigidDynamics>();
+    Rig late(p, false, motion), prompt(p, false, motion);
+    for (int ms = 0; ms <= 40; ++ms) {
+      const Vec3 x{0.01 * std::sin(0.1 * ms), 0, 0.002 * ms};
+      const Quat R = from_rotation_vector({0.01 * ms, 0, 0.2});
+      late.device(ms, x, R);
+      prompt.device(ms, x, R);
+      BOOST_REQUIRE(prompt.step(ms) == 1U);
+    }
+    BOOST_REQUIRE(late.step(40) == 1U);
+    BOOST_TEST(norm(late.state().X_WT.p - prompt.state().X_WT.p) == 0.0);
+    BOOST_TEST((late.state().X_WT.R == prompt.state().X_WT.R));
+    BOOST_TEST(norm(late.state().V_WT.v) > 0.1);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(orientation_stays_in_a_scene_that_only_translates) {
+  Rig rig(default_params<RigidDynamics>(), false);
+  for (int ms = 0; ms < 20; ++ms) rig.device(ms, {}, from_rotation_vector({0, 0, 0.1 * ms}));
+  BOOST_REQUIRE(rig.step(20) == 1U);
+  BOOST_TEST((rig.state().X_WT.R == Quat{}));
+  BOOST_TEST(norm(rig.state().V_WT.w) == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(the_tool_feels_the_spring_beyond_the_devices_limit) {
+  RigidDynamics::Params p = default_params<RigidDynamics>();
+  p.start_at_device = false;
+  Rig rig(p, false);
+  rig.device(0, {0, 0, 0.5});
+  for (int ms = 1; ms < 500; ++ms) rig.device(ms, {0, 0, 1.5});
+  BOOST_REQUIRE(rig.step(500) == 1U);
+  BOOST_TEST(rig.state().X_WT.p.z == 1.5 - 0.1 * 9.81 / 500, boost::test_tools::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted) {
+  Rig rig(default_params<RigidDynamics>(), false);
+  rig.device(0, {});
+  rig.device(1, {std::numeric_limits<double>::quiet_NaN(), 0, 0});
+  rig.device(2, {0.001, 0, 0});
+  BOOST_REQUIRE(rig.step(3) == 1U);
+  BOOST_TEST(rig.valid_ms() == 2);
+  BOOST_TEST(is_finite(rig.state().X_WT.p));
+  BOOST_TEST(rig.figures()["dynamics_rejected_samples"] == 1.0);
+  BOOST_TEST(rig.figures()["dynamics_stopped_steps"] == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(contacts_hold_the_tool_up) {
+  RigidDynamics::Params p = default_params<RigidDynamics>();
+  p.start_at_device = false;
+  Rig rig(p);
+  ContactSet set;
+  set.bodies.count = 1;
+  set.bodies.X_WB[0].p = {0, 0, 0.5};
+  set.count = 1;
+  set.contact[0] = {.p_TC = {0, 0, -0.01},
+                    .p_WC = {0, 0, 0.489},
+                    .n_W = {0, 0, 1},
+                    .distance = 0.001,
+                    .weight = 1,
+                    .stiffness = 2000,
+                    .damping = 2,
+                    .friction = 0.3};
+  rig.device(0, {0, 0, 0.5});
+  for (int ms = 1; ms < 500; ++ms) rig.device(ms, {0, 0, 0.49});
+  rig.contacts(499, set);
+  BOOST_REQUIRE(rig.step(500) == 1U);
+  // Balance: k_t (0.49 - z) - m g + k_c (0.499 - z) = 0.
+  const double z = (500 * 0.49 - 0.1 * 9.81 + 2000 * 0.499) / 2500;
+  BOOST_TEST(rig.state().X_WT.p.z == z, boost::test_tools::tolerance(1e-9));
+  BOOST_TEST(rig.state().contact_T_W.force.z == 2000 * (0.499 - z), boost::test_tools::tolerance(1e-6));
+  BOOST_TEST(rig.state().contacts == 1);
+}
+
+BOOST_AUTO_TEST_CASE(all_moving_bodies_are_sent_with_the_tool_first) {
+  Scene scene = ball_scene(Motion::rigid);
+  Body other = ball("other", Motion::rigid);
+  other.X_WB.p = {0.1, 0, 0};
+  scene.bodies.insert(scene.bodies.begin(), other);
+  scene.tool_name = "tool";
+  NodeRig<RigidDynamics> rig(default_params<RigidDynamics>(), scene);
+  ContactSet set;
+  set.bodies.count = 2;
+  set.bodies.X_WB[1].p = {0.1, 0, 0};
+  set.count = 1;
+  set.contact[0] = floor_at({}, -0.001);
+  set.contact[0].n_W = {-1, 0, 0};
+  set.pair[0] = {0, 1};
+  for (int ms = 0; ms <= 30; ++ms) rig.device(ms, {});
+  rig.contacts(1);
+  BOOST_REQUIRE(rig.step(1) == 1U);
+  rig.contacts(30, set);
+  BOOST_REQUIRE(rig.step(30) == 1U);
+  const BodyStates& bodies = sent(rig.node.bodies);
+  BOOST_TEST(bodies.count == 2);
+  BOOST_TEST((bodies.X_WB[0] == rig.state().X_WT));
+  BOOST_TEST(bodies.V_WB[1].v.x > 0.01);  // pushed away
+}
+
+BOOST_AUTO_TEST_CASE(translation_refuses_a_body_that_may_rotate) {
+  Scene scene = ball_scene(Motion::translation);
+  scene.bodies.push_back(ball("lid", Motion::rigid));
+  BOOST_CHECK_EXCEPTION(TranslationDynamics(default_params<TranslationDynamics>(), context_for(scene)), InputError,
+                        [](const InputError& e) {
+                          return std::string(e.what()).find("dynamics.translation: body 'lid' has motion: rigid") == 0;
+                        });
+}
+
+BOOST_AUTO_TEST_CASE(translation_moves_as_rigid_does_where_nothing_turns) {
+  NodeRig<TranslationDynamics> plain(default_params<TranslationDynamics>(), scene_of(Motion::translation));
+  NodeRig<RigidDynamics> full(default_params<RigidDynamics>(), scene_of(Motion::rigid));
+  for (int ms = 0; ms <= 40; ++ms) {
+    const Vec3 p{0.01 * std::sin(0.1 * ms), 0, 0.002 * ms};
+    plain.device(ms, p);
+    full.device(ms, p);
+  }
+  plain.contacts(40);
+  full.contacts(40);
+  BOOST_REQUIRE(plain.step(40) == 1U);
+  BOOST_REQUIRE(full.step(40) == 1U);
+  BOOST_TEST(norm(plain.state().X_WT.p - full.state().X_WT.p) < 1e-14);
+}
+
+BOOST_AUTO_TEST_CASE(a_massless_law_stops_a_node_whose_bodies_have_mass) {
+  Rig rig;
+  rig.law.massless = 1;
+  rig.push_law();
+  rig.device(1, {});
+  rig.contacts(1);
+  BOOST_CHECK_EXCEPTION(rig.step(1), RunError, [](const RunError& e) {
+    return std::string(e.what()).find("dynamics.rigid") == 0 &&
+           std::string(e.what()).find("use dynamics.quasistatic") != std::string::npos;
+  });
+}
+
+BOOST_AUTO_TEST_CASE(a_quasistatic_tool_is_the_handle_where_nothing_touches) {
+  NodeRig<QuasistaticDynamics> rig(default_params<QuasistaticDynamics>(), scene_of(Motion::rigid));
+  for (int ms = 0; ms <= 100; ++ms) {
+    const Vec3 p{0.01 * std::sin(0.3 * ms), 0.2, 0.002 * ms};
+    const Quat R = from_rotation_vector({0.02 * ms, 0.01 * ms, 0});
+    rig.device(ms, p, R);
+    rig.contacts(ms);
+    BOOST_REQUIRE(rig.step(ms) == 1U);
+    BOOST_TEST(norm(rig.state().X_WT.p - p) < 1e-15);
+    BOOST_TEST(norm(to_rotation_vector(rig.state().X_WT.R * inverse(R))) < 1e-14);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_quasistatic_tool_rests_where_the_springs_balance_at_once) {
+  NodeRig<QuasistaticDynamics> rig(default_params<QuasistaticDynamics>(), scene_of(Motion::rigid));
+  ContactSet set;
+  set.bodies.count = 1;
+  set.count = 1;
+  set.contact[0] = floor_at({}, 0, 2000, 50, 0);
+  rig.device(0, {});
+  rig.contacts(0);
+  BOOST_REQUIRE(rig.step(0) == 1U);
+  rig.device(1, {0.003, 0, -0.01});
+  rig.contacts(1, set);
+  BOOST_REQUIRE(rig.step(1) == 1U);
+  BOOST_TEST(rig.state().X_WT.p.z == -0.01 * 500 / 2500, tt::tolerance(1e-10));
+  BOOST_TEST(rig.state().X_WT.p.x == 0.003, tt::tolerance(1e-10));
+  BOOST_TEST(rig.state().contact_T_W.force.z == 0.01 * 500 * 2000 / 2500, tt::tolerance(1e-10));
+}
+
+BOOST_AUTO_TEST_CASE(quasistatic_dynamics_refuses_a_second_body) {
+  Scene scene = ball_scene(Motion::rigid);
+  scene.bodies.push_back(ball("lid", Motion::rigid));
+  BOOST_CHECK_EXCEPTION(
+      QuasistaticDynamics(default_params<QuasistaticDynamics>(), context_for(scene)), InputError,
+      [](const InputError& e) { return std::string(e.what()).find("body 'lid' moves too") != std::string::npos; });
+}
+
+namespace {
+
+/// A handle that has jumped by 10 mm pulls a critically damped tool for 1 ms times `samples`.
+template <class Tune>
+std::unique_ptr<NodeRig<TranslationDynamics>> pulled(int samples, Tune tune) {
+  TranslationDynamics::Params p = default_params<TranslationDynamics>();
+  p.start_at_device = false;
+  tune(p);
+  auto rig = std::make_unique<NodeRig<TranslationDynamics>>(p, ball_scene(Motion::translation), false);
+  rig->law.b_t = 2 * std::sqrt(500 * 0.1);
+  rig->push_law();
+  for (int ms = 0; ms <= samples; ++ms) rig->device(ms, {0.01, 0, 0});
+  BOOST_REQUIRE(rig->step(samples) == 1U);
+  return rig;
+}
+
+/// The closed form: x = d (1 - (1 + w t) exp(-w t)).
+double critically_damped(double t) {
+  const double w = std::sqrt(500 / 0.1);
+  return 0.01 * (1 - (1 + w * t) * std::exp(-w * t));
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(the_error_estimate_is_the_error_of_a_step) {
+  for (const double substep : {1e-3, 1e-4}) {
+    const auto rig = pulled(1, [&](auto& p) {
+      p.error_estimate = true;
+      p.substep = substep;
+    });
+    const double error = std::abs(rig->state().X_WT.p.x - critically_damped(1e-3));
+    // Errors of sub-steps grow and fade on the way to the end of the sample; the sum of the estimates leaves that out.
+    BOOST_TEST(rig->figures()["dynamics_position_error_max_m"] == error, tt::tolerance(0.25));
+    BOOST_TEST(rig->figures()["dynamics_position_error_mean_m"] == rig->figures()["dynamics_position_error_max_m"]);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_error_estimate_changes_no_result) {
+  const auto with = pulled(50, [](auto& p) { p.error_estimate = true; });
+  const auto without = pulled(50, [](auto&) {});
+  BOOST_TEST((with->state().X_WT == without->state().X_WT));
+  BOOST_TEST(without->figures().count("dynamics_position_error_max_m") == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(a_tolerance_shortens_the_sub_step_within_its_bounds) {
+  double coarse = 0;
+  for (const double tolerance : {0.0, 1e-6, 1e-7}) {
+    const auto rig = pulled(20, [&](auto& p) {
+      p.substep_tolerance = tolerance;
+      p.min_substep = 1e-6;
+    });
+    const double error = std::abs(rig->state().X_WT.p.x - critically_damped(0.02));
+    const double steps = rig->figures()["dynamics_steps"];
+    if (tolerance == 0) {
+      BOOST_TEST(steps == 20.0);
+      coarse = error;
+    } else {
+      BOOST_TEST(steps > 20.0);
+      BOOST_TEST(error < steps * tolerance);
+      BOOST_TEST(error < 0.5 * coarse);
+      coarse = error;
+    }
+  }
+  const auto bounded = pulled(20, [](auto& p) {
+    p.substep_tolerance = 1e-12;
+    p.min_substep = 2e-4;
+  });
+  BOOST_TEST(bounded->figures()["dynamics_steps"] == 100.0);
+}
+
+BOOST_AUTO_TEST_CASE(reversed_bounds_of_the_sub_step_are_an_error) {
+  RigidDynamics::Params p = default_params<RigidDynamics>();
+  p.substep_tolerance = 1e-6;
+  p.min_substep = 0.01;
+  BOOST_CHECK_EXCEPTION(Rig{p}, InputError, [](const InputError& e) {
+    return std::string(e.what()).find("dynamics.rigid: min_substep") == 0;
+  });
+}
+
+BOOST_AUTO_TEST_CASE(damped_steps_are_counted) {
+  RigidDynamics::Params p = default_params<RigidDynamics>();
+  p.iterations = 1;
+  p.start_at_device = false;
+  Rig rig(p, true, Motion::rigid);
+  ContactSet set;
+  set.bodies.count = 1;
+  set.bodies.X_WB[0].p = {0, 0, 0.5};
+  set.count = 3;
+  for (int i = 0; i < 3; ++i)
+    set.contact[static_cast<std::size_t>(i)] = floor_at({0.01 * i, 0, 0}, -0.001 * i, 1e5, 1, 0.8);
+  for (int ms = 0; ms <= 20; ++ms) rig.device(ms, {0.01 * ms, 0, 0.49}, from_rotation_vector({0.05 * ms, 0, 0}));
+  rig.contacts(20, set);
+  BOOST_REQUIRE(rig.step(20) == 1U);
+  std::map<std::string, double> figures = rig.figures();
+  BOOST_TEST(figures["dynamics_damped_steps"] + figures["dynamics_stopped_steps"] > 0.0);
+  BOOST_TEST(figures["dynamics_steps"] == 20.0);
+}
