@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "bench/collision/cgal_exact.hpp"
 #include "bench/collision/measure.hpp"
 #include "bench/collision/ours.hpp"
@@ -22,20 +24,37 @@ Entry cells(int resolution) {
           [resolution](const Pair& pair) { return make_tactor(pair, 0, {.resolution = resolution}); }};
 }
 
+/// m
+double longest_edge(const TriangleMesh& mesh) {
+  double longest = 0;
+  for (const auto& f : mesh.faces) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 &a = mesh.vertices[static_cast<std::size_t>(f[i])],
+                 &b = mesh.vertices[static_cast<std::size_t>(f[(i + 1) % 3])];
+      longest = std::max(longest, norm(b - a));
+    }
+  }
+  return longest;
+}
+
 std::vector<Entry> contenders(const std::filesystem::path& file) {
   constexpr std::size_t all = 1'000'000;
   constexpr auto f = Precision::single_precision, d = Precision::double_precision;
   return {{"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
           {"tactor, 1 mm margin", Gives::depths, [](const Pair& p) { return make_tactor(p, 0.001); }},
+          {"tactor, collision.sdf, default parameters", Gives::depths,
+           [=](const Pair& p) {
+             return make_sdf_node(p, {file, file});
+           }},
           {"tactor, collision.sdf, 1 mm margin", Gives::depths,
            [=](const Pair& p) {
-             return make_sdf_node(p, {file, file}, 0.001, 0);
+             return make_sdf_node(p, {file, file}, 0.001);
            }},
           {"tactor, exact", Gives::depths, make_exact},
           {"floor", Gives::depths, make_floor},
           {"CGAL", Gives::depths, make_cgal_exact},
-          {"FCL double, touching", Gives::touching, [=](const Pair& p) { return make_fcl(p, d, 0); }},
-          {"FCL double, 20 contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, 20); }},
+          {"FCL double, touching", Gives::touching, [=](const Pair& p) { return make_fcl(p, d, 0); }, false},
+          {"FCL double, 20 contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, 20); }, false},
           {"FCL double, all contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, all); }},
           {"FCL float, all contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, f, all); }},
           {"ODE double, 4,096 contacts", Gives::depths, [](const Pair& p) { return make_ode(p, 4096); }},
@@ -59,6 +78,9 @@ Json bunny_scene(const SceneOptions& options) {
   Json json = {{"triangles", {mesh.faces.size(), mesh.faces.size()}},
                {"samples", {bunny.samples.size(), bunny.samples.size()}},
                {"path", describe(steps, samples.period)},
+               {"longest_edge_mm", 1e3 * longest_edge(mesh)},
+               // As far as a point of a triangle may be from its corners, so much deeper than they it may be.
+               {"bound_mm", 1e3 * longest_edge(mesh) / std::sqrt(3.0)},
                {"near_mm", 1e3 * measured.near},
                {"deep_mm", 1e3 * measured.deep}};
   json["contenders"] = measure(contenders(file), pair, steps, measured);

@@ -1,6 +1,7 @@
 // Contacts of meshes by this project and by other libraries, side by side on one core.
 //
-// collision_bench --meshes FOLDER [--scene bunny|peg|duck|growth|build]... [--samples N] [--no-cold] [--no-grids]
+// collision_bench --meshes FOLDER [--scene bunny|peg|duck|growth|physics|dynamics|build]... [--samples N] [--no-cold]
+// [--no-grids]
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -9,20 +10,17 @@
 
 #include "bench/collision/scenes.hpp"
 #include "bench/collision/temporary_folder.hpp"
-#include "framework/realtime/thread_policy.hpp"
+#include "bench/collision/timed_loop.hpp"
 
 using namespace tactor;
 using namespace tactor::bench;
 
 int main(int argc, char** argv) try {
   static const std::map<std::string, nlohmann::ordered_json (*)(const SceneOptions&)> scenes = {
-      {"bunny", bunny_scene},
-      {"peg", peg_scene},
-      {"duck", duck_scene},
-      {"growth", growth_scene},
-      {"build", build_scene}};
+      {"bunny", bunny_scene},     {"peg", peg_scene},           {"duck", duck_scene},  {"growth", growth_scene},
+      {"physics", physics_scene}, {"dynamics", dynamics_scene}, {"build", build_scene}};
   SceneOptions options;
-  std::vector<std::string> wanted = {"bunny", "peg", "duck", "growth", "build"};
+  std::vector<std::string> wanted = {"bunny", "peg", "duck", "growth", "physics", "dynamics", "build"};
   bool warm_alone = false, no_grids = false, no_realtime = false;
   CLI::App app("Contacts of meshes by this project and by other libraries, side by side, as JSON.");
   app.add_option("--meshes", options.meshes, "folder of bunny.off, peg.off, plate.off and duck.off")->required();
@@ -38,12 +36,10 @@ int main(int argc, char** argv) try {
   // What a query of ours builds is built here, and leaves nothing behind.
   const TemporaryFolder cache;
   setenv("TACTOR_CACHE", cache.path().c_str(), 1);
-  // Above everything that is no real-time program, below everything that is.
   const int core = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)) - 1;
-  const ThreadGrant grant =
-      no_realtime ? ThreadGrant{} : apply_thread_settings({SchedulingPolicy::fifo, 1, core}, "collision");
-  nlohmann::ordered_json json = {
-      {"core", core}, {"policy", grant.granted.policy == SchedulingPolicy::fifo ? "SCHED_FIFO" : "SCHED_OTHER"}};
+  const SchedulingPolicy policy = time_loops_on(no_realtime ? std::nullopt : std::optional(core));
+  nlohmann::ordered_json json = {{"core", core},
+                                 {"policy", policy == SchedulingPolicy::fifo ? "SCHED_FIFO" : "SCHED_OTHER"}};
   for (const std::string& name : wanted) {
     std::fprintf(stderr, "%s\n", name.c_str());
     json["scenes"][name] = scenes.at(name)(options);

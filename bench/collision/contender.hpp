@@ -61,6 +61,7 @@ struct Entry {
   std::string name;
   Gives gives = Gives::depths;
   std::function<std::unique_ptr<Contender>(const Pair&)> make;
+  bool all = true;  ///< every contact there is, and not a number of them or none
 };
 
 }  // namespace tactor::bench

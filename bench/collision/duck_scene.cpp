@@ -5,6 +5,7 @@
 #include "bench/collision/measure.hpp"
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
+#include "bench/collision/timed_loop.hpp"
 #include "nodes/collision/exact_distance.hpp"
 #include "nodes/scene/solid_file.hpp"
 
@@ -57,13 +58,15 @@ struct Running {
   double build_ms = 0, memory_mb = 0;
 };
 
-/// Runs all over the points in turns of 100 and compares with the exact distances.
-Json measure_points(std::vector<Running>& all, const std::vector<Point>& points) {
+/// The times in us and the distances that each finds, in turns of 100.
+void run(const std::vector<Running>& all, const std::vector<Point>& points, std::vector<std::vector<double>>& us,
+         std::vector<std::vector<double>>& found) {
   constexpr std::size_t block = 100;
-  std::vector<std::vector<double>> us(all.size()), found(all.size());
+  TimedLoop loop;
   std::size_t round = 0;
   for (std::size_t begin = 0; begin < points.size(); begin += block, ++round) {
     for (std::size_t k = 0; k < all.size(); ++k) {
+      loop.rest_if_due();
       const std::size_t who = (k + round) % all.size();
       for (std::size_t i = begin; i < std::min(begin + block, points.size()); ++i) {
         double distance = 0;
@@ -72,6 +75,12 @@ Json measure_points(std::vector<Running>& all, const std::vector<Point>& points)
       }
     }
   }
+}
+
+/// Runs all over the points and compares with the exact distances.
+Json measure_points(std::vector<Running>& all, const std::vector<Point>& points) {
+  std::vector<std::vector<double>> us(all.size()), found(all.size());
+  run(all, points, us, found);
   Json rows = Json::array();
   for (std::size_t k = 0; k < all.size(); ++k) {
     std::vector<double> error;

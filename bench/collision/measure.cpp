@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <thread>
 
 #include "bench/collision/quantile.hpp"
+#include "bench/collision/timed_loop.hpp"
 
 namespace tactor::bench {
 
@@ -32,31 +32,17 @@ Running build(const Entry& entry, const Pair& pair) {
   return r;
 }
 
-/// The kernel takes a core away from real-time threads that leave nothing to others for most of a second; so rests
-/// come before, between the queries.
-class Rests {
- public:
-  void rest_if_due() {
-    if (std::chrono::steady_clock::now() - last_ < std::chrono::milliseconds(500)) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(60));
-    last_ = std::chrono::steady_clock::now();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_;
-};
-
 /// The query before each block is made again and not timed: the other contenders have had the caches since.
 void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int block) {
+  TimedLoop loop;
   for (Running& r : all) {
     r.first = microseconds([&] { r.contender->query(steps.front()); });
   }
-  Rests rests;
   std::size_t round = 0;
   const auto length = static_cast<std::size_t>(block);
   for (std::size_t begin = 0; begin < steps.size(); begin += length, ++round) {
     for (std::size_t k = 0; k < all.size(); ++k) {
-      rests.rest_if_due();
+      loop.rest_if_due();
       // Each round begins with another, so that none always follows the same one.
       Running& r = all[(k + round) % all.size()];
       if (begin > 0) r.contender->query(steps[begin - 1]);
@@ -71,13 +57,13 @@ void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int blo
 /// elsewhere.
 void run_cold(std::vector<Running>& all, const std::vector<Step>& steps, const MeasureOptions& options) {
   const auto length = static_cast<std::size_t>(options.cold_block);
-  Rests rests;
+  TimedLoop loop;
   for (int b = 0; b < options.cold_blocks; ++b) {
     const std::size_t begin =
         steps.size() * static_cast<std::size_t>(b) / static_cast<std::size_t>(options.cold_blocks);
     for (Running& r : all) {
       for (std::size_t i = begin; i <= begin + length && i < steps.size(); ++i) {
-        rests.rest_if_due();
+        loop.rest_if_due();
         sweep_caches();
         const double us = microseconds([&] { r.contender->query(steps[i]); });
         if (i > begin) r.cold.push_back(us);
@@ -98,6 +84,7 @@ const Touch* nearest_of(const Touches& touches, const Vec3& p, double near) {
 Json compare(const Running& r, const std::vector<Step>& steps, const MeasureOptions& options) {
   std::vector<double> count, ratio, normal_error, depth_error;
   std::size_t deep = 0, missed = 0, unseen = 0, touching = 0, wrong_way = 0, unsampled = 0, finite = 0, matched = 0;
+  std::size_t other_count = 0;
   for (const Step& step : steps) {
     r.contender->query(step);
     double deepest = 0;
@@ -110,6 +97,7 @@ Json compare(const Running& r, const std::vector<Step>& steps, const MeasureOpti
     // Those that report what is near, too, are judged by what penetrates.
     if (r.entry->gives == Gives::depths) std::erase_if(found, [](const Touch& t) { return t.depth <= 0; });
     count.push_back(static_cast<double>(found.size()));
+    other_count += found.size() != step.exact.size();
     for (const Touch& e : step.exact) {
       if (e.depth <= options.deep) continue;
       ++deep;
@@ -135,6 +123,7 @@ Json compare(const Running& r, const std::vector<Step>& steps, const MeasureOpti
   Json json = {{"touching", touching}, {"touches_unseen", unseen}, {"touches_between_samples", unsampled}};
   if (r.entry->gives == Gives::touching) return json;
   json["contacts"] = {{"median", quantile(count, 0.5)}, {"max", quantile(count, 1)}};
+  json["other_count"] = other_count;
   json["missed"] = {{"of", deep}, {"missed", missed}, {"share", deep > 0 ? double(missed) / double(deep) : 0}};
   if (r.entry->gives != Gives::depths) return json;
   double all = 0;
@@ -142,10 +131,10 @@ Json compare(const Running& r, const std::vector<Step>& steps, const MeasureOpti
   json["not_finite"] = static_cast<std::size_t>(all) - finite;
   json["deepest_ratio"] = {
       {"p1", quantile(ratio, 0.01)}, {"median", quantile(ratio, 0.5)}, {"p99", quantile(ratio, 0.99)}};
-  json["normal_error_deg"] = {{"median", quantile(normal_error, 0.5)}, {"p99", quantile(normal_error, 0.99)}};
+  json["normal_error_deg"] = spread_of(normal_error);
   json["wrong_way_share"] = matched > 0 ? double(wrong_way) / double(matched) : 0;
   if (!depth_error.empty()) {
-    json["depth_error_um"] = {{"p99", quantile(depth_error, 0.99)}, {"max", quantile(depth_error, 1)}};
+    json["depth_error_um"] = spread_of(depth_error);
   }
   return json;
 }
@@ -171,8 +160,8 @@ std::size_t heap_in_use() {
   return info.uordblks + info.hblkhd;
 }
 
-Json spread_of(const std::vector<double>& us) {
-  return {{"median", quantile(us, 0.5)}, {"p99", quantile(us, 0.99)}, {"max", quantile(us, 1)}};
+Json spread_of(const std::vector<double>& values) {
+  return {{"median", quantile(values, 0.5)}, {"p99", quantile(values, 0.99)}, {"max", quantile(values, 1)}};
 }
 
 Json measure(const std::vector<Entry>& entries, const Pair& pair, const std::vector<Step>& steps,
@@ -186,7 +175,7 @@ Json measure(const std::vector<Entry>& entries, const Pair& pair, const std::vec
   run_cold(all, steps, options);
   Json rows = Json::array();
   for (Running& r : all) {
-    Json row = {{"name", r.entry->name}, {"us", spread_of(r.warm)}, {"first_us", r.first}};
+    Json row = {{"name", r.entry->name}, {"all", r.entry->all}, {"us", spread_of(r.warm)}, {"first_us", r.first}};
     row["ratio_median"] = quantile(r.warm, 0.5) / quantile(all.front().warm, 0.5);
     row["ratio_p99"] = quantile(r.warm, 0.99) / quantile(all.front().warm, 0.99);
     if (!r.cold.empty()) row["cold_us"] = spread_of(r.cold);

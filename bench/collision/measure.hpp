@@ -38,6 +38,6 @@ double microseconds(F&& call) {
 std::size_t heap_in_use();
 
 /// {"median", "p99", "max"}
-nlohmann::ordered_json spread_of(const std::vector<double>& us);
+nlohmann::ordered_json spread_of(const std::vector<double>& values);
 
 }  // namespace tactor::bench

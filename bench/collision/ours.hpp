@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "bench/collision/contender.hpp"
 #include "nodes/collision/cell_distance.hpp"
@@ -16,8 +17,10 @@ struct MeshFiles {
   std::filesystem::path fixed, tool;
 };
 
-/// The whole query of collision.sdf, into a ContactSet, with samples `spacing` (m) apart, or the vertices with 0.
-std::unique_ptr<Contender> make_sdf_node(const Pair& pair, const MeshFiles& files, double margin, double spacing);
+/// The whole query of collision.sdf, into a ContactSet, with its default parameters but for the margin and the spacing
+/// of samples that are given (m).
+std::unique_ptr<Contender> make_sdf_node(const Pair& pair, const MeshFiles& files, std::optional<double> margin = {},
+                                         std::optional<double> spacing = {});
 
 /// As make_tactor over ExactDistance.
 std::unique_ptr<Contender> make_exact(const Pair& pair);

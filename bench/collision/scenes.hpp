@@ -25,6 +25,12 @@ nlohmann::ordered_json duck_scene(const SceneOptions& options);
 /// Bunnies of about 5,000 to 300,000 triangles.
 nlohmann::ordered_json growth_scene(const SceneOptions& options);
 
+/// The whole physics step of two bunnies on that path, and its parts.
+nlohmann::ordered_json physics_scene(const SceneOptions& options);
+
+/// A step of dynamics by the number of contacts.
+nlohmann::ordered_json dynamics_scene(const SceneOptions& options);
+
 /// How long the cells of each mesh take to build, to build and keep, and to load.
 nlohmann::ordered_json build_scene(const SceneOptions& options);
 

@@ -3,6 +3,7 @@
 #include "bench/collision/ours.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "nodes/scene/mass_properties.hpp"
+#include "tests/nodes/defaults.hpp"
 
 namespace tactor::bench {
 
@@ -10,7 +11,7 @@ namespace {
 
 class SdfNode final : public Contender {
  public:
-  SdfNode(const Pair& pair, const MeshFiles& files, double margin, double spacing)
+  SdfNode(const Pair& pair, const MeshFiles& files, std::optional<double> margin, std::optional<double> spacing)
       : p_BT_(mass_properties(pair.tool.mesh).center) {
     tactor::Body fixed;
     fixed.name = "fixed body";
@@ -20,9 +21,9 @@ class SdfNode final : public Contender {
     tool.shape = MeshShape{files.tool};
     tool.motion = Motion::rigid;
     scene_.bodies = {fixed, tool};
-    SdfCollision::Params params;
-    params.margin = margin;
-    params.spacing = spacing;
+    auto params = test::default_params<SdfCollision>();
+    params.margin = margin.value_or(params.margin);
+    params.spacing = spacing.value_or(params.spacing);
     node_ = std::make_unique<SdfCollision>(params, NodeContext{.name = "collision", .scene = &scene_});
   }
 
@@ -64,7 +65,8 @@ class SdfNode final : public Contender {
 
 }  // namespace
 
-std::unique_ptr<Contender> make_sdf_node(const Pair& pair, const MeshFiles& files, double margin, double spacing) {
+std::unique_ptr<Contender> make_sdf_node(const Pair& pair, const MeshFiles& files, std::optional<double> margin,
+                                         std::optional<double> spacing) {
   return std::make_unique<SdfNode>(pair, files, margin, spacing);
 }
 

@@ -28,7 +28,7 @@ class Collision(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         said = subprocess.run([PROGRAM, "--meshes", MESHES, "--scene", "bunny", "--scene", "peg", "--scene", "duck",
-                               "--samples", str(SAMPLES), "--no-cold", "--no-grids", "--no-realtime"], check=True, capture_output=True, text=True)
+                               "--scene", "physics", "--scene", "dynamics", "--samples", str(SAMPLES), "--no-cold", "--no-grids", "--no-realtime"], check=True, capture_output=True, text=True)
         cls.scenes = json.loads(said.stdout)["scenes"]
 
     def contenders(self, *scenes):
@@ -68,6 +68,26 @@ class Collision(unittest.TestCase):
                 self.assertLess(row["depth_error_um"]["max"], 1e-6)
                 self.assertLess(row["normal_error_deg"]["p99"], 1e-3)
                 self.assertAlmostEqual(row["deepest_ratio"]["p1"], 1, delta=1e-9)
+
+    def test_as_many_points_are_inside_as_in_the_reference(self):
+        for row in self.contenders("bunny"):
+            if row["name"] in ("tactor", "tactor, exact", "floor", "CGAL"):
+                self.assertEqual(row["other_count"], 0)
+
+    def test_the_parts_of_a_physics_step_add_up(self):
+        for row in self.scenes["physics"]["margins"]:
+            us, contacts = row["us"], row["contacts"]
+            parts = sum(us[part]["mean"] for part in ("collision", "dynamics", "coupling"))
+            self.assertAlmostEqual(us["whole step"]["mean"], parts, delta=1e-6 * parts)
+            self.assertGreater(contacts["with_force"]["max"], 20)
+            self.assertGreater(row["force_N"]["max"], 0.5)
+            self.assertLessEqual(contacts["sent"]["max"], 128)
+            self.assertGreater(contacts["found"]["max"], contacts["penetrating"]["max"])
+
+    def test_dynamics_works_on_the_contacts_it_is_timed_with(self):
+        for row in self.scenes["dynamics"]["contacts"]:
+            self.assertGreaterEqual(row["with_force"]["median"], 0.5 * row["contacts"])
+            self.assertLessEqual(row["with_force"]["max"], row["contacts"])
 
     def test_samples_miss_no_more_depth_than_the_bound(self):
         for row in self.scenes["peg"]["sampling"]:
