@@ -131,13 +131,17 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
   } else {
     const ReferenceCache cache(options.cache_folder);
     const std::string key = reference_key(reference_plan, code_files());
-    std::optional<Reference> reference = cache.load(key);
-    cost.cached = reference.has_value();
-    if (!reference) {
-      reference = run_reference(reference_plan, nullptr, go_on);
-      cache.store(key, *reference);
+    const auto tell = [&options](const std::string& note) {
+      if (options.note && !note.empty()) options.note(note);
+    };
+    ReferenceCache::Found found = cache.load(key);
+    tell(found.note);
+    cost.cached = found.reference.has_value();
+    if (!found.reference) {
+      found.reference = run_reference(reference_plan, nullptr, go_on);
+      tell(cache.store(key, *found.reference));
     }
-    set_reference(nodes, *reference);
+    set_reference(nodes, *found.reference);
   }
   cost.cpu_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
 }
@@ -295,10 +299,11 @@ bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std
   const ReferenceCache cache(cache_folder);
   const std::string key = reference_key(reference_plan, code_files());
   // Asked first, because the next question takes an engine with its meshes and trees.
-  if (cache.load(key)) return false;
+  if (cache.load(key).reference) return false;
   // Whether a node must be followed is known from its parameters alone, so nodes that never run can be asked.
   if (must_be_followed(PlanNodes(plan))) return false;
-  cache.store(key, run_reference(reference_plan, nullptr, go_on));
+  // Where it cannot be kept, the run that asks for it makes it again and says so.
+  static_cast<void>(cache.store(key, run_reference(reference_plan, nullptr, go_on)));
   return true;
 }
 

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <map>
 
+#include "app/temporary_folder.hpp"
 #include "bench/collision/scenes.hpp"
-#include "bench/collision/temporary_folder.hpp"
 #include "bench/collision/timed_loop.hpp"
 
 using namespace tactor;

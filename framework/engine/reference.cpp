@@ -1,8 +1,5 @@
 #include "framework/engine/reference.hpp"
 
-#include <unistd.h>
-#include <xxhash.h>
-
 #include <bit>
 #include <cstring>
 #include <fstream>
@@ -16,17 +13,6 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string hex(const XXH128_hash_t& hash) {
-  XXH128_canonical_t canonical;
-  XXH128_canonicalFromHash(&canonical, hash);
-  std::string text;
-  for (const unsigned char byte : canonical.digest) {
-    text += "0123456789abcdef"[byte >> 4];
-    text += "0123456789abcdef"[byte & 15];
-  }
-  return text;
-}
 
 std::optional<std::string> read_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -46,7 +32,7 @@ class KeyText {
   void add(const Vec3& v) { add(v.x), add(v.y), add(v.z); }
   void add_file(const fs::path& path) {
     const std::optional<std::string> bytes = read_file(path);
-    add(bytes ? hex(XXH3_128bits(bytes->data(), bytes->size())) : "missing");
+    add(bytes ? content_key({*bytes}) : "missing");
   }
   void add(const ParamInfo& info, const ParamValue& value) {
     add(info.name);
@@ -72,7 +58,7 @@ class KeyText {
       for (const auto& [from, to] : *mapping) add(from), add(to);
     }
   }
-  [[nodiscard]] std::string key() const { return hex(XXH3_128bits(text_.data(), text_.size())); }
+  [[nodiscard]] std::string key() const { return content_key({text_}); }
 
  private:
   std::string text_;
@@ -134,7 +120,8 @@ class Capture final : public RunObserver {
   const std::function<bool(double)>& go_on_;
 };
 
-constexpr std::string_view file_magic = "tactor reference 1\n";
+// Of the layout below; the code that makes a reference is in its key.
+constexpr std::uint32_t cache_version = 2;
 
 void put(std::string& out, const void* data, std::size_t size) {
   out.append(static_cast<const char*>(data), size);
@@ -220,13 +207,26 @@ void set_reference(PlanNodes& judged, const Reference& reference) {
   }
 }
 
-std::optional<Reference> ReferenceCache::load(const std::string& key) const {
-  const std::optional<std::string> bytes = read_file(folder_ / (key + ".ref"));
-  if (!bytes || bytes->size() < file_magic.size() + 32 || !bytes->starts_with(file_magic)) return std::nullopt;
-  const std::string_view sum = std::string_view(*bytes).substr(file_magic.size(), 32);
-  const std::string_view body = std::string_view(*bytes).substr(file_magic.size() + 32);
-  if (hex(XXH3_128bits(body.data(), body.size())) != sum) return std::nullopt;
-  Cursor cursor(body);
+namespace {
+
+std::string to_bytes(const Reference& reference) {
+  static_assert(std::is_trivially_copyable_v<Stamp>);
+  std::string bytes;
+  const auto number = [&bytes](std::uint64_t n) { put(bytes, &n, sizeof n); };
+  number(reference.size());
+  for (const auto& [name, stream] : reference) {
+    number(name.size());
+    put(bytes, name.data(), name.size());
+    number(stream.stamps.size());
+    number(stream.payloads.size());
+    put(bytes, stream.stamps.data(), stream.stamps.size() * sizeof(Stamp));
+    put(bytes, stream.payloads.data(), stream.payloads.size());
+  }
+  return bytes;
+}
+
+std::optional<Reference> from_bytes(std::string_view bytes) {
+  Cursor cursor(bytes);
   Reference reference;
   const std::uint64_t streams = cursor.number();
   for (std::uint64_t s = 0; s < streams && cursor.ok(); ++s) {
@@ -245,33 +245,17 @@ std::optional<Reference> ReferenceCache::load(const std::string& key) const {
   return reference;
 }
 
-bool ReferenceCache::store(const std::string& key, const Reference& reference) const {
-  static_assert(std::is_trivially_copyable_v<Stamp>);
-  std::string body;
-  const auto number = [&body](std::uint64_t n) { put(body, &n, sizeof n); };
-  number(reference.size());
-  for (const auto& [name, stream] : reference) {
-    number(name.size());
-    put(body, name.data(), name.size());
-    number(stream.stamps.size());
-    number(stream.payloads.size());
-    put(body, stream.stamps.data(), stream.stamps.size() * sizeof(Stamp));
-    put(body, stream.payloads.data(), stream.payloads.size());
-  }
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error) return false;
-  const fs::path part = folder_ / (key + "." + std::to_string(getpid()) + ".part");
-  {
-    std::ofstream file(part, std::ios::binary);
-    file << file_magic << hex(XXH3_128bits(body.data(), body.size())) << body;
-    if (!file.flush()) {
-      fs::remove(part, error);
-      return false;
-    }
-  }
-  fs::rename(part, folder_ / (key + ".ref"), error);
-  return !error;
+}  // namespace
+
+ReferenceCache::ReferenceCache(fs::path folder) : cache_("ref", cache_version, std::move(folder)) {}
+
+ReferenceCache::Found ReferenceCache::load(const std::string& key) const {
+  DiskCache::Found found = cache_.load(key);
+  return {found.bytes ? from_bytes(*found.bytes) : std::nullopt, std::move(found.note)};
+}
+
+std::string ReferenceCache::store(const std::string& key, const Reference& reference) const {
+  return cache_.store(key, to_bytes(reference));
 }
 
 }  // namespace tactor

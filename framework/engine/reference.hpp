@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "framework/core/disk_cache.hpp"
 #include "framework/engine/plan_nodes.hpp"
 
 namespace tactor {
@@ -38,16 +39,20 @@ bool must_be_followed(const PlanNodes& nodes);
 /// Hands the reference to the sinks of a finished run.
 void set_reference(PlanNodes& judged, const Reference& reference);
 
-/// Reference runs on disk, one file a key, written atomically. A file that does not check out is made again.
+/// Reference runs in the disk cache, whose notes it passes on.
 class ReferenceCache {
  public:
-  explicit ReferenceCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  [[nodiscard]] std::optional<Reference> load(const std::string& key) const;
-  /// A cache that can't be written is no error: the run goes on without. Returns false then.
-  bool store(const std::string& key, const Reference& reference) const;
+  explicit ReferenceCache(std::filesystem::path folder);
+
+  struct Found {
+    std::optional<Reference> reference;
+    std::string note;
+  };
+  [[nodiscard]] Found load(const std::string& key) const;
+  [[nodiscard]] std::string store(const std::string& key, const Reference& reference) const;
 
  private:
-  std::filesystem::path folder_;
+  DiskCache cache_;
 };
 
 }  // namespace tactor

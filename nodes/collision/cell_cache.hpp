@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "framework/core/disk_cache.hpp"
 #include "nodes/collision/cell_distance.hpp"
-#include "nodes/scene/disk_cache.hpp"
 
 namespace tactor {
 

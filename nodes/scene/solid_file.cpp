@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
-#include "nodes/scene/disk_cache.hpp"
+#include "framework/core/disk_cache.hpp"
 #include "nodes/scene/mesh_formats.hpp"
 #include "nodes/scene/mesh_repair.hpp"
 

@@ -19,8 +19,9 @@ struct SolidFile {
 
 /// Reads an OFF, OBJ, STL or PLY file (mesh_formats.hpp) and makes a solid of it (mesh_repair.hpp). The solid is kept
 /// in `cache_folder` under the content of the file, because the checks take about half a second for 20,000 faces.
-/// In a build without CGAL nothing is repaired, checked or kept, polygons are cut into fans, and a warning says so.
-/// Throws InputError where the file cannot be read or describes no solid.
+/// In a build without CGAL nothing is repaired or checked, polygons are cut into fans, and a warning says so; what
+/// comes of it is kept apart from what a build with CGAL keeps. Throws InputError where the file cannot be read or
+/// describes no solid.
 SolidFile load_solid(const std::filesystem::path& path,
                      const std::filesystem::path& cache_folder = default_cache_folder());
 

@@ -1,4 +1,4 @@
-#include "nodes/scene/disk_cache.hpp"
+#include "framework/core/disk_cache.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -6,7 +6,9 @@
 #include <xxhash.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -106,6 +108,20 @@ bool write_all(int file, const void* data, std::size_t size) {
   return true;
 }
 
+constexpr const char* part_infix = ".part.";
+
+/// Removes what writers of this kind of entry that were killed have left; nothing takes a day to write.
+void remove_stale_parts(const fs::path& folder, const std::string& kind) {
+  const auto limit = fs::file_time_type::clock::now() - std::chrono::hours(24);
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code of_file;
+    if (it->path().filename().string().find("." + kind + part_infix) == std::string::npos) continue;
+    const fs::file_time_type written = it->last_write_time(of_file);
+    if (!of_file && written < limit) fs::remove(it->path(), of_file);
+  }
+}
+
 }  // namespace
 
 std::string content_key(std::initializer_list<std::string_view> parts) {
@@ -164,9 +180,17 @@ std::string DiskCache::store(const std::string& key, std::string_view bytes) con
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error) return failed(error.message());
-  std::string part = path.string() + ".XXXXXX";
-  Descriptor out(::mkostemp(part.data(), O_CLOEXEC));
-  if (out.number() < 0) return failed(std::strerror(errno));
+  remove_stale_parts(folder_, kind_);
+  // Not mkstemp, whose files only their owner may read: the umask decides who shares the cache.
+  static std::atomic<unsigned> made{0};
+  std::string part;
+  int number = -1;
+  do {
+    part = path.string() + part_infix + std::to_string(::getpid()) + "." + std::to_string(made++);
+    number = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  } while (number < 0 && errno == EEXIST);
+  if (number < 0) return failed(std::strerror(errno));
+  Descriptor out(number);
   Header header{file_magic, version_, 0, bytes.size(), checksum(kind_, key, version_, bytes)};
   const bool written = write_all(out.number(), &header, sizeof header) &&
                        write_all(out.number(), bytes.data(), bytes.size()) && ::fsync(out.number()) == 0 &&

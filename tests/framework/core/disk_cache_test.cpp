@@ -1,12 +1,15 @@
 // What the disk cache returns is what it was given; damage and a full or read-only disk are noted and harm nothing.
 #include <boost/test/unit_test.hpp>
 
+#include <sys/stat.h>
+
+#include <chrono>
 #include <fstream>
 #include <thread>
 #include <vector>
 
 #include "app/temporary_folder.hpp"
-#include "nodes/scene/disk_cache.hpp"
+#include "framework/core/disk_cache.hpp"
 
 using namespace tactor;
 namespace fs = std::filesystem;
@@ -108,6 +111,44 @@ BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_noted_with_the_mend) {
   BOOST_TEST(blocked.load(key).note.find("damaged") != std::string::npos);
   BOOST_TEST(!blocked.store(key, bytes).empty());
   BOOST_TEST(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 2);
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_that_is_there_and_takes_no_files_is_noted) {
+  const DiskCache cache("test", 1, "/proc/self");
+  BOOST_TEST(cache.store(key, bytes).find("/proc/self: the cache cannot be written") == 0U);
+  BOOST_TEST(!cache.load(key).bytes);
+}
+
+BOOST_AUTO_TEST_CASE(entries_are_for_all_whom_the_umask_allows) {
+  const TemporaryFolder folder;
+  const mode_t before = ::umask(S_IWGRP | S_IWOTH);
+  const DiskCache shared("shared", 1, folder.path()), own("own", 1, folder.path());
+  BOOST_TEST(shared.store(key, bytes).empty());
+  ::umask(S_IRWXG | S_IRWXO);
+  BOOST_TEST(own.store(key, bytes).empty());
+  ::umask(before);
+  BOOST_TEST(static_cast<unsigned>(fs::status(shared.file(key)).permissions()) == 0644U);
+  BOOST_TEST(static_cast<unsigned>(fs::status(own.file(key)).permissions()) == 0600U);
+}
+
+BOOST_AUTO_TEST_CASE(what_killed_writers_left_is_removed_after_a_day_and_nothing_else) {
+  const TemporaryFolder folder;
+  const DiskCache cache("test", 1, folder.path());
+  const fs::path old_part = cache.file(key).string() + ".part.1.0", new_part = cache.file(key).string() + ".part.1.1",
+                 other_kind = folder.path() / (key + ".other.part.1.0"), users_own = folder.path() / "notes.txt";
+  const std::string second = content_key({"an old mesh"});
+  BOOST_TEST(cache.store(second, bytes).empty());
+  for (const fs::path& file : {old_part, new_part, other_kind, users_own}) write(file, "half");
+  const auto now = fs::file_time_type::clock::now();
+  for (const fs::path& file : {old_part, other_kind, users_own, cache.file(second)}) {
+    fs::last_write_time(file, now - std::chrono::hours(25));
+  }
+  fs::last_write_time(new_part, now - std::chrono::hours(23));
+  BOOST_TEST(cache.store(key, bytes).empty());
+  BOOST_TEST(!fs::exists(old_part));
+  for (const fs::path& file : {new_part, other_kind, users_own, cache.file(second), cache.file(key)}) {
+    BOOST_TEST(fs::exists(file), file);
+  }
 }
 
 BOOST_AUTO_TEST_CASE(threads_that_store_and_load_one_key_see_whole_entries) {

@@ -18,7 +18,8 @@ std::string content_key(std::initializer_list<std::string_view> parts);
 
 /// One file an entry, `FOLDER/KEY.KIND`. A file holds a magic, the version of the layout, the size and a checksum over
 /// all of these, the kind, the key and the bytes, so what `load` returns is what `store` was given. Several processes
-/// and threads may use one folder: a file appears whole (written beside, synced, renamed) or not at all.
+/// and threads may use one folder: a file appears whole (written beside, synced, renamed) or not at all. Who may read
+/// it the umask says. What a killed writer leaves beside is removed a day later, by the next `store` of that kind.
 /// No trouble with the disk is an error, because everything in a cache can be computed again; it is a note for the
 /// user.
 class DiskCache {
