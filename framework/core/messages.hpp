@@ -73,7 +73,9 @@ struct Contact {
   double damping = 0;    ///< N s/m for weight 1
   double friction = 0;   ///< Coulomb coefficient
   /// 1/m, the Hessian of the distance by the moving body's point, symmetric: xx, xy, xz, yy, yz, zz in W. Zero where
-  /// the nearest feature is flat, and where it has no bound (on an edge or a corner itself).
+  /// the nearest feature is flat, and where it has no bound (on an edge or a corner itself). Where the moving body or
+  /// the other one is a ball (a sphere, one of a capsule's), it is that of the distance as the ball's centre is moved
+  /// without turning, not that of a point of its surface.
   std::array<double, 6> H_W{};
 };
 
