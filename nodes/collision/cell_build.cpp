@@ -1,6 +1,8 @@
 // Makes the cells of a mesh: from blocks down to cells, each from the faces that its parent left.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "framework/core/check.hpp"
@@ -13,6 +15,20 @@ namespace {
 
 // Longer lists are left to the tree: 15 batches are what a cell can count.
 constexpr std::size_t most_batches = 15;
+
+// About a minute and a gigabyte.
+constexpr double most_cells = 1 << 25;
+// They are all looked at, which takes as long; the finest grid with the widest band of a node has fewer.
+constexpr double most_blocks = 1 << 23;
+
+[[noreturn]] void too_many(const CellOptions& options) {
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(),
+                "resolution %d with a band of %.3g m cuts the space about its mesh into more than %.0f million cells; "
+                "lower the resolution or the band",
+                options.resolution, options.band, most_cells / 1e6);
+  throw InputError(text.data());
+}
 
 /// Faces and their distances to a point, in m.
 struct Measured {
@@ -62,6 +78,9 @@ class Builder {
     data.box_high = high;
     const Vec3 size = high - low;
     data.edge = std::max({size.x, size.y, size.z}) / options.resolution;
+    double blocks = 1;
+    for (int axis = 0; axis < 3; ++axis) blocks *= 1 + (size[axis] + 2 * options.band) / (8 * data.edge);
+    if (!(blocks <= most_blocks)) too_many(options);
     for (int axis = 0; axis < 3; ++axis) {
       const auto n = static_cast<std::int32_t>(std::ceil((size[axis] + 2 * options.band) / (8 * data.edge)));
       data.blocks[static_cast<std::size_t>(axis)] = std::max(n, 1);
@@ -75,6 +94,12 @@ class Builder {
 
   void build() {
     const double block_radius = 4 * data_.edge * std::numbers::sqrt3;
+    struct Near {
+      std::size_t block;
+      Vec3 centre;
+      double distance;  // m
+    };
+    std::vector<Near> near;
     int hint = -1;
     for (std::int32_t k = 0; k < data_.blocks[2]; ++k) {
       for (std::int32_t j = 0; j < data_.blocks[1]; ++j) {
@@ -83,19 +108,24 @@ class Builder {
           const NearestFace nearest = data_.tree.nearest(data_.surface, centre, hint);
           hint = nearest.face;
           const double distance = data_.surface.signed_distance(nearest, centre).distance;
+          if (std::abs(distance) <= options_.band + block_radius)
+            near.push_back({data_.block.size(), centre, distance});
           data_.block.push_back({.distance = lower(distance)});
-          if (std::abs(distance) > options_.band + block_radius) continue;
-          data_.block.back().cells = static_cast<std::int32_t>(data_.cells.size() / 512);
-          data_.block.back().palette = static_cast<std::uint32_t>(data_.palette.size());
-          data_.cells.resize(data_.cells.size() + 512);
-          data_.palette.push_back(data_.tree.filler());
-          data_.tree.within(centre, std::abs(distance) + 2 * block_radius, list_.back().record);
-          measure(data_, centre, list_.back());
-          cut(centre, 3, data_.cells.size() - 512, {0, 0, 0});
         }
       }
     }
-    data_.cells.shrink_to_fit();
+    if (512.0 * static_cast<double>(near.size()) > most_cells) too_many(options_);
+    data_.cells.reserve(512 * near.size());
+    for (const auto& [index, centre, distance] : near) {
+      CellBlock& block = data_.block[index];
+      block.cells = static_cast<std::int32_t>(data_.cells.size() / 512);
+      palette_ = block.palette = static_cast<std::uint32_t>(data_.palette.size());
+      data_.cells.resize(data_.cells.size() + 512);
+      data_.palette.push_back(data_.tree.filler());
+      data_.tree.within(centre, std::abs(distance) + 2 * block_radius, list_.back().record);
+      measure(data_, centre, list_.back());
+      cut(centre, 3, data_.cells.size() - 512, {0, 0, 0});
+    }
     data_.palette.shrink_to_fit();
     data_.batches.shrink_to_fit();
     data_.batch_bound.shrink_to_fit();
@@ -193,7 +223,7 @@ class Builder {
     by_distance_.clear();
     for (std::size_t i = 0; i < kept_.record.size(); ++i) by_distance_.emplace_back(kept_.distance[i], kept_.record[i]);
     std::sort(by_distance_.begin(), by_distance_.end());
-    const std::size_t begin = data_.block.back().palette;
+    const std::size_t begin = palette_;
     // The palette of a block of a very fine mesh may be full.
     if (data_.palette.size() - begin + kept_.record.size() > 0xffff) return;
     cell.list = static_cast<std::uint32_t>(data_.batches.size() << 4 | count);
@@ -233,7 +263,8 @@ class Builder {
 
   CellData& data_;
   const CellOptions options_;
-  float error_ = 0;  // m, twice what squared_distances may be off anywhere in the grid
+  std::size_t palette_ = 0;  // where that of the block under way begins
+  float error_ = 0;          // m, twice what squared_distances may be off anywhere in the grid
   // Of the cubes under way, the smallest parts of cells first.
   std::array<Measured, 4 + part_levels> list_;
   Measured all_, kept_;

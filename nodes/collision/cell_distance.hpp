@@ -47,7 +47,8 @@ struct CellData {
   std::vector<float> batch_bound;  ///< m, no face of this batch or the later ones of its list is nearer to the centre
 };
 
-/// Cuts the space about a solid into cells. The resolution must be 8 to 1024 and the band not negative.
+/// Cuts the space about a solid into cells. The resolution must be 8 to 1024 and the band not negative. Throws
+/// InputError where there would be more than 33 million cells.
 CellData build_cells(const TriangleMesh& mesh, const CellOptions& options);
 
 /// Exact distance as ExactDistance's, to the bit. Near the surface each cell lists every face that can be nearest to

@@ -60,7 +60,7 @@ TACTOR_WIDE void search_tree(const FaceTree& tree, wide::Search& search) {
     // The nearest comes on top.
     const std::size_t bottom = count;
     for (std::size_t k = 0; k < 8; ++k) {
-      if (!(squared[k] <= search.limit)) continue;
+      if (!(squared[k] <= search.limit) || node.child[k] == FaceTree::no_child) continue;
       std::size_t at = count++;
       for (; at > bottom && open[at - 1].squared < squared[k]; --at) open[at] = open[at - 1];
       open[at] = {squared[k], node.child[k]};
@@ -144,7 +144,7 @@ std::int32_t FaceTree::build(const Surface& surface, std::vector<int>& order, st
   for (std::size_t k = 0; k < 8; ++k) {
     const std::size_t from = std::min(begin + k * full, end), to = std::min(from + full, end);
     for (std::size_t axis = 0; axis < 3; ++axis) node.low[axis][k] = infinity, node.high[axis][k] = -infinity;
-    node.child[k] = 0;
+    node.child[k] = no_child;
     if (from == to) continue;
     for (std::size_t i = from; i < to; ++i) {
       for (const Vec3& c : surface.corners[static_cast<std::size_t>(order[i])]) {
@@ -218,7 +218,7 @@ TACTOR_WIDE void collect(const FaceTree& tree, const float* x, float limit, std:
     const FaceTree::Node& node = tree.nodes[static_cast<std::size_t>(next)];
     wide::store(squared, squared_to_boxes(node, x));
     for (std::size_t k = 0; k < 8; ++k) {
-      if (squared[k] <= limit) open[count++] = node.child[k];
+      if (squared[k] <= limit && node.child[k] != FaceTree::no_child) open[count++] = node.child[k];
     }
   }
 }

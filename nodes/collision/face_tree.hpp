@@ -44,8 +44,11 @@ class FaceTree {
 
   struct Node {
     alignas(32) std::array<std::array<float, 8>, 3> low, high;  // m, about the origin
-    std::array<std::int32_t, 8> child;                          // a node, or ~r for the eight records from r on
+    // A node, or ~r for the eight records from r on, or no_child.
+    std::array<std::int32_t, 8> child;
   };
+  // The root is below none. Its box is empty, hence infinitely far; so are others of a point beyond floats.
+  static constexpr std::int32_t no_child = 0;
   static_assert(sizeof(Node) == 224);
 
   Vec3 origin;                      // m

@@ -35,7 +35,9 @@ class SignedDistance {
   virtual ~SignedDistance() = default;
 
   /// The nearest point to x (m). Of several as near, that of the face of the lowest index. A face near the answer as
-  /// `hint` (or -1) may make it faster and does not change it.
+  /// `hint` (or -1) may make it faster and does not change it. Rounding counts: from 1e15 times the size of the solid
+  /// on it decides which face that is, and thereby the sign. Where x is no number or its square none, the face is one
+  /// of the solid's and the distance is not finite.
   [[nodiscard]] virtual Nearest nearest(const Vec3& x, int hint = -1) const = 0;
 
   /// For each of the eight points whose bit is set in `wanted`, a number in m that the signed distance there is not

@@ -114,6 +114,8 @@ struct Search {
   float limit = std::numeric_limits<float>::infinity();
 
   TACTOR_INLINE void look_at(int face) {
+    // Of a point beyond what floats can square the face that fills up is as far as all others.
+    if (face < 0) return;
     if (best.face < 0) {
       best = surface.candidate(face, x);
     } else {

@@ -47,6 +47,10 @@ void check_size(const Body& body, const TriangleMesh& mesh, const std::string& n
   const double length = longest_edge(mesh);
   if (length >= shortest && length <= longest) return;
   const std::string what = "is " + metres(length) + " long";
+  // Beyond, collision's floats run over or under.
+  if (!(length >= 1e-6 && length <= 1e3)) {
+    throw InputError(name + ": " + what + "; a body must be 1 um to 1 km long, with its scale");
+  }
   if (body.mesh()->scale) {
     add_once(notes, name + ": warning: " + what + ", which is unusual for a body that is touched; scale says so");
     return;

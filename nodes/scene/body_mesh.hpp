@@ -18,7 +18,8 @@ using Notes = std::vector<std::string>;
 /// centre of mass of uniform density and keeps the axes of the file; a fixed body keeps the frame of the file.
 /// Adds to `notes`, each once, beginning with the name of the body, where it is not null.
 /// Throws InputError, beginning with the name of the body, where the file describes no solid, or where the solid is
-/// longer than 10 m or shorter than 1 mm and the body says no scale: the file is in another unit then.
+/// longer than 10 m or shorter than 1 mm and the body says no scale: the file is in another unit then. With a scale it
+/// may be 1 um to 1 km long.
 TriangleMesh load_body_mesh(const Body& body, Notes* notes = nullptr);
 
 /// Loads the mesh of every body that has one, for its errors and notes alone.

@@ -1,6 +1,9 @@
 // The signed distance by cells against the exact one, a brute-force search, and closed forms.
 #include <boost/test/unit_test.hpp>
 
+#include <cmath>
+#include <limits>
+
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
 
@@ -137,6 +140,22 @@ BOOST_AUTO_TEST_CASE(cells_and_the_exact_search_agree_to_the_bit) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(cells_and_the_exact_search_agree_on_the_smallest_and_the_largest_bodies) {
+  for (const double length : {1e-6, 1e3}) {
+    TriangleMesh ball = test::icosphere(0.5, 3);
+    for (Vec3& v : ball.vertices) v *= length;
+    const CellDistance cells(ball, {.resolution = 24, .band = length / 8});
+    const ExactDistance exact(ball);
+    int different = 0;
+    Dice dice;
+    for (int i = 0; i < 1000; ++i) {
+      const Vec3 x = length * dice.in_cube(1);
+      different += cells.nearest(x) == exact.nearest(x) ? 0 : 1;
+    }
+    BOOST_TEST(different == 0, "length " << length);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(cells_find_the_distance_that_a_look_at_every_face_finds) {
   for (const Solid& solid : solids()) {
     BOOST_TEST_CONTEXT(solid.name) {
@@ -204,6 +223,63 @@ BOOST_AUTO_TEST_CASE(far_away_the_bound_follows_the_box) {
   std::array<float, 8> bound{};
   cells.lower_bounds(x, 0xff, bound);
   for (const float b : bound) BOOST_TEST(std::abs(b - 1.95) < 1e-3);
+}
+
+BOOST_AUTO_TEST_CASE(however_far_a_point_is_it_gets_the_nearest_face) {
+  for (const Solid& solid : solids()) {
+    BOOST_TEST_CONTEXT(solid.name) {
+      const CellDistance cells(solid.mesh, solid.options);
+      const Surface& surface = cells.data().surface;
+      Dice dice;
+      int different = 0, above = 0;
+      // The squares of the last ones are beyond floats, and the last one itself.
+      for (const double far : {1e3, 1e6, 1e12, 1e17, 1e18, 3e18, 1e19, 1e25, 1e39, 1e100}) {
+        for (int i = 0; i < 8; ++i) {
+          const Vec3 way = dice.in_cube(1), x = far / norm(way) * way;
+          NearestFace nearest = surface.candidate(0, x);
+          for (int face = 1; face < surface.size(); ++face) surface.compare(face, x, nearest);
+          const Nearest known = surface.signed_distance(nearest, x);
+          different += cells.nearest(x) == known && cells.nearest(x, surface.size() - 1) == known ? 0 : 1;
+          Points8 points{};
+          points.x.fill(static_cast<float>(x.x));
+          points.y.fill(static_cast<float>(x.y));
+          points.z.fill(static_cast<float>(x.z));
+          std::array<float, 8> bound{};
+          cells.lower_bounds(points, 0xff, bound);
+          // Of the point as floats have it; where they cannot square it, it may count as infinitely far.
+          const double distance = cells.nearest({points.x[0], points.y[0], points.z[0]}).distance;
+          // Of that far a point rounding decides which faces are nearest, and thereby the sign.
+          for (const float b : bound) above += b <= std::abs(distance) || far >= 1e19 ? 0 : 1;
+        }
+      }
+      BOOST_TEST(different == 0);
+      BOOST_TEST(above == 0);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_point_that_is_no_point_gets_a_face_that_is_there_and_no_distance) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+  for (const Solid& solid : solids()) {
+    BOOST_TEST_CONTEXT(solid.name) {
+      const CellDistance cells(solid.mesh, solid.options);
+      const auto faces = static_cast<int>(solid.mesh.faces.size());
+      for (const Vec3& x : {Vec3{nan, 0, 0}, Vec3{0, nan, nan}, Vec3{infinity, 0, 0}, Vec3{0, -infinity, 0},
+                            Vec3{infinity, -infinity, infinity}, Vec3{infinity, nan, 0}, Vec3{1e200, 1e200, 0}}) {
+        for (const int hint : {-1, 0, faces - 1}) {
+          const Nearest nearest = cells.nearest(x, hint);
+          BOOST_TEST((nearest.face >= 0 && nearest.face < faces));
+          BOOST_TEST(!std::isfinite(nearest.distance));
+        }
+        Points8 points{};
+        points.x.fill(static_cast<float>(x.x));
+        points.y.fill(static_cast<float>(x.y));
+        points.z.fill(static_cast<float>(x.z));
+        std::array<float, 8> bound{};
+        cells.lower_bounds(points, 0xff, bound);
+      }
+    }
+  }
 }
 
 BOOST_AUTO_TEST_CASE(the_hessian_is_how_the_gradient_turns) {

@@ -250,6 +250,32 @@ BOOST_AUTO_TEST_CASE(a_spacing_that_gives_too_many_samples_names_the_body) {
                         says("body 'tool': a spacing of 0.1"));
 }
 
+BOOST_AUTO_TEST_CASE(cells_that_would_take_hours_name_the_body) {
+  Scene scene;
+  scene.bodies = {mesh_body("bar", test::box({0.1, 0.02, 0.02})), ball("tool", 0.01, Motion::rigid)};
+  auto params = test::default_params<SdfCollision>();
+  params.resolution = 1024;
+  params.band = 0.1;
+  BOOST_CHECK_EXCEPTION(SdfCollision(params, test::context_for(scene)), InputError,
+                        says("body 'bar': resolution 1024 with a band of 0.0125 m cuts the space about its mesh into "
+                             "more than 34 million cells; lower the resolution or the band"));
+  // Nor is there a band so wide that counting the cells fails.
+  for (const double band : {100.0, 1e9, 1e300}) {
+    BOOST_CHECK_EXCEPTION(build_cells(test::box({0.1, 0.02, 0.02}), {.resolution = 8, .band = band}), InputError,
+                          says("lower the resolution or the band"));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_body_of_no_size_a_hand_could_feel_is_refused) {
+  for (const double scale : {1e-300, 1e-9, 1e6, 1e200}) {
+    Scene scene;
+    scene.bodies = {mesh_body("bar", test::box({0.1, 0.02, 0.02})), ball("tool", 0.01, Motion::rigid)};
+    std::get<MeshShape>(scene.bodies[0].shape).scale = scale;
+    BOOST_CHECK_EXCEPTION(SdfCollision(coarse_params(), test::context_for(scene)), InputError,
+                          says("a body must be 1 um to 1 km long"));
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_scene_without_contact_needs_no_collision) {
   Scene scene;
   const NodeInfo info = SdfCollision::declare();
