@@ -1,4 +1,4 @@
-#include <cmath>
+#include <algorithm>
 
 #include "bench/collision/cgal_exact.hpp"
 #include "bench/collision/measure.hpp"
@@ -24,17 +24,30 @@ Entry cells(int resolution) {
           [resolution](const Pair& pair) { return make_tactor(pair, 0, {.resolution = resolution}); }};
 }
 
-/// m
-double longest_edge(const TriangleMesh& mesh) {
-  double longest = 0;
+/// The longest edge of a triangle, mm: that which a share of the surface does not exceed.
+Json longest_edges(const TriangleMesh& mesh) {
+  std::vector<std::pair<double, double>> edge_and_area;
+  double area = 0;
   for (const auto& f : mesh.faces) {
+    double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3 &a = mesh.vertices[static_cast<std::size_t>(f[i])],
                  &b = mesh.vertices[static_cast<std::size_t>(f[(i + 1) % 3])];
       longest = std::max(longest, norm(b - a));
     }
+    edge_and_area.emplace_back(1e3 * longest, 0.5 * norm(doubled_area_normal(mesh, f)));
+    area += edge_and_area.back().second;
   }
-  return longest;
+  std::sort(edge_and_area.begin(), edge_and_area.end());
+  const auto at = [&](double share) {
+    double sum = 0;
+    for (const auto& [edge, of_it] : edge_and_area) {
+      sum += of_it;
+      if (sum >= share * area) return edge;
+    }
+    return edge_and_area.back().first;
+  };
+  return {{"median", at(0.5)}, {"p99", at(0.99)}, {"max", at(1)}};
 }
 
 std::vector<Entry> contenders(const std::filesystem::path& file) {
@@ -78,9 +91,7 @@ Json bunny_scene(const SceneOptions& options) {
   Json json = {{"triangles", {mesh.faces.size(), mesh.faces.size()}},
                {"samples", {bunny.samples.size(), bunny.samples.size()}},
                {"path", describe(steps, samples.period)},
-               {"longest_edge_mm", 1e3 * longest_edge(mesh)},
-               // As far as a point of a triangle may be from its corners, so much deeper than they it may be.
-               {"bound_mm", 1e3 * longest_edge(mesh) / std::sqrt(3.0)},
+               {"longest_edge_mm", longest_edges(mesh)},
                {"near_mm", 1e3 * measured.near},
                {"deep_mm", 1e3 * measured.deep}};
   json["contenders"] = measure(contenders(file), pair, steps, measured);
