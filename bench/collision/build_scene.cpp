@@ -1,9 +1,9 @@
-#include "app/temporary_folder.hpp"
 #include "bench/collision/measure.hpp"
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
 #include "bench/collision/sized_bunny.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "nodes/collision/cell_cache.hpp"
 #include "nodes/scene/solid_file.hpp"
 

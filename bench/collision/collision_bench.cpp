@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <map>
 
-#include "app/temporary_folder.hpp"
 #include "bench/collision/scenes.hpp"
 #include "bench/collision/timed_loop.hpp"
+#include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
 using namespace tactor::bench;

@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "app/temporary_folder.hpp"
 #include "framework/core/disk_cache.hpp"
+#include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
 namespace fs = std::filesystem;

@@ -1,25 +1,16 @@
 // Prints a hash of everything that collision's vector functions find in a sweep, and for what processor they are.
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
 #include <cstdio>
 
 #include "nodes/collision/cell_cache.hpp"
 #include "nodes/collision/contact_reduction.hpp"
 #include "nodes/collision/sample_tree.hpp"
 #include "nodes/collision/wide.hpp"
+#include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
 using namespace tactor;
 
 namespace {
-
-struct Dice {
-  boost::random::mt19937_64 generator{5};
-  double operator()(double low, double high) {
-    return boost::random::uniform_real_distribution<double>(low, high)(generator);
-  }
-  Vec3 in_cube(double half) { return {(*this)(-half, half), (*this)(-half, half), (*this)(-half, half)}; }
-};
 
 /// The bytes of numbers, one after the other.
 class Bytes {
@@ -52,13 +43,13 @@ const char* clones() {
 }
 
 /// A ball with dents, so that no two faces are as near by symmetry.
-TriangleMesh potato(Dice& dice) {
+TriangleMesh potato(test::Dice& dice) {
   TriangleMesh mesh = test::icosphere(0.05, 4);
   for (Vec3& v : mesh.vertices) v *= dice(0.96, 1.04);
   return mesh;
 }
 
-void sweep(const char* name, const TriangleMesh& mesh, Dice& dice) {
+void sweep(const char* name, const TriangleMesh& mesh, test::Dice& dice) {
   const CellData data = build_cells(mesh, {.resolution = 48, .band = 0.004});
   std::printf("cells %s %s\n", name, content_key({to_bytes(data)}).c_str());
   const CellDistance cells(data);
@@ -119,7 +110,7 @@ void sweep(const char* name, const TriangleMesh& mesh, Dice& dice) {
 
 int main() {
   std::printf("%s\n", clones());
-  Dice dice;
+  test::Dice dice(5);
   sweep("box", test::box({0.1, 0.08, 0.06}), dice);
   sweep("ball", test::icosphere(0.05, 3), dice);
   sweep("potato", potato(dice), dice);
