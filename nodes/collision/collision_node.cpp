@@ -1,8 +1,22 @@
 #include "nodes/collision/collision_node.hpp"
 
+#include <algorithm>
+
 #include "framework/core/check.hpp"
 
 namespace tactor {
+
+namespace {
+constexpr double longest_period = 0.1;  // s
+}  // namespace
+
+std::string several_move(const Scene& scene) {
+  const std::vector<std::size_t> moving = scene.moving();
+  if (moving.size() < 2) return {};
+  std::string text = std::to_string(moving.size()) + " bodies move: ";
+  for (const std::size_t i : moving) text += (i == moving.front() ? "" : ", ") + scene.bodies[i].name;
+  return text;
+}
 
 CollisionNode::CollisionNode(const Scene& scene) {
   for (const std::size_t i : scene.moving()) {
@@ -18,34 +32,41 @@ CollisionNode::CollisionNode(const Scene& scene) {
 void CollisionNode::query(const Pose& X_WT, ContactSet& set) {
   BodyStates at = start_;
   at.X_WB[0] = X_WT;
-  query(at, set);
+  at.V_WB = {};
+  query(at, 0, set);
 }
 
-void CollisionNode::take_poses() {
+/// Takes the last poses and velocities; returns the time that they are of, if they came.
+std::optional<Time> CollisionNode::take_poses() {
   if (bodies.connected()) {
     const Stamped<BodyStates>* last = bodies.latest();
-    if (last == nullptr) return;
+    if (last == nullptr) return {};
     if (last->value.count != start_.count) {
       throw InputError("the input bodies tells of " + std::to_string(last->value.count) +
                        " moving bodies; the scene has " + std::to_string(start_.count) + ": " + names_);
     }
     at_ = last->value;
-    return;
+    return last->stamp.valid;
   }
-  if (start_.count > 1) {
-    throw InputError("the scene has " + std::to_string(start_.count) + " moving bodies (" + names_ +
-                     "), and nothing feeds the input bodies (BodyStates), which tells where they are; expected an edge "
-                     "into it, such as dynamics.bodies -> collision.bodies");
-  }
+  // A plan has seen to it.
+  TACTOR_DEMAND(start_.count == 1);
   const Stamped<PhysicsState>* last = state.connected() ? state.latest() : nullptr;
-  if (last != nullptr) at_.X_WB[0] = last->value.X_WT;
+  if (last == nullptr) return {};
+  at_.X_WB[0] = last->value.X_WT;
+  at_.V_WB[0] = last->value.V_WT;
+  return last->stamp.valid;
 }
 
 void CollisionNode::step(StepContext& context) {
-  take_poses();
-  query(at_, set_);
+  const Time now = context.now();
+  const std::optional<Time> valid = take_poses();
+  double period = 0;
+  if (valid) period = std::max(period, (now - *valid).seconds());
+  if (last_query_) period = std::max(period, (now - *last_query_).seconds());
+  last_query_ = now;
+  query(at_, std::min(period, longest_period), set_);
   context.add_work(set_.penetrating);
-  contacts.send(context.now(), set_);
+  contacts.send(now, set_);
 }
 
 }  // namespace tactor
