@@ -8,8 +8,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "app/temporary_folder.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/temporary_folder.hpp"
 
 namespace tactor {
 

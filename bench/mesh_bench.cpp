@@ -5,7 +5,7 @@
 #include <iterator>
 #include <string>
 
-#include "app/temporary_folder.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "nodes/scene/mesh_formats.hpp"
 #include "nodes/scene/solid_file.hpp"
 

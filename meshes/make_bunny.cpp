@@ -7,6 +7,7 @@
 #include "framework/core/check.hpp"
 #include "meshes/decimate.hpp"
 #include "meshes/write_off.hpp"
+#include "nodes/scene/bounds.hpp"
 
 using namespace tactor;
 
@@ -17,15 +18,9 @@ constexpr double height = 0.15;  // m
 
 /// Scales to the height, along y as in the source, and centres the bounding box on the origin.
 void bring_to_metres(TriangleMesh& mesh) {
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& v : mesh.vertices) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], v[axis]);
-      high[axis] = std::max(high[axis], v[axis]);
-    }
-  }
-  const double scale = height / (high.y - low.y);
-  for (Vec3& v : mesh.vertices) v = scale * (v - 0.5 * (low + high));
+  const Bounds bounds = bounds_of(mesh);
+  const double scale = height / bounds.size().y;
+  for (Vec3& v : mesh.vertices) v = scale * (v - bounds.middle());
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
 #include "bench/collision/sized_bunny.hpp"
-#include "bench/collision/temporary_folder.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "nodes/collision/cell_cache.hpp"
 #include "nodes/scene/solid_file.hpp"
 

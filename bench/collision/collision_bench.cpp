@@ -8,7 +8,7 @@
 #include <map>
 
 #include "bench/collision/scenes.hpp"
-#include "bench/collision/temporary_folder.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
 using namespace tactor;

@@ -9,18 +9,16 @@
 
 #include "framework/core/check.hpp"
 #include "meshes/decimate.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor::bench {
 
 namespace {
 
 void bring_to_size(TriangleMesh& mesh) {
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& v : mesh.vertices) {
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], v[k]), high[k] = std::max(high[k], v[k]);
-  }
-  const double scale = 0.15 / (high.y - low.y);
-  for (Vec3& v : mesh.vertices) v = scale * (v - 0.5 * (low + high));
+  const Bounds bounds = bounds_of(mesh);
+  const double scale = 0.15 / bounds.size().y;
+  for (Vec3& v : mesh.vertices) v = scale * (v - bounds.middle());
 }
 
 }  // namespace

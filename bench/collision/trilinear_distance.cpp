@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "nodes/collision/exact_distance.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor::bench {
 
@@ -16,15 +17,11 @@ std::size_t index(int i) {
 }  // namespace
 
 TrilinearDistance::TrilinearDistance(const TriangleMesh& mesh, int cells) {
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& v : mesh.vertices) {
-    for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], v[k]), high[k] = std::max(high[k], v[k]);
-  }
-  const Vec3 size = high - low;
-  cell_ = std::max({size.x, size.y, size.z}) / cells;
+  const Bounds bounds = bounds_of(mesh);
+  cell_ = bounds.longest() / cells;
   // Two cells of room around it.
-  origin_ = low - Vec3{2 * cell_, 2 * cell_, 2 * cell_};
-  for (int k = 0; k < 3; ++k) corners_[index(k)] = static_cast<int>(std::ceil(size[k] / cell_)) + 5;
+  origin_ = bounds.low - Vec3{2 * cell_, 2 * cell_, 2 * cell_};
+  for (int k = 0; k < 3; ++k) corners_[index(k)] = static_cast<int>(std::ceil(bounds.size()[k] / cell_)) + 5;
   values_.resize(index(corners_[0]) * index(corners_[1]) * index(corners_[2]));
 
   const ExactDistance exact(mesh);

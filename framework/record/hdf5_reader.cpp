@@ -138,7 +138,9 @@ void mend_recording(const fs::path& path) {
   const bool set = H5Pset(access.get(), "clear_status_flags", &clear) >= 0;
   Handle file(set ? H5Fopen(path.c_str(), H5F_ACC_RDWR, access.get()) : -1, H5Fclose);
   const bool opened = static_cast<bool>(file);
-  const bool mended = opened && file.reset();
+  // A writer killed amid a flush leaves a length in the superblock that is older than the data, and closing cuts the
+  // file to it.
+  const bool mended = opened && H5Fincrement_filesize(file.get(), 0) >= 0 && file.reset();
   const std::string why = mended ? std::string() : hdf5_error();
   ::close(lock);
   if (!mended) throw InputError("cannot mend " + path.string() + ": " + why);

@@ -5,7 +5,9 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/cell_distance.hpp"
+#include "nodes/collision/outward.hpp"
 #include "nodes/collision/wide.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor {
 
@@ -49,19 +51,14 @@ class Builder {
  public:
   Builder(CellData& data, const CellOptions& options) : data_(data), options_(options) {
     const FaceTree& tree = data.tree;
-    Vec3 low{1e300, 1e300, 1e300}, high = -low;
+    Bounds bounds;
     for (const auto& corners : data.surface.corners) {
-      for (const Vec3& c : corners) {
-        for (int axis = 0; axis < 3; ++axis) {
-          low[axis] = std::min(low[axis], c[axis]);
-          high[axis] = std::max(high[axis], c[axis]);
-        }
-      }
+      for (const Vec3& c : corners) bounds.add(c);
     }
+    const Vec3 low = bounds.low, high = bounds.high, size = bounds.size();
     data.box_low = low;
     data.box_high = high;
-    const Vec3 size = high - low;
-    data.edge = std::max({size.x, size.y, size.z}) / options.resolution;
+    data.edge = bounds.longest() / options.resolution;
     for (int axis = 0; axis < 3; ++axis) {
       const auto n = static_cast<std::int32_t>(std::ceil((size[axis] + 2 * options.band) / (8 * data.edge)));
       data.blocks[static_cast<std::size_t>(axis)] = std::max(n, 1);
@@ -83,7 +80,7 @@ class Builder {
           const NearestFace nearest = data_.tree.nearest(data_.surface, centre, hint);
           hint = nearest.face;
           const double distance = data_.surface.signed_distance(nearest, centre).distance;
-          data_.block.push_back({.distance = lower(distance)});
+          data_.block.push_back({.distance = rounded_down(distance)});
           if (std::abs(distance) > options_.band + block_radius) continue;
           data_.block.back().cells = static_cast<std::int32_t>(data_.cells.size() / 512);
           data_.block.back().palette = static_cast<std::uint32_t>(data_.palette.size());
@@ -102,11 +99,6 @@ class Builder {
   }
 
  private:
-  static float lower(double distance) {
-    const auto rounded = static_cast<float>(distance);
-    return rounded > distance ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
-  }
-
   /// A cube of 2^level cells, whose faces are list_[level].
   void cut(const Vec3& centre, int level, std::size_t first_cell, const std::array<std::size_t, 3>& corner) {
     const double edge = std::ldexp(data_.edge, level), radius = 0.5 * edge * std::numbers::sqrt3;
@@ -117,7 +109,7 @@ class Builder {
     }
     if (level == 0) {
       Cell& cell = data_.cells[first_cell + corner[0] + 8 * (corner[1] + 8 * corner[2])];
-      cell.distance = lower(distance);
+      cell.distance = rounded_down(distance);
       add_list(centre, cell);
       return;
     }
@@ -175,7 +167,7 @@ class Builder {
       for (std::size_t j = 0; j < cells; ++j) {
         for (std::size_t i = 0; i < cells; ++i) {
           data_.cells[first_cell + corner[0] + i + 8 * (corner[1] + j + 8 * (corner[2] + k))].distance =
-              lower(distance - norm(Vec3{at(i), at(j), at(k)}));
+              rounded_down(distance - norm(Vec3{at(i), at(j), at(k)}));
         }
       }
     }

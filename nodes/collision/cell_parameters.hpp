@@ -5,6 +5,7 @@
 
 #include "nodes/collision/cell_cache.hpp"
 #include "nodes/collision/pair_collision.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor {
 
@@ -13,16 +14,8 @@ namespace tactor {
 /// Made once and kept in the cache; `notes` as for load_body_mesh.
 inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
   return [options, notes](const TriangleMesh& mesh, double reach) {
-    Vec3 low = mesh.vertices.front(), high = low;
-    for (const Vec3& v : mesh.vertices) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], v[axis]);
-        high[axis] = std::max(high[axis], v[axis]);
-      }
-    }
-    const Vec3 size = high - low;
     CellOptions wide = options;
-    wide.band = std::min(std::max(options.band, reach), std::max({size.x, size.y, size.z}) / 8);
+    wide.band = std::min(std::max(options.band, reach), bounds_of(mesh).longest() / 8);
     return std::make_unique<CellDistance>(cached_cell_distance(mesh, wide, cell_cache(), notes));
   };
 }

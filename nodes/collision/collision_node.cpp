@@ -8,22 +8,25 @@ namespace tactor {
 
 namespace {
 constexpr double longest_period = 0.1;  // s
+
+/// `tool, block`
+std::string names_of_moving(const Scene& scene) {
+  std::string names;
+  for (const std::size_t i : scene.moving()) names += (names.empty() ? "" : ", ") + scene.bodies[i].name;
+  return names;
+}
 }  // namespace
 
 std::string several_move(const Scene& scene) {
-  const std::vector<std::size_t> moving = scene.moving();
-  if (moving.size() < 2) return {};
-  std::string text = std::to_string(moving.size()) + " bodies move: ";
-  for (const std::size_t i : moving) text += (i == moving.front() ? "" : ", ") + scene.bodies[i].name;
-  return text;
+  const std::size_t moving = scene.moving().size();
+  return moving < 2 ? std::string() : std::to_string(moving) + " bodies move: " + names_of_moving(scene);
 }
 
-CollisionNode::CollisionNode(const Scene& scene) {
+CollisionNode::CollisionNode(const Scene& scene) : names_(names_of_moving(scene)) {
   for (const std::size_t i : scene.moving()) {
     const Body& body = scene.bodies[i];
     TACTOR_DEMAND(start_.count < BodyStates::capacity);
     start_.X_WB[static_cast<std::size_t>(start_.count++)] = body.X_WB;
-    names_ += (names_.empty() ? "" : ", ") + body.name;
   }
   if (start_.count == 0) throw InputError("collision needs a moving body in the scene");
   at_ = start_;
@@ -32,7 +35,6 @@ CollisionNode::CollisionNode(const Scene& scene) {
 void CollisionNode::query(const Pose& X_WT, ContactSet& set) {
   BodyStates at = start_;
   at.X_WB[0] = X_WT;
-  at.V_WB = {};
   query(at, 0, set);
 }
 

@@ -4,6 +4,7 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/shape_distance.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor {
 
@@ -35,14 +36,7 @@ ContactBody::ContactBody(const Body& body, double spacing, double reach, const M
   } catch (const InputError& error) {
     throw InputError("body '" + body.name + "': " + error.what());
   }
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& v : mesh.vertices) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], v[axis]);
-      high[axis] = std::max(high[axis], v[axis]);
-    }
-  }
-  p_BM = 0.5 * (low + high);
+  p_BM = bounds_of(mesh).middle();
   for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
 }
 

@@ -9,6 +9,7 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/wide.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor {
 
@@ -121,15 +122,10 @@ bool ContactReduction::was_kept(std::uint64_t key) const {
 /// Picks `count` of the penetrating contacts.
 void ContactReduction::pick_spread(const FoundContacts& found, std::size_t count) {
   const std::size_t n = penetrating_.size(), padded = (n + 7) / 8 * 8;
-  Vec3 low{1e300, 1e300, 1e300}, high = -low;
-  for (const std::size_t i : penetrating_) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], found.contact[i].p_WC[axis]);
-      high[axis] = std::max(high[axis], found.contact[i].p_WC[axis]);
-    }
-  }
+  Bounds patch;
+  for (const std::size_t i : penetrating_) patch.add(found.contact[i].p_WC);
   // Opposite directions are as far apart as half the patch is long.
-  const double turn = 0.25 * norm(high - low);
+  const double turn = 0.25 * norm(patch.size());
   for (std::vector<float>& column : place_) column.assign(padded, 0);
   importance_.assign(padded, -1);
   apart_.assign(padded, 0);
@@ -143,7 +139,7 @@ void ContactReduction::pick_spread(const FoundContacts& found, std::size_t count
     const std::size_t i = penetrating_[j];
     const Contact& c = found.contact[i];
     for (int axis = 0; axis < 3; ++axis) {
-      place_[axis][j] = static_cast<float>(c.p_WC[axis] - low[axis]);
+      place_[axis][j] = static_cast<float>(c.p_WC[axis] - patch.low[axis]);
       place_[axis + 3][j] = static_cast<float>(turn * c.n_W[axis]);
     }
     const double score = (was_kept(found.key[i]) ? 4 : 1) * std::max(pressure(c) / most, 1e-6);

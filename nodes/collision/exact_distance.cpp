@@ -11,6 +11,7 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
+#include "nodes/collision/outward.hpp"
 #include "nodes/collision/surface.hpp"
 
 namespace tactor {
@@ -95,7 +96,7 @@ void ExactDistance::lower_bounds(const Points8& x, unsigned wanted, std::array<f
   for (std::size_t k = 0; k < 8; ++k) {
     if ((wanted >> k & 1) == 0) continue;
     const Nearest n = nearest({x.x[k], x.y[k], x.z[k]}, hint);
-    bound[k] = std::nextafter(static_cast<float>(n.distance), -std::numeric_limits<float>::infinity());
+    bound[k] = rounded_down(n.distance);
     hint = n.face;
   }
 }

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "nodes/collision/outward.hpp"
 #include "nodes/collision/wide.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor {
 
@@ -12,14 +14,6 @@ namespace {
 using wide::F8;
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-
-float rounded_down(double v) {
-  const float f = static_cast<float>(v);
-  return f > v ? std::nextafter(f, -infinity) : f;
-}
-float rounded_up(double v) {
-  return -rounded_down(-v);
-}
 
 /// The squared distances of x to the boxes of a node.
 TACTOR_INLINE F8 squared_to_boxes(const FaceTree::Node& node, const float* x) {
@@ -71,17 +65,12 @@ TACTOR_WIDE void search_tree(const FaceTree& tree, wide::Search& search) {
 }  // namespace
 
 FaceTree::FaceTree(const Surface& surface) {
-  Vec3 low = surface.corners.front()[0], high = low;
+  Bounds bounds;
   for (const auto& corners : surface.corners) {
-    for (const Vec3& c : corners) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], c[axis]);
-        high[axis] = std::max(high[axis], c[axis]);
-      }
-    }
+    for (const Vec3& c : corners) bounds.add(c);
   }
-  origin = 0.5 * (low + high);
-  reach = norm(high - origin);
+  origin = bounds.middle();
+  reach = norm(bounds.high - origin);
 
   std::vector<int> order(surface.corners.size());
   std::iota(order.begin(), order.end(), 0);
@@ -118,16 +107,9 @@ std::int32_t FaceTree::build(const Surface& surface, std::vector<int>& order, st
   while (8 * full < end - begin) full *= 8;
   const auto split = [&](auto&& self, std::size_t from, std::size_t to) -> void {
     if (to - from <= full) return;
-    Vec3 low = middle_of(order[from]), high = low;
-    for (std::size_t i = from; i < to; ++i) {
-      const Vec3 m = middle_of(order[i]);
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], m[axis]);
-        high[axis] = std::max(high[axis], m[axis]);
-      }
-    }
-    const Vec3 size = high - low;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    Bounds middles;
+    for (std::size_t i = from; i < to; ++i) middles.add(middle_of(order[i]));
+    const int axis = middles.longest_axis();
     const std::size_t parts = (to - from + full - 1) / full;
     const std::size_t middle = from + parts / 2 * full;
     const auto place = [&](std::size_t i) { return order.begin() + static_cast<std::ptrdiff_t>(i); };

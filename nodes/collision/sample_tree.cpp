@@ -6,7 +6,9 @@
 #include <numeric>
 
 #include "framework/core/check.hpp"
+#include "nodes/collision/outward.hpp"
 #include "nodes/collision/wide.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor {
 
@@ -14,14 +16,6 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t looks_each = 16;  // at samples that may be about to touch, for each that is wanted
-
-float rounded_up(double v) {
-  const auto f = static_cast<float>(v);
-  return f < v ? std::nextafter(f, infinity) : f;
-}
-float rounded_down(double v) {
-  return -rounded_up(-v);
-}
 
 /// What the rounding of floats may add to a distance: they hold positions to 2^-24 of their size, over a few
 /// operations.
@@ -63,15 +57,12 @@ struct SampleTree::Query {
 SampleTree::SampleTree(const std::vector<SurfaceSample>& samples, const std::vector<double>& radii) {
   TACTOR_DEMAND(radii.empty() || radii.size() == samples.size());
   if (samples.empty()) return;
-  Vec3 low = samples.front().p, high = low;
+  Bounds all;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     samples_.push_back({samples[i].p, radii.empty() ? 0 : radii[i]});
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], samples[i].p[axis]);
-      high[axis] = std::max(high[axis], samples[i].p[axis]);
-    }
+    all.add(samples[i].p);
   }
-  pivot_ = 0.5 * (low + high);
+  pivot_ = all.middle();
   std::vector<int> order(samples.size());
   std::iota(order.begin(), order.end(), 0);
   build(order, 0, order.size());
@@ -88,20 +79,13 @@ std::int32_t SampleTree::build(std::vector<int>& order, std::size_t begin, std::
   std::size_t full = 1;
   while (8 * full < end - begin) full *= 8;
   const auto bounds = [&](std::size_t from, std::size_t to) {
-    Vec3 low = at(from).p, high = low;
-    for (std::size_t i = from; i < to; ++i) {
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], at(i).p[axis]);
-        high[axis] = std::max(high[axis], at(i).p[axis]);
-      }
-    }
-    return std::pair{low, high};
+    Bounds b;
+    for (std::size_t i = from; i < to; ++i) b.add(at(i).p);
+    return b;
   };
   const auto split = [&](auto&& self, std::size_t from, std::size_t to) -> void {
     if (to - from <= full) return;
-    const auto [low, high] = bounds(from, to);
-    const Vec3 size = high - low;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const int axis = bounds(from, to).longest_axis();
     const std::size_t middle = from + (to - from + full - 1) / full / 2 * full;
     const auto place = [&](std::size_t i) { return order.begin() + static_cast<std::ptrdiff_t>(i); };
     std::nth_element(place(from), place(middle), place(to), [&](int a, int b) {
@@ -120,8 +104,7 @@ std::int32_t SampleTree::build(std::vector<int>& order, std::size_t begin, std::
     node.expiry[k] = from == to ? infinity : -infinity;
     node.child[k] = 0;
     if (from == to) continue;
-    const auto [low, high] = bounds(from, to);
-    const Vec3 middle = 0.5 * (low + high);
+    const Vec3 middle = bounds(from, to).middle();
     node.x[k] = static_cast<float>(middle.x);
     node.y[k] = static_cast<float>(middle.y);
     node.z[k] = static_cast<float>(middle.z);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "framework/core/check.hpp"
+#include "nodes/collision/outward.hpp"
 
 namespace tactor {
 
@@ -28,7 +29,7 @@ class Shaped : public SignedDistance {
     for (std::size_t k = 0; k < 8; ++k) {
       if ((wanted >> k & 1) == 0) continue;
       const double d = static_cast<const D&>(*this).distance({x.x[k], x.y[k], x.z[k]});
-      bound[k] = std::nextafter(static_cast<float>(d), -std::numeric_limits<float>::infinity());
+      bound[k] = rounded_down(d);
     }
   }
 };

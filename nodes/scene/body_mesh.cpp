@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "framework/core/check.hpp"
+#include "nodes/scene/bounds.hpp"
 #include "nodes/scene/mass_properties.hpp"
 #include "nodes/scene/solid_file.hpp"
 
@@ -30,21 +31,10 @@ std::string metres(double length) {
   return text.data();
 }
 
-/// The longest edge of the box around the mesh, m.
-double longest_edge(const TriangleMesh& mesh) {
-  double longest = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto [low, high] = std::minmax_element(mesh.vertices.begin(), mesh.vertices.end(),
-                                                 [&](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; });
-    longest = std::max(longest, (*high)[axis] - (*low)[axis]);
-  }
-  return longest;
-}
-
 /// Faults of the unit are the commonest of all and give forces that are wrong by powers of a thousand.
 void check_size(const Body& body, const TriangleMesh& mesh, const std::string& name, Notes* notes) {
   constexpr double shortest = 1e-3, longest = 10;
-  const double length = longest_edge(mesh);
+  const double length = bounds_of(mesh).longest();
   if (length >= shortest && length <= longest) return;
   const std::string what = "is " + metres(length) + " long";
   if (body.mesh()->scale) {

@@ -25,4 +25,18 @@ MeshFormat mesh_format(const std::string& file, std::string_view bytes) {
                    "with the ending .off, .obj, .stl or .ply");
 }
 
+PolygonSoup read_mesh(const std::string& file, MeshFormat format, std::string_view bytes) {
+  switch (format) {
+    case MeshFormat::off:
+      return read_off(file, bytes);
+    case MeshFormat::obj:
+      return read_obj(file, bytes);
+    case MeshFormat::stl:
+      return read_stl(file, bytes);
+    case MeshFormat::ply:
+      return read_ply(file, bytes);
+  }
+  TACTOR_DEMAND(false);
+}
+
 }  // namespace tactor

@@ -29,4 +29,7 @@ PolygonSoup read_stl(const std::string& file, std::string_view bytes);
 /// `face`; everything else is left out.
 PolygonSoup read_ply(const std::string& file, std::string_view bytes);
 
+/// By the reader of that format.
+PolygonSoup read_mesh(const std::string& file, MeshFormat format, std::string_view bytes);
+
 }  // namespace tactor

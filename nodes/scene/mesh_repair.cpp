@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "nodes/scene/bounds.hpp"
 #include "nodes/scene/mass_properties.hpp"
 #include "nodes/scene/soup_topology.hpp"
 
@@ -251,14 +252,9 @@ class Repair {
 
   /// What exact predicates accept and floating-point forces do not bear.
   void check_measures(const TriangleMesh& mesh) const {
-    Vec3 low = mesh.vertices.front(), high = low;
-    for (const Vec3& v : mesh.vertices) {
-      for (int axis = 0; axis < 3; ++axis)
-        low[axis] = std::min(low[axis], v[axis]), high[axis] = std::max(high[axis], v[axis]);
-    }
     const double volume = mass_properties(mesh).volume, area = surface_area(mesh);
     constexpr double least_thickness = 1e-9;
-    if (!(volume > least_thickness * norm(high - low) * area)) {
+    if (!(volume > least_thickness * norm(bounds_of(mesh).size()) * area)) {
       refuse("the surface encloses no volume worth the name (" + std::to_string(volume) +
              " cubic units of the file); contact needs a body with a thickness");
     }

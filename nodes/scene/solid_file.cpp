@@ -40,20 +40,6 @@ std::string read_whole(const fs::path& path) {
   return bytes;
 }
 
-PolygonSoup read_soup(const std::string& file, MeshFormat format, std::string_view bytes) {
-  switch (format) {
-    case MeshFormat::off:
-      return read_off(file, bytes);
-    case MeshFormat::obj:
-      return read_obj(file, bytes);
-    case MeshFormat::stl:
-      return read_stl(file, bytes);
-    case MeshFormat::ply:
-      return read_ply(file, bytes);
-  }
-  TACTOR_DEMAND(false);
-}
-
 void put_number(std::string& out, std::uint64_t n) {
   out.append(reinterpret_cast<const char*>(&n), sizeof n);
 }
@@ -126,7 +112,7 @@ SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
   if (!found.note.empty()) solid.notes.push_back(std::move(found.note));
   if (found.bytes && from_bytes(*found.bytes, solid.mesh, solid.report)) return solid;
   solid.report = {};
-  solid.mesh = make_solid(read_soup(file, format, bytes), file, solid.report);
+  solid.mesh = make_solid(read_mesh(file, format, bytes), file, solid.report);
   std::string note = cache.store(key, to_bytes(solid.mesh, solid.report));
   if (!note.empty()) solid.notes.push_back(std::move(note));
   return solid;

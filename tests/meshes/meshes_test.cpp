@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/temporary_folder.hpp"
+#include "framework/core/temporary_folder.hpp"
+#include "nodes/scene/bounds.hpp"
 #include "nodes/scene/mass_properties.hpp"
 #include "nodes/scene/solid_file.hpp"
 
@@ -20,14 +21,6 @@ TriangleMesh made(const std::string& name) {
   SolidFile solid = load_solid(std::string(TACTOR_BINARY_DIR) + "/meshes/" + name + ".off", cache.path());
   BOOST_TEST((solid.report == MeshReport{}));
   return std::move(solid.mesh);
-}
-
-Vec3 size_of(const TriangleMesh& mesh) {
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& v : mesh.vertices) {
-    for (int i = 0; i < 3; ++i) low[i] = std::min(low[i], v[i]), high[i] = std::max(high[i], v[i]);
-  }
-  return high - low;
 }
 
 /// Vertices - edges + faces: 2 for a sphere, 0 for a surface with one handle.
@@ -51,9 +44,9 @@ BOOST_AUTO_TEST_CASE(every_mesh_has_its_exact_count_and_is_solid) {
 }
 
 BOOST_AUTO_TEST_CASE(duck_and_bunny_are_sized_in_metres) {
-  const Vec3 duck = size_of(made("duck"));
+  const Vec3 duck = bounds_of(made("duck")).size();
   BOOST_TEST(duck.x == 0.1, tt::tolerance(0.15));
-  BOOST_TEST(size_of(made("bunny")).y == 0.15, tt::tolerance(1e-9));
+  BOOST_TEST(bounds_of(made("bunny")).size().y == 0.15, tt::tolerance(1e-9));
 }
 
 BOOST_AUTO_TEST_CASE(peg_and_plate_have_the_volume_of_their_polygons) {

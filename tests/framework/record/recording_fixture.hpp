@@ -1,36 +1,21 @@
 // A folder of its own for a test, and a small recording whose values follow from their row.
 #pragma once
 
-#include <unistd.h>
-
 #include <cstring>
-
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 
 #include "framework/core/messages.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "framework/record/recorder.hpp"
 
 namespace tactor::testing {
 
-class Folder {
+class Folder : public TemporaryFolder {
  public:
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tactor_XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] std::filesystem::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  std::filesystem::path path_;
+  [[nodiscard]] std::filesystem::path operator/(const char* name) const { return path() / name; }
 };
 
 inline std::string bytes_of(const std::filesystem::path& path) {

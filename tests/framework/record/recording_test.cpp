@@ -155,6 +155,26 @@ BOOST_AUTO_TEST_CASE(a_killed_writer_leaves_what_it_had_flushed) {
   BOOST_TEST(read_and_compare(*reader) >= 3000);
 }
 
+BOOST_AUTO_TEST_CASE(a_writer_killed_before_the_length_of_its_file_was_written_loses_nothing) {
+  // The file's first bytes tell its length. Those of an early flush stand for a kill amid a later one.
+  const Folder folder;
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  write_rows(*recorder, 10, 1);
+  std::string early = bytes_of(folder / "a.h5");
+  for (std::int64_t i = 10; i < 3000; ++i) {
+    const Wrench wrench = wrench_of(i);
+    recorder->write(0, stamp_of(i), &wrench);
+  }
+  recorder->flush();
+  std::string killed = bytes_of(folder / "a.h5");
+  constexpr std::size_t superblock = 48;
+  killed.replace(0, superblock, early, 0, superblock);
+  write_bytes(folder / "b.h5", killed);
+  BOOST_TEST(read_and_compare(*load_record_library().open(folder / "b.h5")) == 3000);
+  load_record_library().mend(folder / "b.h5");
+  BOOST_TEST(read_and_compare(*load_record_library().open(folder / "b.h5")) == 3000);
+}
+
 BOOST_AUTO_TEST_CASE(a_killed_writers_file_opens_elsewhere_in_swmr_mode_and_plainly_once_mended,
                      *boost::unit_test::precondition(NeedsH5py{})) {
   const Folder folder;

@@ -1,25 +1,17 @@
 // The signed distance by cells against the exact one, a brute-force search, and closed forms.
 #include <boost/test/unit_test.hpp>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
 #include "nodes/collision/cell_distance.hpp"
 #include "nodes/collision/exact_distance.hpp"
+#include "nodes/scene/bounds.hpp"
 #include "nodes/scene/solid_file.hpp"
+#include "tests/nodes/brute_distance.hpp"
+#include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
 using namespace tactor;
 
 namespace {
-
-struct Dice {
-  boost::random::mt19937_64 generator{11};
-  double operator()(double low, double high) {
-    return boost::random::uniform_real_distribution<double>(low, high)(generator);
-  }
-  Vec3 in_cube(double half) { return {(*this)(-half, half), (*this)(-half, half), (*this)(-half, half)}; }
-};
 
 TriangleMesh built_mesh(const char* name) {
   return load_solid(std::string(TACTOR_BINARY_DIR) + "/meshes/" + name).mesh;
@@ -64,15 +56,10 @@ std::vector<Solid> solids() {
 
 /// Points near and far, inside and outside, on corners, on edges, on faces, and at the corners of the box.
 std::vector<Vec3> points_about(const TriangleMesh& mesh, int count) {
-  Dice dice;
-  Vec3 low = mesh.vertices.front(), high = low;
-  for (const Vec3& v : mesh.vertices) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], v[axis]);
-      high[axis] = std::max(high[axis], v[axis]);
-    }
-  }
-  const double size = norm(high - low);
+  test::Dice dice(11);
+  const Bounds bounds = bounds_of(mesh);
+  const Vec3 low = bounds.low, high = bounds.high;
+  const double size = norm(bounds.size());
   std::vector<Vec3> points;
   for (int i = 0; i < 8; ++i) {
     points.push_back({(i & 1) != 0 ? low.x : high.x, (i & 2) != 0 ? low.y : high.y, (i & 4) != 0 ? low.z : high.z});
@@ -93,29 +80,6 @@ std::vector<Vec3> points_about(const TriangleMesh& mesh, int count) {
   return points;
 }
 
-double segment_distance(const Vec3& a, const Vec3& b, const Vec3& x) {
-  const double t = std::clamp(dot(x - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
-  return norm(x - a - t * (b - a));
-}
-
-/// The distance to the nearest face by a look at all, each by its plane and its edges.
-double unsigned_distance(const TriangleMesh& mesh, const Vec3& x) {
-  double least = 1e9;
-  for (const auto& f : mesh.faces) {
-    const Vec3 a = mesh.vertices[static_cast<std::size_t>(f[0])], b = mesh.vertices[static_cast<std::size_t>(f[1])],
-               c = mesh.vertices[static_cast<std::size_t>(f[2])];
-    const Vec3 n = cross(b - a, c - a) / norm(cross(b - a, c - a));
-    const double height = dot(x - a, n);
-    const Vec3 q = x - height * n;
-    const bool within =
-        dot(cross(b - a, q - a), n) >= 0 && dot(cross(c - b, q - b), n) >= 0 && dot(cross(a - c, q - c), n) >= 0;
-    least = std::min(
-        least, within ? std::abs(height)
-                      : std::min({segment_distance(a, b, x), segment_distance(b, c, x), segment_distance(c, a, x)}));
-  }
-  return least;
-}
-
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(cells_and_the_exact_search_agree_to_the_bit) {
@@ -124,7 +88,7 @@ BOOST_AUTO_TEST_CASE(cells_and_the_exact_search_agree_to_the_bit) {
       const CellDistance cells(solid.mesh, solid.options);
       const ExactDistance exact(solid.mesh);
       int different = 0, hinted = 0;
-      Dice dice;
+      test::Dice dice(11);
       for (const Vec3& x : points_about(solid.mesh, 300)) {
         const Nearest by_cells = cells.nearest(x);
         different += by_cells == exact.nearest(x) ? 0 : 1;
@@ -143,7 +107,7 @@ BOOST_AUTO_TEST_CASE(cells_find_the_distance_that_a_look_at_every_face_finds) {
       const CellDistance cells(solid.mesh, solid.options);
       double worst = 0;
       for (const Vec3& x : points_about(solid.mesh, solid.mesh.faces.size() > 1000 ? 8 : 100)) {
-        worst = std::max(worst, std::abs(std::abs(cells.nearest(x).distance) - unsigned_distance(solid.mesh, x)));
+        worst = std::max(worst, std::abs(std::abs(cells.nearest(x).distance) - test::unsigned_distance(solid.mesh, x)));
       }
       BOOST_TEST(worst < 1e-12);
     }

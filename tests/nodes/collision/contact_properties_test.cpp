@@ -5,28 +5,16 @@
 #include <memory>
 #include <set>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/collision/exact.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "tests/nodes/collision/scenes.hpp"
+#include "tests/nodes/dice.hpp"
 
 using namespace tactor;
 
 namespace {
-
-class Dice {
- public:
-  double operator()(double a, double b) { return boost::random::uniform_real_distribution<double>(a, b)(engine_); }
-  Vec3 in_cube(double a) { return {(*this)(-a, a), (*this)(-a, a), (*this)(-a, a)}; }
-  Pose pose(double reach, double turn) { return {in_cube(reach), from_rotation_vector(in_cube(turn))}; }
-
- private:
-  boost::random::mt19937_64 engine_{5};
-};
 
 TriangleMesh rock(double radius) {
   TriangleMesh mesh = test::icosphere(radius, 2);
@@ -139,7 +127,7 @@ void check_same(const std::vector<Seen>& a, std::vector<Seen> b) {
 /// Poses of the tool near the origin, at which it touches what is about it.
 std::vector<Pose> poses(int count, const Case& c) {
   std::vector<Pose> all;
-  Dice dice;
+  test::Dice dice(5);
   for (int i = 0; i < count; ++i) all.push_back(dice.pose(0.001, c.tool == "sphere" ? 3 : 0.3));
   return all;
 }
@@ -220,7 +208,7 @@ BOOST_AUTO_TEST_CASE(the_depth_changes_by_no_more_than_the_way_moved) {
 }
 
 BOOST_AUTO_TEST_CASE(the_hessian_tells_how_normals_turn_as_the_tool_moves) {
-  Dice dice;
+  test::Dice dice(5);
   for (const Case& c : cases()) {
     BOOST_TEST_CONTEXT(c) {
       const Scene scene = scene_about(tool_shape(c.tool));
@@ -284,7 +272,7 @@ BOOST_AUTO_TEST_CASE(two_moving_bodies_meet_the_same_whichever_is_the_tool) {
           // Of one spacing, that of a box where there is one.
           const std::string spaced = two == "box" ? two : one;
           const auto node = node_of({kind, spaced}, scene), other = node_of({kind, spaced}, exchanged);
-          Dice dice;
+          test::Dice dice(5);
           int met = 0;
           for (int i = 0; i < 40; ++i) {
             BodyStates at, swapped;
@@ -315,7 +303,7 @@ BOOST_AUTO_TEST_CASE(what_is_found_does_not_depend_on_what_was_asked_before) {
     BOOST_TEST_CONTEXT(c) {
       const Scene scene = scene_about(tool_shape(c.tool), c.tool == "sphere" ? Motion::translation : Motion::rigid);
       const auto used = node_of(c, scene);
-      Dice dice;
+      test::Dice dice(5);
       Pose X_WT;
       for (int i = 0; i < 30; ++i) {
         // Small steps with a jump now and then.

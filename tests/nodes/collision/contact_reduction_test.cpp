@@ -5,22 +5,15 @@
 #include <functional>
 #include <set>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
 #include "nodes/collision/contact_reduction.hpp"
+
+#include "nodes/scene/bounds.hpp"
+#include "tests/nodes/dice.hpp"
 
 using namespace tactor;
 namespace tt = boost::test_tools;
 
 namespace {
-
-struct Dice {
-  boost::random::mt19937_64 generator{5};
-  double operator()(double low, double high) {
-    return boost::random::uniform_real_distribution<double>(low, high)(generator);
-  }
-};
 
 void add(FoundContacts& found, const Vec3& p, const Vec3& n, double distance, double weight, std::uint64_t sample,
          ContactPair pair = {}, double stiffness = 1000, std::uint64_t pair_of = 0) {
@@ -84,7 +77,7 @@ std::set<std::pair<double, double>> places(const ContactSet& set) {
 
 BOOST_AUTO_TEST_CASE(as_many_as_fit_pass_unchanged) {
   FoundContacts found;
-  Dice dice;
+  test::Dice dice(5);
   for (std::uint64_t i = 0; i < 128; ++i) {
     add(found, {dice(-1, 1), dice(-1, 1), 0}, {0, 0, 1}, dice(-1e-3, 1e-3), dice(0.1, 2), i);
   }
@@ -105,7 +98,7 @@ BOOST_AUTO_TEST_CASE(as_many_as_fit_pass_unchanged) {
 BOOST_AUTO_TEST_CASE(a_flat_patch_keeps_its_force_its_centre_and_its_extent) {
   // Pressed deeper towards one side, finer at the other.
   FoundContacts found;
-  Dice dice;
+  test::Dice dice(5);
   for (std::uint64_t i = 0; i < 900; ++i) {
     const double x = dice(0, 1) * dice(0, 1) * 0.1, y = dice(-0.02, 0.02);
     add(found, {x, y, 0}, {0, 0, 1}, -1e-3 - 5e-3 * x, 0.02, i);
@@ -121,17 +114,14 @@ BOOST_AUTO_TEST_CASE(a_flat_patch_keeps_its_force_its_centre_and_its_extent) {
       const Wrench all = of_all(found), kept = of_kept(set);
       BOOST_TEST(norm(all.force - kept.force) < 1e-6 * norm(all.force));
       BOOST_TEST(norm(all.torque - kept.torque) < 1e-6 * norm(all.torque));
-      Vec3 low{1, 1, 1}, high{-1, -1, -1};
+      Bounds bounds;
       for (int i = 0; i < set.count; ++i) {
         const Contact& c = set.contact[static_cast<std::size_t>(i)];
         BOOST_TEST(c.weight > 0);
-        for (int axis = 0; axis < 3; ++axis) {
-          low[axis] = std::min(low[axis], c.p_WC[axis]);
-          high[axis] = std::max(high[axis], c.p_WC[axis]);
-        }
+        bounds.add(c.p_WC);
       }
-      BOOST_TEST(high.x - low.x > 0.08);
-      BOOST_TEST(high.y - low.y > 0.03);
+      BOOST_TEST(bounds.size().x > 0.08);
+      BOOST_TEST(bounds.size().y > 0.03);
     }
   }
 }
@@ -173,7 +163,7 @@ BOOST_AUTO_TEST_CASE(nothing_flickers_at_the_bound) {
   ContactReduction reduction(16, 17);
   ContactSet set;
   std::set<std::pair<double, double>> first;
-  Dice dice;
+  test::Dice dice(5);
   for (int step = 0; step < 100; ++step) {
     FoundContacts found;
     for (int i = 0; i < 17; ++i) {
@@ -188,7 +178,7 @@ BOOST_AUTO_TEST_CASE(nothing_flickers_at_the_bound) {
 
 BOOST_AUTO_TEST_CASE(opposite_walls_and_different_bodies_keep_their_own) {
   FoundContacts found;
-  Dice dice;
+  test::Dice dice(5);
   for (std::uint64_t i = 0; i < 600; ++i) {
     // A peg between two walls, the same again for another pair that pushes elsewhere.
     const double side = i % 2 == 0 ? 1 : -1;
@@ -221,7 +211,7 @@ BOOST_AUTO_TEST_CASE(opposite_walls_and_different_bodies_keep_their_own) {
 
 BOOST_AUTO_TEST_CASE(contacts_that_do_not_touch_fill_the_rest_nearest_first_and_give_nothing) {
   FoundContacts found;
-  Dice dice;
+  test::Dice dice(5);
   std::vector<double> distances;
   for (std::uint64_t i = 0; i < 100; ++i) {
     const double distance = i < 10 ? -1e-4 : dice(0, 1e-3);

@@ -1,24 +1,15 @@
 // Signed distance by search against closed forms and a brute-force search.
 #include <boost/test/unit_test.hpp>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
 #include "nodes/collision/exact_distance.hpp"
+#include "tests/nodes/brute_distance.hpp"
+#include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
 using namespace tactor;
 namespace tt = boost::test_tools;
 
 namespace {
-
-struct Dice {
-  boost::random::mt19937_64 generator{7};
-  double operator()(double low, double high) {
-    return boost::random::uniform_real_distribution<double>(low, high)(generator);
-  }
-  Vec3 in_cube(double half) { return {(*this)(-half, half), (*this)(-half, half), (*this)(-half, half)}; }
-};
 
 /// Signed distance to a centred box, by cases.
 double box_distance(const Vec3& edges, const Vec3& x) {
@@ -30,29 +21,6 @@ double box_distance(const Vec3& edges, const Vec3& x) {
     inside = std::max(inside, d);
   }
   return inside > 0 ? norm(out) : inside;
-}
-
-/// Distance to a segment, for a brute-force distance to triangles.
-double segment_distance(const Vec3& a, const Vec3& b, const Vec3& x) {
-  const double t = std::clamp(dot(x - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
-  return norm(x - a - t * (b - a));
-}
-
-double unsigned_distance(const TriangleMesh& mesh, const Vec3& x) {
-  double least = 1e9;
-  for (const auto& f : mesh.faces) {
-    const Vec3 a = mesh.vertices[static_cast<std::size_t>(f[0])], b = mesh.vertices[static_cast<std::size_t>(f[1])],
-               c = mesh.vertices[static_cast<std::size_t>(f[2])];
-    const Vec3 n = cross(b - a, c - a) / norm(cross(b - a, c - a));
-    const double height = dot(x - a, n);
-    const Vec3 q = x - height * n;
-    const bool within =
-        dot(cross(b - a, q - a), n) >= 0 && dot(cross(c - b, q - b), n) >= 0 && dot(cross(a - c, q - c), n) >= 0;
-    least = std::min(
-        least, within ? std::abs(height)
-                      : std::min({segment_distance(a, b, x), segment_distance(b, c, x), segment_distance(c, a, x)}));
-  }
-  return least;
 }
 
 /// The solid angle of the mesh at x over 4 pi: 1 inside, 0 outside (A. van Oosterom and J. Strackee, 1983).
@@ -80,7 +48,7 @@ TriangleMesh spiky(int levels) {
 BOOST_AUTO_TEST_CASE(the_distance_to_a_box_is_the_closed_form) {
   const Vec3 edges{0.1, 0.2, 0.3};
   const ExactDistance distance(test::box(edges));
-  Dice dice;
+  test::Dice dice(7);
   int hint = -1;
   for (int i = 0; i < 3000; ++i) {
     const Vec3 x = dice.in_cube(0.25);
@@ -96,11 +64,11 @@ BOOST_AUTO_TEST_CASE(the_sign_is_right_beside_sharp_edges_and_vertices) {
   for (const int levels : {2, 3}) {
     const TriangleMesh mesh = spiky(levels);
     const ExactDistance distance(mesh);
-    Dice dice;
+    test::Dice dice(7);
     for (int i = 0; i < 1000; ++i) {
       const Vec3 x = dice.in_cube(0.08);
       const Nearest n = distance.nearest(x, static_cast<int>(dice(0, 300)));
-      BOOST_TEST(std::abs(n.distance) == unsigned_distance(mesh, x), tt::tolerance(1e-9));
+      BOOST_TEST(std::abs(n.distance) == test::unsigned_distance(mesh, x), tt::tolerance(1e-9));
       BOOST_TEST((n.distance < 0) == (winding(mesh, x) > 0.5));
       const double h = 1e-7;
       BOOST_TEST(distance.nearest(x + h * n.gradient, n.face).distance > n.distance);

@@ -5,15 +5,13 @@
 #include <cmath>
 #include <memory>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/collision/exact_distance.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sample_tree.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "tests/nodes/collision/scenes.hpp"
+#include "tests/nodes/dice.hpp"
 
 using namespace tactor;
 
@@ -21,14 +19,6 @@ namespace {
 
 constexpr double margin = 0.002, period = 0.02;  // m, s
 constexpr double ahead = default_look_ahead * period;
-
-struct Dice {
-  boost::random::mt19937_64 generator{11};
-  double operator()(double low, double high) {
-    return boost::random::uniform_real_distribution<double>(low, high)(generator);
-  }
-  Vec3 in_cube(double half) { return {(*this)(-half, half), (*this)(-half, half), (*this)(-half, half)}; }
-};
 
 template <class N>
 std::unique_ptr<N> made(const Scene& scene) {
@@ -68,7 +58,7 @@ BOOST_AUTO_TEST_CASE(a_ball_meets_a_ball_where_the_ray_meets_the_sphere_of_both_
   Scene scene;
   scene.bodies = {test::ball("fixed", fixed), test::ball("tool", tool, Motion::translation)};
   const auto node = made<PrimitiveCollision>(scene);
-  Dice dice;
+  test::Dice dice(11);
   int touching = 0, passing = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 p = dice.in_cube(0.3), v = dice.in_cube(3) - 6 / norm(p) * p;
@@ -130,7 +120,7 @@ BOOST_AUTO_TEST_CASE(the_tree_foresees_what_a_way_of_each_sample_does) {
   const TriangleMesh moving = test::icosphere(0.03, 3);
   const std::vector<SurfaceSample> samples = sample_surface(moving, 0);
   SampleTree tree(samples);
-  Dice dice;
+  test::Dice dice(11);
   std::size_t total = 0, cut = 0, apart = 0;
   for (int i = 0; i < 60; ++i) {
     const Pose now{0.12 / std::sqrt(3.0) * Vec3{1, 1, 1} + dice.in_cube(0.02), from_rotation_vector(dice.in_cube(1))};
@@ -181,7 +171,7 @@ BOOST_AUTO_TEST_CASE(where_bodies_move_by_less_than_the_margin_velocities_do_not
   Scene scene;
   scene.bodies = {test::mesh_body("rock", rock(0.05, 3)), test::mesh_body("tool", rock(0.03, 2), Motion::rigid)};
   const auto still = made<SdfCollision>(scene), slow = made<SdfCollision>(scene), fast = made<SdfCollision>(scene);
-  Dice dice;
+  test::Dice dice(11);
   int more = 0;
   for (int i = 0; i < 200; ++i) {
     const Pose X_WT{0.08 / std::sqrt(3.0) * Vec3{1, 1, 1} + dice.in_cube(0.006), from_rotation_vector(dice.in_cube(1))};

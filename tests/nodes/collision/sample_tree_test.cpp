@@ -1,25 +1,15 @@
 // What the tree of samples finds against a look at every sample, whatever was asked before.
 #include <boost/test/unit_test.hpp>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
 #include "nodes/collision/cell_distance.hpp"
 #include "nodes/collision/exact_distance.hpp"
 #include "nodes/collision/sample_tree.hpp"
+#include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
 using namespace tactor;
 
 namespace {
-
-struct Dice {
-  boost::random::mt19937_64 generator{7};
-  double operator()(double low, double high) {
-    return boost::random::uniform_real_distribution<double>(low, high)(generator);
-  }
-  Vec3 in_cube(double half) { return {(*this)(-half, half), (*this)(-half, half), (*this)(-half, half)}; }
-};
 
 /// An icosphere with spikes and dents: sharp convex and concave features.
 TriangleMesh spiky(int levels) {
@@ -58,7 +48,7 @@ std::vector<int> sorted_samples(const std::vector<NearSample>& found) {
 
 /// A walk of mostly small steps with a few jumps, that stays near the other body.
 struct Walk {
-  Dice dice;
+  test::Dice dice{7};
   Vec3 p{0.1, 0, 0}, r;
   Pose next(int step) {
     const double reach = step % 40 == 0 ? 0.03 : step % 3 == 0 ? 1e-5 : 5e-4;

@@ -4,11 +4,9 @@
 #include <numbers>
 #include <string>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_real_distribution.hpp>
-
 #include "framework/core/check.hpp"
 #include "nodes/collision/shape_distance.hpp"
+#include "tests/nodes/dice.hpp"
 
 using namespace tactor;
 namespace tt = boost::test_tools;
@@ -89,15 +87,6 @@ std::vector<Case> cases() {
            }}};
 }
 
-class Dice {
- public:
-  double operator()(double a, double b) { return boost::random::uniform_real_distribution<double>(a, b)(engine_); }
-  Vec3 in_cube(double a) { return {(*this)(-a, a), (*this)(-a, a), (*this)(-a, a)}; }
-
- private:
-  boost::random::mt19937_64 engine_{3};
-};
-
 Eigen::Vector3d eigen(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
@@ -108,7 +97,7 @@ BOOST_AUTO_TEST_CASE(the_distance_is_that_to_the_nearest_of_dense_surface_points
   for (const Case& c : cases()) {
     BOOST_TEST_CONTEXT(c.name) {
       const auto distance = shape_distance(c.shape);
-      Dice dice;
+      test::Dice dice(3);
       for (int i = 0; i < 300; ++i) {
         const Vec3 x = dice.in_cube(0.05);
         double least = 1;
@@ -130,7 +119,7 @@ BOOST_AUTO_TEST_CASE(gradient_and_hessian_are_the_differences_of_the_distance) {
   for (const Case& c : cases()) {
     BOOST_TEST_CONTEXT(c.name) {
       const auto distance = shape_distance(c.shape);
-      Dice dice;
+      test::Dice dice(3);
       const double h = 1e-7;
       int compared = 0;
       for (int i = 0; i < 500; ++i) {
@@ -222,7 +211,7 @@ BOOST_AUTO_TEST_CASE(a_plane_is_the_half_space_below_it) {
 BOOST_AUTO_TEST_CASE(lower_bounds_are_below_the_distance_and_as_near_as_floats_can_be) {
   std::vector<Shape> shapes{PlaneShape{}};
   for (const Case& c : cases()) shapes.push_back(c.shape);
-  Dice dice;
+  test::Dice dice(3);
   for (const Shape& shape : shapes) {
     const auto distance = shape_distance(shape);
     for (int i = 0; i < 200; ++i) {

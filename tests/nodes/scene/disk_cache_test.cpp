@@ -5,8 +5,9 @@
 #include <thread>
 #include <vector>
 
-#include "app/temporary_folder.hpp"
 #include "nodes/scene/disk_cache.hpp"
+
+#include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
 namespace fs = std::filesystem;

@@ -125,17 +125,7 @@ inline std::vector<MeshFile> in_every_format(const TriangleMesh& mesh) {
 }
 
 inline PolygonSoup read_soup(const std::string& file, std::string_view bytes) {
-  switch (mesh_format(file, bytes)) {
-    case MeshFormat::off:
-      return read_off(file, bytes);
-    case MeshFormat::obj:
-      return read_obj(file, bytes);
-    case MeshFormat::stl:
-      return read_stl(file, bytes);
-    case MeshFormat::ply:
-      return read_ply(file, bytes);
-  }
-  return {};
+  return read_mesh(file, mesh_format(file, bytes), bytes);
 }
 
 inline std::filesystem::path write(const std::filesystem::path& path, const std::string& bytes) {

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <functional>
 
-#include "app/temporary_folder.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "nodes/scene/body_mesh.hpp"
 #include "nodes/scene/solid_file.hpp"
 #include "tests/nodes/scene/mesh_files.hpp"
