@@ -107,6 +107,17 @@ def failures(found):
                   "swing, um"], rows)
 
 
+def without_balance(found):
+    """How many cells of which scenes no balance of forces was held against."""
+    parts = []
+    for scene in found["scenes"]:
+        cells = by_contender(scene)["tactor"].values()
+        unknown = sum(c["rest_error_m"] is None for c in cells)
+        if unknown:
+            parts.append(f"{unknown} of the {len(cells)} cells of `{scene['name']}`")
+    return ", ".join(parts) or "none"
+
+
 def steps_of_ours(found):
     """How often our step needed its fallbacks."""
     rows = []

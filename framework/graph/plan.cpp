@@ -29,10 +29,13 @@ void check_required(const GraphSpec& graph, const std::vector<Wire>& wires, cons
   const NodeSpec& node = graph.nodes[n];
   for (std::size_t i = 0; i < node.info->inputs.size(); ++i) {
     const InputInfo& input = node.info->inputs[i];
-    if (!input.required || (input.ignored && !input.ignored(node.params).empty())) continue;
+    const std::string needed = !input.required && input.needed ? input.needed(graph.scene) : std::string();
+    if (!input.required && needed.empty()) continue;
+    if (input.ignored && !input.ignored(node.params).empty()) continue;
+    const std::string because = needed.empty() ? std::string() : ", because " + needed;
     const auto feeds = [&](const Wire& wire) { return wire.to == n && wire.input == i; };
     const auto wire = std::find_if(wires.begin(), wires.end(), feeds);
-    const std::string name = node.name + "." + input.name + " (" + std::string(input.type->name) + ")";
+    const std::string name = node.name + "." + input.name + " (" + std::string(input.type->name) + ")" + because;
     if (wire == wires.end()) {
       diagnostics.error(node.place, "nodes." + node.name + ": expected an edge into " + name + ", found none; " +
                                         outputs_of_type(graph, input.type->name));
@@ -41,6 +44,19 @@ void check_required(const GraphSpec& graph, const std::vector<Wire>& wires, cons
                                         graph.nodes[wire->from].name +
                                         ", which feeds it, is left out: " + kept.node_reasons.at(wire->from));
     }
+  }
+}
+
+void check_refused(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept, Diagnostics& diagnostics) {
+  for (std::size_t e = 0; e < wires.size(); ++e) {
+    if (!kept.edges[e]) continue;
+    const NodeSpec &from = graph.nodes[wires[e].from], &to = graph.nodes[wires[e].to];
+    const OutputInfo& output = from.info->outputs[wires[e].output];
+    const InputInfo& input = to.info->inputs[wires[e].input];
+    if (output.kind.empty() || output.kind != input.refused_kind) continue;
+    diagnostics.error(graph.edges[e].place, "edge " + graph.edges[e].name() + ": " + to.name + " (" + to.info->type +
+                                                ") does not take the " + output.kind + " " + output.name + " of " +
+                                                from.name + " (" + from.info->type + "): " + input.refused_why);
   }
 }
 
@@ -89,6 +105,7 @@ Plan build(GraphSpec graph, bool reference) {
     check_required(graph, wires, kept, n, diagnostics);
     if (diagnostics.list().size() == before) check_steps(graph, wires, triggers, n, diagnostics);
   }
+  check_refused(graph, wires, kept, diagnostics);
   check_cycle(graph, wires, kept, triggers, diagnostics);
   diagnostics.throw_if_any();
 

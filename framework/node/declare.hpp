@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <type_traits>
 
+#include "framework/core/check.hpp"
 #include "framework/node/info.hpp"
 
 namespace tactor {
@@ -117,10 +118,37 @@ class Declare {
     };
     return *this;
   }
+  /// The input just declared is required by scenes for which `reason(scene)` is not empty.
+  Declare& needed_when(std::function<std::string(const Scene&)> reason) {
+    info_.inputs.back().needed = std::move(reason);
+    return *this;
+  }
+  /// The input `name` does not take what an output of that kind sends; `why` says what to do instead.
+  Declare& refuses(std::string_view name, std::string kind, std::string why) {
+    for (InputInfo& input : info_.inputs) {
+      if (input.name != name) continue;
+      input.refused_kind = std::move(kind);
+      input.refused_why = std::move(why);
+      return *this;
+    }
+    TACTOR_DEMAND(!"the input is declared");
+    return *this;
+  }
   template <class T>
   Declare& output(std::string name, Output<T> N::*port, std::string doc) {
     info_.outputs.push_back({std::move(name), &message_type<T>(), std::move(doc),
                              [port](Node& node) -> OutputBase& { return static_cast<N&>(node).*port; }});
+    return *this;
+  }
+
+  /// All messages of the output `name` are of that kind (see OutputInfo::kind).
+  Declare& kind(std::string_view name, std::string word) {
+    for (OutputInfo& output : info_.outputs) {
+      if (output.name != name) continue;
+      output.kind = std::move(word);
+      return *this;
+    }
+    TACTOR_DEMAND(!"the output is declared");
     return *this;
   }
 

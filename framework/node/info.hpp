@@ -89,6 +89,10 @@ struct InputInfo {
   /// Why the input is not read under these parameter values (by index), or empty where it is.
   std::function<std::string(const std::vector<ParamValue>&)> ignored;
   std::function<InputBase&(Node&)> access;
+  /// Why a scene makes the input required that others are not, or empty where it does not.
+  std::function<std::string(const Scene&)> needed{};
+  /// A kind of messages (see OutputInfo) that the input does not take, and what to do instead.
+  std::string refused_kind{}, refused_why{};
 };
 
 struct OutputInfo {
@@ -96,6 +100,8 @@ struct OutputInfo {
   const MessageType* type = nullptr;
   std::string doc;
   std::function<OutputBase&(Node&)> access;
+  /// What all its messages are beside their type, where some inputs do not take that; a word such as `massless`.
+  std::string kind{};
 };
 
 /// The keys that every node of a graph may have; no parameter has such a name.

@@ -10,15 +10,16 @@ namespace tactor {
 
 /// Queries where the moving bodies last were (before the first message where the scene puts them) each time the device
 /// triggers it, sends the contacts stamped with the start of the query, and counts those that penetrate as its work.
-/// One moving body is the tool, which `state` tells of; of several `bodies` must tell, or the first step throws
-/// InputError.
+/// The contacts are to serve for as long as the last ones did: since the last query, or since the bodies were there,
+/// where that is longer, up to 0.1 s.
+/// One moving body is the tool, which `state` tells of; of several `bodies` must tell.
 class CollisionNode : public Node {
  public:
   void step(StepContext& context) final;
 
-  /// The contacts where the moving bodies are; velocities do not count.
-  virtual void query(const BodyStates& bodies, ContactSet& set) = 0;
-  /// The contacts at a pose of the tool, the other bodies being where the scene puts them.
+  /// The contacts where the moving bodies are, which are to serve while the bodies move on for `period` seconds.
+  virtual void query(const BodyStates& bodies, double period, ContactSet& set) = 0;
+  /// The contacts at a pose of the tool at rest, the other bodies being where the scene puts them.
   void query(const Pose& X_WT, ContactSet& set);
 
   Input<DeviceState> device;
@@ -31,13 +32,17 @@ class CollisionNode : public Node {
   explicit CollisionNode(const Scene& scene);
 
  private:
-  void take_poses();
+  std::optional<Time> take_poses();
 
   std::string names_;  // of the moving bodies
   BodyStates start_;   // where the scene puts them
   BodyStates at_;      // where they last were
+  std::optional<Time> last_query_;
   ContactSet set_;
 };
+
+/// `2 bodies move: tool, block`; empty where one does or none.
+std::string several_move(const Scene& scene);
 
 /// Adds the ports and the margin to the declaration of collision node N.
 template <class N>
@@ -51,6 +56,7 @@ void declare_collision(Declare<N>& declaration) {
           "bodies", &N::bodies,
           {.doc = "the last poses of all moving bodies, instead of `state`; required where several move",
            .required = false})
+      .needed_when(several_move)
       .template output<ContactSet>("contacts", &N::contacts,
                                    "the contacts at that pose, stamped with the start of the query")
       .template real<double>("margin", &N::Params::margin,

@@ -91,12 +91,14 @@ void FoundContacts::clear() {
   contact.clear();
   pair.clear();
   key.clear();
+  way.clear();
 }
 
 void FoundContacts::reserve(std::size_t most) {
   contact.reserve(most);
   pair.reserve(most);
   key.reserve(most);
+  way.reserve(most);
 }
 
 ContactReduction::ContactReduction(int max_contacts, std::size_t most)
@@ -164,7 +166,7 @@ void ContactReduction::pick_spread(const FoundContacts& found, std::size_t count
 /// Picks `count` of the contacts that do not touch.
 void ContactReduction::pick_nearest(const FoundContacts& found, std::size_t count) {
   // Those kept last time stay until another is nearer by a tenth.
-  const auto distance = [&](std::size_t i) { return (was_kept(found.key[i]) ? 0.9 : 1) * found.contact[i].distance; };
+  const auto distance = [&](std::size_t i) { return (was_kept(found.key[i]) ? 0.9 : 1) * found.way[i]; };
   std::nth_element(others_.begin(), others_.begin() + static_cast<std::ptrdiff_t>(count), others_.end(),
                    [&](std::size_t a, std::size_t b) {
                      const double da = distance(a), db = distance(b);

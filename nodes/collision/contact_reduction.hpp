@@ -23,6 +23,7 @@ struct FoundContacts {
   std::vector<ContactPair> pair;
   /// What names a contact from query to query, each at most once; see contact_key. Those of a pair stand together.
   std::vector<std::uint64_t> key;
+  std::vector<double> way;  ///< m, how far it is from touching: its distance, or the way to there
 
   void clear();
   void reserve(std::size_t most);
@@ -40,8 +41,8 @@ struct FoundContacts {
 /// would have to change by more than half, in a few smaller changes. It takes some contacts a pair to make up six
 /// numbers: with fewer the force is the nearest that they can make.
 ///
-/// Contacts that do not touch yet carry no force. They fill the places that are left, the nearest to touching first,
-/// and give nothing away: one that stood for many would strike hard where it alone touches.
+/// Contacts that do not touch yet carry no force. They fill the places that are left, the least way from touching
+/// first, and give nothing away: one that stood for many would strike hard where it alone touches.
 class ContactReduction {
  public:
   /// `max_contacts`: from 8 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.

@@ -26,6 +26,7 @@ NodeInfo StaticCoupling::declare() {
           .min = 0,
           .above_min = true});
   declare_coupling(d);
+  d.kind("law", "massless");
   return d.info();
 }
 

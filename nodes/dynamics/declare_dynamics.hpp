@@ -63,6 +63,9 @@ void declare_inertial(Declare<N>& declaration) {
   using P = typename N::Params;
   declare_dynamics(declaration);
   declaration
+      .refuses("law", "massless",
+               "it moves bodies of mass, and that coupling's tool has none; use dynamics.quasistatic, or a coupling "
+               "with a damper")
       .boolean("error_estimate", &P::error_estimate, false,
                "compare each sub-step with two of half its length and report the position error of the tool; at three "
                "times the run time")

@@ -40,7 +40,7 @@ struct StepResult {
 /// inertia, no weight and no damper, nor have its contacts: it goes where springs balance, and w'' = w'.
 ///
 /// With friction bounds mu N held, the equations are the minimum of a convex function of the velocities, which Newton's
-/// method with exact line search finds (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
+/// method with line search looks for (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
 /// compliant contact", IEEE T-RO 2022; A. Castro, X. Han, J. Masterjohn, "Irrotational contact fields", 2023). The
 /// bounds follow the normal forces in the first iterations, and are held then: however far they are off, friction
 /// takes energy out. It is converged when what is left of each body's equation is below 1e-9 of the sum of the

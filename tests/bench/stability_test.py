@@ -46,6 +46,16 @@ class Program(unittest.TestCase):
         for c in found["scenes"][0]["cells"]:
             self.assertEqual(c["verdict"], "stable", c)
 
+    def test_bodies_that_come_fast_get_no_energy_from_a_late_contact(self):
+        """The ball of 100 m goes some 4 m in a period of 20 ms, the bunny is thrown at 10 m/s; without looking ahead both fail."""
+        found = run("--scene", "size_1e2_m", "--scene", "bunny_thrown", "--rate", 50, "--mass", 1, "--contact-stiffness", 1e5,
+                    "--contender", "tactor")
+        stability.check_whole(found)
+        self.assertEqual([len(scene["cells"]) for scene in found["scenes"]], [1, 1])
+        for scene in found["scenes"]:
+            self.assertEqual(scene["cells"][0]["verdict"], "stable", scene)
+            self.assertLess(scene["cells"][0]["generated"], 0.01)
+
     def test_ode_rests_where_springs_in_series_do(self):
         """So its joints have the stiffness that the comparison says."""
         cells = run("--scene", "sphere_plane", "--rate", 1000, "--mass", 0.1, "--contender", "ode", "--contender", "ode_substeps",
@@ -85,6 +95,12 @@ class Tables(unittest.TestCase):
         self.assertEqual(rows[1][2:8], ["2", "1", "0", "0", "1", "0"])
         against = [[c.strip() for c in line.strip("|").split("|")] for line in stability.against(found).splitlines()[2:]]
         self.assertEqual(against, [["press", "ODE", "0", "1", "1", "0"]])
+
+    def test_cells_without_a_balance_are_counted(self):
+        found = {"scenes": [{"name": "press", "cells": [cell(), cell(rate=50.0, rest_error_m=None), cell("ode", rest_error_m=None)]},
+                            {"name": "throw", "cells": [cell()]}]}
+        self.assertEqual(stability.without_balance(found), "1 of the 2 cells of `press`")
+        self.assertEqual(stability.without_balance({"scenes": found["scenes"][1:]}), "none")
 
     def test_colours_grow_darker_from_stable_to_worst(self):
         grey = [sum(w * int(colour[i:i + 2], 16) for w, i in ((0.299, 1), (0.587, 3), (0.114, 5)))
