@@ -69,10 +69,11 @@ class Collision(unittest.TestCase):
                 self.assertLess(row["normal_error_deg"]["p99"], 1e-3)
                 self.assertAlmostEqual(row["deepest_ratio"]["p1"], 1, delta=1e-9)
 
-    def test_samples_miss_no_more_depth_than_the_bound(self):
-        for row in self.scenes["peg"]["sampling"]:
-            if row["bound_mm"] is not None:
-                self.assertLessEqual(row["missed_mm"]["max"], row["bound_mm"])
+    def test_samples_miss_no_more_depth_than_their_spacing(self):
+        shells = [row for row in self.scenes["peg"]["sampling"] if row["spacing_mm"] is not None]
+        self.assertEqual(len(shells), 2)
+        for row in shells:
+            self.assertLessEqual(row["missed_mm"]["max"], row["spacing_mm"])
 
     def test_closest_points_agree(self):
         for where in ("beside", "far"):
