@@ -11,20 +11,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// As many samples as the smallest bunny has vertices, however many this one has.
-std::vector<SurfaceSample> thinned(const std::vector<SurfaceSample>& samples) {
-  constexpr std::size_t count = 2'622;
-  std::vector<SurfaceSample> kept;
-  for (std::size_t i = 0; i < count; ++i) kept.push_back(samples[i * samples.size() / count]);
-  return kept;
-}
-
 Json row(const TriangleMesh& mesh, double deepest, int samples) {
   constexpr std::size_t all = 1'000'000;
-  const Body body{mesh, sample_surface(mesh, 0)};
+  const Body body{mesh, vertex_samples(mesh)};
   const Pair pair{body, body};
-  const Body few{mesh, thinned(body.samples)};
-  const Pair pair_of_few{few, few};
+  const Body shell{mesh, sample_surface(mesh, 0.004)};
+  const Pair shells{shell, shell};
   // The first of the four times that the depth comes and goes.
   std::vector<Step> steps = press_and_slide(pair, {0, 1.75 / samples, samples}, deepest);
   MeasureOptions options;
@@ -32,13 +24,14 @@ Json row(const TriangleMesh& mesh, double deepest, int samples) {
   options.compare = false;
   const std::vector<Entry> entries = {
       {"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
-      {"tactor, 2,622 samples", Gives::depths, [&](const Pair&) { return make_tactor(pair_of_few, 0); }},
+      {"tactor, 4 mm shell", Gives::depths, [&](const Pair&) { return make_tactor(shells, 0); }},
       {"tactor, exact", Gives::depths, make_exact},
       {"FCL double, all contacts", Gives::depths,
        [](const Pair& p) { return make_fcl(p, Precision::double_precision, all); }},
       {"ODE double, 4,096 contacts", Gives::depths, [](const Pair& p) { return make_ode(p, 4096); }}};
   return {{"triangles", mesh.faces.size()},
           {"deepest_mm", 1e3 * deepest},
+          {"shell_samples", shell.samples.size()},
           {"contenders", measure(entries, pair, steps, options)}};
 }
 

@@ -8,6 +8,7 @@
 #include "bench/collision/peers.hpp"
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
+#include "nodes/scene/refine.hpp"
 #include "nodes/scene/solid_file.hpp"
 
 namespace tactor::bench {
@@ -22,14 +23,16 @@ double deepest(const Contender& contender) {
   return depth;
 }
 
-/// How much of the deepest penetration the samples `coarse` of a pair miss, against the finer ones `fine`.
+std::size_t samples_of(const Pair& pair) {
+  return pair.fixed.samples.size() + pair.tool.samples.size();
+}
+
+/// How much of the deepest penetration the samples of `coarse` miss, against those of `fine`, which hold all of them.
 ///
 /// Signed distance changes by no more than the way moved. A point of the surface that has a sample within rho is
-/// therefore at most rho deeper than it. A triangle whose longest edge is s has no point further from its corners than
-/// s / sqrt(3), so the samples of spacing s miss a depth of s / sqrt(3) at most. Where the surfaces lie flat on each
-/// other, distance hardly changes along the face, and it is far less.
-Json sampling_error(const Pair& coarse, double spacing, const Pair& fine, double fine_spacing,
-                    const std::vector<Step>& steps) {
+/// therefore at most rho deeper than it, and a shell has one within its spacing. Where the surfaces lie flat on each
+/// other, distance hardly changes along the face, and far less is missed.
+Json sampling_error(const Pair& coarse, const Pair& fine, const std::vector<Step>& steps) {
   const auto ours = make_tactor(coarse, 0), finer = make_tactor(fine, 0);
   std::vector<double> missed;
   // The finer shell takes long; every tenth sample of the trajectory tells as much.
@@ -38,13 +41,7 @@ Json sampling_error(const Pair& coarse, double spacing, const Pair& fine, double
     finer->query(steps[i]);
     if (finer->touching()) missed.push_back(1e3 * (deepest(*finer) - deepest(*ours)));
   }
-  return {{"spacing_mm", 1e3 * spacing},
-          {"samples", coarse.fixed.samples.size() + coarse.tool.samples.size()},
-          {"fine_spacing_mm", 1e3 * fine_spacing},
-          {"fine_samples", fine.fixed.samples.size() + fine.tool.samples.size()},
-          {"poses", missed.size()},
-          {"bound_mm", 1e3 * spacing / std::sqrt(3.0)},
-          {"missed_mm", spread_of(missed)}};
+  return {{"samples", samples_of(coarse)}, {"poses", missed.size()}, {"missed_mm", spread_of(missed)}};
 }
 
 }  // namespace
@@ -55,9 +52,20 @@ Json peg_scene(const SceneOptions& options) {
   const auto sampled = [&](double spacing) -> Pair {
     return {{plate, sample_surface(plate, spacing)}, {peg, sample_surface(peg, spacing)}};
   };
-  constexpr double coarse_spacing = 0.004, spacing = 0.002, fine_spacing = 0.0005;  // m
-  const Pair shell = sampled(spacing), coarse = sampled(coarse_spacing), vertices = sampled(0),
-             reference_shell = sampled(0.001), fine = sampled(fine_spacing);
+  const auto divided = [&](double longest_edge) -> Pair {
+    return {{plate, vertex_samples(refine(plate, longest_edge).mesh)},
+            {peg, vertex_samples(refine(peg, longest_edge).mesh)}};
+  };
+  constexpr double coarse_spacing = 0.004, spacing = 0.002, fine_edge = 0.0005;  // m
+  const Pair shell = sampled(spacing), coarse = sampled(coarse_spacing), fine = divided(fine_edge),
+             vertices{{plate, vertex_samples(plate)}, {peg, vertex_samples(peg)}};
+  // With the shell's own samples, so that what is found of each can be compared.
+  Pair reference_shell = divided(0.001);
+  const auto append = [](Body& body, const Body& more) {
+    body.samples.insert(body.samples.end(), more.samples.begin(), more.samples.end());
+  };
+  append(reference_shell.fixed, shell.fixed);
+  append(reference_shell.tool, shell.tool);
   const Samples samples{0, insert_peg_duration / options.samples, options.samples};
   std::vector<Step> steps = insert_peg(samples);
   const auto reference = make_cgal_exact(reference_shell);
@@ -88,12 +96,14 @@ Json peg_scene(const SceneOptions& options) {
                {"near_mm", 1e3 * measured.near},
                {"deep_mm", 1e3 * measured.deep}};
   json["contenders"] = measure(entries, shell, steps, measured);
-  json["sampling"] = {sampling_error(vertices, 0, fine, fine_spacing, steps),
-                      sampling_error(coarse, coarse_spacing, fine, fine_spacing, steps),
-                      sampling_error(shell, spacing, fine, fine_spacing, steps)};
-  // Vertices only is no spacing, so there is no bound.
-  json["sampling"][0]["bound_mm"] = nullptr;
-  json["sampling"][0]["spacing_mm"] = nullptr;
+  json["fine"] = {{"edge_mm", 1e3 * fine_edge}, {"samples", samples_of(fine)}};
+  const auto missed_by = [&](const Pair& pair, Json spacing_mm) {
+    Json row = {{"spacing_mm", std::move(spacing_mm)}};
+    row.update(sampling_error(pair, fine, steps));
+    return row;
+  };
+  json["sampling"] = {missed_by(vertices, nullptr), missed_by(coarse, 1e3 * coarse_spacing),
+                      missed_by(shell, 1e3 * spacing)};
   return json;
 }
 

@@ -5,6 +5,7 @@
 #include "framework/core/check.hpp"
 #include "nodes/collision/shape_distance.hpp"
 #include "nodes/scene/bounds.hpp"
+#include "nodes/scene/refine.hpp"
 
 namespace tactor {
 
@@ -31,13 +32,15 @@ ContactBody::ContactBody(const Body& body, double spacing, double reach, const M
       radius = shape_radius(shape);
       return;
     }
+    const Bounds bounds = bounds_of(mesh);
+    p_BM = bounds.middle();
+    for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
     distance = make_distance(mesh, reach);
-    samples.points = sample_surface(mesh, spacing);
+    samples.points =
+        spacing > 0 ? sample_surface(mesh, spacing) : vertex_samples(refine(mesh, bounds.longest() / 8).mesh);
   } catch (const InputError& error) {
     throw InputError("body '" + body.name + "': " + error.what());
   }
-  p_BM = bounds_of(mesh).middle();
-  for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
 }
 
 }  // namespace tactor

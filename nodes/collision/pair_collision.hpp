@@ -55,8 +55,12 @@ void declare_pairs(Declare<N>& declaration) {
   declare_collision(declaration);
   declaration.template real<double>(
       "spacing", &N::Params::spacing,
-      {.doc = "longest distance between contact samples; 0: of a mesh the vertices only, of a box an eighth of its "
-              "longest edge, of a capsule 0.28 of its radius",
+      {.doc =
+           "how far contact samples may be apart. Of a mesh, every point of the surface has one of the same side "
+           "within this, so that no more than this of a depth is missed, and far less where faces lie on each other; "
+           "0: all vertices, and points between them where an edge is longer than an eighth of the mesh's longest "
+           "side. Of a box or a capsule, the longest distance between neighbours; 0: an eighth of the longest edge, "
+           "0.28 of the radius",
        .unit = "m",
        .default_value = 0,
        .min = 0,

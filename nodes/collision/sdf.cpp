@@ -10,8 +10,7 @@ NodeInfo SdfCollision::declare() {
   d.details(
       "Points of either surface against the other's exact signed distance, culled by spheres that remember how far "
       "they are out of reach. A query does work in proportion to the penetrating contacts. Thin parts must be thicker "
-      "than the deepest penetration: beyond the middle of a part the nearest surface is the far one. With spacing 0 "
-      "only the vertices of a mesh touch; large faces need a spacing.");
+      "than the deepest penetration: beyond the middle of a part the nearest surface is the far one.");
   declare_pairs(d);
   declare_cells(d, CellOptions{}.resolution);
   return d.info();

@@ -93,13 +93,13 @@ BOOST_AUTO_TEST_CASE(a_block_pressed_flat_on_a_block_has_the_stiffness_of_its_ar
   for (Body& b : scene.bodies) b.material = {.stiffness = 4000, .damping = 2, .friction = 0.3, .patch_area = 1e-4};
   SdfCollision::Params p = coarse_params();
   p.margin = 0.0002;
-  for (const double spacing : {0.012, 0.006}) {
+  for (const double spacing : {0.006, 0.003}) {
     p.spacing = spacing;
     SdfCollision node(p, test::context_for(scene));
     ContactSet set;
     node.query({{0.003, 0.001, 0.0295}, {}}, set);
     check_geometry(set);
-    BOOST_TEST((set.truncated > 0) == (spacing < 0.01));
+    BOOST_TEST((set.truncated > 0) == (spacing < 0.005));
     // Series of the two: 2000 N/m a patch, 16 patches. Samples on the rim share their area with the sides.
     BOOST_TEST(total_stiffness(set) == 2000 * 16, tt::tolerance(0.25));
     // Samples nearer to the side than to the bottom push aside; the others push up.
@@ -131,9 +131,9 @@ BOOST_AUTO_TEST_CASE(contact_is_found_from_either_side) {
 
 BOOST_AUTO_TEST_CASE(a_full_set_has_the_wrench_of_all_contacts_however_few_it_keeps) {
   Scene scene;
-  scene.bodies = {mesh_body("rock", test::icosphere(0.05, 4)),
-                  mesh_body("slab", test::box({0.2, 0.2, 0.04}), Motion::rigid)};
-  const Pose X_WT{{0.01, 0, 0.062}, from_rotation_vector({0.01, 0.02, 0})};
+  const TriangleMesh rock = test::icosphere(0.05, 4);
+  scene.bodies = {test::shaped("floor", PlaneShape{}), mesh_body("rock", rock, Motion::rigid)};
+  const Pose X_WT{{0.01, 0, 0.042}, from_rotation_vector({0.01, 0.02, 0})};
   auto params = coarse_params();
   params.margin = 0;
   Wrench all;
@@ -148,16 +148,13 @@ BOOST_AUTO_TEST_CASE(a_full_set_has_the_wrench_of_all_contacts_however_few_it_ke
     if (most == 128) {
       BOOST_TEST(norm(wrench.force) > 0.1);
       BOOST_TEST(set.truncated > 0);
-      // Each vertex of the rock inside the slab presses by its area and depth, since the slab has no vertex in the
-      // rock.
-      const TriangleMesh rock = test::icosphere(0.05, 4);
-      for (const SurfaceSample& s : sample_surface(rock, 0)) {
-        const Vec3 x = transform(inverse(X_WT), s.p);
-        const double depth = 0.02 + x.z;
-        if (depth <= 0) continue;
-        const Vec3 force = 1000 * s.area / 1e-4 * depth * rotate(X_WT.R, {0, 0, 1});
+      // Each vertex of the rock below the floor, which has no samples, presses by its area and depth.
+      for (const SurfaceSample& s : vertex_samples(rock)) {
+        const Vec3 x = transform(X_WT, s.p);
+        if (x.z >= 0) continue;
+        const Vec3 force{0, 0, -1000 * s.area / 1e-4 * x.z};
         all.force += force;
-        all.torque += cross(s.p, force);
+        all.torque += cross({x.x, x.y, 0}, force);
       }
     }
     BOOST_TEST(norm(wrench.force - all.force) < 1e-3 * norm(all.force));
@@ -241,12 +238,45 @@ BOOST_AUTO_TEST_CASE(a_mesh_that_is_no_solid_names_its_body_and_file) {
                         says("collision_leaky.off: "));
 }
 
+BOOST_AUTO_TEST_CASE(large_triangles_touch_between_their_vertices_without_a_spacing) {
+  // Both have vertices at their corners only.
+  Scene scene;
+  scene.bodies = {mesh_body("table", test::box({0.1, 0.1, 0.02})),
+                  mesh_body("block", test::box({0.04, 0.04, 0.04}), Motion::rigid)};
+  for (Body& b : scene.bodies) b.material = {.stiffness = 4000, .damping = 2, .friction = 0.3, .patch_area = 1e-4};
+  auto params = coarse_params();
+  params.margin = 0.0002;
+  SdfCollision node(params, test::context_for(scene));
+  ContactSet set;
+  node.query({{0.003, 0.001, 0.0295}, {}}, set);
+  check_geometry(set);
+  // Series of the two: 2000 N/m a patch, 16 patches, and half of what belongs to the samples on the rim is of the
+  // sides.
+  BOOST_TEST(total_stiffness(set) == 2000 * 16, tt::tolerance(0.25));
+  double largest = 0;
+  int inside = 0;
+  for (int i = 0; i < set.count; ++i) {
+    const Contact& c = set.contact[static_cast<std::size_t>(i)];
+    largest = std::max(largest, c.weight);
+    inside += std::max(std::abs(c.p_TC.x), std::abs(c.p_TC.y)) < 0.0199 ? 1 : 0;
+  }
+  BOOST_TEST(inside > 16);
+  // No sample stands for much more than the square of an eighth of the longest side, here of the table.
+  BOOST_TEST(largest < 2 * 0.0125 * 0.0125 / 1e-4);
+}
+
 BOOST_AUTO_TEST_CASE(a_spacing_that_gives_too_many_samples_names_the_body) {
   Scene scene;
   scene.bodies = {test::shaped("floor", PlaneShape{}), test::shaped("tool", BoxShape{{1, 1, 1}}, Motion::rigid)};
   auto params = test::default_params<PrimitiveCollision>();
   params.spacing = 1e-4;
   BOOST_CHECK_EXCEPTION(PrimitiveCollision(params, test::context_for(scene)), InputError,
+                        says("body 'tool': a spacing of 0.1"));
+  Scene meshes;
+  meshes.bodies = {ball("floor", 0.01), mesh_body("tool", test::box({1, 1, 1}), Motion::rigid)};
+  auto of_mesh = coarse_params();
+  of_mesh.spacing = 1e-4;
+  BOOST_CHECK_EXCEPTION(SdfCollision(of_mesh, test::context_for(meshes)), InputError,
                         says("body 'tool': a spacing of 0.1"));
 }
 

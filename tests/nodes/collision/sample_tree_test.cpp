@@ -64,7 +64,7 @@ BOOST_AUTO_TEST_CASE(the_tree_finds_what_a_look_at_every_sample_finds_whatever_c
   const TriangleMesh body = spiky(3);
   const ExactDistance exact(body);
   const CellDistance cells(body, {.resolution = 48, .band = 0.004});
-  const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 3), 0);
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3));
   SampleTree by_cells(samples), by_search(samples);
   Walk walk;
   const double margin = 0.002;
@@ -110,7 +110,7 @@ BOOST_AUTO_TEST_CASE(long_ways_lose_nothing) {
 BOOST_AUTO_TEST_CASE(spheres_about_the_samples_touch_by_their_radius) {
   const TriangleMesh body = test::icosphere(0.05, 3);
   const ExactDistance field(body);
-  const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 2), 0);
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 2));
   std::vector<double> radii;
   for (std::size_t i = 0; i < samples.size(); ++i) radii.push_back(1e-4 * static_cast<double>(i % 50));
   SampleTree tree(samples, radii);
@@ -135,7 +135,7 @@ BOOST_AUTO_TEST_CASE(spheres_about_the_samples_touch_by_their_radius) {
 
 BOOST_AUTO_TEST_CASE(a_margin_may_change_between_queries) {
   const ExactDistance field(test::icosphere(0.05, 3));
-  const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 3), 0);
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3));
   SampleTree tree(samples);
   const Pose X{{0.0898, 0, 0}, {}};
   std::size_t last = 0;
@@ -151,7 +151,7 @@ BOOST_AUTO_TEST_CASE(a_margin_may_change_between_queries) {
 BOOST_AUTO_TEST_CASE(a_query_at_the_same_pose_asks_nothing_and_a_small_step_asks_little) {
   const ExactDistance ball(test::icosphere(0.05, 3));
   const Counted field(ball);
-  const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, 4), 0);
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 4));
   SampleTree tree(samples);
   Pose X{{0.0895, 0, 0}, {}};
   const std::vector<NearSample> first = tree.find(field, X, 0);

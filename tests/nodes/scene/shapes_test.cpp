@@ -7,7 +7,6 @@
 
 #include "nodes/scene/body_mesh.hpp"
 #include "nodes/scene/mass_properties.hpp"
-#include "nodes/scene/surface_samples.hpp"
 #include "tests/nodes/shapes.hpp"
 
 using namespace tactor;
@@ -74,25 +73,6 @@ BOOST_AUTO_TEST_CASE(rigid_motion_rotates_the_inertia_and_moves_the_centre) {
     R.col(i) << column.x, column.y, column.z;
   }
   BOOST_TEST((b.inertia - R * a.inertia * R.transpose()).norm() < 1e-9 * a.inertia.norm());
-}
-
-BOOST_AUTO_TEST_CASE(sample_areas_sum_to_the_surface_and_no_gap_exceeds_the_spacing) {
-  const TriangleMesh mesh = test::box({0.01, 0.02, 0.1});
-  BOOST_TEST(sample_surface(mesh, 0).size() == 8U);
-  for (const double spacing : {0.0, 0.013, 0.005}) {
-    const std::vector<SurfaceSample> samples = sample_surface(mesh, spacing);
-    double area = 0;
-    for (const SurfaceSample& s : samples) area += s.area;
-    BOOST_TEST(area == surface_area(mesh), boost::test_tools::tolerance(1e-12));
-    if (spacing == 0) continue;
-    // Any point of the surface has a sample within the spacing; tried along one face's diagonal.
-    for (double t = 0; t <= 1; t += 0.01) {
-      const Vec3 q{0.005, -0.01 + 0.02 * t, -0.05 + 0.1 * t};
-      double nearest = 1;
-      for (const SurfaceSample& s : samples) nearest = std::min(nearest, norm(s.p - q));
-      BOOST_TEST(nearest <= spacing);
-    }
-  }
 }
 
 BOOST_AUTO_TEST_CASE(a_moving_body_has_its_origin_at_the_centre_of_mass_and_a_fixed_one_keeps_its_frame) {
