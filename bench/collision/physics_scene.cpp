@@ -90,7 +90,7 @@ class Parts {
 
   void query(const Pose& X_WT) {
     found_.clear();
-    pair_.find(X_WT, {}, found_);
+    pair_.find({X_WT, X_WT}, {}, found_);
   }
   void reduce() { reduction_.reduce(found_, set_); }
   [[nodiscard]] std::size_t found() const { return found_.contact.size(); }
