@@ -118,7 +118,7 @@ BOOST_AUTO_TEST_CASE(a_body_that_flies_past_a_corner_without_touching_has_no_con
 BOOST_AUTO_TEST_CASE(the_tree_foresees_what_a_way_of_each_sample_does) {
   const ExactDistance field(rock(0.05, 3));
   const TriangleMesh moving = test::icosphere(0.03, 3);
-  const std::vector<SurfaceSample> samples = sample_surface(moving, 0);
+  const std::vector<SurfaceSample> samples = vertex_samples(moving);
   SampleTree tree(samples);
   test::Dice dice(11);
   std::size_t total = 0, cut = 0, apart = 0;

@@ -76,7 +76,7 @@ void sweep(const char* name, const TriangleMesh& mesh, test::Dice& dice) {
   bounds.print("bounds", name);
   within.print("within", name);
 
-  SampleTree tree(sample_surface(mesh, 0));
+  SampleTree tree(vertex_samples(mesh));
   ContactReduction reduction(64, 4096);
   Bytes near, kept;
   FoundContacts contacts;
@@ -94,6 +94,7 @@ void sweep(const char* name, const TriangleMesh& mesh, test::Dice& dice) {
       contacts.contact.push_back(c);
       contacts.pair.push_back({});
       contacts.key.push_back(contact_key(0, false, static_cast<std::uint64_t>(n.sample)));
+      contacts.way.push_back(c.distance);
     }
     reduction.reduce(contacts, set);
     for (int k = 0; k < set.count; ++k) {
