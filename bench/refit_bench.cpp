@@ -7,6 +7,11 @@
 #include "nodes/interpolation/bspline.hpp"
 #include "nodes/prediction/ar.hpp"
 #include "nodes/prediction/autoregression.hpp"
+#include "nodes/prediction/hold.hpp"
+#include "nodes/prediction/kalman.hpp"
+#include "nodes/prediction/linear.hpp"
+#include "nodes/prediction/linear_position.hpp"
+#include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
 #include "nodes/prediction/sample_window.hpp"
 #include "tests/nodes/force_stream.hpp"
@@ -23,6 +28,19 @@ std::vector<Vec3> signal(std::size_t n) {
   std::vector<Vec3> x(n);
   for (std::size_t t = 2; t < n; ++t) x[t] = 1.2 * x[t - 1] - 0.5 * x[t - 2] + draw.normal_vector();
   return x;
+}
+
+// What a physics force looks like: a slow swing, a texture of the signal above, and noise.
+std::vector<Wrench> textured(std::size_t n) {
+  Draw draw(2);
+  const std::vector<Vec3> texture = signal(n);
+  std::vector<Wrench> w;
+  for (std::size_t t = 0; t < n; ++t) {
+    const double s = 0.05 * static_cast<double>(t);
+    const Vec3 force = Vec3{2 * std::sin(s), std::cos(0.7 * s), 1} + 0.05 * texture[t] + draw.normal_vector(0.02);
+    w.push_back({force, 0.01 * force});
+  }
+  return w;
 }
 
 std::vector<double> lags(int order) {
@@ -42,7 +60,7 @@ void levinson_by_final_prediction_error(benchmark::State& state) {
   const int order = static_cast<int>(state.range(0));
   const std::vector<double> r = lags(order);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(fit_yule_walker(r, {.max_order = order, .by_fpe = true, .samples = window}));
+    benchmark::DoNotOptimize(fit_yule_walker(r, {.max_order = order, .rule = OrderRule::fpe, .samples = window}));
   }
 }
 BENCHMARK(levinson_by_final_prediction_error)->Arg(3)->Arg(10)->Arg(20);
@@ -112,14 +130,103 @@ std::vector<Wrench> wrenches() {
   return w;
 }
 
-void refit_node(benchmark::State& state) {
+Refitter::Params refit_params(const benchmark::State& state) {
   Refitter::Params p;
-  p.max_order = static_cast<std::int32_t>(state.range(0));
-  p.remove = static_cast<Removal>(state.range(1));
-  Refitter node(p, context());
-  step_node(state, node, node.force, node.coefficients, wrenches());
+  p.method = static_cast<ArMethod>(state.range(0));
+  p.products = static_cast<Products>(state.range(1));
+  p.remove = static_cast<Removal>(state.range(2));
+  p.window = static_cast<std::int32_t>(state.range(3));
+  return p;
 }
-BENCHMARK(refit_node)->ArgNames({"max_order", "removal"})->ArgsProduct({{3, 10, 20}, {0, 1, 2}});
+
+// RMS one-step error of the refitted predictor over that of a hold, on `textured`, after 600 samples.
+double error_over_hold(const Refitter::Params& params) {
+  Refitter refitter(params, context());
+  ArPredictor::Params ar;
+  ar.force_max = ar.torque_max = 100;
+  ArPredictor predictor(ar, context());
+  refitter.force.configure({QueuePolicy::drop_oldest, 64});
+  predictor.force.configure({QueuePolicy::drop_oldest, 64});
+  predictor.coefficients.configure({QueuePolicy::latest, 1});
+  const std::vector<Wrench> forces = textured(3000);
+  double error = 0;
+  double held = 0;
+  for (std::size_t t = 0; t + 1 < forces.size(); ++t) {
+    const Stamp stamp = stamp_ms(10.0 * static_cast<double>(t));
+    refitter.force.push(stamp, &forces[t]);
+    StepContext c(stamp.produced);
+    refitter.step(c);
+    if (refitter.coefficients.pending() > 0) {
+      predictor.coefficients.push(stamp, refitter.coefficients.pending_value(0));
+      refitter.coefficients.clear_pending();
+    }
+    const Vec3 predicted =
+        step_with(predictor, predictor.force, stamp, forces[t], predictor.forecast).predicted_D_W.force;
+    if (t < 600) continue;
+    const Vec3 e = forces[t + 1].force - predicted;
+    const Vec3 h = forces[t + 1].force - forces[t].force;
+    error += dot(e, e);
+    held += dot(h, h);
+  }
+  return std::sqrt(error / held);
+}
+
+void refit_node(benchmark::State& state) {
+  const Refitter::Params p = refit_params(state);
+  Refitter node(p, context());
+  step_node(state, node, node.force, node.coefficients, textured(4096));
+  Report report;
+  node.report(report);
+  for (const auto& [name, value] : report.figures()) {
+    if (name == "refit.force_order_mean") state.counters["order"] = value;
+    if (name == "refit.spectral_radius_max") state.counters["radius"] = value;
+  }
+  state.counters["error_over_hold"] = error_over_hold(p);
+}
+// Force and torque; 20 orders by final prediction error (8 for vectors). Methods: 0 Yule-Walker, 1 Burg, 2 covariance,
+// 3 recursion.
+BENCHMARK(refit_node)
+    ->ArgNames({"method", "products", "removal", "window"})
+    ->ArgsProduct({{0, 1, 2, 3}, {0, 1}, {0, 2}, {300}})
+    ->ArgsProduct({{0}, {2}, {0, 2}, {300}})
+    ->ArgsProduct({{0, 1, 2}, {0}, {1}, {300}})
+    ->ArgsProduct({{0, 1, 2}, {0}, {2}, {60}});
+
+// A prediction by each predictor that needs no refitter.
+template <class N>
+void predictor_node(benchmark::State& state) {
+  typename N::Params p;
+  p.force_max = 100;
+  p.torque_max = 100;
+  N node(p, context());
+  if constexpr (requires { node.device; }) {
+    node.device.configure({QueuePolicy::drop_oldest, 256});
+    node.force.configure({QueuePolicy::drop_oldest, 64});
+    const std::vector<Wrench> forces = wrenches();
+    std::int64_t t = 0;
+    for (auto _ : state) {
+      for (int ms = 0; ms < 10; ++ms) {
+        const double s = 1e-3 * static_cast<double>(10 * t + ms);
+        const DeviceState device{
+            {{0.01 * std::sin(s), 0.01 * std::cos(s), 0}, from_rotation_vector({0.1 * std::sin(s), 0, 0})}, {}, 0, 0};
+        node.device.push(stamp_ms(1e3 * s), &device);
+      }
+      const Stamp stamp = stamp_ms(10.0 * static_cast<double>(t), static_cast<std::uint64_t>(t));
+      node.force.push(stamp, &forces[static_cast<std::size_t>(t) % forces.size()]);
+      StepContext c(stamp.produced);
+      node.step(c);
+      node.forecast.clear_pending();
+      ++t;
+    }
+  } else {
+    step_node(state, node, node.force, node.forecast, wrenches());
+  }
+}
+BENCHMARK(predictor_node<HoldPredictor>);
+BENCHMARK(predictor_node<LinearPredictor>);
+BENCHMARK(predictor_node<KalmanPredictor>);
+BENCHMARK(predictor_node<LinearPositionPredictor>);
+BENCHMARK(predictor_node<MultiratePredictor>);
 
 void predict_node(benchmark::State& state) {
   ArPredictor::Params p;

@@ -130,8 +130,10 @@ const MessageType& message_type<ArCoefficients>() {
     f.push_back({"torque_order", "1", i32, offsetof(ArCoefficients, torque_order), 1});
     f.push_back({"removal", "1", i32, offsetof(ArCoefficients, removal), 1});
     f.push_back({"window", "1", i32, offsetof(ArCoefficients, window), 1});
-    f.push_back({"force", "1", f64, offsetof(ArCoefficients, force), ArCoefficients::max_order});
-    f.push_back({"torque", "1", f64, offsetof(ArCoefficients, torque), ArCoefficients::max_order});
+    f.push_back({"products", "1", i32, offsetof(ArCoefficients, products), 1});
+    f.push_back({"grid_period", "s", f64, offsetof(ArCoefficients, grid_period), 1});
+    f.push_back({"force", "1", f64, offsetof(ArCoefficients, force), ArCoefficients::capacity});
+    f.push_back({"torque", "1", f64, offsetof(ArCoefficients, torque), ArCoefficients::capacity});
     f.push_back({"force_error_variance", "N^2", f64, offsetof(ArCoefficients, force_error_variance), 1});
     f.push_back({"torque_error_variance", "N^2 m^2", f64, offsetof(ArCoefficients, torque_error_variance), 1});
   });

@@ -1,6 +1,7 @@
 #include "nodes/prediction/ar.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace tactor {
@@ -14,12 +15,12 @@ std::vector<double> default_coefficients(Removal removal) {
   return removal == Removal::difference ? std::vector<double>{0.5} : std::vector<double>{1.5, -0.5};
 }
 
-std::int32_t fill(std::array<double, ArCoefficients::max_order>& phi, const std::vector<double>& given, Removal removal,
+std::int32_t fill(std::array<double, ArCoefficients::capacity>& phi, const std::vector<double>& given, Removal removal,
                   const char* name) {
   const std::vector<double> values = given.empty() ? default_coefficients(removal) : given;
-  if (values.size() > phi.size()) {
-    throw InputError(std::string(name) + ": expected at most " + std::to_string(phi.size()) + " coefficients, found " +
-                     std::to_string(values.size()) + "; give fewer");
+  if (values.size() > ArCoefficients::max_order) {
+    throw InputError(std::string(name) + ": expected at most " + std::to_string(ArCoefficients::max_order) +
+                     " coefficients, found " + std::to_string(values.size()) + "; give fewer");
   }
   std::copy(values.begin(), values.end(), phi.begin());
   return static_cast<std::int32_t>(values.size());
@@ -29,17 +30,40 @@ std::size_t history_size(std::int32_t mean_window) {
   return static_cast<std::size_t>(std::max(mean_window, ArCoefficients::max_order + 1));
 }
 
+// Phi_i x.
+Vec3 weighed(Products products, std::span<const double, ArCoefficients::capacity> phi, std::size_t i, const Vec3& x) {
+  constexpr std::size_t n = ArCoefficients::max_order;
+  switch (products) {
+    case Products::per_axis:
+      return {phi[i] * x.x, phi[n + i] * x.y, phi[2 * n + i] * x.z};
+    case Products::vector: {
+      const double* row = phi.data() + 9 * i;
+      return {row[0] * x.x + row[1] * x.y + row[2] * x.z, row[3] * x.x + row[4] * x.y + row[5] * x.z,
+              row[6] * x.x + row[7] * x.y + row[8] * x.z};
+    }
+    default:
+      return phi[i] * x;
+  }
+}
+
+// How many periods of its grid the model is iterated at most to reach the horizon.
+constexpr int most_steps = 8;
+
 }  // namespace
 
 NodeInfo ArPredictor::declare() {
   Declare<ArPredictor> node("prediction.ar", "Weighs the last forces by auto-regressive coefficients.");
   node.details(
-      "F_{t+1|t} = sum_i phi_i F_{t-i+1}; torque likewise with coefficients of its own. With `remove: mean` the sum is "
-      "over F - m, m the mean of the last window, and m is added back; with `remove: difference` it is over "
-      "F_t - F_{t-1} and F_t is added. Coefficients that a refitter sends say how they were fitted and are applied so; "
-      "until the first arrive, the fixed ones serve. It holds where the history is shorter than the order, where the "
-      "refitter found nothing to fit, and where a result is not finite; a result beyond the device's limits is "
-      "shortened to them.\n"
+      "F_{t+1|t} = sum_i phi_i F_{t-i+1}; torque likewise with coefficients of its own. With `remove: mean` the sum "
+      "is over F - m, m the mean of the last window, and m is added back; with `remove: difference` it is over F_t - "
+      "F_{t-1} and F_t is added. Coefficients that a refitter sends say how they were fitted (what was removed, one "
+      "set for all axes, one an axis or a matrix a lag, on which grid of times) and are applied so; until the first "
+      "arrive, the fixed ones serve. Where they were fitted to resampled forces, the history is interpolated "
+      "linearly at t, t - T, t - 2 T, ..., T the period of the grid, and the model is iterated to the estimated "
+      "physics period, 8 T at most. It holds where the history is shorter than the order, where the refitter found "
+      "nothing to fit, and where a result is not finite; a result beyond the device's limits is shortened to them. "
+      "With fixed coefficients, for a motion known beforehand and for comparison; refitted, for forces with a "
+      "texture or a tremor of their own.\n"
       "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering, eq. 4.");
   declare_predictor(node)
       .input("coefficients", &ArPredictor::coefficients, {.doc = "refitted coefficients", .required = false})
@@ -65,66 +89,83 @@ NodeInfo ArPredictor::declare() {
 }
 
 ArPredictor::ArPredictor(const Params& params, const NodeContext& context)
-    : params_(params),
-      guard_(params, context.torque),
-      period_(params),
-      force_history_(history_size(params.mean_window)),
-      torque_history_(history_size(params.mean_window)) {
+    : Predictor(params, context), params_(params), history_(history_size(params.mean_window)) {
   model_.removal = params.remove;
   model_.window = params.mean_window;
   model_.force_order = fill(model_.force, params.force_coefficients, params.remove, "force_coefficients");
   model_.torque_order = fill(model_.torque, params.torque_coefficients, params.remove, "torque_coefficients");
 }
 
-ArPredictor::Outcome ArPredictor::predict(const SampleWindow& history, std::span<const double> phi,
-                                          Vec3& predicted) const {
-  if (phi.empty()) return Outcome::nothing_fitted;
-  const bool difference = model_.removal == Removal::difference;
-  if (history.size() < phi.size() + (difference ? 1 : 0)) return Outcome::warm_up;
-  const Vec3 mean =
-      model_.removal == Removal::mean ? history.mean(static_cast<std::size_t>(std::max(model_.window, 1))) : Vec3{};
-  predicted = difference ? history[0] : mean;
-  for (std::size_t i = 0; i < phi.size(); ++i) {
-    predicted += phi[i] * (history[i] - (difference ? history[i + 1] : mean));
-  }
-  return Outcome::predicted;
+void ArPredictor::read_inputs() {
+  if (params_.coefficients == Source::fixed) return;
+  if (const Stamped<ArCoefficients>* newest = coefficients.latest()) model_ = newest->value;
 }
 
-void ArPredictor::step(StepContext&) {
-  if (params_.coefficients == Source::refit) {
-    if (const Stamped<ArCoefficients>* newest = coefficients.latest()) model_ = newest->value;
+std::size_t ArPredictor::gather(std::size_t count, std::span<Wrench> past) const {
+  const std::size_t wanted = std::min(count, past.size());
+  if (model_.grid_period <= 0) {
+    const std::size_t there = std::min(wanted, history_.size());
+    for (std::size_t i = 0; i < there; ++i) past[i] = history_[i].value;
+    return there;
   }
-  Stamped<Wrench> sample;
-  bool any = false;
-  bool usable = false;
-  while (samples_.next(force, sample)) {
-    any = true;
-    usable = guard_.accept(sample.value);
-    period_.update(sample.stamp.valid);
-    if (!usable) continue;
-    force_history_.push(sample.value.force);
-    if (guard_.torque()) torque_history_.push(sample.value.torque);
+  const Time newest = history_[0].stamp.valid;
+  std::size_t age = 0;
+  for (std::size_t i = 0; i < wanted; ++i) {
+    const double back = static_cast<double>(i) * model_.grid_period;
+    while (age < history_.size() && (newest - history_[age].stamp.valid).seconds() < back) ++age;
+    if (age == history_.size()) return i;
+    past[i] = history_[age].value;
+    if (age == 0) continue;
+    const Stamped<Wrench>& later = history_[age - 1];
+    const double span = (later.stamp.valid - history_[age].stamp.valid).seconds();
+    const double share = ((newest - history_[age].stamp.valid).seconds() - back) / span;
+    past[i] = past[i] + share * (later.value - past[i]);
   }
-  if (!any) return;
-  Forecast f{sample.value, sample.value, period_.value().seconds()};
-  bool held = !usable;
-  if (usable) {
-    const std::span<const double> force_phi(model_.force.data(), static_cast<std::size_t>(model_.force_order));
-    const std::span<const double> torque_phi(model_.torque.data(), static_cast<std::size_t>(model_.torque_order));
-    const Outcome force_outcome = predict(force_history_, force_phi, f.predicted_D_W.force);
-    const Outcome torque_outcome =
-        guard_.torque() ? predict(torque_history_, torque_phi, f.predicted_D_W.torque) : Outcome::predicted;
-    if (force_outcome == Outcome::warm_up || torque_outcome == Outcome::warm_up) {
-      guard_.count_warm_up();
-      held = true;
-    } else if (force_outcome == Outcome::nothing_fitted || torque_outcome == Outcome::nothing_fitted) {
-      guard_.count_held();
-      held = true;
-    }
+  return wanted;
+}
+
+Wrench ArPredictor::mean() const {
+  const std::size_t n = std::min(history_.size(), static_cast<std::size_t>(std::max(model_.window, 1)));
+  Wrench sum;
+  for (std::size_t age = 0; age < n; ++age) sum = sum + history_[age].value;
+  return (1.0 / static_cast<double>(n)) * sum;
+}
+
+Predictor::Outcome ArPredictor::predict(Duration horizon, Wrench& predicted) {
+  const int order = std::max(model_.force_order, torque() ? model_.torque_order : 0);
+  const bool difference = model_.removal == Removal::difference;
+  constexpr std::size_t capacity = ArCoefficients::max_order + 1;
+  if (order < 1) return Outcome::held;
+  const std::size_t needed = static_cast<std::size_t>(order) + (difference ? 1 : 0);
+  std::array<Wrench, capacity> newest_first;
+  if (gather(needed, newest_first) < needed) return Outcome::warm_up;
+  const Wrench level = model_.removal == Removal::mean ? mean() : Wrench{};
+  // Newest last, so that what the model foresees can be appended.
+  std::array<Wrench, capacity + most_steps> past;
+  for (std::size_t i = 0; i < needed; ++i) past[needed - 1 - i] = newest_first[i];
+
+  // On a grid the horizon is a number of its periods, on samples as they come it is one.
+  const double steps =
+      model_.grid_period > 0 ? std::min<double>(horizon.seconds() / model_.grid_period, most_steps) : 1.0;
+  const auto whole = static_cast<std::size_t>(std::ceil(steps));
+  for (std::size_t step = 0; step < whole; ++step) {
+    const std::size_t now = needed - 1 + step;
+    Wrench next = difference ? past[now] : level;
+    const auto sum = [&](std::int32_t n, const std::array<double, ArCoefficients::capacity>& phi, Vec3 Wrench::*part) {
+      if (n < 1) next.*part = past[now].*part;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(std::max(n, 0)); ++i) {
+        const Vec3& base = difference ? past[now - i - 1].*part : level.*part;
+        next.*part += weighed(model_.products, phi, i, past[now - i].*part - base);
+      }
+    };
+    sum(model_.force_order, model_.force, &Wrench::force);
+    if (torque()) sum(model_.torque_order, model_.torque, &Wrench::torque);
+    past[now + 1] = next;
   }
-  const bool mended = guard_.mend(f.current_D_W, f.predicted_D_W);
-  f.fallback = held || mended ? 1 : 0;
-  forecast.send(sample.stamp.valid, f);
+  const Wrench& end = past[needed - 1 + whole];
+  const Wrench& before = past[needed + whole - 2];
+  predicted = end + (static_cast<double>(whole) - steps) * (before - end);
+  return model_.force_order < 1 || (torque() && model_.torque_order < 1) ? Outcome::held : Outcome::predicted;
 }
 
 }  // namespace tactor

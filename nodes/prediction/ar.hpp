@@ -2,19 +2,20 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
-#include "framework/node/new_messages.hpp"
-#include "nodes/prediction/parameters.hpp"
+#include "nodes/prediction/predictor.hpp"
 #include "nodes/prediction/sample_window.hpp"
 
 namespace tactor {
 
 /// prediction.ar: F_{t+1|t} = sum_i phi_i F_{t-i+1}, about the mean or over differences where the coefficients were
-/// fitted so (see Removal). One set of coefficients serves the three axes of force, another those of torque.
+/// fitted so (see Removal), phi_i a number, a number an axis or a matrix (see Products). On a grid of even times the
+/// history is interpolated linearly and the model iterated to the horizon.
 /// Source: Hou and Sourina, "Real-time Adaptive Prediction Method for Smooth Haptic Rendering", eq. 4, with F_{t-i+1}
 /// where the equation repeats F_{t+1|t}.
-class ArPredictor final : public Node {
+class ArPredictor final : public Predictor {
  public:
   enum class Source { fixed, refit };
   struct Params : PredictorParams {
@@ -24,27 +25,23 @@ class ArPredictor final : public Node {
     Removal remove = Removal::difference;
     std::int32_t mean_window = 300;
   };
-  /// Throws InputError where more coefficients are given than ArCoefficients can hold.
+  /// Throws InputError where more coefficients are given than ArCoefficients::max_order.
   ArPredictor(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-  void step(StepContext& context) override;
-  void report(Report& report) const override { guard_.report(report); }
 
-  Input<Wrench> force;
   Input<ArCoefficients> coefficients;
-  Output<Forecast> forecast;
 
  private:
-  enum class Outcome { predicted, warm_up, nothing_fitted };
-  Outcome predict(const SampleWindow& history, std::span<const double> phi, Vec3& predicted) const;
+  void read_inputs() override;
+  void take(const Stamped<Wrench>& sample) override { history_.push(sample); }
+  Outcome predict(Duration horizon, Wrench& predicted) override;
+  // Writes up to `count` past forces, newest first, as they came or on the model's grid; returns how many there are.
+  std::size_t gather(std::size_t count, std::span<Wrench> past) const;
+  [[nodiscard]] Wrench mean() const;
 
   Params params_;
-  ForecastGuard guard_;
-  PeriodEstimate period_;
-  NewMessages<Wrench> samples_;
   ArCoefficients model_;
-  SampleWindow force_history_;
-  SampleWindow torque_history_;
+  SampleWindow<Stamped<Wrench>> history_;
 };
 
 }  // namespace tactor

@@ -1,27 +1,20 @@
 // The predictor that expects no change: the baseline every other one is judged against.
 #pragma once
 
-#include "framework/node/new_messages.hpp"
-#include "nodes/prediction/parameters.hpp"
+#include "nodes/prediction/predictor.hpp"
 
 namespace tactor {
 
 /// prediction.hold: F_{t+1|t} = F_t.
-class HoldPredictor final : public Node {
+class HoldPredictor final : public Predictor {
  public:
   using Params = PredictorParams;
-  HoldPredictor(const Params& params, const NodeContext& context);
+  HoldPredictor(const Params& params, const NodeContext& context) : Predictor(params, context) {}
   static NodeInfo declare();
-  void step(StepContext& context) override;
-  void report(Report& report) const override { guard_.report(report); }
-
-  Input<Wrench> force;
-  Output<Forecast> forecast;
 
  private:
-  ForecastGuard guard_;
-  PeriodEstimate period_;
-  NewMessages<Wrench> samples_;
+  void take(const Stamped<Wrench>&) override {}
+  Outcome predict(Duration, Wrench&) override { return Outcome::predicted; }
 };
 
 }  // namespace tactor

@@ -9,18 +9,48 @@ namespace tactor {
 
 namespace {
 
-// Beyond a third of the window a biased autocovariance is mostly made of samples that are not there.
+void refuse_contradictions(const Refitter::Params& p) {
+  if (p.products == Products::vector && p.method != ArMethod::yule_walker) {
+    throw InputError("products: vector is fitted by `method: yule_walker` alone; change one of the two");
+  }
+  if (p.method != ArMethod::rls) return;
+  if (p.remove == Removal::mean) {
+    throw InputError("remove: mean is of a window, which `method: rls` has not; use `difference` or `none`");
+  }
+  if (p.window_time > 0) {
+    throw InputError("window_time: `method: rls` has no window; set `forgetting` instead");
+  }
+}
+
+// Beyond a third of the samples a biased autocovariance is mostly made of samples that are not there. A vector model
+// has three regressors a lag. A recursion forgets, so that it holds as many samples as its weights sum to in the end.
 int top_order(const Refitter::Params& p) {
-  const int highest = p.window / 3;
+  refuse_contradictions(p);
+  int highest = p.window / 3;
+  std::string bound = "window / 3";
+  std::string mend = "; lower the order or widen the window";
+  if (p.products == Products::vector) {
+    highest = std::min(p.window / 9, ArCoefficients::max_vector_order);
+    bound = "window / 9 and " + std::to_string(ArCoefficients::max_vector_order);
+  } else if (p.method == ArMethod::rls) {
+    constexpr double most = ArCoefficients::max_order;
+    highest = std::max(1, static_cast<int>(std::min(most, 0.3 / (1.0 - p.forgetting))));
+    bound = "0.3 / (1 - forgetting)";
+    mend = "; lower the order or forget more slowly";
+  }
   if (p.order > highest) {
-    throw InputError("order: expected at most window / 3 = " + std::to_string(highest) + ", found " +
-                     std::to_string(p.order) + "; lower the order or widen the window");
+    throw InputError("order: expected at most " + bound + " = " + std::to_string(highest) + ", found " +
+                     std::to_string(p.order) + mend);
   }
   return p.order > 0 ? p.order : std::min(p.max_order, highest);
 }
 
-std::size_t lags(const Refitter::Params& p) {
-  return static_cast<std::size_t>(top_order(p)) + 1;
+ArEstimatorOptions estimator_options(const Refitter::Params& p) {
+  return {.method = p.method,
+          .window = static_cast<std::size_t>(p.window),
+          .max_order = top_order(p),
+          .remove_mean = p.remove == Removal::mean,
+          .forgetting = p.forgetting};
 }
 
 }  // namespace
@@ -28,38 +58,75 @@ std::size_t lags(const Refitter::Params& p) {
 NodeInfo Refitter::declare() {
   return Declare<Refitter>("prediction.refit", "Fits auto-regressive coefficients to the last forces.")
       .details(
-          "Biased autocovariances of the last `window` samples, with scalar products over the axes, give the "
-          "Yule-Walker equations R phi = r, solved by Levinson-Durbin; force and torque apart. The order is `order`, "
-          "or "
-          "with 0 the one of Akaike's smallest final prediction error s2 (N + p + 1) / (N - p - 1) up to `max_order` "
-          "and "
-          "a third of the window. `remove` says what is fitted: the samples (as the paper prints it), the samples "
-          "about "
-          "their mean, or their differences. The first coefficients are sent when the window is full. Where the "
-          "samples "
-          "hold no energy, order 0 is sent and the predictor holds. A sample that is not finite is left out.\n"
-          "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering, eq. 5 to 11.")
+          "Fits x_{t+1} = sum_i phi_i x_{t-i+1} to the last `window` samples, or those of the last `window_time`, "
+          "force and torque apart. `remove` says what x is: the samples (as the paper prints it), the samples about "
+          "their mean, or their differences.\n"
+          "`method: yule_walker` solves R phi = r of the biased autocovariances by Levinson-Durbin. Always stable, "
+          "the cheapest, and the paper's; its bias shrinks as the window grows, so it wants 200 samples and more. "
+          "`burg` minimises forward and backward errors together, one reflection coefficient k = 2 sum f.b / "
+          "sum(|f|^2 + |b|^2) an order: always stable and nearly without bias, good from 30 samples on. `covariance` "
+          "is least squares over the window: exact on a sum of waves without noise, but not always stable; such a "
+          "fit is replaced by Yule-Walker's and counted. `rls` is least squares over all the past, weighed by "
+          "`forgetting`^age: it has no edge where samples leave, follows slow changes, and remembers a blow for 1 / "
+          "(1 - forgetting) samples, 100 by default (0.95 to 0.998 is usual); its unstable fits are shrunk and "
+          "counted. Every ridge is 1e-9 of the energy, so the unit does not matter.\n"
+          "`products: axes` takes scalar products over the axes: one phi, the same in every rotated frame. "
+          "`per_axis` fits each axis alone, for a scene whose axes differ; three times the cost. `vector` fits a 3x3 "
+          "matrix a lag by Whittle's recursion, order 8 at most: for axes that drive each other, with windows of 300 "
+          "and more.\n"
+          "The order is `order`, or with 0 the one of the smallest criterion up to `max_order` and a third of the "
+          "samples (vector: a ninth): FPE s2 (N + p + 1) / (N - p - 1), AIC N ln s2 + 2 p, or BIC N ln s2 + p ln N, "
+          "which takes the lowest orders. `resample` interpolates the samples linearly onto even times, one mean "
+          "period of the last 64 apart, and tells the predictor to do so: for physics of a changing rate. The first "
+          "coefficients are sent when the window is full, rls's when it holds three samples an order. Where the "
+          "samples hold no energy, order 0 is sent and the predictor holds. A sample that is not finite is left out. "
+          "`refit.spectral_radius_*` in the report are of at most 128 models of force, evenly over the run.\n"
+          "Sources: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering, eq. 5 to 11; "
+          "Burg, Maximum entropy spectral analysis (1967), in the form of Vos, A fast implementation of Burg's "
+          "method (2013); Kay, Modern Spectral Estimation (1988); Haykin, Adaptive Filter Theory; Whittle, On the "
+          "fitting of multivariate autoregressions (1963).")
       .input(
           "force", &Refitter::force,
           {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 512}})
       .output("coefficients", &Refitter::coefficients, "the coefficients fitted to the window")
-      .integer("window", &Params::window,
-               {.doc = "samples (or differences) that are fitted", .default_value = 300, .min = 9, .max = 100000})
+      .integer(
+          "window", &Params::window,
+          {.doc = "samples (or differences) that are fitted, at most", .default_value = 300, .min = 9, .max = 100000})
+      .real("window_time", &Params::window_time,
+            {.doc = "only samples of this last time are fitted; 0: as many as `window`",
+             .unit = "s",
+             .default_value = 0,
+             .min = 0,
+             .max = 1000})
       .integer("order", &Params::order,
-               {.doc = "order of the model; 0: by the final prediction error",
+               {.doc = "order of the model; 0: by `order_by`",
                 .default_value = 0,
                 .min = 0,
                 .max = ArCoefficients::max_order})
       .integer("max_order", &Params::max_order,
-               {.doc = "highest order the final prediction error may choose",
+               {.doc = "highest order that `order_by` may choose",
                 .default_value = 20,
                 .min = 1,
                 .max = ArCoefficients::max_order})
-      .choice("method", &Params::method, {{"yule_walker", Method::yule_walker}}, std::optional(Method::yule_walker),
-              "how the coefficients are computed")
+      .choice("order_by", &Params::order_by,
+              {{"fpe", OrderRule::fpe}, {"aic", OrderRule::aic}, {"bic", OrderRule::bic}},
+              std::optional(OrderRule::fpe), "the criterion that chooses the order where `order` is 0")
+      .choice("method", &Params::method,
+              {{"yule_walker", ArMethod::yule_walker},
+               {"burg", ArMethod::burg},
+               {"covariance", ArMethod::covariance},
+               {"rls", ArMethod::rls}},
+              std::optional(ArMethod::yule_walker), "how the coefficients are computed")
+      .choice("products", &Params::products,
+              {{"axes", Products::axes}, {"per_axis", Products::per_axis}, {"vector", Products::vector}},
+              std::optional(Products::axes), "one set of coefficients for the three axes, one an axis, or matrices")
+      .real(
+          "forgetting", &Params::forgetting,
+          {.doc = "weight of a sample against the one after it, for rls", .default_value = 0.99, .min = 0.9, .max = 1})
       .choice("remove", &Params::remove,
               {{"none", Removal::none}, {"mean", Removal::mean}, {"difference", Removal::difference}},
               std::optional(Removal::difference), "what is left out of the samples before they are fitted")
+      .boolean("resample", &Params::resample, false, "interpolate the samples onto even times first")
       .integer("period", &Params::period,
                {.doc = "samples from one refit to the next", .default_value = 1, .min = 1, .max = 100000})
       .info();
@@ -69,60 +136,71 @@ Refitter::Refitter(const Params& params, const NodeContext& context)
     : params_(params),
       torque_(context.torque),
       top_order_(top_order(params)),
-      force_window_(static_cast<std::size_t>(params.window), lags(params), params.remove == Removal::mean),
-      torque_window_(static_cast<std::size_t>(params.window), lags(params), params.remove == Removal::mean),
+      force_part_(estimator_options(params), params.products),
+      torque_part_(estimator_options(params), params.products),
+      times_(static_cast<std::size_t>(params.window)),
       since_refit_(params.period) {}
 
-ArFit Refitter::fit(AutocovarianceWindow& window) {
-  std::array<double, ArCoefficients::max_order + 1> storage{};
-  const std::span<double> r = std::span(storage).first(static_cast<std::size_t>(top_order_) + 1);
-  window.covariances(r);
-  ArFit result;
-  if (has_energy(r[0], window.noise())) {
-    result = fit_yule_walker(r, {.max_order = top_order_, .by_fpe = params_.order == 0, .samples = params_.window});
+void Refitter::take(const Stamped<Wrench>& sample) {
+  const Wrench& value = sample.value;
+  const Wrench fitted = params_.remove == Removal::difference ? value - last_ : value;
+  const bool first_difference = params_.remove == Removal::difference && !any_;
+  last_ = value;
+  any_ = true;
+  if (first_difference || !is_usable(fitted)) return;
+  force_part_.push(fitted.force);
+  if (torque_) torque_part_.push(fitted.torque);
+  times_.push(sample.stamp.valid);
+  ++since_refit_;
+  if (params_.window_time <= 0) return;
+  while (times_.size() > 1 && (times_[0] - times_.oldest()).seconds() > params_.window_time) {
+    times_.drop_oldest();
+    force_part_.drop_oldest();
+    if (torque_) torque_part_.drop_oldest();
+    started_ = true;
   }
-  if (result.order == 0) ++rejected_;
-  return result;
+}
+
+bool Refitter::ready() const {
+  if (params_.method == ArMethod::rls) return force_part_.samples() >= 3.0 * top_order_;
+  return times_.full();
 }
 
 void Refitter::step(StepContext&) {
   Stamped<Wrench> sample;
   Time newest;
-  bool taken = false;
+  const std::int64_t before = since_refit_;
   while (samples_.next(force, sample)) {
-    Wrench value = sample.value;
-    if (!torque_) value.torque = {};
-    if (!is_usable(value)) {
+    if (!torque_) sample.value.torque = {};
+    if (!is_usable(sample.value)) {
       ++rejected_samples_;
       continue;
     }
-    const Wrench fitted = params_.remove == Removal::difference ? value - last_ : value;
-    const bool first_difference = params_.remove == Removal::difference && !any_;
-    last_ = value;
-    any_ = true;
     newest = sample.stamp.valid;
-    if (first_difference || !is_usable(fitted)) continue;
-    force_window_.push(fitted.force);
-    if (torque_) torque_window_.push(fitted.torque);
-    ++since_refit_;
-    taken = true;
+    if (!params_.resample) {
+      take(sample);
+      continue;
+    }
+    grid_.push(sample);
+    while (grid_.next(sample)) take(sample);
   }
-  if (!taken || !force_window_.full() || since_refit_ < params_.period) return;
+  started_ = started_ || ready();
+  if (since_refit_ == before || !started_ || since_refit_ < params_.period) return;
   since_refit_ = 0;
   ++refits_;
   ArCoefficients c;
   c.removal = params_.remove;
-  c.window = params_.window;
-  const ArFit force_fit = fit(force_window_);
-  c.force_order = force_fit.order;
-  c.force = force_fit.phi;
-  c.force_error_variance = force_fit.error_variance;
-  order_sum_ += force_fit.order;
+  c.window = static_cast<std::int32_t>(times_.size());
+  c.products = params_.products;
+  c.grid_period = params_.resample ? grid_.period().seconds() : 0.0;
+  // Over differences 0 holds, over samples 1 does, about the mean the mean is as good.
+  const double hold = params_.remove == Removal::none ? 1.0 : 0.0;
+  c.force_order = force_part_.fit(params_.order, params_.order_by, hold, c.force, c.force_error_variance);
+  rejected_ += c.force_order == 0;
+  order_sum_ += c.force_order;
   if (torque_) {
-    const ArFit torque_fit = fit(torque_window_);
-    c.torque_order = torque_fit.order;
-    c.torque = torque_fit.phi;
-    c.torque_error_variance = torque_fit.error_variance;
+    c.torque_order = torque_part_.fit(params_.order, params_.order_by, hold, c.torque, c.torque_error_variance);
+    rejected_ += c.torque_order == 0;
   }
   coefficients.send(newest, c);
 }
@@ -131,9 +209,15 @@ void Refitter::report(Report& report) const {
   report.set("refits", static_cast<double>(refits_));
   report.set("refit.rejected", static_cast<double>(rejected_));
   report.set("refit.rejected_samples", static_cast<double>(rejected_samples_));
+  report.set("refit.unstable", static_cast<double>(force_part_.unstable() + torque_part_.unstable()));
   if (refits_ > 0) {
     report.set("refit.force_order_mean", static_cast<double>(order_sum_) / static_cast<double>(refits_));
   }
+  std::vector<double> radii = force_part_.spectral_radii();
+  if (radii.empty()) return;
+  std::sort(radii.begin(), radii.end());
+  report.set("refit.spectral_radius_median", radii[radii.size() / 2]);
+  report.set("refit.spectral_radius_max", radii.back());
 }
 
 }  // namespace tactor

@@ -1,31 +1,34 @@
 // The refitter: auto-regressive coefficients from the last N physics samples, anew as samples come.
 #pragma once
 
-#include <array>
-
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
-#include "nodes/prediction/autoregression.hpp"
-#include "nodes/prediction/sample_window.hpp"
+#include "nodes/prediction/part_estimator.hpp"
+#include "nodes/prediction/uniform_grid.hpp"
 
 namespace tactor {
 
-/// prediction.refit: solves the Yule-Walker equations for the force and for the torque of the last N samples.
+/// prediction.refit: fits auto-regressive models to the force and to the torque of the last N samples.
 /// Source: Hou and Sourina, "Real-time Adaptive Prediction Method for Smooth Haptic Rendering", eq. 5 to 11, with one
-/// common divisor for all lags where eq. 5 prints N - 1, and scalar products over the axes.
+/// common divisor for all lags where eq. 5 prints N - 1, and scalar products over the axes. The other methods and
+/// products are named where they are computed.
 class Refitter final : public Node {
  public:
-  enum class Method { yule_walker };
   struct Params {
     std::int32_t window = 300;
+    double window_time = 0;
     std::int32_t order = 0;
     std::int32_t max_order = 20;
-    Method method = Method::yule_walker;
+    OrderRule order_by = OrderRule::fpe;
+    ArMethod method = ArMethod::yule_walker;
+    Products products = Products::axes;
+    double forgetting = 0.99;
     Removal remove = Removal::difference;
+    bool resample = false;
     std::int32_t period = 1;
   };
-  /// Throws InputError where `order` is more than a third of `window`.
+  /// Throws InputError where `order` is more than the samples allow, and where options exclude each other.
   Refitter(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
@@ -35,16 +38,19 @@ class Refitter final : public Node {
   Output<ArCoefficients> coefficients;
 
  private:
-  ArFit fit(AutocovarianceWindow& window);
+  void take(const Stamped<Wrench>& sample);
+  [[nodiscard]] bool ready() const;
 
   Params params_;
   bool torque_;
   int top_order_;
-  AutocovarianceWindow force_window_;
-  AutocovarianceWindow torque_window_;
+  PartEstimator force_part_;
+  PartEstimator torque_part_;
+  SampleWindow<Time> times_;
+  UniformGrid grid_;
   NewMessages<Wrench> samples_;
   Wrench last_;
-  bool any_ = false;
+  bool any_ = false, started_ = false;
   std::int64_t since_refit_ = 0;
   std::int64_t refits_ = 0, rejected_ = 0, rejected_samples_ = 0, order_sum_ = 0;
 };

@@ -1,12 +1,18 @@
 #include "framework/node/registry.hpp"
 #include "nodes/prediction/ar.hpp"
 #include "nodes/prediction/hold.hpp"
+#include "nodes/prediction/kalman.hpp"
 #include "nodes/prediction/linear.hpp"
+#include "nodes/prediction/linear_position.hpp"
+#include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
 
 TACTOR_NODES(registry) {
   registry.add<tactor::HoldPredictor>();
   registry.add<tactor::LinearPredictor>();
+  registry.add<tactor::LinearPositionPredictor>();
+  registry.add<tactor::KalmanPredictor>();
+  registry.add<tactor::MultiratePredictor>();
   registry.add<tactor::ArPredictor>();
   registry.add<tactor::Refitter>();
 }

@@ -7,11 +7,11 @@
 
 namespace tactor {
 
-Vec3 SampleWindow::mean(std::size_t count) const {
-  const std::size_t n = std::min(count, size_);
+Vec3 mean(const SampleWindow<Vec3>& window, std::size_t count) {
+  const std::size_t n = std::min(count, window.size());
   if (n == 0) return {};
   Vec3 sum;
-  for (std::size_t age = 0; age < n; ++age) sum += (*this)[age];
+  for (std::size_t age = 0; age < n; ++age) sum += window[age];
   return sum / static_cast<double>(n);
 }
 
@@ -25,18 +25,32 @@ void AutocovarianceWindow::push(const Vec3& x) {
     window_.push(x);
     return;
   }
-  if (window_.full()) {
-    const std::size_t oldest = window_.size() - 1;
-    const Vec3& leaving = window_[oldest];
-    for (std::size_t k = 0; k < sums_.size(); ++k) sums_[k] -= dot(leaving, window_[oldest - k]);
-  }
+  if (window_.full()) subtract_oldest();
   window_.push(x);
   const std::size_t lags = std::min(sums_.size(), window_.size());
   for (std::size_t k = 0; k < lags; ++k) sums_[k] += dot(x, window_[k]);
   peak_ = std::max(peak_, sums_[0]);
+  ++since_afresh_;
+  refresh_sums();
+}
+
+void AutocovarianceWindow::drop_oldest() {
+  if (!remove_mean_) subtract_oldest();
+  window_.drop_oldest();
+  if (!remove_mean_) refresh_sums();
+}
+
+void AutocovarianceWindow::subtract_oldest() {
+  const std::size_t oldest = window_.size() - 1;
+  const Vec3& leaving = window_[oldest];
+  const std::size_t lags = std::min(sums_.size(), window_.size());
+  for (std::size_t k = 0; k < lags; ++k) sums_[k] -= dot(leaving, window_[oldest - k]);
+}
+
+void AutocovarianceWindow::refresh_sums() {
   // The rounding left in the sums is relative to the peak; four digits of fall leave twelve.
   constexpr double fallen = 1e-4;
-  if (++since_afresh_ >= window_.capacity() || sums_[0] < fallen * peak_) sum_afresh();
+  if (since_afresh_ >= window_.capacity() || sums_[0] < fallen * peak_) sum_afresh();
 }
 
 void AutocovarianceWindow::sum_afresh() {
@@ -49,7 +63,7 @@ void AutocovarianceWindow::sum_afresh() {
 }
 
 void AutocovarianceWindow::covariances(std::span<double> r) {
-  TACTOR_ASSERT(full() && r.size() == sums_.size());
+  TACTOR_ASSERT(size() > 0 && r.size() <= sums_.size());
   const std::size_t n = window_.size();
   if (!remove_mean_) {
     for (std::size_t k = 0; k < r.size(); ++k) r[k] = sums_[k] / static_cast<double>(n);
@@ -57,11 +71,17 @@ void AutocovarianceWindow::covariances(std::span<double> r) {
     return;
   }
   for (std::size_t i = 0; i < n; ++i) ordered_[i] = window_[n - 1 - i];
-  const Vec3 mean = window_.mean(n);
-  autocovariance(ordered_, mean, r);
+  mean_ = mean(window_, n);
+  autocovariance(std::span<const Vec3>(ordered_).first(n), mean_, r);
   // The mean is known to about n epsilon |x|; the square of that is what a constant signal leaves.
   const double rounding = static_cast<double>(n) * std::numeric_limits<double>::epsilon();
-  noise_ = rounding * rounding * (dot(mean, mean) + r[0]);
+  noise_ = rounding * rounding * (dot(mean_, mean_) + r[0]);
+}
+
+void AutocovarianceWindow::edges(std::span<Vec3> first, std::span<Vec3> last) const {
+  TACTOR_ASSERT(first.size() <= size() && last.size() <= size());
+  for (std::size_t i = 0; i < first.size(); ++i) first[i] = window_[size() - 1 - i] - mean_;
+  for (std::size_t i = 0; i < last.size(); ++i) last[i] = window_[i] - mean_;
 }
 
 }  // namespace tactor

@@ -9,31 +9,39 @@
 
 namespace tactor {
 
-/// The last `capacity` samples; storage is allocated once.
+/// The last `capacity` values; storage is allocated once.
+template <class T>
 class SampleWindow {
  public:
   explicit SampleWindow(std::size_t capacity) : samples_(capacity) { TACTOR_DEMAND(capacity > 0); }
 
-  void push(const Vec3& x) {
+  void push(const T& x) {
     newest_ = newest_ + 1 == samples_.size() ? 0 : newest_ + 1;
     samples_[newest_] = x;
     if (size_ < samples_.size()) ++size_;
   }
+  /// Forgets the oldest value; needs size() > 0.
+  void drop_oldest() {
+    TACTOR_ASSERT(size_ > 0);
+    --size_;
+  }
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t capacity() const { return samples_.size(); }
   [[nodiscard]] bool full() const { return size_ == samples_.size(); }
-  /// The sample that came `age` samples before the newest; needs age < size().
-  [[nodiscard]] const Vec3& operator[](std::size_t age) const {
+  /// The value that came `age` values before the newest; needs age < size().
+  [[nodiscard]] const T& operator[](std::size_t age) const {
     return samples_[age <= newest_ ? newest_ - age : newest_ + samples_.size() - age];
   }
-  /// The mean of the newest `count` samples, or of all where there are fewer, summed afresh; zero where there are none.
-  [[nodiscard]] Vec3 mean(std::size_t count) const;
+  [[nodiscard]] const T& oldest() const { return (*this)[size_ - 1]; }
 
  private:
-  std::vector<Vec3> samples_;
+  std::vector<T> samples_;
   std::size_t newest_ = 0;
   std::size_t size_ = 0;
 };
+
+/// The mean of the newest `count` samples, or of all where there are fewer, summed afresh; zero where there are none.
+Vec3 mean(const SampleWindow<Vec3>& window, std::size_t count);
 
 /// A window with its biased autocovariance (see autocovariance()). Without removal of a mean a sample costs two scalar
 /// products a lag: the products with the sample that leaves go, those with the one that comes are added. Rounding stays
@@ -46,22 +54,31 @@ class AutocovarianceWindow {
 
   /// Needs a sample whose square is finite.
   void push(const Vec3& x);
+  /// Takes the oldest sample out of the window; needs size() > 0.
+  void drop_oldest();
   [[nodiscard]] bool full() const { return window_.full(); }
+  [[nodiscard]] std::size_t size() const { return window_.size(); }
   [[nodiscard]] std::size_t capacity() const { return window_.capacity(); }
-  /// Writes r; needs a full window and r.size() == lags.
+  /// Writes r of the samples that are there; needs size() > 0 and r.size() <= lags.
   void covariances(std::span<double> r);
+  /// Writes the first and the last samples, as they were at covariances() (less the mean, where it is removed):
+  /// first[i] = x_i, last[i] = x_{N-1-i}. Needs size() >= the sizes of both.
+  void edges(std::span<Vec3> first, std::span<Vec3> last) const;
   /// The energy that removal of the mean can leave by rounding, for has_energy(); of the last covariances().
   [[nodiscard]] double noise() const { return noise_; }
 
  private:
+  void subtract_oldest();
+  void refresh_sums();
   void sum_afresh();
 
-  SampleWindow window_;
+  SampleWindow<Vec3> window_;
   bool remove_mean_;
   std::vector<double> sums_;
   std::vector<Vec3> ordered_;
   double peak_ = 0;  // the largest energy sum since the sums were made afresh
   std::size_t since_afresh_ = 0;
+  Vec3 mean_;
   double noise_ = 0;
 };
 

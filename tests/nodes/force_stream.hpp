@@ -4,6 +4,7 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
+#include <vector>
 
 #include "framework/core/messages.hpp"
 #include "framework/node/node.hpp"
@@ -45,5 +46,18 @@ struct Draw {
   boost::random::mt19937_64 engine;
   boost::random::normal_distribution<double> standard;
 };
+
+/// The last n samples of x_t = sum_i phi_i x_{t-i} + noise, an axis a stream of its own, once the start is forgotten.
+inline std::vector<Vec3> auto_regressive(const std::vector<double>& phi, std::size_t n, std::uint64_t seed,
+                                         double sigma = 1) {
+  Draw draw(seed);
+  std::vector<Vec3> x;
+  for (std::size_t t = 0; t < n + 500; ++t) {
+    Vec3 next = draw.normal_vector(sigma);
+    for (std::size_t i = 0; i < phi.size() && i < t; ++i) next += phi[i] * x[t - 1 - i];
+    x.push_back(next);
+  }
+  return {x.end() - static_cast<std::ptrdiff_t>(n), x.end()};
+}
 
 }  // namespace tactor::test

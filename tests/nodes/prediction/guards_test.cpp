@@ -7,10 +7,9 @@
 #include <string>
 
 #include "nodes/prediction/ar.hpp"
-#include "nodes/prediction/hold.hpp"
-#include "nodes/prediction/linear.hpp"
 #include "nodes/prediction/refit.hpp"
 #include "tests/nodes/force_stream.hpp"
+#include "tests/nodes/hostile_wrench.hpp"
 
 using namespace tactor;
 using namespace tactor::test;
@@ -65,36 +64,6 @@ struct Chain {
   Refitter refitter;
   ArPredictor predictor;
 };
-
-Wrench hostile(int kind, int t, Draw& draw) {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  const double s = 0.2 * t;
-  const Wrench calm{{std::sin(s), 2, 0}, {0, 0.1 * std::cos(s), 0}};
-  const bool now = draw.uniform(0, 1) < 0.02;
-  switch (kind) {
-    case 0:
-      return calm;
-    case 1:
-      return now ? Wrench{{std::nan(""), 0, 0}, {}} : calm;
-    case 2:
-      return now ? Wrench{{0, inf, 0}, {-inf, 0, 0}} : calm;
-    case 3:
-      return now ? Wrench{{20, 0, 0}, {2, 0, 0}} : Wrench{};
-    case 4:
-      return {{draw.uniform(-1, 1) > 0 ? 8.0 : -8.0, 0, 0}, {0.5, 0, 0}};
-    case 5:
-      return now ? Wrench{{1e200, -1e200, 0}, {1e120, 0, 0}} : calm;
-    case 6:
-      return {{4.9e-324, 1e-310, 0}, {1e-170, 0, 0}};
-    case 7:
-      return {{std::min(8.0, 1e-3 * std::exp(0.3 * (t % 60))), 0, 0}, {}};
-    case 8:
-      return {draw.normal_vector(std::exp(draw.uniform(-300, 300))), draw.normal_vector(1e-200)};
-    default:
-      return {{std::clamp(20 * std::sin(s), -8.0, 8.0), 0, 0}, {}};
-  }
-}
-constexpr int hostile_kinds = 10;
 
 bool displayable(const Wrench& w) {
   return is_finite(w) && norm(w.force) <= force_max * (1 + 1e-12) && norm(w.torque) <= torque_max * (1 + 1e-12);
@@ -209,22 +178,4 @@ BOOST_AUTO_TEST_CASE(warm_up_is_counted_apart_from_fallbacks) {
   std::map<std::string, double> figures(report.figures().begin(), report.figures().end());
   BOOST_TEST(figures["prediction.warm_up"] == 3.0);
   BOOST_TEST(figures["fallbacks"] == 0.0);
-}
-
-BOOST_AUTO_TEST_CASE(hold_and_linear_stay_within_the_device_too) {
-  for (int kind = 0; kind < hostile_kinds; ++kind) {
-    HoldPredictor::Params hold_params;
-    hold_params.force_max = force_max;
-    hold_params.torque_max = torque_max;
-    HoldPredictor hold(hold_params, context());
-    LinearPredictor linear(hold_params, context());
-    hold.force.configure({QueuePolicy::drop_oldest, 8});
-    linear.force.configure({QueuePolicy::latest, 1});
-    Draw draw(5);
-    for (int t = 0; t < 500; ++t) {
-      const Wrench w = hostile(kind, t, draw);
-      BOOST_REQUIRE(displayable(step_with(hold, hold.force, stamp_ms(t), w, hold.forecast).predicted_D_W));
-      BOOST_REQUIRE(displayable(step_with(linear, linear.force, stamp_ms(t), w, linear.forecast).predicted_D_W));
-    }
-  }
 }

@@ -1,10 +1,14 @@
 // Each predictor's formula on streams whose next value is known.
 #include <boost/test/unit_test.hpp>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "nodes/prediction/ar.hpp"
 #include "nodes/prediction/hold.hpp"
 #include "nodes/prediction/linear.hpp"
+#include "nodes/prediction/linear_position.hpp"
+#include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
 #include "tests/nodes/force_stream.hpp"
 
@@ -180,6 +184,13 @@ BOOST_AUTO_TEST_CASE(a_refitted_predictor_follows_a_known_process) {
     x1 = x;
   }
   BOOST_TEST(std::sqrt(error / judged) < 0.01 * std::sqrt(3.0) * 1.05);
+  // The roots of z^2 - 1.6 z + 0.8 have the modulus sqrt(0.8).
+  Report report;
+  refitter.report(report);
+  const std::map<std::string, double> figures(report.figures().begin(), report.figures().end());
+  BOOST_TEST(std::abs(figures.at("refit.spectral_radius_median") - std::sqrt(0.8)) < 0.02);
+  BOOST_TEST(figures.at("refit.spectral_radius_max") < 1.0);
+  BOOST_TEST(figures.at("refit.unstable") == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(refits_come_once_a_period) {
@@ -200,4 +211,181 @@ BOOST_AUTO_TEST_CASE(refits_come_once_a_period) {
   }
   // 30 differences are there from sample 31 on: at samples 31, 38, ..., 94.
   BOOST_TEST(sent == 10);
+}
+
+BOOST_AUTO_TEST_CASE(contradicting_options_of_a_refitter_are_input_errors) {
+  Refitter::Params p;
+  p.products = Products::vector;
+  p.order = 9;
+  BOOST_CHECK_THROW(Refitter(p, context()), InputError);
+  p.order = 0;
+  BOOST_CHECK_NO_THROW(Refitter(p, context()));
+  p.method = ArMethod::burg;
+  BOOST_CHECK_THROW(Refitter(p, context()), InputError);
+  Refitter::Params rls;
+  rls.method = ArMethod::rls;
+  BOOST_CHECK_NO_THROW(Refitter(rls, context()));
+  rls.window_time = 1;
+  BOOST_CHECK_THROW(Refitter(rls, context()), InputError);
+  rls.window_time = 0;
+  rls.remove = Removal::mean;
+  BOOST_CHECK_THROW(Refitter(rls, context()), InputError);
+  rls.remove = Removal::none;
+  rls.forgetting = 0.95;  // 20 samples in the end, so order 6 at most
+  rls.order = 7;
+  BOOST_CHECK_THROW(Refitter(rls, context()), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(a_window_of_time_is_refitted_once_it_is_full_of_time) {
+  Refitter::Params p;
+  p.window_time = 0.5;
+  p.order = 2;
+  Refitter refitter(p, context(false));
+  refitter.force.configure({QueuePolicy::drop_oldest, 512});
+  Draw draw(3);
+  for (int t = 0; t < 100; ++t) {
+    const Wrench x{draw.normal_vector(), {}};
+    refitter.force.push(stamp_ms(10 * t), &x);
+    StepContext c(stamp_ms(10 * t).valid);
+    refitter.step(c);
+    // Differences begin at 10 ms; at 520 ms the first leaves, and 51 of 20 to 520 ms are there.
+    BOOST_REQUIRE((refitter.coefficients.pending() == 1) == (t >= 52));
+    if (t < 52) continue;
+    BOOST_TEST(static_cast<const ArCoefficients*>(refitter.coefficients.pending_value(0))->window == 51);
+    refitter.coefficients.clear_pending();
+  }
+}
+
+BOOST_AUTO_TEST_CASE(coefficients_on_a_grid_are_applied_at_even_times_and_carried_to_the_horizon) {
+  // x_{t+1} = 2 x_t - x_{t-1} on a grid of 8 ms goes on along a line, whatever the stamps.
+  Driven<ArPredictor> ar({});
+  ar.node.coefficients.configure({QueuePolicy::latest, 1});
+  ArCoefficients c;
+  c.grid_period = 0.008;
+  c.force_order = c.torque_order = 2;
+  c.force[0] = c.torque[0] = 2;
+  c.force[1] = c.torque[1] = -1;
+  ar.node.coefficients.push(stamp_ms(0), &c);
+  Draw draw(6);
+  double ms = 0;
+  for (int t = 0; t < 100; ++t) {
+    const double interval = draw.uniform(3, 30);
+    ms += interval;
+    const Forecast f = ar.feed(ms, ramp(ms));
+    if (t < 8) continue;
+    BOOST_TEST(near(f.predicted_D_W.force, ramp(ms + interval).force, 1e-6));
+    BOOST_TEST(near(f.predicted_D_W.torque, ramp(ms + interval).torque, 1e-6));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(products_say_what_a_coefficient_multiplies) {
+  const Wrench x{{1, 2, 3}, {0.1, 0.2, 0.3}};
+  ArCoefficients c;
+  c.force_order = c.torque_order = 1;
+  c.products = Products::per_axis;
+  c.force[0] = 2;
+  c.force[ArCoefficients::max_order] = 3;
+  c.force[2 * ArCoefficients::max_order] = 4;
+  Driven<ArPredictor> per_axis({});
+  per_axis.node.coefficients.configure({QueuePolicy::latest, 1});
+  per_axis.node.coefficients.push(stamp_ms(0), &c);
+  BOOST_TEST(near(per_axis.feed(0, x).predicted_D_W.force, {2, 6, 12}));
+  c.products = Products::vector;
+  for (std::size_t i = 0; i < 9; ++i) c.force[i] = static_cast<double>(i + 1);
+  Driven<ArPredictor> matrix({});
+  matrix.node.coefficients.configure({QueuePolicy::latest, 1});
+  matrix.node.coefficients.push(stamp_ms(0), &c);
+  BOOST_TEST(near(matrix.feed(0, x).predicted_D_W.force, {14, 32, 50}));
+}
+
+namespace {
+
+// Feeds a predictor that knows the device: the state of each millisecond up to 10 ms after the sample.
+template <class N>
+struct Handled : Driven<N> {
+  explicit Handled(typename N::Params params) : Driven<N>(params) {
+    this->node.device.configure({QueuePolicy::drop_oldest, 256});
+  }
+  static Pose path(double ms) {
+    const double s = 1e-3 * ms;
+    return {{0.01 * std::sin(5 * s), 0.02 * s, 0}, from_rotation_vector({0, 0, 0.5 * s})};
+  }
+  Forecast feed(double ms, const Wrench& w) {
+    for (; device_ms <= ms + 10; ++device_ms) {
+      const DeviceState state{path(device_ms), {}, 0, 0};
+      this->node.device.push(stamp_ms(device_ms), &state);
+    }
+    return Driven<N>::feed(ms, w);
+  }
+  double device_ms = 0;
+};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(linear_position_meets_a_spring_along_a_straight_way) {
+  // A wall of 500 N/m across y and a torsion spring about z: both change in proportion to the way.
+  LinearPositionPredictor::Params p;
+  p.min_displacement = 1e-5;
+  Handled<LinearPositionPredictor> node(p);
+  const auto spring = [](double ms) { return Wrench{{0, -500 * 0.02e-3 * ms, 0}, {0, 0, -0.4 * 0.5e-3 * ms}}; };
+  struct Straight {
+    static Pose path(double ms) { return {{0, 0.02e-3 * ms, 0}, from_rotation_vector({0, 0, 0.5e-3 * ms})}; }
+  };
+  double ms = 0;
+  Draw draw(1);
+  for (int t = 0; t < 60; ++t) {
+    ms += std::round(draw.uniform(6, 10));
+    for (; node.device_ms <= ms + 10; ++node.device_ms) {
+      const DeviceState state{Straight::path(node.device_ms), {}, 0, 0};
+      node.node.device.push(stamp_ms(node.device_ms), &state);
+    }
+    const Forecast f = node.feed(ms, spring(ms));
+    if (t < 2) continue;
+    BOOST_TEST(near(f.predicted_D_W.force, spring(ms + 1e3 * f.horizon).force, 1e-6));
+    BOOST_TEST(near(f.predicted_D_W.torque, spring(ms + 1e3 * f.horizon).torque, 1e-6));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(linear_position_holds_while_the_device_has_hardly_moved_and_reaches_no_further_than_told) {
+  LinearPositionPredictor::Params p;
+  p.min_displacement = 1;
+  p.min_rotation = 1;
+  Handled<LinearPositionPredictor> still(p);
+  for (int t = 0; t < 20; ++t) {
+    const Forecast f = still.feed(10.0 * t, ramp(10.0 * t));
+    BOOST_TEST(near(f.predicted_D_W.force, ramp(10.0 * t).force));
+    BOOST_TEST(f.fallback == 1);
+  }
+  p = {};
+  p.reach = 0.5;
+  p.min_displacement = 1e-5;
+  Handled<LinearPositionPredictor> node(p);
+  Wrench before;
+  for (int t = 0; t < 20; ++t) {
+    const Wrench now = ramp(10.0 * t);
+    const Vec3 step = node.feed(10.0 * t, now).predicted_D_W.force - now.force;
+    if (t > 1) BOOST_TEST(norm(step) <= 0.5 * norm(now.force - before.force) + 1e-9);
+    before = now;
+  }
+}
+
+BOOST_AUTO_TEST_CASE(multirate_learns_a_spring_and_damper_and_knows_the_force_from_the_motion) {
+  // Changes of force follow those of position: dF(k) = -300 dx(k) - 40 (dx(k) - dx(k-1)), so b says all.
+  for (const MultiratePredictor::Shared products :
+       {MultiratePredictor::Shared::axes, MultiratePredictor::Shared::per_axis}) {
+    MultiratePredictor::Params p;
+    p.products = products;
+    Handled<MultiratePredictor> node(p);
+    const auto wall = [](double ms) {
+      const auto x = [](double s) { return Handled<MultiratePredictor>::path(s).p; };
+      return Wrench{-300 * x(ms) - 40 * (x(ms) - x(ms - 10)), {}};
+    };
+    for (int t = 1; t < 200; ++t) {
+      const double ms = 10.0 * t;
+      const Forecast f = node.feed(ms, wall(ms));
+      const double error = norm(f.predicted_D_W.force - wall(ms + 10).force);
+      const double held = norm(wall(ms).force - wall(ms + 10).force);
+      if (t > 50) BOOST_TEST(error < 1e-2 * held, "step " << t << ": " << error << " for " << held);
+    }
+  }
 }

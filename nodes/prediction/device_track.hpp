@@ -1,0 +1,58 @@
+// Where the device was during the last quarter of a second, and what a predictor declares to know it.
+#pragma once
+
+#include "framework/node/declare.hpp"
+#include "framework/node/new_messages.hpp"
+#include "nodes/prediction/sample_window.hpp"
+
+namespace tactor {
+
+/// The last poses of the device. States that are not finite, or not later than the one before, are left out.
+class DeviceTrack {
+ public:
+  void read(Input<DeviceState>& device) {
+    Stamped<DeviceState> state;
+    while (new_states_.next(device, state)) {
+      const Pose& X = state.value.X_WD;
+      const bool later = poses_.size() == 0 || state.stamp.valid > poses_[0].stamp.valid;
+      const bool finite = is_finite(X.p) && is_finite(Vec3{X.R.x, X.R.y, X.R.z}) && std::isfinite(X.R.w);
+      if (later && finite) poses_.push({state.stamp, X});
+    }
+  }
+  /// The pose at time t, interpolated between its neighbours; the newest where t is later. False where t is before
+  /// all that is remembered.
+  [[nodiscard]] bool at(Time t, Pose& X_WD) const {
+    std::size_t age = 0;
+    while (age < poses_.size() && poses_[age].stamp.valid > t) ++age;
+    if (age == poses_.size()) return false;
+    X_WD = poses_[age].value;
+    if (age == 0) return true;
+    const Stamped<Pose>& next = poses_[age - 1];
+    const double share =
+        (t - poses_[age].stamp.valid).seconds() / (next.stamp.valid - poses_[age].stamp.valid).seconds();
+    const Vec3 turn = to_rotation_vector(next.value.R * inverse(X_WD.R));
+    X_WD.p += share * (next.value.p - X_WD.p);
+    X_WD.R = from_rotation_vector(share * turn) * X_WD.R;
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t capacity = 256;
+  NewMessages<DeviceState> new_states_;
+  SampleWindow<Stamped<Pose>> poses_{capacity};
+};
+
+/// The way from one pose to another: in force's place the translation in m, in torque's the rotation vector in rad,
+/// both in W, so that each part of a wrench finds its own.
+inline Wrench displacement(const Pose& from, const Pose& to) {
+  return {to.p - from.p, to_rotation_vector(to.R * inverse(from.R))};
+}
+
+/// Adds the input `device`.
+template <class N>
+Declare<N>& declare_device_track(Declare<N>& node) {
+  return node.input("device", &N::device,
+                    {.doc = "the device's state at its own rate", .queue = {QueuePolicy::drop_oldest, 256}});
+}
+
+}  // namespace tactor

@@ -1,0 +1,35 @@
+// The predictor that filters the force and its rate, and goes on from them.
+#pragma once
+
+#include "nodes/prediction/predictor.hpp"
+#include "nodes/prediction/trend_filter.hpp"
+
+namespace tactor {
+
+/// prediction.kalman: F_{t+1|t} = F + T F' (+ T^2/2 F''), T the estimated period, with F, F' and F'' from a Kalman
+/// filter (see TrendFilter) that takes the samples at the times of their stamps.
+class KalmanPredictor final : public Predictor {
+ public:
+  struct Params : PredictorParams {
+    Trend model = Trend::constant_velocity;
+    double force_noise = 0.005;
+    double force_departure = 0.05;
+    double torque_noise = 0.0002;
+    double torque_departure = 0.002;
+    double gate = 10;
+  };
+  KalmanPredictor(const Params& params, const NodeContext& context);
+  static NodeInfo declare();
+  void report(Report& report) const override;
+
+ private:
+  void take(const Stamped<Wrench>& sample) override;
+  Outcome predict(Duration horizon, Wrench& predicted) override;
+
+  TrendFilter force_;
+  TrendFilter torque_;
+  Time last_;
+  std::int64_t seen_ = 0;
+};
+
+}  // namespace tactor

@@ -1,0 +1,31 @@
+#include "nodes/prediction/predictor.hpp"
+
+namespace tactor {
+
+void Predictor::step(StepContext&) {
+  read_inputs();
+  Stamped<Wrench> sample;
+  bool any = false;
+  bool usable = false;
+  while (samples_.next(force, sample)) {
+    any = true;
+    usable = guard_.accept(sample.value);
+    period_.update(sample.stamp.valid);
+    if (usable) take(sample);
+  }
+  if (!any) return;
+  const Duration horizon = period_.value();
+  Forecast f{sample.value, sample.value, horizon.seconds()};
+  bool held = !usable;
+  if (usable) {
+    const Outcome outcome = predict(horizon, f.predicted_D_W);
+    if (outcome == Outcome::warm_up) guard_.count_warm_up();
+    if (outcome == Outcome::held) guard_.count_held();
+    held = outcome != Outcome::predicted;
+  }
+  const bool mended = guard_.mend(f.current_D_W, f.predicted_D_W);
+  f.fallback = held || mended ? 1 : 0;
+  forecast.send(sample.stamp.valid, f);
+}
+
+}  // namespace tactor

@@ -1,0 +1,76 @@
+// What every predictor of forces does alike: it takes samples in and sends one forecast a step.
+#pragma once
+
+#include "framework/core/messages.hpp"
+#include "framework/node/new_messages.hpp"
+#include "framework/node/period_parameters.hpp"
+#include "nodes/prediction/sample_gate.hpp"
+
+namespace tactor {
+
+/// The parameters of a predictor of one physics period ahead.
+struct PredictorParams : PeriodOptions, ForceLimits {};
+
+/// The base of a predictor. It drains the samples, keeps those out that are not finite, estimates the period, holds
+/// what the derived class has nothing to say of, and keeps what is sent within the device's limits.
+class Predictor : public Node {
+ public:
+  void step(StepContext& context) final;
+  void report(Report& report) const override { guard_.report(report); }
+
+  Input<Wrench> force;
+  Output<Forecast> forecast;
+
+ protected:
+  enum class Outcome {
+    predicted,
+    warm_up,  ///< held, because too little has been seen
+    held,     ///< held, because nothing better could be computed
+  };
+
+  Predictor(const PredictorParams& params, const NodeContext& context)
+      : guard_(params, context.torque), period_(params) {}
+
+  /// Called at the start of each step, before the samples: the place to read other inputs.
+  virtual void read_inputs() {}
+  /// A usable sample, in the order of arrival; its torque is zero in a translation-only scene.
+  virtual void take(const Stamped<Wrench>& sample) = 0;
+  /// Writes what is expected `horizon` after the sample taken last; `predicted` comes in as that sample, so that what
+  /// is not written is held. Tells whether any of it had to be.
+  virtual Outcome predict(Duration horizon, Wrench& predicted) = 0;
+
+  [[nodiscard]] bool torque() const { return guard_.torque(); }
+
+ private:
+  ForecastGuard guard_;
+  PeriodEstimate period_;
+  NewMessages<Wrench> samples_;
+};
+
+/// Adds the input `force`, the output `forecast`, the device's limits and the period estimate.
+template <class N>
+Declare<N>& declare_predictor(Declare<N>& node) {
+  using P = typename N::Params;
+  // A pointer to a member of the base does not deduce as one of N.
+  node.realtime_safe()
+      .input(
+          "force", static_cast<Input<Wrench> N::*>(&N::force),
+          {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
+      .output("forecast", static_cast<Output<Forecast> N::*>(&N::forecast),
+              "the force and what is expected one physics period later")
+      .real("force_max", static_cast<double P::*>(&P::force_max),
+            {.doc = "current and predicted force are shortened to the device's largest force",
+             .unit = "N",
+             .default_value = 8.0,
+             .min = 0,
+             .above_min = true})
+      .real("torque_max", static_cast<double P::*>(&P::torque_max),
+            {.doc = "current and predicted torque are shortened to the device's largest torque",
+             .unit = "N m",
+             .default_value = 0.3,
+             .min = 0,
+             .above_min = true});
+  return declare_period(node);
+}
+
+}  // namespace tactor

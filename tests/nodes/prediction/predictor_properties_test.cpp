@@ -1,0 +1,423 @@
+// What every predictor of the library promises, alone or with every refitter: registering one is what has it tested.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "framework/node/registry.hpp"
+#include "framework/realtime/allocation_watch.hpp"
+#include "tests/nodes/force_stream.hpp"
+#include "tests/nodes/hostile_wrench.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+
+extern "C" void tactor_register_nodes(Registry& registry);
+
+namespace {
+
+using Choices = std::map<std::string, ParamValue>;
+
+// A predictor with its parameters, and the refitter that feeds it, if any.
+struct Recipe {
+  const NodeInfo* predictor = nullptr;
+  Choices predictor_choices;
+  const NodeInfo* refitter = nullptr;
+  Choices refitter_choices;
+
+  std::string name() const {
+    std::string text = predictor->type;
+    const auto add = [&text](const Choices& choices) {
+      for (const auto& [key, value] : choices) {
+        if (const auto* word = std::get_if<std::string>(&value)) text += " " + key + "=" + *word;
+      }
+    };
+    add(predictor_choices);
+    if (refitter != nullptr) add(refitter_choices);
+    return text;
+  }
+  bool is(const std::string& key, const std::string& word) const {
+    for (const Choices* choices : {&predictor_choices, &refitter_choices}) {
+      const auto found = choices->find(key);
+      if (found != choices->end() && found->second == ParamValue(word)) return true;
+    }
+    return false;
+  }
+};
+
+std::unique_ptr<Node> make(const NodeInfo& info, const Choices& choices, double limit) {
+  // What makes memories short, so that runs can be, and the limits of the device.
+  const Choices common{{"window", std::int64_t{60}},
+                       {"mean_window", std::int64_t{60}},
+                       {"forgetting", 0.95},
+                       {"force_max", limit},
+                       {"torque_max", limit}};
+  std::vector<ParamValue> values;
+  for (const ParamInfo& p : info.params) {
+    ParamValue value = p.default_value.value();
+    if (common.contains(p.name)) value = common.at(p.name);
+    if (choices.contains(p.name)) value = choices.at(p.name);
+    values.push_back(value);
+  }
+  return info.create(values, context());
+}
+
+const Registry& registry() {
+  static const Registry filled = [] {
+    Registry r({});
+    tactor_register_nodes(r);
+    return r;
+  }();
+  return filled;
+}
+
+// Every predictor by its defaults and with every word of every choice; prediction.ar also behind a refitter of every
+// combination of words that it takes.
+const std::vector<Recipe>& recipes() {
+  static const std::vector<Recipe> all = [] {
+    std::vector<Recipe> list;
+    for (const NodeInfo* info : registry().types()) {
+      if (info->output("forecast") == nullptr) continue;
+      list.push_back({info, {}, nullptr, {}});
+      for (const ParamInfo& p : info->params) {
+        for (std::size_t i = 0; i < p.choices.size(); ++i) {
+          if (p.default_value != ParamValue(p.choices[i]))
+            list.push_back({info, {{p.name, p.choices[i]}}, nullptr, {}});
+        }
+      }
+    }
+    for (const NodeInfo* info : registry().types()) {
+      if (info->output("coefficients") == nullptr) continue;
+      std::vector<Choices> combinations{{}};
+      for (const ParamInfo& p : info->params) {
+        std::vector<Choices> longer;
+        for (const Choices& c : combinations) {
+          if (p.kind == ParamKind::boolean) {
+            for (const bool value : {false, true}) {
+              longer.push_back(c);
+              longer.back()[p.name] = value;
+            }
+          }
+          for (const std::string& word : p.choices) {
+            longer.push_back(c);
+            longer.back()[p.name] = word;
+          }
+        }
+        if (!longer.empty()) combinations = longer;
+      }
+      for (const NodeInfo* predictor : registry().types()) {
+        if (predictor->input("coefficients") == nullptr) continue;
+        for (const Choices& c : combinations) {
+          try {
+            make(*info, c, 1);
+          } catch (const InputError&) {
+            continue;
+          }
+          list.push_back({predictor, {}, info, c});
+        }
+      }
+    }
+    return list;
+  }();
+  return all;
+}
+
+// A recipe at work, fed with physics samples and, each millisecond, the device's state.
+class Subject {
+ public:
+  explicit Subject(const Recipe& recipe, double limit = 8, Quat frame = {})
+      : predictor_(make(*recipe.predictor, recipe.predictor_choices, limit)), frame_(frame) {
+    force_ = connect(*recipe.predictor, *predictor_, "force", {QueuePolicy::drop_oldest, 64});
+    device_ = connect(*recipe.predictor, *predictor_, "device", {QueuePolicy::drop_oldest, 256});
+    forecast_ = &recipe.predictor->output("forecast")->access(*predictor_);
+    if (recipe.refitter == nullptr) return;
+    refitter_ = make(*recipe.refitter, recipe.refitter_choices, limit);
+    refit_force_ = connect(*recipe.refitter, *refitter_, "force", {QueuePolicy::drop_oldest, 512});
+    coefficients_in_ = connect(*recipe.predictor, *predictor_, "coefficients", {QueuePolicy::latest, 1});
+    coefficients_out_ = &recipe.refitter->output("coefficients")->access(*refitter_);
+  }
+
+  // Where the device is t seconds after the start.
+  static Pose path(double t) {
+    return {{0.02 * std::sin(3 * t), 0.01 * std::cos(5 * t), 0.005 * t},
+            from_rotation_vector({0.3 * std::sin(2 * t), 0.1 * t, 0})};
+  }
+
+  // A sample at `ms`, which the predictor sees one `latency_ms` later.
+  Forecast feed(double ms, const Wrench& wrench, double latency_ms = 10) {
+    const Wrench turned{rotate(frame_, wrench.force), rotate(frame_, wrench.torque)};
+    for (; device_ != nullptr && device_ms_ <= ms + latency_ms; ++device_ms_) {
+      const Pose X = path(device_ms_ * 1e-3);
+      const DeviceState state{{rotate(frame_, X.p), frame_ * X.R}, {}, 0, 0};
+      device_->push(stamp_ms(device_ms_), &state);
+    }
+    const Stamp stamp = stamp_ms(ms, sequence_++);
+    StepContext c(stamp.produced);
+    if (refitter_) {
+      refit_force_->push(stamp, &turned);
+      refitter_->step(c);
+      for (std::size_t i = 0; i < coefficients_out_->pending(); ++i) {
+        coefficients_in_->push(stamp, coefficients_out_->pending_value(i));
+      }
+      coefficients_out_->clear_pending();
+    }
+    force_->push(stamp, &turned);
+    predictor_->step(c);
+    TACTOR_DEMAND(forecast_->pending() == 1);
+    const Forecast result = *static_cast<const Forecast*>(forecast_->pending_value(0));
+    forecast_->clear_pending();
+    return result;
+  }
+
+  double figure(const std::string& name) const {
+    Report report;
+    predictor_->report(report);
+    if (refitter_) refitter_->report(report);
+    for (const auto& [key, value] : report.figures()) {
+      if (key == name) return value;
+    }
+    return 0;
+  }
+
+ private:
+  static InputBase* connect(const NodeInfo& info, Node& node, const std::string& name, Queue queue) {
+    const InputInfo* input = info.input(name);
+    if (input == nullptr) return nullptr;
+    InputBase& port = input->access(node);
+    port.configure(queue);
+    return &port;
+  }
+
+  std::unique_ptr<Node> predictor_, refitter_;
+  Quat frame_;
+  InputBase *force_ = nullptr, *device_ = nullptr, *refit_force_ = nullptr, *coefficients_in_ = nullptr;
+  OutputBase *forecast_ = nullptr, *coefficients_out_ = nullptr;
+  double device_ms_ = 0;
+  std::uint64_t sequence_ = 0;
+};
+
+// Physics of an uneven rate: 7 to 13 ms.
+struct Clock {
+  double next() { return now += draw.uniform(7, 13); }
+  double now = 0;
+  Draw draw{99};
+};
+
+// A texture with noise, different in force and torque.
+class Texture {
+ public:
+  explicit Texture(std::uint64_t seed) : draw_(seed) {}
+  Wrench next() {
+    const Wrench x{1.6 * x1_.force - 0.8 * x2_.force + draw_.normal_vector(0.01),
+                   1.2 * x1_.torque - 0.5 * x2_.torque + draw_.normal_vector(0.001)};
+    x2_ = x1_;
+    x1_ = x;
+    return x + Wrench{{0.5, -1, 2}, {0.01, 0, -0.02}};
+  }
+
+ private:
+  Draw draw_;
+  Wrench x1_, x2_;
+};
+
+double size(const Wrench& w) {
+  return norm(w.force) + norm(w.torque);
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(every_method_and_predictor_is_under_test) {
+  std::map<std::string, int> methods;
+  for (const Recipe& r : recipes()) {
+    if (r.refitter != nullptr) ++methods[std::get<std::string>(r.refitter_choices.at("method"))];
+  }
+  BOOST_TEST(methods.size() == 4U);
+  for (const auto& [method, count] : methods) BOOST_TEST(count > 0, method);
+  std::map<std::string, int> predictors;
+  for (const Recipe& r : recipes()) ++predictors[r.predictor->type];
+  BOOST_TEST(predictors.size() == 6U);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_sent_is_finite_and_within_the_device_whatever_comes) {
+  for (const Recipe& recipe : recipes()) {
+    for (int kind = 0; kind < hostile_kinds; ++kind) {
+      for (const double unit : {1e-6, 1.0, 1e6}) {
+        Draw draw(static_cast<std::uint64_t>(kind) + 1);
+        Clock clock;
+        Subject subject(recipe);
+        for (int t = 0; t < 200; ++t) {
+          const Forecast f = subject.feed(clock.next(), unit * hostile(kind, t, draw));
+          const bool good = is_finite(f.predicted_D_W) && is_finite(f.current_D_W) &&
+                            norm(f.predicted_D_W.force) <= 8 * (1 + 1e-12) &&
+                            norm(f.predicted_D_W.torque) <= 8 * (1 + 1e-12) &&
+                            norm(f.current_D_W.force) <= 8 * (1 + 1e-12);
+          BOOST_REQUIRE_MESSAGE(good, recipe.name() << ", kind " << kind << ", unit " << unit << ", step " << t);
+        }
+      }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(times_that_stand_still_jump_or_run_back_do_no_harm) {
+  for (const Recipe& recipe : recipes()) {
+    Draw draw(4);
+    Texture texture(5);
+    Subject subject(recipe);
+    double ms = 0;
+    for (int t = 0; t < 300; ++t) {
+      const double dice = draw.uniform(0, 1);
+      ms += dice < 0.1 ? 0 : dice < 0.2 ? -5 : dice < 0.25 ? 1e-6 : dice < 0.27 ? 5e4 : 10;
+      ms = std::max(ms, 0.0);
+      const Forecast f = subject.feed(ms, texture.next(), 1);
+      const bool good = is_finite(f.predicted_D_W) && norm(f.predicted_D_W.force) <= 8 * (1 + 1e-12) && f.horizon > 0;
+      BOOST_REQUIRE_MESSAGE(good, recipe.name() << ", step " << t);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_held_and_counted_once) {
+  for (const Recipe& recipe : recipes()) {
+    Clock clock;
+    Texture texture(3);
+    Subject subject(recipe, 1e3);
+    Wrench last;
+    for (int t = 0; t < 200; ++t) subject.feed(clock.next(), last = texture.next());
+    const Forecast bad = subject.feed(clock.next(), {{0, std::nan(""), 0}, {}});
+    BOOST_TEST(size(bad.current_D_W - last) == 0.0, recipe.name());
+    BOOST_TEST(size(bad.predicted_D_W - last) == 0.0, recipe.name());
+    BOOST_TEST(bad.fallback == 1, recipe.name());
+    BOOST_TEST(subject.figure("prediction.rejected_samples") == 1.0, recipe.name());
+    if (recipe.refitter != nullptr) BOOST_TEST(subject.figure("refit.rejected_samples") == 1.0, recipe.name());
+    BOOST_TEST(is_finite(subject.feed(clock.next(), texture.next()).predicted_D_W), recipe.name());
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_constant_force_is_expected_to_stay_where_nothing_of_its_level_is_fitted) {
+  const Wrench constant{{3.0, -1.1, 0.7}, {0.1, 0.02, -0.3}};
+  for (const Recipe& recipe : recipes()) {
+    if (recipe.is("remove", "none") && recipe.refitter != nullptr) continue;
+    Clock clock;
+    Texture texture(6);
+    Subject subject(recipe);
+    // A texture first, so that something has been fitted before the force turns constant.
+    for (int t = 0; t < 150; ++t) subject.feed(clock.next(), texture.next());
+    for (int t = 0; t < 400; ++t) {
+      const double error = size(subject.feed(clock.next(), constant).predicted_D_W - constant);
+      if (t > 350) BOOST_REQUIRE_MESSAGE(error < 1e-6, recipe.name() << ": " << error << " at " << t);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_ramp_is_met_by_those_that_follow_trends) {
+  int tested = 0;
+  for (const Recipe& recipe : recipes()) {
+    if (recipe.predictor->type != "prediction.linear" && recipe.predictor->type != "prediction.kalman") continue;
+    ++tested;
+    Clock clock;
+    Subject subject(recipe, 1e3);
+    const auto ramp = [](double ms) { return Wrench{{1e-3 * ms, 1, -2e-3 * ms}, {0, 1e-4 * ms, 0.1}}; };
+    for (int t = 0; t < 100; ++t) {
+      const double ms = clock.next();
+      const Forecast f = subject.feed(ms, ramp(ms));
+      if (t < 5) continue;
+      const double error = size(f.predicted_D_W - ramp(ms + 1e3 * f.horizon));
+      BOOST_REQUIRE_MESSAGE(error < 1e-6, recipe.name() << ": " << error << " at " << t);
+    }
+  }
+  BOOST_TEST(tested >= 4);
+}
+
+BOOST_AUTO_TEST_CASE(a_rotated_world_rotates_the_prediction) {
+  const Quat R = from_rotation_vector({0.7, -1.1, 0.4});
+  for (const Recipe& recipe : recipes()) {
+    // An axis with a model of its own is an axis of the world.
+    if (recipe.is("products", "per_axis") ||
+        (recipe.predictor->type == "prediction.multirate" && !recipe.is("products", "axes"))) {
+      continue;
+    }
+    Clock clock;
+    Texture texture(7);
+    Subject plain(recipe, 1e3);
+    Subject turned(recipe, 1e3, R);
+    for (int t = 0; t < 200; ++t) {
+      const Wrench w = texture.next();
+      const double ms = clock.next();
+      const Wrench a = plain.feed(ms, w).predicted_D_W;
+      const Wrench b = turned.feed(ms, w).predicted_D_W;
+      const double error = size(Wrench{rotate(R, a.force), rotate(R, a.torque)} - b);
+      BOOST_REQUIRE_MESSAGE(error < 1e-6, recipe.name() << ": " << error << " at " << t);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(another_unit_of_force_scales_the_prediction) {
+  constexpr double unit = 1048576;
+  for (const Recipe& recipe : recipes()) {
+    // Its parameters are forces.
+    if (recipe.predictor->type == "prediction.kalman") continue;
+    for (const double scale : {unit, 1 / unit}) {
+      Clock clock;
+      Texture texture(8);
+      Subject plain(recipe, 1e3);
+      Subject scaled(recipe, 1e3 * scale);
+      for (int t = 0; t < 150; ++t) {
+        const Wrench w = texture.next();
+        const double ms = clock.next();
+        const Wrench a = plain.feed(ms, w).predicted_D_W;
+        const Wrench b = scaled.feed(ms, scale * w).predicted_D_W;
+        BOOST_REQUIRE_MESSAGE(size(a - (1 / scale) * b) < 1e-9, recipe.name() << " at " << t);
+      }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_while_after_trouble_predictions_are_as_good_as_without_it) {
+  for (const Recipe& recipe : recipes()) {
+    for (int kind = 1; kind < hostile_kinds; ++kind) {
+      Draw draw(7);
+      Clock clock;
+      Texture texture(9);
+      Subject troubled(recipe);
+      Subject calm(recipe);
+      double troubled_error = 0;
+      double calm_error = 0;
+      for (int t = 0; t < 100; ++t) {
+        const double ms = clock.next();
+        troubled.feed(ms, hostile(kind, t, draw));
+        calm.feed(ms, texture.next());
+      }
+      Wrench now = texture.next();
+      for (int t = 0; t < 400; ++t) {
+        const double ms = clock.next();
+        const Wrench next = texture.next();
+        const Vec3 a = troubled.feed(ms, now).predicted_D_W.force - next.force;
+        const Vec3 b = calm.feed(ms, now).predicted_D_W.force - next.force;
+        now = next;
+        if (t < 300) continue;
+        troubled_error += dot(a, a);
+        calm_error += dot(b, b);
+      }
+      BOOST_REQUIRE_MESSAGE(
+          std::sqrt(troubled_error) < 1.1 * std::sqrt(calm_error),
+          recipe.name() << ", kind " << kind << ": " << std::sqrt(troubled_error) << " for " << std::sqrt(calm_error));
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
+  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+  for (const Recipe& recipe : recipes()) {
+    BOOST_TEST(recipe.predictor->realtime_safe, recipe.name());
+    Clock clock;
+    Texture texture(10);
+    Subject subject(recipe);
+    for (int t = 0; t < 3; ++t) subject.feed(clock.next(), texture.next());
+    const std::int64_t before = thread_heap_calls();
+    for (int t = 0; t < 300; ++t) subject.feed(clock.next(), texture.next());
+    const std::int64_t calls = thread_heap_calls() - before;
+    BOOST_TEST(calls == 0, recipe.name());
+  }
+}
