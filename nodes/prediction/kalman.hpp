@@ -12,10 +12,10 @@ class KalmanPredictor final : public Predictor {
  public:
   struct Params : PredictorParams {
     Trend model = Trend::constant_velocity;
-    double force_noise = 0.005;
-    double force_departure = 0.05;
-    double torque_noise = 0.0002;
-    double torque_departure = 0.002;
+    double force_noise = 0.02;
+    double force_departure = 0.04;
+    double torque_noise = 0.0005;
+    double torque_departure = 0.001;
     double gate = 10;
   };
   KalmanPredictor(const Params& params, const NodeContext& context);
