@@ -16,7 +16,7 @@ from run_time import table  # noqa: E402
 VERDICTS = {"not_finite": ("not finite", "#000000"), "energy": ("energy from nowhere", "#8c2d6b"),
             "pushed_through": ("pushed through", "#3f7fbf"), "limit_cycle": ("limit cycle", "#f0b040"),
             "stable": ("stable", "#eef3ea")}
-CONTENDERS = {"tactor": "tactor", "tactor_dissipate": "tactor, dissipate", "ode": "ODE", "ode_quick": "ODE quick step",
+CONTENDERS = {"tactor": "tactor", "tactor_as_made": "tactor, nothing taken", "ode": "ODE", "ode_quick": "ODE quick step",
               "ode_substeps": "ODE, sub-steps of 1 ms", "ode_explicit": "ODE, explicit spring"}
 AXES = ("contact_stiffness", "mass", "rate", "coupling_stiffness")
 UNITS = {"contact_stiffness": "N/m", "mass": "kg", "rate": "Hz", "coupling_stiffness": "N/m"}

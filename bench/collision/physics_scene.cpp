@@ -33,9 +33,6 @@ SdfCollision::Params collision_params(double margin, int max_contacts) {
   auto params = test::default_params<SdfCollision>();
   params.margin = margin;
   params.max_contacts = max_contacts;
-  // At 1 kHz nothing comes nearer by a margin in a period; with fewer samples of the path the parts below would miss
-  // what the node foresees.
-  params.look_ahead = 0;
   return params;
 }
 
@@ -93,7 +90,7 @@ class Parts {
 
   void query(const Pose& X_WT) {
     found_.clear();
-    pair_.find({X_WT, X_WT}, {}, found_);
+    pair_.find(X_WT, {}, found_);
   }
   void reduce() { reduction_.reduce(found_, set_); }
   [[nodiscard]] std::size_t found() const { return found_.contact.size(); }

@@ -6,11 +6,11 @@ std::vector<Contender> contenders() {
   const auto ode = [](OdeOptions options) {
     return [options](const Trial& trial, Duration period) { return make_ode(trial, period, options); };
   };
-  const auto ours = [](bool dissipate) {
-    return [dissipate](const Trial& trial, Duration period) { return make_tactor(trial, period, dissipate); };
+  const auto ours = [](bool as_made) {
+    return [as_made](const Trial& trial, Duration period) { return make_tactor(trial, period, as_made); };
   };
   return {{"tactor", ours(false)},
-          {"tactor_dissipate", ours(true)},
+          {"tactor_as_made", ours(true)},
           {"ode", ode({})},
           {"ode_quick", ode({.quick = true})},
           {"ode_explicit", ode({.explicit_spring = true})},

@@ -39,7 +39,7 @@ Finding run_cell(const TrialScene& scene, const Cell& cell, const Contender& con
   for (std::int64_t i = 1; i <= steps && finite; ++i) {
     const Clock::time_point query = Clock::now();
     set.bodies = at.bodies;
-    trial.query(at.bodies, period.seconds(), set);
+    trial.query(at.bodies, set);
     const Clock::time_point step = Clock::now();
     finding.query_s += std::chrono::duration<double>(step - query).count();
     if (i == 1) {

@@ -32,9 +32,9 @@ struct Contender {
 };
 
 /// The project's dynamics node (dynamics.translation where nothing turns, else dynamics.rigid) with its default
-/// parameters, except `dissipate` where that is set, fed with a device of 1 kHz (of the physics rate, where that
-/// is higher).
-std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period, bool dissipate);
+/// parameters, except that energy made out of nothing stays in the motion where `as_made`, fed with a device of 1 kHz
+/// (of the physics rate, where that is higher).
+std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period, bool as_made);
 
 /// How ODE steps.
 struct OdeOptions {

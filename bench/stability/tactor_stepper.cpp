@@ -10,12 +10,12 @@ namespace {
 
 class TactorStepper final : public Stepper {
  public:
-  TactorStepper(const Trial& trial, Duration period, bool dissipate)
+  TactorStepper(const Trial& trial, Duration period, bool as_made)
       : trial_(trial), context_{.name = "dynamics", .scene = &trial.scene, .torque = trial.scene.rotates()} {
     const NodeInfo info = context_.torque ? RigidDynamics::declare() : TranslationDynamics::declare();
     std::vector<ParamValue> values;
     for (const ParamInfo& p : info.params) {
-      values.push_back(p.name == "dissipate" ? ParamValue(dissipate) : p.default_value.value());
+      values.push_back(as_made && p.name == "dissipate_above" ? ParamValue(1e6) : p.default_value.value());
     }
     node_ = info.create(values, context_);
     dynamics_ = static_cast<DynamicsNode*>(node_.get());
@@ -75,8 +75,8 @@ class TactorStepper final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period, bool dissipate) {
-  return std::make_unique<TactorStepper>(trial, period, dissipate);
+std::unique_ptr<Stepper> make_tactor(const Trial& trial, Duration period, bool as_made) {
+  return std::make_unique<TactorStepper>(trial, period, as_made);
 }
 
 }  // namespace tactor::bench

@@ -12,9 +12,8 @@
 
 namespace tactor::bench {
 
-/// The contacts of the moving bodies where they are, for a period (s), as the collision nodes find them: those within
-/// the margin, and those that the motion makes within the nodes' default of periods ahead.
-using Query = std::function<void(const BodyStates& bodies, double period, ContactSet& set)>;
+/// The contacts of the moving bodies where they are, for any stiffness: those of a Trial come from it.
+using Query = std::function<void(const BodyStates& bodies, ContactSet& set)>;
 
 /// A stretch in which hand and tool are to stand still.
 struct Rest {

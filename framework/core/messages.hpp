@@ -65,7 +65,7 @@ struct BodyStates {
 /// One contact of a moving body, here called T, with another body, linearised at the poses the query was made for.
 struct Contact {
   Vec3 p_TC;             ///< m, the moving body's point in its own frame
-  Vec3 p_WC;             ///< m, the nearest point of the other body's surface, or where the motion will touch it
+  Vec3 p_WC;             ///< m, the nearest point of the other body's surface
   Vec3 n_W;              ///< unit, from the other body towards the moving one: the gradient of the distance
   double distance = 0;   ///< m, signed; negative inside: dot(n_W, p_W(moving body's point) - p_WC)
   double weight = 0;     ///< the share of a contact patch this point stands for; multiplies stiffness and damping
@@ -73,7 +73,7 @@ struct Contact {
   double damping = 0;    ///< N s/m for weight 1
   double friction = 0;   ///< Coulomb coefficient
   /// 1/m, the Hessian of the distance by the moving body's point, symmetric: xx, xy, xz, yy, yz, zz in W. Zero where
-  /// the nearest feature is flat, has no bound (on an edge or a corner itself), or is to be touched, beyond the margin.
+  /// the nearest feature is flat, and where it has no bound (on an edge or a corner itself).
   /// Where the moving body or the other one is a ball (a sphere, one of a capsule's), it is that of the distance as the
   /// ball's centre is moved without turning, not that of a point of its surface.
   std::array<double, 6> H_W{};
@@ -86,7 +86,7 @@ struct ContactPair {
   std::int32_t other = fixed;
 };
 
-/// The contacts of one query: those that penetrate, those within its margin, and those that the motion will make.
+/// The contacts of one query: those that penetrate and those within its margin.
 struct ContactSet {
   static constexpr int capacity = 128;
   BodyStates bodies;             ///< where the moving bodies were for the query (velocities are zero)

@@ -50,12 +50,9 @@ BodyPair::Side BodyPair::make_side(const ContactBody& body) const {
   return {SampleTree(body.samples.points, body.samples.radii), std::move(weights)};
 }
 
-bool BodyPair::may_meet(const Course& a, const Course& b) const {
-  const Vec3 apart = transform(a.now, a_.p_BM) - (p_WM_of_b_ ? *p_WM_of_b_ : transform(b.now, b_.p_BM));
-  double reach = a_.radius + b_.radius + margin_;
-  if (!(a.then == a.now && b.then == b.now)) {
-    reach += norm(transform(a.then, a_.p_BM) - (p_WM_of_b_ ? *p_WM_of_b_ : transform(b.then, b_.p_BM)) - apart);
-  }
+bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
+  const Vec3 apart = transform(X_WA, a_.p_BM) - (p_WM_of_b_ ? *p_WM_of_b_ : transform(X_WB, b_.p_BM));
+  const double reach = a_.radius + b_.radius + margin_;
   return dot(apart, apart) <= reach * reach;
 }
 
@@ -84,69 +81,36 @@ Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, doub
   return c;
 }
 
-Contact BodyPair::of_sample_of_a(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, const NearSample& n) const {
-  const auto i = static_cast<std::size_t>(n.sample);
-  const Vec3& p_A = a_.samples.points[i].p;
-  return of_a(X_WA, X_WB, p_A, is_round(a_) ? a_.samples.radii[i] : 0, n.nearest, transform(X_BA, p_A));
-}
-
-Contact BodyPair::of_sample_of_b(const Pose& X_WA, const Pose& X_WB, const Pose& X_AB, const NearSample& n) const {
-  const auto i = static_cast<std::size_t>(n.sample);
-  const Vec3& p_B = b_.samples.points[i].p;
-  return of_b(X_WA, X_WB, p_B, is_round(b_) ? b_.samples.radii[i] : 0, n.nearest, transform(X_AB, p_B));
-}
-
-void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, double way,
-                   FoundContacts& found) const {
+void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
   contact.weight = weight;
   found.contact.push_back(contact);
   found.pair.push_back(indices_);
   found.key.push_back(contact_key(number_, from_b, sample));
-  found.way.push_back(way);
 }
 
-void BodyPair::find_ball(const Course& a, const Course& b, FoundContacts& found) {
+void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
   const ContactBody& other = ball_is_a_ ? b_ : a_;
-  const Course &of_other = ball_is_a_ ? b : a, &of_ball = ball_is_a_ ? a : b;
-  const auto seen_from = [](const Pose& X_WO, const Pose& X_WK) { return rotate(inverse(X_WO.R), X_WK.p - X_WO.p); };
-  const Vec3 x = seen_from(of_other.now, of_ball.now);
-  Vec3 way = seen_from(of_other.then, of_ball.then) - x;
-  if (norm(way) <= margin_) way = {};
+  const Pose &X_WO = ball_is_a_ ? X_WB : X_WA, &X_WK = ball_is_a_ ? X_WA : X_WB;
+  const Vec3 x = rotate(inverse(X_WO.R), X_WK.p - X_WO.p);
   const double reach = ball_->radius + margin_;
   // The distance changes by no more than the way moved.
   constexpr double rounding = 1e-12;
-  if (ball_->asked && ball_->last.distance - norm(x - ball_->asked_at) > reach + norm(way) + rounding) return;
+  if (ball_->asked && ball_->last.distance - norm(x - ball_->asked_at) > reach + rounding) return;
   ball_->last = other.distance->nearest(x, ball_->last.face);
   ball_->asked_at = x;
   ball_->asked = true;
-  Nearest touch = ball_->last;
-  double left = touch.distance - ball_->radius;
-  const bool near = touch.distance < reach;
-  if (!near) {
-    StraightWay on{x, way, ball_->radius, 0, touch.face};
-    const std::optional<Nearest> foreseen = first_touch(*other.distance, on);
-    if (!foreseen) return;
-    touch = *foreseen;
-    left = on.share * norm(way);
-  }
-  Contact contact =
-      ball_is_a_ ? of_a(a.now, b.now, {}, ball_->radius, touch, x) : of_b(a.now, b.now, {}, ball_->radius, touch, x);
-  if (!near) contact.H_W = {};
-  add(contact, 1, !ball_is_a_, 0, left, found);
+  if (ball_->last.distance >= reach) return;
+  add(ball_is_a_ ? of_a(X_WA, X_WB, {}, ball_->radius, ball_->last, x)
+                 : of_b(X_WA, X_WB, {}, ball_->radius, ball_->last, x),
+      1, !ball_is_a_, 0, found);
 }
 
-void BodyPair::find(const Course& a, const Course& b, FoundContacts& found) {
-  if (!may_meet(a, b)) return;
-  ball_ ? find_ball(a, b, found) : find_samples(a, b, found);
-}
-
-void BodyPair::find_samples(const Course& a, const Course& b, FoundContacts& found) {
-  const Pose &X_WA = a.now, &X_WB = b.now;
-  const auto seen_from_b = [this](const Pose& of_a, const Pose& of_b) {
-    const Quat to_B = inverse(of_b.R);
-    return Pose{rotate(to_B, of_a.p - of_b.p), R_BA_ ? *R_BA_ : to_B * of_a.R};
-  };
-  const Pose X_BA = seen_from_b(X_WA, X_WB), X_AB = inverse(X_BA);
+void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
+  if (!may_meet(X_WA, X_WB)) return;
+  if (ball_) return find_ball(X_WA, X_WB, found);
+  const Quat to_B = inverse(X_WB.R);
+  const Pose X_BA{rotate(to_B, X_WA.p - X_WB.p), R_BA_ ? *R_BA_ : to_B * X_WA.R};
+  const Pose X_AB = inverse(X_BA);
   static const std::vector<NearSample> none;
   const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_) : none;
   const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_) : none;
@@ -158,54 +122,19 @@ void BodyPair::find_samples(const Course& a, const Course& b, FoundContacts& fou
   };
   const double extent_a = extent(of_side_a, side_a_), extent_b = extent(of_side_b, side_b_);
   const double total = extent_a + extent_b;
-  if (total > 0) {
-    for (const NearSample& n : of_side_a) {
-      add(of_sample_of_a(X_WA, X_WB, X_BA, n), extent_a / total * side_a_->weights[static_cast<std::size_t>(n.sample)],
-          false, static_cast<std::size_t>(n.sample), n.distance, found);
-    }
-    for (const NearSample& n : of_side_b) {
-      add(of_sample_of_b(X_WA, X_WB, X_AB, n), extent_b / total * side_b_->weights[static_cast<std::size_t>(n.sample)],
-          true, static_cast<std::size_t>(n.sample), n.distance, found);
-    }
+  if (total <= 0) return;
+  const auto radius = [](const ContactBody& body, std::size_t i) { return is_round(body) ? body.samples.radii[i] : 0; };
+  for (const NearSample& n : of_side_a) {
+    const auto i = static_cast<std::size_t>(n.sample);
+    const Vec3& p_A = a_.samples.points[i].p;
+    add(of_a(X_WA, X_WB, p_A, radius(a_, i), n.nearest, transform(X_BA, p_A)), extent_a / total * side_a_->weights[i],
+        false, i, found);
   }
-  if (a.then == a.now && b.then == b.now) return;
-  const Pose X_BA_then = seen_from_b(a.then, b.then);
-  const double turn = norm(to_rotation_vector(inverse(X_BA.R) * X_BA_then.R));
-  const double way = norm(transform(X_BA_then, a_.p_BM) - transform(X_BA, a_.p_BM)) + turn * a_.radius;
-  if (way > margin_) foresee(X_WA, X_WB, X_BA, X_BA_then, way, found);
-}
-
-/// Adds the contacts that are about to be made on a way of up to `way` (m).
-void BodyPair::foresee(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, const Pose& X_BA_then, double way,
-                       FoundContacts& found) {
-  const Pose X_AB = inverse(X_BA);
-  static const std::vector<ForeseenSample> none;
-  constexpr std::size_t most = ContactSet::capacity;
-  const std::vector<ForeseenSample>& of_side_a =
-      side_a_ ? side_a_->tree.foresee(*b_.distance, X_BA, X_BA_then, most) : none;
-  const std::vector<ForeseenSample>& of_side_b =
-      side_b_ ? side_b_->tree.foresee(*a_.distance, X_AB, inverse(X_BA_then), most) : none;
-  const auto extent = [](const std::vector<ForeseenSample>& side_found, const std::optional<Side>& side) {
-    double sum = 0;
-    for (const ForeseenSample& f : side_found) {
-      sum += side->weights[static_cast<std::size_t>(f.at.sample)] * (1 - f.share);
-    }
-    return sum;
-  };
-  const double extent_a = extent(of_side_a, side_a_), extent_b = extent(of_side_b, side_b_);
-  const double total = extent_a + extent_b;
-  if (!(total > 0)) return;
-  for (const ForeseenSample& f : of_side_a) {
-    Contact contact = of_sample_of_a(X_WA, X_WB, X_BA, f.at);
-    contact.H_W = {};
-    add(contact, extent_a / total * side_a_->weights[static_cast<std::size_t>(f.at.sample)], false,
-        static_cast<std::size_t>(f.at.sample), f.share * way, found);
-  }
-  for (const ForeseenSample& f : of_side_b) {
-    Contact contact = of_sample_of_b(X_WA, X_WB, X_AB, f.at);
-    contact.H_W = {};
-    add(contact, extent_b / total * side_b_->weights[static_cast<std::size_t>(f.at.sample)], true,
-        static_cast<std::size_t>(f.at.sample), f.share * way, found);
+  for (const NearSample& n : of_side_b) {
+    const auto i = static_cast<std::size_t>(n.sample);
+    const Vec3& p_B = b_.samples.points[i].p;
+    add(of_b(X_WA, X_WB, p_B, radius(b_, i), n.nearest, transform(X_AB, p_B)), extent_b / total * side_b_->weights[i],
+        true, i, found);
   }
 }
 

@@ -11,11 +11,6 @@
 
 namespace tactor {
 
-/// Where a body is, and where it will be at the end of the time that is looked ahead.
-struct Course {
-  Pose now, then;
-};
-
 /// Samples of either body against the other's signed distance. Which side has samples depends on the shapes alone, not
 /// on the order of the bodies:
 ///   sphere with any      the sphere's centre, whose distance less the radius is exact: one contact of weight 1;
@@ -27,13 +22,7 @@ struct Course {
 /// where both are finely sampled, nearly 1 for the side that alone has samples there. They change continuously as
 /// samples come and go.
 ///
-/// Where the bodies move by more than the margin against each other, contacts that they are about to make are found
-/// beyond it: samples that do not touch yet and will on the way, each going straight in the frame of the other body.
-/// Such a contact is the tangent plane at the point where its sample will touch, and its H_W is zero. A sample whose
-/// way is free makes none, however near it passes outside the margin. The shares of the two sides in these are in
-/// proportion to sum(weight * share of the way that is left), those within the margin do not count in that.
-///
-/// A pair whose bounding spheres stay farther apart than the margin is not looked at. Where neither body rotates no
+/// A pair whose bounding spheres are farther apart than the margin is not looked at. Where neither body rotates no
 /// rotation between them is computed.
 class BodyPair {
  public:
@@ -41,9 +30,10 @@ class BodyPair {
   /// a node, which its contacts' keys begin with; margin in m.
   BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, std::uint32_t number, double margin);
 
-  /// Adds the contacts nearer than the margin, those of a's samples first, in the order of SampleTree, and then those
-  /// foreseen in the same order.
-  void find(const Course& a, const Course& b, FoundContacts& found);
+  [[nodiscard]] ContactPair indices() const { return indices_; }
+
+  /// Adds the contacts at these poses nearer than the margin, those of a's samples first, in the order of SampleTree.
+  void find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
 
  private:
   /// One body's samples against the other's distance.
@@ -59,14 +49,9 @@ class BodyPair {
     bool asked = false;
   };
   [[nodiscard]] Side make_side(const ContactBody& body) const;
-  [[nodiscard]] bool may_meet(const Course& a, const Course& b) const;
-  void find_ball(const Course& a, const Course& b, FoundContacts& found);
-  void find_samples(const Course& a, const Course& b, FoundContacts& found);
-  void foresee(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, const Pose& X_BA_then, double way,
-               FoundContacts& found);
-  [[nodiscard]] Contact of_sample_of_a(const Pose& X_WA, const Pose& X_WB, const Pose& X_BA, const NearSample& n) const;
-  [[nodiscard]] Contact of_sample_of_b(const Pose& X_WA, const Pose& X_WB, const Pose& X_AB, const NearSample& n) const;
-  void add(Contact contact, double weight, bool from_b, std::size_t sample, double way, FoundContacts& found) const;
+  [[nodiscard]] bool may_meet(const Pose& X_WA, const Pose& X_WB) const;
+  void find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
+  void add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const;
   [[nodiscard]] Contact of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius, const Nearest& n,
                              const Vec3& x_B) const;
   [[nodiscard]] Contact of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius, const Nearest& n,

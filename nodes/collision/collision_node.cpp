@@ -1,14 +1,10 @@
 #include "nodes/collision/collision_node.hpp"
 
-#include <algorithm>
-
 #include "framework/core/check.hpp"
 
 namespace tactor {
 
 namespace {
-constexpr double longest_period = 0.1;  // s
-
 /// `tool, block`
 std::string names_of_moving(const Scene& scene) {
   std::string names;
@@ -35,40 +31,31 @@ CollisionNode::CollisionNode(const Scene& scene) : names_(names_of_moving(scene)
 void CollisionNode::query(const Pose& X_WT, ContactSet& set) {
   BodyStates at = start_;
   at.X_WB[0] = X_WT;
-  query(at, 0, set);
+  query(at, set);
 }
 
-/// Takes the last poses and velocities; returns the time that they are of, if they came.
-std::optional<Time> CollisionNode::take_poses() {
+void CollisionNode::take_poses() {
   if (bodies.connected()) {
     const Stamped<BodyStates>* last = bodies.latest();
-    if (last == nullptr) return {};
+    if (last == nullptr) return;
     if (last->value.count != start_.count) {
       throw InputError("the input bodies tells of " + std::to_string(last->value.count) +
                        " moving bodies; the scene has " + std::to_string(start_.count) + ": " + names_);
     }
     at_ = last->value;
-    return last->stamp.valid;
+    return;
   }
   // A plan has seen to it.
   TACTOR_DEMAND(start_.count == 1);
   const Stamped<PhysicsState>* last = state.connected() ? state.latest() : nullptr;
-  if (last == nullptr) return {};
-  at_.X_WB[0] = last->value.X_WT;
-  at_.V_WB[0] = last->value.V_WT;
-  return last->stamp.valid;
+  if (last != nullptr) at_.X_WB[0] = last->value.X_WT;
 }
 
 void CollisionNode::step(StepContext& context) {
-  const Time now = context.now();
-  const std::optional<Time> valid = take_poses();
-  double period = 0;
-  if (valid) period = std::max(period, (now - *valid).seconds());
-  if (last_query_) period = std::max(period, (now - *last_query_).seconds());
-  last_query_ = now;
-  query(at_, std::min(period, longest_period), set_);
+  take_poses();
+  query(at_, set_);
   context.add_work(set_.penetrating);
-  contacts.send(now, set_);
+  contacts.send(context.now(), set_);
 }
 
 }  // namespace tactor

@@ -10,16 +10,14 @@ namespace tactor {
 
 /// Queries where the moving bodies last were (before the first message where the scene puts them) each time the device
 /// triggers it, sends the contacts stamped with the start of the query, and counts those that penetrate as its work.
-/// The contacts are to serve for as long as the last ones did: since the last query, or since the bodies were there,
-/// where that is longer, up to 0.1 s.
 /// One moving body is the tool, which `state` tells of; of several `bodies` must tell.
 class CollisionNode : public Node {
  public:
   void step(StepContext& context) final;
 
-  /// The contacts where the moving bodies are, which are to serve while the bodies move on for `period` seconds.
-  virtual void query(const BodyStates& bodies, double period, ContactSet& set) = 0;
-  /// The contacts at a pose of the tool at rest, the other bodies being where the scene puts them.
+  /// The contacts where the moving bodies are; velocities do not count.
+  virtual void query(const BodyStates& bodies, ContactSet& set) = 0;
+  /// The contacts at a pose of the tool, the other bodies being where the scene puts them.
   void query(const Pose& X_WT, ContactSet& set);
 
   Input<DeviceState> device;
@@ -32,12 +30,11 @@ class CollisionNode : public Node {
   explicit CollisionNode(const Scene& scene);
 
  private:
-  std::optional<Time> take_poses();
+  void take_poses();
 
   std::string names_;  // of the moving bodies
   BodyStates start_;   // where the scene puts them
   BodyStates at_;      // where they last were
-  std::optional<Time> last_query_;
   ContactSet set_;
 };
 

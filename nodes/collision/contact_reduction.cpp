@@ -91,14 +91,12 @@ void FoundContacts::clear() {
   contact.clear();
   pair.clear();
   key.clear();
-  way.clear();
 }
 
 void FoundContacts::reserve(std::size_t most) {
   contact.reserve(most);
   pair.reserve(most);
   key.reserve(most);
-  way.reserve(most);
 }
 
 ContactReduction::ContactReduction(int max_contacts, std::size_t most)
@@ -108,6 +106,7 @@ ContactReduction::ContactReduction(int max_contacts, std::size_t most)
   penetrating_.reserve(most);
   others_.reserve(most);
   kept_.reserve(most);
+  gifts_.reserve(most);
   for (std::vector<float>& column : place_) column.reserve(most + 7);
   importance_.reserve(most + 7);
   apart_.reserve(most + 7);
@@ -119,11 +118,19 @@ bool ContactReduction::was_kept(std::uint64_t key) const {
   return std::binary_search(last_keys_.begin(), last_keys_.end(), key);
 }
 
-/// Picks `count` of the penetrating contacts.
-void ContactReduction::pick_spread(const FoundContacts& found, std::size_t count) {
-  const std::size_t n = penetrating_.size(), padded = (n + 7) / 8 * 8;
+/// Picks `count` of some contacts, all of which penetrate or none of which does, and says who stands for the others.
+void ContactReduction::pick_spread(const FoundContacts& found, const std::vector<std::size_t>& of, std::size_t count) {
+  const std::size_t n = of.size(), padded = (n + 7) / 8 * 8;
   Bounds patch;
-  for (const std::size_t i : penetrating_) patch.add(found.contact[i].p_WC);
+  double farthest = 0;
+  for (const std::size_t i : of) {
+    patch.add(found.contact[i].p_WC);
+    farthest = std::max(farthest, found.contact[i].distance);
+  }
+  // Where none penetrates, the force that each would have if all came nearer by the farthest's distance and a little.
+  const auto worth = [&](const Contact& c) {
+    return c.distance < 0 ? pressure(c) : c.weight * c.stiffness * (1.1 * farthest - c.distance);
+  };
   // Opposite directions are as far apart as half the patch is long.
   const double turn = 0.25 * norm(patch.size());
   for (std::vector<float>& column : place_) column.assign(padded, 0);
@@ -132,17 +139,19 @@ void ContactReduction::pick_spread(const FoundContacts& found, std::size_t count
   pair_of_.assign(padded, 0);
   nearest_.assign(padded, -1);
   double most = 0;
-  for (const std::size_t i : penetrating_) most = std::max(most, pressure(found.contact[i]));
+  for (const std::size_t i : of) most = std::max(most, worth(found.contact[i]));
+  // Contacts without weight or exactly at touch are alike.
+  if (!(most > 0)) most = 1;
   std::size_t first = 0;
   double first_score = -1;
   for (std::size_t j = 0; j < n; ++j) {
-    const std::size_t i = penetrating_[j];
+    const std::size_t i = of[j];
     const Contact& c = found.contact[i];
     for (int axis = 0; axis < 3; ++axis) {
       place_[axis][j] = static_cast<float>(c.p_WC[axis] - patch.low[axis]);
       place_[axis + 3][j] = static_cast<float>(turn * c.n_W[axis]);
     }
-    const double score = (was_kept(found.key[i]) ? 4 : 1) * std::max(pressure(c) / most, 1e-6);
+    const double score = (was_kept(found.key[i]) ? 4 : 1) * std::max(worth(c) / most, 1e-6);
     importance_[j] = static_cast<float>(score);
     // Large, and still ordered by importance once multiplied.
     apart_[j] = 1e20F;
@@ -157,16 +166,21 @@ void ContactReduction::pick_spread(const FoundContacts& found, std::size_t count
       nearest_.data(),
       padded};
   for (std::size_t k = 0, next = first; k < count; ++k) {
-    kept_.push_back(penetrating_[next]);
+    kept_.push_back(of[next]);
     importance_[next] = -1;
     next = pick_next(columns, next);
+  }
+  for (std::size_t j = 0; j < n; ++j) {
+    // It is its own, or no contact of its pair was kept.
+    if (nearest_[j] < 0 || importance_[j] < 0) continue;
+    gifts_.emplace_back(of[j], of[static_cast<std::size_t>(nearest_[j])]);
   }
 }
 
 /// Picks `count` of the contacts that do not touch.
 void ContactReduction::pick_nearest(const FoundContacts& found, std::size_t count) {
   // Those kept last time stay until another is nearer by a tenth.
-  const auto distance = [&](std::size_t i) { return (was_kept(found.key[i]) ? 0.9 : 1) * found.way[i]; };
+  const auto distance = [&](std::size_t i) { return (was_kept(found.key[i]) ? 0.9 : 1) * found.contact[i].distance; };
   std::nth_element(others_.begin(), others_.begin() + static_cast<std::ptrdiff_t>(count), others_.end(),
                    [&](std::size_t a, std::size_t b) {
                      const double da = distance(a), db = distance(b);
@@ -175,17 +189,14 @@ void ContactReduction::pick_nearest(const FoundContacts& found, std::size_t coun
   kept_.insert(kept_.end(), others_.begin(), others_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
-/// Adds what the nearest one kept takes over to its weight.
-void ContactReduction::give_pressure(const FoundContacts& found, ContactSet& set) {
-  for (std::size_t j = 0; j < penetrating_.size(); ++j) {
-    const std::int32_t to = nearest_[j];
-    // It is its own, or no contact of its pair was kept.
-    if (to < 0 || importance_[j] < 0) continue;
-    const Contact& c = found.contact[penetrating_[j]];
-    const std::size_t taker = penetrating_[static_cast<std::size_t>(to)];
-    const auto at = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), taker) - kept_.begin());
+/// Adds what each one kept takes over to its weight.
+void ContactReduction::give(const FoundContacts& found, ContactSet& set) const {
+  for (const auto& [from, to] : gifts_) {
+    const Contact& c = found.contact[from];
+    const auto at = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), to) - kept_.begin());
     // A shallow contact that stood for a deep one would be stiff beyond measure.
-    set.contact[at].weight += pressure(c) / (c.stiffness * std::max(depth(set.contact[at]), 0.1 * depth(c)));
+    set.contact[at].weight +=
+        c.distance < 0 ? pressure(c) / (c.stiffness * std::max(depth(set.contact[at]), 0.1 * depth(c))) : c.weight;
   }
 }
 
@@ -247,21 +258,26 @@ void ContactReduction::reduce(const FoundContacts& found, ContactSet& set) {
   for (std::size_t i = 0; i < found.contact.size(); ++i) {
     (found.contact[i].distance < 0 ? penetrating_ : others_).push_back(i);
   }
-  const bool too_many = penetrating_.size() > max_contacts_;
+  gifts_.clear();
+  const std::size_t reserved = std::min(others_.size(), max_contacts_ / 4);
+  const std::size_t touching = std::min(penetrating_.size(), max_contacts_ - reserved);
+  const bool too_many = touching < penetrating_.size();
   if (too_many) {
-    pick_spread(found, max_contacts_);
+    pick_spread(found, penetrating_, touching);
   } else {
     kept_ = penetrating_;
-    const std::size_t room = max_contacts_ - kept_.size();
-    if (others_.size() > room) {
-      pick_nearest(found, room);
-    } else {
-      kept_.insert(kept_.end(), others_.begin(), others_.end());
-    }
+  }
+  const std::size_t room = max_contacts_ - touching;
+  if (others_.size() <= room) {
+    kept_.insert(kept_.end(), others_.begin(), others_.end());
+  } else if (too_many) {
+    pick_spread(found, others_, room);
+  } else {
+    pick_nearest(found, room);
   }
   std::sort(kept_.begin(), kept_.end());
   set.count = static_cast<std::int32_t>(kept_.size());
-  set.penetrating = static_cast<std::int32_t>(std::min(penetrating_.size(), max_contacts_));
+  set.penetrating = static_cast<std::int32_t>(touching);
   set.truncated = static_cast<std::int32_t>(found.contact.size() - kept_.size());
   last_keys_.clear();
   for (std::size_t i = 0; i < kept_.size(); ++i) {
@@ -271,7 +287,7 @@ void ContactReduction::reduce(const FoundContacts& found, ContactSet& set) {
   }
   std::sort(last_keys_.begin(), last_keys_.end());
   if (!too_many) return;
-  give_pressure(found, set);
+  give(found, set);
   // Those of a pair stand together.
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     const std::uint64_t pair = pair_number(found.key[kept_[i]]);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "framework/core/messages.hpp"
@@ -23,7 +24,6 @@ struct FoundContacts {
   std::vector<ContactPair> pair;
   /// What names a contact from query to query, each at most once; see contact_key. Those of a pair stand together.
   std::vector<std::uint64_t> key;
-  std::vector<double> way;  ///< m, how far it is from touching: its distance, or the way to there
 
   void clear();
   void reserve(std::size_t most);
@@ -41,8 +41,11 @@ struct FoundContacts {
 /// would have to change by more than half, in a few smaller changes. It takes some contacts a pair to make up six
 /// numbers: with fewer the force is the nearest that they can make.
 ///
-/// Contacts that do not touch yet carry no force. They fill the places that are left, the least way from touching
-/// first, and give nothing away: one that stood for many would strike hard where it alone touches.
+/// Contacts that do not touch yet carry no force. They fill the places that are left, the nearest to touching first,
+/// and give nothing away. At least a quarter of the places is theirs: else a body that rebounds from a wall within a
+/// period would meet nothing on the other side. Where that takes places from penetrating contacts, they too are picked
+/// so that they spread, those near to touching before others, and what is left out gives its weight to the nearest one
+/// kept.
 class ContactReduction {
  public:
   /// `max_contacts`: from 8 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.
@@ -52,18 +55,19 @@ class ContactReduction {
   void reduce(const FoundContacts& found, ContactSet& set);
 
  private:
-  void pick_spread(const FoundContacts& found, std::size_t count);
+  void pick_spread(const FoundContacts& found, const std::vector<std::size_t>& of, std::size_t count);
   void pick_nearest(const FoundContacts& found, std::size_t count);
-  void give_pressure(const FoundContacts& found, ContactSet& set);
+  void give(const FoundContacts& found, ContactSet& set) const;
   bool restore_wrench(const FoundContacts& found, std::uint64_t pair, ContactSet& set);
   [[nodiscard]] bool was_kept(std::uint64_t key) const;
 
   std::size_t max_contacts_;
-  std::vector<std::uint64_t> last_keys_;           // sorted
-  std::vector<std::size_t> penetrating_, others_;  // indices of what was found
-  std::vector<std::size_t> kept_;                  // the same, sorted in the end
-  // Of each penetrating contact while they are picked, filled up to whole eights: place and direction, what counts
-  // against distance, squared distance from the nearest one picked, and that one.
+  std::vector<std::uint64_t> last_keys_;                    // sorted
+  std::vector<std::size_t> penetrating_, others_;           // indices of what was found
+  std::vector<std::size_t> kept_;                           // the same, sorted in the end
+  std::vector<std::pair<std::size_t, std::size_t>> gifts_;  // the same: who is left out, and who stands for it
+  // Of each contact that may be picked, filled up to whole eights: place and direction, what counts against distance,
+  // squared distance from the nearest one picked, and that one.
   std::vector<float> place_[6];
   std::vector<float> importance_, apart_;
   std::vector<std::int32_t> pair_of_, nearest_;

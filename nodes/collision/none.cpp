@@ -6,7 +6,7 @@ namespace tactor {
 
 NoCollision::NoCollision(const Params& /*params*/, const NodeContext& context) : CollisionNode(*context.scene) {}
 
-void NoCollision::query(const BodyStates& states, double /*period*/, ContactSet& set) {
+void NoCollision::query(const BodyStates& states, ContactSet& set) {
   set.bodies.count = states.count;
   std::copy_n(states.X_WB.begin(), states.count, set.bodies.X_WB.begin());
   set.count = set.penetrating = set.truncated = 0;

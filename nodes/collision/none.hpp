@@ -16,7 +16,7 @@ class NoCollision final : public CollisionNode {
   static NodeInfo declare();
 
   using CollisionNode::query;
-  void query(const BodyStates& bodies, double period, ContactSet& set) override;
+  void query(const BodyStates& bodies, ContactSet& set) override;
 };
 
 }  // namespace tactor

@@ -21,21 +21,11 @@ double reach_to(const Body& body, const Scene& scene, double margin) {
   return largest + margin;
 }
 
-constexpr double most_turn = 0.5;  // rad, that is foreseen
-
-/// Where a body comes to within `ahead` seconds.
-Pose moved(const Pose& X, const Twist& V, double ahead) {
-  Vec3 turn = ahead * V.w;
-  const double angle = norm(turn);
-  if (angle > most_turn) turn *= most_turn / angle;
-  return {X.p + ahead * V.v, turn == Vec3{} ? X.R : from_rotation_vector(turn) * X.R};
-}
-
 }  // namespace
 
 PairCollision::PairCollision(const PairParams& params, const NodeContext& context,
                              const MakeMeshDistance& make_distance)
-    : CollisionNode(*context.scene), look_ahead_(params.look_ahead), reduction_(params.max_contacts, usual_contacts) {
+    : CollisionNode(*context.scene), reduction_(params.max_contacts, usual_contacts) {
   const Scene& scene = *context.scene;
   const std::vector<std::size_t> moving = scene.moving();
   bodies_.reserve(scene.bodies.size());  // pairs refer to them
@@ -57,18 +47,16 @@ PairCollision::PairCollision(const PairParams& params, const NodeContext& contex
   found_.reserve(usual_contacts);
 }
 
-Course PairCollision::course(const BodyStates& states, std::size_t body, double ahead) const {
-  if (bodies_[body].motion == Motion::fixed) return {bodies_[body].X_WB, bodies_[body].X_WB};
-  const Pose& X = states.X_WB[body];
-  const Twist& V = states.V_WB[body];
-  const bool moves = ahead > 0 && is_finite(V.v) && is_finite(V.w);
-  return {X, moves ? moved(X, V, ahead) : X};
+const Pose& PairCollision::pose(const BodyStates& states, std::int32_t index, std::size_t body) const {
+  return index == ContactPair::fixed ? bodies_[body].X_WB : states.X_WB[static_cast<std::size_t>(index)];
 }
 
-void PairCollision::query(const BodyStates& states, double period, ContactSet& set) {
+void PairCollision::query(const BodyStates& states, ContactSet& set) {
   found_.clear();
-  const double ahead = look_ahead_ * period;
-  for (Entry& entry : pairs_) entry.pair.find(course(states, entry.a, ahead), course(states, entry.b, ahead), found_);
+  for (Entry& entry : pairs_) {
+    const ContactPair indices = entry.pair.indices();
+    entry.pair.find(pose(states, indices.body, entry.a), pose(states, indices.other, entry.b), found_);
+  }
   set.bodies.count = states.count;
   std::copy_n(states.X_WB.begin(), states.count, set.bodies.X_WB.begin());
   reduction_.reduce(found_, set);

@@ -15,17 +15,14 @@ namespace tactor {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr std::size_t looks_each = 16;  // at samples that may be about to touch, for each that is wanted
 
-/// What the rounding of floats may add to a distance: they hold positions to 2^-24 of their size, over a few
-/// operations.
-double rounding(const Vec3& p, const Vec3& pivot, double size) {
-  return std::ldexp(norm(p) + norm(pivot) + 4 * size, -20);
-}
+/// A pose in floats.
+struct FloatPose {
+  std::array<std::array<float, 3>, 3> R;
+  std::array<float, 3> p;
+};
 
-}  // namespace
-
-SampleTree::FloatPose SampleTree::float_pose(const Pose& X) {
+FloatPose float_pose(const Pose& X) {
   FloatPose pose;
   const Vec3 column[3] = {rotate(X.R, {1, 0, 0}), rotate(X.R, {0, 1, 0}), rotate(X.R, {0, 0, 1})};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -35,14 +32,7 @@ SampleTree::FloatPose SampleTree::float_pose(const Pose& X) {
   return pose;
 }
 
-SampleTree::FloatPose SampleTree::between(const FloatPose& a, const FloatPose& b, float share) {
-  FloatPose pose = a;
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) pose.R[i][j] += share * (b.R[i][j] - a.R[i][j]);
-    pose.p[i] += share * (b.p[i] - a.p[i]);
-  }
-  return pose;
-}
+}  // namespace
 
 struct SampleTree::Query {
   const SignedDistance& other;
@@ -157,10 +147,10 @@ TACTOR_WIDE unsigned SampleTree::expired(const Node& node, float way, float turn
   return wide::mask_of(wide::load(node.expiry.data()) <= reached);
 }
 
-TACTOR_WIDE void SampleTree::place(const Node& node, const FloatPose& pose, Points8& x) {
+TACTOR_WIDE void SampleTree::place(const Node& node, const Query& query, Points8& x) {
   const wide::F8 px = wide::load(node.x.data()), py = wide::load(node.y.data()), pz = wide::load(node.z.data());
-  const auto& R = pose.R;
-  const auto& p = pose.p;
+  const auto& R = query.pose.R;
+  const auto& p = query.pose.p;
   wide::store(x.x.data(), R[0][0] * px + R[0][1] * py + R[0][2] * pz + p[0]);
   wide::store(x.y.data(), R[1][0] * px + R[1][1] * py + R[1][2] * pz + p[1]);
   wide::store(x.z.data(), R[2][0] * px + R[2][1] * py + R[2][2] * pz + p[2]);
@@ -171,7 +161,7 @@ float SampleTree::visit(Node& node, const Query& query) {
   const unsigned open = expired(node, query.way, query.turn);
   if (open != 0) {
     Points8 x;
-    place(node, query.pose, x);
+    place(node, query, x);
     std::array<float, 8> bound;
     for (const std::int32_t child : node.child) {
       if (child < 0) __builtin_prefetch(&samples_[static_cast<std::size_t>(~child)]);
@@ -219,87 +209,18 @@ const std::vector<NearSample>& SampleTree::find(const SignedDistance& other, con
   last_pose_ = X_OB;
   last_margin_ = margin;
   found_.clear();
+  // Floats hold positions to 2^-24 of their size, over a few operations.
+  const double rounding = std::ldexp(norm(X_OB.p) + norm(pivot_) + 4 * size_, -20);
   const Query query{.other = other,
                     .X_OB = X_OB,
                     .pose = float_pose(X_OB),
                     .margin = margin,
-                    .taken = rounded_up(margin + rounding(X_OB.p, pivot_, size_)),
+                    .taken = rounded_up(margin + rounding),
                     .way = rounded_up(way_),
                     .turn = rounded_up(turn_),
                     .look_closer = static_cast<float>(4 * moved)};
   visit(nodes_.front(), query);
   return found_;
-}
-
-const std::vector<ForeseenSample>& SampleTree::foresee(const SignedDistance& other, const Pose& X_OB,
-                                                       const Pose& X_OB_then, std::size_t most) {
-  foreseen_.clear();
-  if (nodes_.empty()) return foreseen_;
-  was_found_.assign(samples_.size(), false);
-  for (const NearSample& n : found_) was_found_[static_cast<std::size_t>(n.sample)] = true;
-  const FloatPose now = float_pose(X_OB), then = float_pose(X_OB_then);
-  const float slack = rounded_up(std::max(rounding(X_OB.p, pivot_, size_), rounding(X_OB_then.p, pivot_, size_)));
-  // No point at distance r from the pivot goes farther than way + turn * r.
-  const float way = rounded_up(norm(transform(X_OB_then, pivot_) - transform(X_OB, pivot_)));
-  const float turn = rounded_up(norm(to_rotation_vector(inverse(X_OB.R) * X_OB_then.R)));
-  const auto later = [](const Next& a, const Next& b) {
-    return a.share != b.share ? a.share > b.share : a.what > b.what;
-  };
-  const auto push = [&](const Next& next) {
-    if (!(next.share < 1)) return;
-    next_.push_back(next);
-    std::push_heap(next_.begin(), next_.end(), later);
-  };
-  next_.assign(1, {0, 0, 0});
-  for (std::size_t looks = 0; !next_.empty() && foreseen_.size() < most && looks < looks_each * most;) {
-    std::pop_heap(next_.begin(), next_.end(), later);
-    const Next at = next_.back();
-    next_.pop_back();
-    if (at.what < 0) {
-      Sample& sample = samples_[static_cast<std::size_t>(~at.what)];
-      const Vec3 from = transform(X_OB, sample.p);
-      StraightWay on{from, transform(X_OB_then, sample.p) - from, sample.radius, at.share, sample.face, at.looks};
-      // A bound is fifty times cheaper than a look, as long as it leads on.
-      const double length = norm(on.way);
-      const Vec3 here = on.from + on.share * on.way;
-      Points8 x{};
-      std::array<float, 8> bound;
-      x.x[0] = static_cast<float>(here.x), x.y[0] = static_cast<float>(here.y), x.z[0] = static_cast<float>(here.z);
-      other.lower_bounds(x, 1, bound);
-      const double free = bound[0] - rounded_up(sample.radius) - slack;
-      if (free > 0.01 * length) {
-        push({rounded_down(on.share + free / length), at.what, at.looks});
-        continue;
-      }
-      const std::optional<Nearest> touch = look_ahead(other, on);
-      sample.face = on.face;
-      ++looks;
-      if (touch) {
-        foreseen_.push_back({{~at.what, touch->distance - sample.radius, *touch}, on.share});
-      } else {
-        push({rounded_down(on.share), at.what, on.looks});
-      }
-      continue;
-    }
-    const Node& node = nodes_[static_cast<std::size_t>(at.what)];
-    unsigned open = 0;
-    for (std::size_t k = 0; k < 8; ++k) {
-      const bool found = node.child[k] < 0 && was_found_[static_cast<std::size_t>(~node.child[k])];
-      if (node.expiry[k] < infinity && !found) open |= 1U << k;
-    }
-    Points8 x;
-    place(node, between(now, then, at.share), x);
-    std::array<float, 8> bound;
-    other.lower_bounds(x, open, bound);
-    for (std::size_t k = 0; k < 8; ++k) {
-      if ((open >> k & 1) == 0) continue;
-      const float free = bound[k] - node.radius[k] - slack, speed = way + turn * (node.lever[k] + node.radius[k]);
-      push({at.share + std::max(0.0F, 0.9999F * free / speed), node.child[k], 0});
-    }
-  }
-  std::sort(foreseen_.begin(), foreseen_.end(),
-            [](const ForeseenSample& a, const ForeseenSample& b) { return a.at.sample < b.at.sample; });
-  return foreseen_;
 }
 
 }  // namespace tactor

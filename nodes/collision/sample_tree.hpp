@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "nodes/collision/first_touch.hpp"
+#include "nodes/collision/signed_distance.hpp"
 #include "nodes/scene/surface_samples.hpp"
 
 namespace tactor {
@@ -18,12 +18,6 @@ struct NearSample {
   Nearest nearest;      ///< of its centre, in the frame of the other body
 
   bool operator==(const NearSample&) const = default;
-};
-
-/// A sample beyond the margin that is about to touch.
-struct ForeseenSample {
-  NearSample at;     ///< `distance` to the tangent plane where it will touch, `nearest` as look_ahead gives it
-  double share = 0;  ///< of its way to there
 };
 
 /// A tree of bounding spheres with eight children a node, of one body's samples against one other body.
@@ -42,13 +36,6 @@ class SampleTree {
   /// next call. X_OB: the body of the samples in the frame of `other`, which must be the same in every call.
   const std::vector<NearSample>& find(const SignedDistance& other, const Pose& X_OB, double margin);
 
-  /// Of the samples that the last `find`, at X_OB, did not find, up to `most` that touch first when the body goes on to
-  /// X_OB_then, each straight (see first_touch.hpp), in an order that only the samples decide; until the next call.
-  /// Spheres whose way is free are passed over; what touches first is looked at first. After 16 looks for each one
-  /// that may be found the search ends.
-  const std::vector<ForeseenSample>& foresee(const SignedDistance& other, const Pose& X_OB, const Pose& X_OB_then,
-                                             std::size_t most);
-
  private:
   struct Node {
     alignas(32) std::array<float, 8> x, y, z;  // m, centres in the frame of the samples
@@ -62,27 +49,14 @@ class SampleTree {
     double radius = 0;       // m
     std::int32_t face = -1;  // of its last nearest point
   };
-  /// A pose in floats; between two poses all points go straight, and it is no rotation.
-  struct FloatPose {
-    std::array<std::array<float, 3>, 3> R;
-    std::array<float, 3> p;
-  };
-  static FloatPose float_pose(const Pose& X);
-  static FloatPose between(const FloatPose& a, const FloatPose& b, float share);
   struct Query;
-  /// A node, or a sample ~i, whose way is free up to `share`.
-  struct Next {
-    float share;
-    std::int32_t what;
-    int looks;
-  };
 
   std::int32_t build(std::vector<int>& order, std::size_t begin, std::size_t end);
   void advance(const Pose& X_OB);
   void forget();
   float visit(Node& node, const Query& query);
   static unsigned expired(const Node& node, float way, float turn);
-  static void place(const Node& node, const FloatPose& pose, Points8& x);
+  static void place(const Node& node, const Query& query, Points8& x);
 
   std::vector<Sample> samples_;
   std::vector<Node> nodes_;  // the root first
@@ -93,9 +67,6 @@ class SampleTree {
   std::optional<Pose> last_pose_;
   double last_margin_ = 0;
   std::vector<NearSample> found_;
-  std::vector<bool> was_found_;  // by sample, while looking ahead
-  std::vector<Next> next_;       // a heap, the least share first
-  std::vector<ForeseenSample> foreseen_;
 };
 
 }  // namespace tactor

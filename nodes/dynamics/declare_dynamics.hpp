@@ -79,8 +79,15 @@ void declare_inertial(Declare<N>& declaration) {
       .template real<double>(
           "min_substep", &P::min_substep,
           {.doc = "shortest sub-step under a tolerance", .unit = "s", .default_value = 5e-5, .min = 1e-6, .max = 0.02})
-      .boolean("dissipate", &P::dissipate, false,
-               "take energy that steps and new contact sets made out of nothing from the velocities");
+      .template real<double>(
+          "dissipate_above", &P::dissipate_above,
+          {.doc =
+               "energy that steps and new contact sets made out of nothing, and that has not been dissipated since, is "
+               "taken out of the velocities, but for this much of it, and of what moves; 1 MJ: nothing is taken",
+           .unit = "J",
+           .default_value = 0.001,
+           .min = 0,
+           .max = 1e6});
 }
 
 }  // namespace tactor

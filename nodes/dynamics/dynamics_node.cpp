@@ -178,7 +178,7 @@ void DynamicsNode::observe(const CouplingLaw& spring, const ContactPlanes& plane
   const Energy now = system_energy(model, spring, handle, planes, bodies_);
   observer_.observe(now.total() - energy_, work);
   energy_ = now.total();
-  if (params_.dissipate) energy_ -= observer_.dissipate(now.kinetic, bodies_);
+  energy_ -= observer_.dissipate(params_.dissipate_above, now.kinetic, bodies_);
 }
 
 void DynamicsNode::report(Report& report) const {
@@ -190,7 +190,7 @@ void DynamicsNode::report(Report& report) const {
   report.set("dynamics_energy_generated_J", observer_.generated());
   report.set("dynamics_energy_generated_max_J", observer_.largest());
   report.set("dynamics_energy_dissipated_J", observer_.dissipated());
-  if (params_.dissipate) report.set("dynamics_energy_taken_J", observer_.taken());
+  report.set("dynamics_energy_taken_J", observer_.taken());
   if (params_.error_estimate || params_.substep_tolerance > 0) {
     report.set("dynamics_position_error_max_m", error_max_);
     report.set("dynamics_position_error_mean_m", samples_ > 0 ? error_sum_ / static_cast<double>(samples_) : 0.0);

@@ -22,7 +22,7 @@ struct InertialParams : DynamicsParams {
   bool error_estimate = false;
   double substep_tolerance = 0;  ///< m, 0: the sub-step is fixed
   double min_substep = 0;        ///< s
-  bool dissipate = false;
+  double dissipate_above = 0;    ///< J
 };
 
 /// Sub-steps the bodies through the samples of the handle (rigid_step.hpp has the equations). Each interval between two

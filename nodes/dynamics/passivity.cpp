@@ -16,9 +16,9 @@ void PassivityObserver::observe(double change, double work) {
   owed_ = std::max(0.0, owed_ + excess);
 }
 
-double PassivityObserver::dissipate(double kinetic, BodyStates& bodies) {
-  if (owed_ == 0 || kinetic <= 0) return 0;
-  const double taken = std::min(owed_, kinetic);
+double PassivityObserver::dissipate(double allowed, double kinetic, BodyStates& bodies) {
+  const double taken = std::min(owed_, kinetic) - allowed;
+  if (!(taken > 0)) return 0;
   const double factor = std::sqrt(1 - taken / kinetic);
   for (Twist& V : bodies.V_WB) {
     V.v *= factor;

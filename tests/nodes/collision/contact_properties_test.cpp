@@ -281,8 +281,8 @@ BOOST_AUTO_TEST_CASE(two_moving_bodies_meet_the_same_whichever_is_the_tool) {
             at.X_WB[1] = swapped.X_WB[0] = {{0.033 + dice(-0.004, 0.004), dice(-0.005, 0.005), dice(-0.005, 0.005)},
                                             scene.bodies[1].X_WB.R};
             ContactSet a, b;
-            node->query(at, 0, a);
-            other->query(swapped, 0, b);
+            node->query(at, a);
+            other->query(swapped, b);
             test::check_geometry(a);
             if (a.truncated == 0) check_same(seen(a, false), seen(b, true));
             met += a.penetrating > 0 ? 1 : 0;

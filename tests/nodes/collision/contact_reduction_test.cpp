@@ -27,7 +27,6 @@ void add(FoundContacts& found, const Vec3& p, const Vec3& n, double distance, do
   found.contact.push_back(c);
   found.pair.push_back(pair);
   found.key.push_back(contact_key(pair_of + static_cast<std::uint64_t>(pair.body), false, sample));
-  found.way.push_back(distance);
 }
 
 /// Force (N) and torque (N m) about the origin at rest, of the contacts of a pair.

@@ -94,7 +94,6 @@ void sweep(const char* name, const TriangleMesh& mesh, test::Dice& dice) {
       contacts.contact.push_back(c);
       contacts.pair.push_back({});
       contacts.key.push_back(contact_key(0, false, static_cast<std::uint64_t>(n.sample)));
-      contacts.way.push_back(c.distance);
     }
     reduction.reduce(contacts, set);
     for (int k = 0; k < set.count; ++k) {
