@@ -34,11 +34,11 @@ void for_each_part(Data& data, const Use& use) {
 
 template <class T>
 constexpr bool is_vector = false;
-template <class T>
-constexpr bool is_vector<std::vector<T>> = true;
+template <class T, class A>
+constexpr bool is_vector<std::vector<T, A>> = true;
 
-template <class T>
-std::string_view bytes_of(const std::vector<T>& values) {
+template <class T, class A>
+std::string_view bytes_of(const std::vector<T, A>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 

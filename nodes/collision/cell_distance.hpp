@@ -40,11 +40,11 @@ struct CellData {
   Vec3 low;                              ///< m, the lowest corner of the grid
   double edge = 0;                       ///< m, of a cell
   std::array<std::int32_t, 3> blocks{};  ///< along each axis
-  std::vector<CellBlock> block;
-  std::vector<Cell> cells;
-  std::vector<std::uint32_t> palette;                 ///< records of the tree, those of each block together
-  std::vector<std::array<std::uint16_t, 8>> batches;  ///< places in the palette of their block
-  std::vector<float> batch_bound;  ///< m, no face of this batch or the later ones of its list is nearer to the centre
+  LargeVector<CellBlock> block;
+  LargeVector<Cell> cells;
+  LargeVector<std::uint32_t> palette;                 ///< records of the tree, those of each block together
+  LargeVector<std::array<std::uint16_t, 8>> batches;  ///< places in the palette of their block
+  LargeVector<float> batch_bound;  ///< m, no face of this batch or the later ones of its list is nearer to the centre
 };
 
 /// Cuts the space about a solid into cells. The resolution must be 8 to 1024 and the band not negative. Throws

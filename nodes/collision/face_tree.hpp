@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "nodes/collision/large_vector.hpp"
 #include "nodes/collision/surface.hpp"
 
 namespace tactor {
@@ -53,8 +54,8 @@ class FaceTree {
 
   Vec3 origin;                      // m
   double reach = 0;                 // m, of the farthest corner from the origin
-  std::vector<Node> nodes;          // the root first
-  std::vector<FaceRecord> records;  // in the order of the leaves; the last is a face far away that fills up
+  LargeVector<Node> nodes;          // the root first
+  LargeVector<FaceRecord> records;  // in the order of the leaves; the last is a face far away that fills up
   [[nodiscard]] std::uint32_t filler() const { return static_cast<std::uint32_t>(records.size() - 1); }
 
  private:

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
+#include "nodes/collision/large_vector.hpp"
 #include "nodes/collision/triangle.hpp"
 #include "nodes/scene/mesh.hpp"
 
@@ -61,8 +61,8 @@ class Surface {
     std::array<Vec3, 3> edge;    ///< unit, of the edge from corner i to i + 1
     std::array<Vec3, 3> corner;  ///< unit
   };
-  std::vector<std::array<Vec3, 3>> corners;  ///< m
-  std::vector<Normals> normals;
+  LargeVector<std::array<Vec3, 3>> corners;  ///< m
+  LargeVector<Normals> normals;
 };
 
 }  // namespace tactor
