@@ -20,7 +20,7 @@ CONTENDERS = {"tactor": "tactor", "tactor_as_made": "tactor, nothing taken", "od
               "ode_substeps": "ODE, sub-steps of 1 ms", "ode_explicit": "ODE, explicit spring"}
 AXES = ("contact_stiffness", "mass", "rate", "coupling_stiffness")
 UNITS = {"contact_stiffness": "N/m", "mass": "kg", "rate": "Hz", "coupling_stiffness": "N/m"}
-FIGURES = ("verdict", "generated", "swing_m", "rest_error_m", "step_s", "query_s", "simulated_s", "damped_steps", "stopped_steps")
+FIGURES = ("verdict", "generated", "swing_m", "rest_error_m", "step_s", "query_s", "simulated_s", "left_out", "damped_steps", "stopped_steps")
 TIMED_RATE = 1000
 
 

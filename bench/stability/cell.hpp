@@ -35,6 +35,7 @@ struct Finding {
   double rest_error = none;        ///< m, from the static balance where it is known
   double step_s = 0;               ///< s, in the stepper
   double query_s = 0;              ///< s, in contact queries
+  int left_out = 0;                ///< contacts at most that a query found and its set did not hold
   double simulated_s = 0;          ///< s
   std::int64_t damped_steps = 0;   ///< of ours, not converged and taken as one damped linear step
   std::int64_t stopped_steps = 0;  ///< of ours, not solved at all

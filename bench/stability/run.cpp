@@ -1,5 +1,6 @@
 #include "bench/stability/run.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 #include "bench/stability/judge.hpp"
@@ -41,6 +42,7 @@ Finding run_cell(const TrialScene& scene, const Cell& cell, const Contender& con
     set.bodies = at.bodies;
     trial.query(at.bodies, set);
     const Clock::time_point step = Clock::now();
+    finding.left_out = std::max(finding.left_out, set.truncated);
     finding.query_s += std::chrono::duration<double>(step - query).count();
     if (i == 1) {
       judge.begin(set);

@@ -25,6 +25,7 @@ nlohmann::ordered_json json_of(const Cell& cell, const std::string& contender, c
                            {"rest_error_m", f.rest_error},
                            {"step_s", f.step_s},
                            {"query_s", f.query_s},
+                           {"left_out", f.left_out},
                            {"simulated_s", f.simulated_s},
                            {"damped_steps", f.damped_steps},
                            {"stopped_steps", f.stopped_steps}};

@@ -60,7 +60,8 @@ class Elimination {
         seen_(points().size(), -1) {
     for (const auto& face : mesh.faces) {
       const Vec3 n = doubled_area_normal(mesh, face);
-      normals_.push_back(n / norm(n));
+      // A face without area has no normal; its corners are those of others.
+      normals_.push_back(norm(n) > 0 ? n / norm(n) : Vec3{});
     }
     for (const int candidate : in_order(mesh.vertices.size())) {
       if (owner_[index(candidate)] < 0) keep(candidate);
@@ -87,6 +88,7 @@ class Elimination {
       if (parent == last) return;
       last = parent;
       const Vec3& n = normals_[index(parent)];
+      if (n == Vec3{}) return;
       if (std::none_of(found.begin(), found.end(), [&](const Vec3& o) { return dot(o, n) > 1 - 1e-12; })) {
         found.push_back(n);
       }
@@ -103,7 +105,8 @@ class Elimination {
       find_normals(candidate, around);
       // 1 on a face, 0.71 on an edge of a box, 0.58 at its corner; eighths, so that what differs little is alike.
       const Vec3 sum = std::accumulate(around.begin(), around.end(), Vec3{});
-      const auto flatness = static_cast<std::uint64_t>(std::lround(8 * norm(sum) / static_cast<double>(around.size())));
+      const double size = std::max(1.0, static_cast<double>(around.size()));
+      const auto flatness = static_cast<std::uint64_t>(std::lround(8 * norm(sum) / size));
       // Multiples of the golden ratio of 2^32 that overflow scatter, and no two of them are alike.
       const std::uint32_t scattered = static_cast<std::uint32_t>(i) * 2654435769U;
       keyed.emplace_back(flatness << 33 | std::uint64_t{i >= mesh_vertices} << 32 | scattered, candidate);
@@ -120,6 +123,8 @@ class Elimination {
     const int sample = static_cast<int>(samples_.size());
     const Vec3 p = points()[index(kept)];
     samples_.push_back({p, 0});
+    nearest_[index(kept)] = 0;
+    owner_[index(kept)] = sample;
     find_normals(kept, own_);
     const auto visit = [&](int candidate) {
       if (seen_[index(candidate)] == sample) return;
@@ -139,7 +144,8 @@ class Elimination {
         if (refined_.parent_face[face] == last) return;
         last = refined_.parent_face[face];
         const Vec3& n = normals_[index(last)];
-        all = all && std::any_of(own_.begin(), own_.end(), [&](const Vec3& o) { return dot(o, n) >= same_sheet; });
+        all = all && n != Vec3{} &&
+              std::any_of(own_.begin(), own_.end(), [&](const Vec3& o) { return dot(o, n) >= same_sheet; });
       });
       if (all && distance < nearest_[index(candidate)]) {
         nearest_[index(candidate)] = distance;

@@ -104,8 +104,11 @@ BOOST_AUTO_TEST_CASE(a_block_pressed_flat_on_a_block_has_the_stiffness_of_its_ar
     BOOST_TEST(total_stiffness(set) == 2000 * 16, tt::tolerance(0.25));
     // Samples nearer to the side than to the bottom push aside; the others push up.
     int up = 0;
-    for (int i = 0; i < set.count; ++i) up += set.contact[static_cast<std::size_t>(i)].n_W.z > 1 - 1e-9 ? 1 : 0;
-    BOOST_TEST(up > 0.9 * set.count);
+    for (int i = 0; i < set.count; ++i) {
+      const Contact& c = set.contact[static_cast<std::size_t>(i)];
+      up += c.distance < 0 && c.n_W.z > 1 - 1e-9 ? 1 : 0;
+    }
+    BOOST_TEST(up > 0.9 * set.penetrating);
   }
 }
 

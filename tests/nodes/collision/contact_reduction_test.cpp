@@ -125,6 +125,42 @@ BOOST_AUTO_TEST_CASE(a_flat_patch_keeps_its_force_its_centre_and_its_extent) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_wall_about_to_be_touched_keeps_its_stiffness_beside_one_that_is_pressed) {
+  // Two walls that face each other, each of 900 points and 45 patches; the tool presses the one and is 1 mm from the
+  // other.
+  FoundContacts found;
+  test::Dice dice(5);
+  for (std::uint64_t i = 0; i < 900; ++i) {
+    add(found, {dice(0, 0.05), dice(0, 0.03), 0}, {0, 0, 1}, dice(-1.1e-3, -0.9e-3), 0.05, i);
+  }
+  for (std::uint64_t i = 900; i < 1800; ++i) {
+    add(found, {dice(0, 0.05), dice(0, 0.03), 0.02}, {0, 0, -1}, dice(0.9e-3, 1.1e-3), 0.05, i);
+  }
+  ContactReduction reduction(128, 1800);
+  ContactSet set;
+  reduction.reduce(found, set);
+  BOOST_TEST(set.count == 128);
+  BOOST_TEST(set.penetrating == 96);
+  BOOST_TEST(set.truncated == 1800 - 128);
+  BOOST_TEST(norm(of_all(found).force - of_kept(set).force) < 1e-6 * norm(of_all(found).force));
+  double weight = 0;
+  Bounds far_wall;
+  Vec3 centre;
+  for (int i = 0; i < set.count; ++i) {
+    const Contact& c = set.contact[static_cast<std::size_t>(i)];
+    if (c.distance < 0) continue;
+    BOOST_TEST(c.n_W.z == -1);
+    weight += c.weight;
+    centre += c.weight * c.p_WC;
+    far_wall.add(c.p_WC);
+  }
+  BOOST_TEST(weight == 45.0, tt::tolerance(1e-9));
+  BOOST_TEST(std::abs(centre.x / weight - 0.025) < 0.002);
+  BOOST_TEST(std::abs(centre.y / weight - 0.015) < 0.002);
+  BOOST_TEST(far_wall.size().x > 0.04);
+  BOOST_TEST(far_wall.size().y > 0.024);
+}
+
 BOOST_AUTO_TEST_CASE(a_small_motion_changes_little) {
   ContactReduction reduction(64, 2000);
   ContactSet set;

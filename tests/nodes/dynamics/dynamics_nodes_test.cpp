@@ -80,7 +80,9 @@ BOOST_AUTO_TEST_CASE(it_goes_on_to_now_where_asked_to_or_without_contacts) {
 
 BOOST_AUTO_TEST_CASE(one_late_step_equals_many_prompt_ones) {
   for (const Motion motion : {Motion::translation, Motion::rigid}) {
-    const RigidDynamics::Params p = default_params<RigidDynamics>();
+    RigidDynamics::Params p = default_params<RigidDynamics>();
+    // The handle's velocity is not that of its way here, which makes energy; energies are rounded, bare steps are not.
+    p.dissipate_above = 1e6;
     Rig late(p, false, motion), prompt(p, false, motion);
     for (int ms = 0; ms <= 40; ++ms) {
       const Vec3 x{0.01 * std::sin(0.1 * ms), 0, 0.002 * ms};
@@ -352,6 +354,7 @@ BOOST_AUTO_TEST_CASE(damped_and_stopped_steps_are_counted) {
     RigidDynamics::Params p = default_params<RigidDynamics>();
     p.iterations = iterations;
     p.start_at_device = false;
+    p.dissipate_above = 1e6;
     Rig rig(p, true, Motion::rigid);
     SystemModel model;
     model.body[0] = {.mass = 0.1, .inertia_B = body_inertia(rig.scene.bodies[0]), .rotates = true};

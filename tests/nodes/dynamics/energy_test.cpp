@@ -129,3 +129,18 @@ BOOST_AUTO_TEST_CASE(velocities_are_scaled_to_rest_at_most_and_the_rest_stays_ow
   BOOST_TEST(norm(bodies.V_WB[0].v) == 5 * std::sqrt(0.75), tt::tolerance(1e-12));
   BOOST_TEST(observer.dissipate(0, 2, bodies) == 0.0);
 }
+
+BOOST_AUTO_TEST_CASE(small_debts_and_slow_motion_are_left_alone) {
+  PassivityObserver observer;
+  BodyStates bodies;
+  bodies.count = 1;
+  bodies.V_WB[0].v = {3, 0, 4};
+  observer.observe(1, 0);
+  BOOST_TEST(observer.dissipate(1, 10, bodies) == 0.0);
+  BOOST_TEST(observer.dissipate(0.5, 0.5, bodies) == 0.0);
+  BOOST_TEST((bodies.V_WB[0].v == Vec3{3, 0, 4}));
+  BOOST_TEST(observer.dissipate(0.25, 0.5, bodies) == 0.25);
+  BOOST_TEST(norm(bodies.V_WB[0].v) == 5 * std::sqrt(0.5), tt::tolerance(1e-12));
+  BOOST_TEST(observer.dissipate(0.25, 10, bodies) == 0.5);
+  BOOST_TEST(observer.taken() == 0.75);
+}

@@ -182,6 +182,21 @@ BOOST_AUTO_TEST_CASE(a_face_is_represented_without_a_lean) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_face_without_area_changes_nothing_but_the_points_on_it) {
+  // As files may hold them where nothing repairs a mesh: the third corner lies on the edge of the other two.
+  TriangleMesh mesh = test::box({0.02, 0.02, 0.02});
+  const Vec3 a = mesh.vertices[static_cast<std::size_t>(mesh.faces[0][0])],
+             b = mesh.vertices[static_cast<std::size_t>(mesh.faces[0][1])];
+  mesh.vertices.push_back(0.5 * (a + b));
+  mesh.faces.push_back({mesh.faces[0][0], mesh.faces[0][1], static_cast<int>(mesh.vertices.size()) - 1});
+  double area = 0;
+  for (const SurfaceSample& s : sample_surface(mesh, 0.004)) {
+    BOOST_TEST(std::isfinite(s.area));
+    area += s.area;
+  }
+  BOOST_TEST(area == 6 * 0.02 * 0.02, tt::tolerance(1e-9));
+}
+
 BOOST_AUTO_TEST_CASE(the_same_mesh_has_the_same_samples) {
   const TriangleMesh mesh = sliver_prism(50, 0.01, 0.05);
   const std::vector<SurfaceSample> a = sample_surface(mesh, 0.003), b = sample_surface(mesh, 0.003);
