@@ -33,9 +33,6 @@ SdfCollision::Params collision_params(double margin, int max_contacts) {
   auto params = test::default_params<SdfCollision>();
   params.margin = margin;
   params.max_contacts = max_contacts;
-  // At 1 kHz nothing comes nearer by a margin in a period; with fewer samples of the path the parts below would miss
-  // what the node foresees.
-  params.look_ahead = 0;
   return params;
 }
 
@@ -91,9 +88,10 @@ class Parts {
     found_.reserve(most);
   }
 
-  void query(const Pose& X_WT) {
+  /// As the node does at the tool's course.
+  void query(const Course& tool) {
     found_.clear();
-    pair_.find({X_WT, X_WT}, {}, found_);
+    pair_.find(tool, {}, found_);
   }
   void reduce() { reduction_.reduce(found_, set_); }
   [[nodiscard]] std::size_t found() const { return found_.contact.size(); }
@@ -133,14 +131,22 @@ Json whole_step(const Scene& scene, const std::vector<DeviceState>& handle, Dura
   {
     TimedLoop loop;
     constexpr std::size_t block = 100;
-    std::vector<std::pair<Pose, int>> queried;
+    struct Queried {
+      Course tool;
+      int sent;
+    };
+    std::vector<Queried> queried;
+    const double foreseen = test::default_params<SdfCollision>().look_ahead *
+                            std::min(period.seconds(), CollisionNode::longest_period);  // s
     for (std::size_t begin = 0; begin < handle.size(); begin += block) {
       loop.rest_if_due();
       queried.clear();
       for (std::size_t i = begin; i < std::min(begin + block, handle.size()); ++i) {
+        // The node has no velocity before the first step, and asks where the scene puts the tool.
+        const Twist before = whole.state().V_WT;
         const Whole::Times us = whole.step(time_of(i), handle[i]);
         const ContactSet& set = whole.contacts();
-        queried.emplace_back(set.bodies.X_WB[0], set.count);
+        queried.push_back({course_of(set.bodies.X_WB[0], before, i == 0 ? 0 : foreseen), set.count});
         // The first step puts the tool at the handle; the first of a block finds what the other steps left of the
         // caches.
         if (i == begin) continue;
@@ -160,9 +166,9 @@ Json whole_step(const Scene& scene, const std::vector<DeviceState>& handle, Dura
       }
       loop.rest_if_due();
       for (std::size_t i = 0; i < queried.size(); ++i) {
-        const double us_query = microseconds([&] { parts.query(queried[i].first); });
+        const double us_query = microseconds([&] { parts.query(queried[i].tool); });
         const double us_reduce = microseconds([&] { parts.reduce(); });
-        other += parts.sent() != queried[i].second;
+        other += parts.sent() != queried[i].sent;
         if (i == 0) continue;
         query.push_back(us_query);
         reduction.push_back(us_reduce);

@@ -7,8 +7,6 @@
 namespace tactor {
 
 namespace {
-constexpr double longest_period = 0.1;  // s
-
 /// `tool, block`
 std::string names_of_moving(const Scene& scene) {
   std::string names;

@@ -15,6 +15,8 @@ namespace tactor {
 /// One moving body is the tool, which `state` tells of; of several `bodies` must tell.
 class CollisionNode : public Node {
  public:
+  static constexpr double longest_period = 0.1;  ///< s, that a query is to serve for
+
   void step(StepContext& context) final;
 
   /// The contacts where the moving bodies are, which are to serve while the bodies move on for `period` seconds.

@@ -23,15 +23,15 @@ double reach_to(const Body& body, const Scene& scene, double margin) {
 
 constexpr double most_turn = 0.5;  // rad, that is foreseen
 
-/// Where a body comes to within `ahead` seconds.
-Pose moved(const Pose& X, const Twist& V, double ahead) {
+}  // namespace
+
+Course course_of(const Pose& X, const Twist& V, double ahead) {
+  if (ahead <= 0 || !is_finite(V.v) || !is_finite(V.w)) return {X, X};
   Vec3 turn = ahead * V.w;
   const double angle = norm(turn);
   if (angle > most_turn) turn *= most_turn / angle;
-  return {X.p + ahead * V.v, turn == Vec3{} ? X.R : from_rotation_vector(turn) * X.R};
+  return {X, {X.p + ahead * V.v, turn == Vec3{} ? X.R : from_rotation_vector(turn) * X.R}};
 }
-
-}  // namespace
 
 PairCollision::PairCollision(const PairParams& params, const NodeContext& context,
                              const MakeMeshDistance& make_distance)
@@ -59,10 +59,7 @@ PairCollision::PairCollision(const PairParams& params, const NodeContext& contex
 
 Course PairCollision::course(const BodyStates& states, std::size_t body, double ahead) const {
   if (bodies_[body].motion == Motion::fixed) return {bodies_[body].X_WB, bodies_[body].X_WB};
-  const Pose& X = states.X_WB[body];
-  const Twist& V = states.V_WB[body];
-  const bool moves = ahead > 0 && is_finite(V.v) && is_finite(V.w);
-  return {X, moves ? moved(X, V, ahead) : X};
+  return course_of(states.X_WB[body], states.V_WB[body], ahead);
 }
 
 void PairCollision::query(const BodyStates& states, double period, ContactSet& set) {

@@ -18,6 +18,10 @@ struct PairParams {
   std::int32_t max_contacts = ContactSet::capacity;
 };
 
+/// Where a body comes that goes on at V (m/s, rad/s) for `ahead` seconds, its turn up to half a radian. It stays where
+/// it is where V is not finite.
+Course course_of(const Pose& X, const Twist& V, double ahead);
+
 /// Looks at each pair of a moving body with a fixed one and of two moving bodies, as BodyPair does, and never at two
 /// fixed ones. A contact is reported where the distance is below `margin`, with the pair that it belongs to: the body
 /// that comes first in Scene::moving() is the moving one, T of the contact, and its normal points to that body.
