@@ -33,7 +33,7 @@ Running build(const Entry& entry, const Pair& pair) {
   return r;
 }
 
-/// The query before each block is made again and not timed: the other contenders have had the caches since.
+/// The query before each block, and before a rest, is made again and not timed: others have had the caches since.
 void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int block) {
   TimedLoop loop;
   for (Running& r : all) {
@@ -43,11 +43,11 @@ void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int blo
   const auto length = static_cast<std::size_t>(block);
   for (std::size_t begin = 0; begin < steps.size(); begin += length, ++round) {
     for (std::size_t k = 0; k < all.size(); ++k) {
-      loop.rest_if_due();
       // Each round begins with another, so that none always follows the same one.
       Running& r = all[(k + round) % all.size()];
       if (begin > 0) r.contender->query(steps[begin - 1]);
       for (std::size_t i = std::max<std::size_t>(begin, 1); i < std::min(begin + length, steps.size()); ++i) {
+        if (loop.rest_if_due()) r.contender->query(steps[i - 1]);
         r.warm.push_back(microseconds([&] { r.contender->query(steps[i]); }));
       }
     }
@@ -194,7 +194,10 @@ Json measure(const std::vector<Entry>& entries, const Pair& pair, const std::vec
     Json row = {{"name", r.entry->name}, {"all", r.entry->all}, {"us", spread_of(r.warm)}, {"first_us", r.first}};
     row["ratio_median"] = quantile(r.warm, 0.5) / quantile(all.front().warm, 0.5);
     row["ratio_p99"] = quantile(r.warm, 0.99) / quantile(all.front().warm, 0.99);
-    if (!r.cold.empty()) row["cold_us"] = spread_of(r.cold);
+    if (!r.cold.empty()) {
+      row["cold_us"] = spread_of(r.cold);
+      row["cold_queries"] = r.cold.size();
+    }
     if (options.compare) row.update(compare(r, steps, options));
     row["nothing_apart"] = sees_nothing_apart(*r.contender, steps.front());
     row["memory_MB"] = r.memory_mb;
