@@ -127,12 +127,18 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
   };
   // Asked by several threads at once, so it only looks whether the user has had enough.
   const auto go_on = [&options](double) { return !options.interrupted || !options.interrupted(); };
+  std::mutex mutex;
+  std::set<std::string> noted;
+  const auto note = [&](const std::string& text) {
+    const std::lock_guard lock(mutex);
+    if (options.note && noted.insert(text).second) options.note(text);
+  };
   // Graphs that differ in what comes after physics share a reference, so one graph a seed is prepared at a time and
   // the others find it.
   for (std::size_t g = 0; g < graphs.size(); ++g) {
     tell(0.5 * static_cast<double>(g) / static_cast<double>(graphs.size()), "reference runs");
     in_parallel(comparison.seeds.size(), options.jobs,
-                [&](std::size_t s) { prepare_reference(plans[g][s], options.cache_folder, go_on); });
+                [&](std::size_t s) { prepare_reference(plans[g][s], options.cache_folder, go_on, note); });
   }
 
   for (std::size_t g = 0; g < graphs.size(); ++g) {
@@ -144,6 +150,7 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
       tell(0.5 + 0.5 * static_cast<double>(done++) / static_cast<double>(total), comparison.rows[g].graph);
       RunOptions run_options;
       run_options.cache_folder = options.cache_folder;
+      run_options.note = note;
       run_options.progress = [&](double, const char*) { return go_on(0); };
       RunResult result = execute(plans[g][s], run_options);
       if (result.failure) throw RunError(*result.failure);

@@ -46,7 +46,8 @@ struct CompareOptions {
   Overrides overrides;
   std::filesystem::path cache_folder;
   std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts
-  std::function<bool()> interrupted;  ///< true interrupts; may be asked by several threads at once
+  std::function<void(const std::string& note)> note;  ///< as RunOptions::note, each once, by one thread at a time
+  std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once
 };
 
 /// Runs every graph with every seed. Throws what the runs throw; an interrupt throws RunError.

@@ -195,6 +195,7 @@ int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options
   compare_options.overrides = options.overrides();
   compare_options.cache_folder = default_cache_folder();
   ProgressBar bar;
+  compare_options.note = tell_note;
   compare_options.interrupted = [] { return interrupted != 0; };
   compare_options.progress = [&bar](double share, const std::string& what) { return bar(share, what); };
   const Comparison comparison = compare(graphs, registry, mesh_folders(), compare_options);

@@ -293,15 +293,18 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   return result;
 }
 
-bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std::function<bool(double)>& go_on) {
+bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std::function<bool(double)>& go_on,
+                       const std::function<void(const std::string&)>& note) {
   const Plan reference_plan = make_reference_plan(plan);
   if (reference_plan.nodes.empty()) return false;
   const ReferenceCache cache(cache_folder);
   const std::string key = reference_key(reference_plan, code_files());
   // Asked first, because the next question takes an engine with its meshes and trees.
-  if (cache.load(key).reference) return false;
+  const ReferenceCache::Found found = cache.load(key);
+  if (found.reference) return false;
   // Whether a node must be followed is known from its parameters alone, so nodes that never run can be asked.
   if (must_be_followed(PlanNodes(plan))) return false;
+  if (note && !found.note.empty()) note(found.note);
   // Where it cannot be kept, the run that asks for it makes it again and says so.
   static_cast<void>(cache.store(key, run_reference(reference_plan, nullptr, go_on)));
   return true;

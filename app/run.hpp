@@ -87,8 +87,9 @@ struct RunOptions {
 RunResult execute(const Plan& plan, const RunOptions& options);
 
 /// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a
-/// run was made. `go_on` as in run_reference.
+/// run was made. `go_on` as in run_reference; `note` is told why what the cache held was not used.
 bool prepare_reference(const Plan& plan, const std::filesystem::path& cache_folder,
-                       const std::function<bool(double share)>& go_on);
+                       const std::function<bool(double share)>& go_on,
+                       const std::function<void(const std::string& note)>& note);
 
 }  // namespace tactor

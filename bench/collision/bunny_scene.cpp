@@ -15,12 +15,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Entry trilinear(int resolution) {
-  return {"trilinear, " + std::to_string(resolution), Gives::depths,
+  return {"trilinear, " + std::to_string(resolution), Gives::samples,
           [resolution](const Pair& pair) { return make_trilinear(pair, resolution); }};
 }
 
 Entry cells(int resolution) {
-  return {"tactor, " + std::to_string(resolution), Gives::depths,
+  return {"tactor, " + std::to_string(resolution), Gives::samples,
           [resolution](const Pair& pair) { return make_tactor(pair, 0, {.resolution = resolution}); }};
 }
 
@@ -53,19 +53,19 @@ Json longest_edges(const TriangleMesh& mesh) {
 std::vector<Entry> contenders(const std::filesystem::path& file) {
   constexpr std::size_t all = 1'000'000;
   constexpr auto f = Precision::single_precision, d = Precision::double_precision;
-  return {{"tactor", Gives::depths, [](const Pair& p) { return make_tactor(p, 0); }},
-          {"tactor, 1 mm margin", Gives::depths, [](const Pair& p) { return make_tactor(p, 0.001); }},
-          {"tactor, collision.sdf, default parameters", Gives::depths,
+  return {{"tactor", Gives::samples, [](const Pair& p) { return make_tactor(p, 0); }},
+          {"tactor, 1 mm margin", Gives::samples, [](const Pair& p) { return make_tactor(p, 0.001); }},
+          {"tactor, collision.sdf, default parameters", Gives::samples,
            [=](const Pair& p) {
              return make_sdf_node(p, {file, file});
            }},
-          {"tactor, collision.sdf, 1 mm margin", Gives::depths,
+          {"tactor, collision.sdf, 1 mm margin", Gives::samples,
            [=](const Pair& p) {
              return make_sdf_node(p, {file, file}, 0.001);
            }},
-          {"tactor, exact", Gives::depths, make_exact},
-          {"floor", Gives::depths, make_floor},
-          {"CGAL", Gives::depths, make_cgal_exact},
+          {"tactor, exact", Gives::samples, make_exact},
+          {"floor", Gives::samples, make_floor},
+          {"CGAL", Gives::samples, make_cgal_exact},
           {"FCL double, touching", Gives::touching, [=](const Pair& p) { return make_fcl(p, d, 0); }, false},
           {"FCL double, 20 contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, 20); }, false},
           {"FCL double, all contacts", Gives::depths, [=](const Pair& p) { return make_fcl(p, d, all); }},

@@ -37,9 +37,13 @@ int main(int argc, char** argv) try {
   const TemporaryFolder cache;
   setenv("TACTOR_CACHE", cache.path().c_str(), 1);
   const int core = static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)) - 1;
-  const SchedulingPolicy policy = time_loops_on(no_realtime ? std::nullopt : std::optional(core));
-  nlohmann::ordered_json json = {{"core", core},
-                                 {"policy", policy == SchedulingPolicy::fifo ? "SCHED_FIFO" : "SCHED_OTHER"}};
+  const ThreadGrant grant = time_loops_on(no_realtime ? std::nullopt : std::optional(core));
+  nlohmann::ordered_json json = {
+      {"core", nullptr},
+      {"policy", grant.granted.policy == SchedulingPolicy::fifo ? "SCHED_FIFO" : "SCHED_OTHER"},
+      {"refused", nlohmann::ordered_json::array()}};
+  if (grant.granted.cpu) json["core"] = *grant.granted.cpu;
+  for (const Refusal& refusal : grant.refused) json["refused"].push_back(refusal.what);
   for (const std::string& name : wanted) {
     std::fprintf(stderr, "%s\n", name.c_str());
     json["scenes"][name] = scenes.at(name)(options);

@@ -54,8 +54,12 @@ class Contender {
   [[nodiscard]] virtual Touches touches() const = 0;
 };
 
-/// What a contender tells of a contact.
-enum class Gives { touching, points, depths };
+/// What a contender tells of a contact. `samples`: depths, of the same samples as the reference's.
+enum class Gives { touching, points, depths, samples };
+
+inline bool gives_depths(Gives gives) {
+  return gives >= Gives::depths;
+}
 
 struct Entry {
   std::string name;

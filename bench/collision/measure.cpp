@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/timed_loop.hpp"
@@ -32,7 +33,7 @@ Running build(const Entry& entry, const Pair& pair) {
   return r;
 }
 
-/// The query before each block is made again and not timed: the other contenders have had the caches since.
+/// The query before each block, and before a rest, is made again and not timed: others have had the caches since.
 void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int block) {
   TimedLoop loop;
   for (Running& r : all) {
@@ -42,11 +43,11 @@ void run_warm(std::vector<Running>& all, const std::vector<Step>& steps, int blo
   const auto length = static_cast<std::size_t>(block);
   for (std::size_t begin = 0; begin < steps.size(); begin += length, ++round) {
     for (std::size_t k = 0; k < all.size(); ++k) {
-      loop.rest_if_due();
       // Each round begins with another, so that none always follows the same one.
       Running& r = all[(k + round) % all.size()];
       if (begin > 0) r.contender->query(steps[begin - 1]);
       for (std::size_t i = std::max<std::size_t>(begin, 1); i < std::min(begin + length, steps.size()); ++i) {
+        if (loop.rest_if_due()) r.contender->query(steps[i - 1]);
         r.warm.push_back(microseconds([&] { r.contender->query(steps[i]); }));
       }
     }
@@ -81,10 +82,20 @@ const Touch* nearest_of(const Touches& touches, const Vec3& p, double near) {
   return best;
 }
 
+/// How many of the exact contacts' samples are among those found, each counted once.
+std::size_t common_samples(const Touches& exact, const Touches& found) {
+  std::set<std::pair<Side, int>> inside;
+  for (const Touch& e : exact) inside.insert({e.side, e.sample});
+  return static_cast<std::size_t>(std::count_if(found.begin(), found.end(), [&](const Touch& f) {
+    return inside.erase({f.side, f.sample}) > 0;
+  }));
+}
+
 Json compare(const Running& r, const std::vector<Step>& steps, const MeasureOptions& options) {
   std::vector<double> count, ratio, normal_error, depth_error;
   std::size_t deep = 0, missed = 0, unseen = 0, touching = 0, wrong_way = 0, unsampled = 0, finite = 0, matched = 0;
-  std::size_t other_count = 0;
+  std::size_t exact = 0, left_out = 0, made_up = 0;
+  const bool same_samples = r.entry->gives == Gives::samples;
   for (const Step& step : steps) {
     r.contender->query(step);
     double deepest = 0;
@@ -95,15 +106,20 @@ Json compare(const Running& r, const std::vector<Step>& steps, const MeasureOpti
     if (r.entry->gives == Gives::touching) continue;
     Touches found = r.contender->touches();
     // Those that report what is near, too, are judged by what penetrates.
-    if (r.entry->gives == Gives::depths) std::erase_if(found, [](const Touch& t) { return t.depth <= 0; });
+    if (gives_depths(r.entry->gives)) std::erase_if(found, [](const Touch& t) { return t.depth <= 0; });
     count.push_back(static_cast<double>(found.size()));
-    other_count += found.size() != step.exact.size();
+    if (same_samples) {
+      const std::size_t both = common_samples(step.exact, found);
+      exact += step.exact.size();
+      left_out += step.exact.size() - both;
+      made_up += found.size() - both;
+    }
     for (const Touch& e : step.exact) {
       if (e.depth <= options.deep) continue;
       ++deep;
       missed += nearest_of(found, e.p_A, options.near) == nullptr;
     }
-    if (r.entry->gives != Gives::depths) continue;
+    if (!gives_depths(r.entry->gives)) continue;
     double reported = 0;
     for (const Touch& f : found) {
       finite += is_finite(f.p_A) && is_finite(f.n_A) && std::isfinite(f.depth);
@@ -123,9 +139,9 @@ Json compare(const Running& r, const std::vector<Step>& steps, const MeasureOpti
   Json json = {{"touching", touching}, {"touches_unseen", unseen}, {"touches_between_samples", unsampled}};
   if (r.entry->gives == Gives::touching) return json;
   json["contacts"] = {{"median", quantile(count, 0.5)}, {"max", quantile(count, 1)}};
-  json["other_count"] = other_count;
   json["missed"] = {{"of", deep}, {"missed", missed}, {"share", deep > 0 ? double(missed) / double(deep) : 0}};
-  if (r.entry->gives != Gives::depths) return json;
+  if (same_samples) json["samples"] = {{"of", exact}, {"left_out", left_out}, {"made_up", made_up}};
+  if (!gives_depths(r.entry->gives)) return json;
   double all = 0;
   for (const double n : count) all += n;
   json["not_finite"] = static_cast<std::size_t>(all) - finite;
@@ -178,7 +194,10 @@ Json measure(const std::vector<Entry>& entries, const Pair& pair, const std::vec
     Json row = {{"name", r.entry->name}, {"all", r.entry->all}, {"us", spread_of(r.warm)}, {"first_us", r.first}};
     row["ratio_median"] = quantile(r.warm, 0.5) / quantile(all.front().warm, 0.5);
     row["ratio_p99"] = quantile(r.warm, 0.99) / quantile(all.front().warm, 0.99);
-    if (!r.cold.empty()) row["cold_us"] = spread_of(r.cold);
+    if (!r.cold.empty()) {
+      row["cold_us"] = spread_of(r.cold);
+      row["cold_queries"] = r.cold.size();
+    }
     if (options.compare) row.update(compare(r, steps, options));
     row["nothing_apart"] = sees_nothing_apart(*r.contender, steps.front());
     row["memory_MB"] = r.memory_mb;

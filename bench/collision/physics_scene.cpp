@@ -23,7 +23,9 @@ double us_between(Clock::time_point a, Clock::time_point b) {
   return std::chrono::duration<double, std::micro>(b - a).count();
 }
 
+/// Of one value at least.
 Json figures(const std::vector<double>& values) {
+  TACTOR_DEMAND(!values.empty());
   Json json = spread_of(values);
   json["mean"] = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
   return json;
@@ -130,17 +132,21 @@ Json whole_step(const Scene& scene, const std::vector<DeviceState>& handle, Dura
   {
     TimedLoop loop;
     constexpr std::size_t block = 100;
-    std::vector<std::pair<Pose, int>> queried;
+    struct Queried {
+      Pose X_WT;
+      int sent;
+    };
+    std::vector<Queried> queried;
     for (std::size_t begin = 0; begin < handle.size(); begin += block) {
-      loop.rest_if_due();
       queried.clear();
       for (std::size_t i = begin; i < std::min(begin + block, handle.size()); ++i) {
+        const bool rested = loop.rest_if_due();
         const Whole::Times us = whole.step(time_of(i), handle[i]);
         const ContactSet& set = whole.contacts();
-        queried.emplace_back(set.bodies.X_WB[0], set.count);
-        // The first step puts the tool at the handle; the first of a block finds what the other steps left of the
-        // caches.
-        if (i == begin) continue;
+        queried.push_back({set.bodies.X_WB[0], set.count});
+        // The first step puts the tool at the handle; the first of a block, or after a rest, finds what others left of
+        // the caches.
+        if (i == begin || rested) continue;
         all.push_back(us.all);
         collision.push_back(us.collision);
         dynamics.push_back(us.dynamics);
@@ -155,12 +161,12 @@ Json whole_step(const Scene& scene, const std::vector<DeviceState>& handle, Dura
         }
         depth.push_back(1e3 * deepest);
       }
-      loop.rest_if_due();
       for (std::size_t i = 0; i < queried.size(); ++i) {
-        const double us_query = microseconds([&] { parts.query(queried[i].first); });
+        const bool rested = loop.rest_if_due();
+        const double us_query = microseconds([&] { parts.query(queried[i].X_WT); });
         const double us_reduce = microseconds([&] { parts.reduce(); });
-        other += parts.sent() != queried[i].second;
-        if (i == 0) continue;
+        other += parts.sent() != queried[i].sent;
+        if (i == 0 || rested) continue;
         query.push_back(us_query);
         reduction.push_back(us_reduce);
         found.push_back(static_cast<double>(parts.found()));
@@ -190,7 +196,10 @@ Json whole_step(const Scene& scene, const std::vector<DeviceState>& handle, Dura
                  {"reduction", figures(reduction)},
                  {"dynamics", figures(dynamics)},
                  {"coupling", figures(coupling)}}}};
-  if (cold) json["cold_us"] = figures(cold_us);
+  if (!cold_us.empty()) {
+    json["cold_us"] = figures(cold_us);
+    json["cold_queries"] = cold_us.size();
+  }
   return json;
 }
 
@@ -214,15 +223,13 @@ struct Circling {
     return {middle.p + radius * Vec3{std::cos(angle) - 1, std::sin(angle), 0}, middle.R};
   }
 
-  /// us
-  double step(int i) {
+  void step(int i, bool counted) {
     const Pose now = at(i);
     const DeviceState device = device_at(now, last, period);
     last = now;
     const Time t{std::int64_t{i} * 1'000'000};
     const double us = microseconds([&] { dynamics.advance(t, device, set); });
-    if (i > 0) times.push_back(us), touching.push_back(dynamics.state().contacts);
-    return us;
+    if (i > 0 && counted) times.push_back(us), touching.push_back(dynamics.state().contacts);
   }
 
   static constexpr double period = 0.001;  // s
@@ -271,8 +278,7 @@ Json dynamics_scene(const SceneOptions& options) {
     constexpr int block = 100;
     for (int begin = 0; begin < options.samples; begin += block) {
       for (const auto& one : all) {
-        loop.rest_if_due();
-        for (int i = begin; i < std::min(begin + block, options.samples); ++i) one->step(i);
+        for (int i = begin; i < std::min(begin + block, options.samples); ++i) one->step(i, !loop.rest_if_due());
       }
     }
   }

@@ -1,6 +1,11 @@
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
 
 #include "bench/collision/ours.hpp"
+#include "framework/core/cache_folder.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "nodes/scene/mass_properties.hpp"
 #include "tests/nodes/defaults.hpp"
@@ -8,6 +13,22 @@
 namespace tactor::bench {
 
 namespace {
+
+/// While it lives the cache is an empty folder of its own: what is timed builds what it needs, and does not load what
+/// another contender left.
+class OwnCache {
+ public:
+  OwnCache() { set(folder_.path()); }
+  ~OwnCache() { set(before_); }
+  OwnCache(const OwnCache&) = delete;
+  OwnCache& operator=(const OwnCache&) = delete;
+
+ private:
+  static void set(const std::filesystem::path& folder) { setenv("TACTOR_CACHE", folder.c_str(), 1); }
+
+  std::filesystem::path before_ = default_cache_folder();
+  TemporaryFolder folder_;
+};
 
 class SdfNode final : public Contender {
  public:
@@ -24,6 +45,7 @@ class SdfNode final : public Contender {
     auto params = test::default_params<SdfCollision>();
     params.margin = margin.value_or(params.margin);
     params.spacing = spacing.value_or(params.spacing);
+    const OwnCache cache;
     node_ = std::make_unique<SdfCollision>(params, NodeContext{.name = "collision", .scene = &scene_});
   }
 
@@ -35,17 +57,26 @@ class SdfNode final : public Contender {
   }
   [[nodiscard]] bool touching() const override { return found_.penetrating > 0; }
 
-  /// A contact does not tell which body's sample it is. The reference's sample at either of its two points tells.
+  /// A contact does not tell which body's sample it is. The reference's sample at either of its two points tells; where
+  /// a sample is nearest to another that is inside too, their depths do, and each is taken once.
   [[nodiscard]] Touches touches() const override {
     Touches touches;
+    std::vector<bool> taken(step_->exact.size());
     for (int i = 0; i < found_.count; ++i) {
       const Contact& c = found_.contact[static_cast<std::size_t>(i)];
       const Vec3 on_tool = transform(X_AT_, c.p_TC);
       Touch touch{on_tool, c.n_W, -c.distance};
-      for (const Touch& e : step_->exact) {
-        const Vec3& own = e.side == Side::tool ? on_tool : c.p_WC;
-        if (norm(e.p_A - own) > 1e-9) continue;
-        touch.p_A = own;
+      std::size_t best = taken.size();
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t k = 0; k < taken.size() && touch.depth > 0; ++k) {
+        const Touch& e = step_->exact[k];
+        if (taken[k] || norm(e.p_A - (e.side == Side::tool ? on_tool : c.p_WC)) > 1e-9) continue;
+        if (const double off = std::abs(e.depth - touch.depth); off < least) least = off, best = k;
+      }
+      if (best < taken.size()) {
+        const Touch& e = step_->exact[best];
+        taken[best] = true;
+        touch.p_A = e.side == Side::tool ? on_tool : c.p_WC;
         touch.side = e.side;
         touch.sample = e.sample;
       }

@@ -2,8 +2,6 @@
 
 #include <thread>
 
-#include "framework/realtime/thread_policy.hpp"
-
 namespace tactor::bench {
 
 namespace {
@@ -20,18 +18,19 @@ TimedLoop::~TimedLoop() {
   if (core_of_loops) apply_thread_settings({SchedulingPolicy::other, 0, core_of_loops}, "collision");
 }
 
-void TimedLoop::rest_if_due() {
-  if (std::chrono::steady_clock::now() - last_ < std::chrono::milliseconds(500)) return;
+bool TimedLoop::rest_if_due() {
+  if (std::chrono::steady_clock::now() - last_ < std::chrono::milliseconds(500)) return false;
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
   last_ = std::chrono::steady_clock::now();
+  return true;
 }
 
-SchedulingPolicy time_loops_on(std::optional<int> core) {
+ThreadGrant time_loops_on(std::optional<int> core) {
   core_of_loops = core;
-  if (!core) return SchedulingPolicy::other;
-  const ThreadGrant grant = apply_thread_settings({SchedulingPolicy::fifo, 1, core}, "collision");
+  if (!core) return {};
+  ThreadGrant grant = apply_thread_settings({SchedulingPolicy::fifo, 1, core}, "collision");
   apply_thread_settings({SchedulingPolicy::other, 0, core}, "collision");
-  return grant.granted.policy;
+  return grant;
 }
 
 }  // namespace tactor::bench

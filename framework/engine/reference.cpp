@@ -120,9 +120,6 @@ class Capture final : public RunObserver {
   const std::function<bool(double)>& go_on_;
 };
 
-// Of the layout below; the code that makes a reference is in its key.
-constexpr std::uint32_t cache_version = 2;
-
 void put(std::string& out, const void* data, std::size_t size) {
   out.append(static_cast<const char*>(data), size);
 }
@@ -247,11 +244,16 @@ std::optional<Reference> from_bytes(std::string_view bytes) {
 
 }  // namespace
 
-ReferenceCache::ReferenceCache(fs::path folder) : cache_("ref", cache_version, std::move(folder)) {}
+ReferenceCache::ReferenceCache(fs::path folder) : cache_("ref", layout, std::move(folder)) {}
 
 ReferenceCache::Found ReferenceCache::load(const std::string& key) const {
   DiskCache::Found found = cache_.load(key);
-  return {found.bytes ? from_bytes(*found.bytes) : std::nullopt, std::move(found.note)};
+  if (!found.bytes) return {std::nullopt, std::move(found.note)};
+  std::optional<Reference> reference = from_bytes(*found.bytes);
+  if (!reference) {
+    found.note = cache_.file(key).string() + ": the cached file holds no reference run; computed again and replaced";
+  }
+  return {std::move(reference), std::move(found.note)};
 }
 
 std::string ReferenceCache::store(const std::string& key, const Reference& reference) const {

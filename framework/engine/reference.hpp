@@ -39,9 +39,12 @@ bool must_be_followed(const PlanNodes& nodes);
 /// Hands the reference to the sinks of a finished run.
 void set_reference(PlanNodes& judged, const Reference& reference);
 
-/// Reference runs in the disk cache, whose notes it passes on.
+/// Reference runs in the disk cache, whose notes it passes on; a note, too, where bytes that are whole are no reference
+/// run.
 class ReferenceCache {
  public:
+  static constexpr std::uint32_t layout = 2;  ///< version of the bytes; the code that makes a reference is in its key
+
   explicit ReferenceCache(std::filesystem::path folder);
 
   struct Found {

@@ -14,9 +14,8 @@ NodeInfo RigidDynamics::declare() {
       "Implicit Euler in the coupling, the contacts' stiffness, damping and friction, and the gyroscopic term, "
       "sub-stepped through every device sample since the last step. Each sub-step is the minimum of a convex function, "
       "which Newton's method finds within the iterations or else a damped step stands in for, and is counted. Where it "
-      "was "
-      "stable is in docs/stability_results.md, from 1e2 to 1e6 N/m and 1 g to 10 kg. It adds numerical damping of the "
-      "order of the sub-step. "
+      "stays stable, and where not, is mapped in docs/stability_results.md. It adds numerical damping of the order of "
+      "the sub-step. "
       "Up to 8 bodies are solved as one, those of `motion: translation` without rotation. The tool feels the true "
       "spring, the device the one limited to force_max.");
   declare_inertial(d);

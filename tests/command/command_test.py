@@ -157,6 +157,16 @@ class Outputs(CommandTest):
         self.assertEqual(first["delivered"], second["delivered"])
         self.assertTrue(self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")["reference_run"]["cached"])
 
+    def test_compare_says_once_that_a_reference_was_damaged(self):
+        graphs = (GRAPHS / "duck_off.yaml", GRAPHS / "duck_fixed.yaml", "--seeds", "2", "--duration", "0.5")
+        self.assertNotIn("damaged", self.run_ok("compare", *graphs, "--out", self.folder / "whole").stderr)
+        files = sorted((self.folder / "cache").glob("*.ref"))
+        self.assertEqual(len(files), 2)
+        files[0].write_bytes(files[0].read_bytes()[:-1])
+        said = self.run_ok("compare", *graphs, "--out", self.folder / "damaged").stderr
+        self.assertEqual(said.count(f"{files[0]}: the cached file is damaged"), 1)
+        self.assertEqual(said.count("damaged"), 1)
+
 
 class LeavingOut(CommandTest):
     @needs_collision

@@ -91,6 +91,17 @@ BOOST_AUTO_TEST_CASE(a_damaged_cache_file_is_not_used) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(whole_bytes_that_are_no_reference_are_not_used_and_noted) {
+  const TemporaryFolder folder;
+  const DiskCache disk("ref", ReferenceCache::layout, folder.path);
+  BOOST_TEST(disk.store("e", "no reference run") == "");
+  BOOST_TEST(disk.load("e").bytes.has_value());
+  const ReferenceCache::Found found = ReferenceCache(folder.path).load("e");
+  BOOST_TEST(!found.reference);
+  BOOST_TEST(found.note.find((folder.path / "e.ref").string()) != std::string::npos);
+  BOOST_TEST(found.note.find("no reference run") != std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_a_note) {
   const ReferenceCache cache("/proc/no/such/place");
   BOOST_TEST(cache.store("e", {}).find("cannot be written") != std::string::npos);

@@ -1,0 +1,40 @@
+"""What the scripts that write pages of results share."""
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+KEY = re.compile(r"\{\{(\w+)\}\}")  # a place in a template
+
+
+def commit():
+    """The commit that is checked out, `-dirty` where files differ from it. Ask before measuring: later it may be another."""
+    found = subprocess.run(["git", "describe", "--always", "--exclude=*", "--dirty"], cwd=ROOT, capture_output=True, text=True,
+                           check=True).stdout.strip()
+    if found.endswith("-dirty"):
+        print(f"files differ from the commit: the page will say {found}", file=sys.stderr)
+    return found
+
+
+def versions(packages):
+    """{package: version} of Debian's packages that are installed."""
+    said = subprocess.run(["dpkg-query", "--show", "--showformat=${Package} ${Version}\n", *packages], capture_output=True, text=True,
+                          check=True).stdout
+    return dict(line.split() for line in said.splitlines())
+
+
+def filled(template, values):
+    """The template with {{KEY}} replaced by each value. Raises ValueError where a key has no value."""
+    for key, value in values.items():
+        template = template.replace("{{" + key + "}}", value.rstrip())
+    left = KEY.search(template)
+    if left:
+        raise ValueError(f"the template asks for {left.group()}, which has no value")
+    return template
+
+
+def write(name, values):
+    """Writes docs/NAME.md from scripts/NAME.template.md."""
+    (ROOT / f"docs/{name}.md").write_text(filled((ROOT / f"scripts/{name}.template.md").read_text(), values))
+    print(f"docs/{name}.md")
