@@ -128,10 +128,9 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
   // Asked by several threads at once, so it only looks whether the user has had enough.
   const auto go_on = [&options](double) { return !options.interrupted || !options.interrupted(); };
   std::mutex mutex;
-  std::set<std::string> noted;
   const auto note = [&](const std::string& text) {
     const std::lock_guard lock(mutex);
-    if (options.note && noted.insert(text).second) options.note(text);
+    if (options.note) options.note(text);
   };
   // Graphs that differ in what comes after physics share a reference, so one graph a seed is prepared at a time and
   // the others find it.

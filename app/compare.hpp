@@ -46,7 +46,7 @@ struct CompareOptions {
   Overrides overrides;
   std::filesystem::path cache_folder;
   std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts
-  std::function<void(const std::string& note)> note;  ///< as RunOptions::note, each once, by one thread at a time
+  std::function<void(const std::string& note)> note;  ///< as RunOptions::note, by one thread at a time
   std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once
 };
 

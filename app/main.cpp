@@ -177,7 +177,11 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
 int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& base,
                 const fs::path& out) {
   Registry registry(default_node_folders());
+  // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
   std::set<std::string> told;
+  const auto tell_once = [&told](const std::string& note) {
+    if (told.insert(note).second) tell_note(note);
+  };
   for (const fs::path& graph : graphs) {
     const Plan plan = load_plan(graph, registry, options.overrides());
     if (plan.graph.clock == Clock::real) {
@@ -185,17 +189,14 @@ int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options
                        ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                        "conditions; add --set clock=virtual");
     }
-    // Graphs that are compared share their bodies: what is said of one is not said again of the others.
-    for (const std::string& note : check_bodies(plan)) {
-      if (told.insert(note).second) tell_note(note);
-    }
+    for (const std::string& note : check_bodies(plan)) tell_once(note);
   }
   const fs::path folder = make_folder(out);
   CompareOptions compare_options = base;
   compare_options.overrides = options.overrides();
   compare_options.cache_folder = default_cache_folder();
   ProgressBar bar;
-  compare_options.note = tell_note;
+  compare_options.note = tell_once;
   compare_options.interrupted = [] { return interrupted != 0; };
   compare_options.progress = [&bar](double share, const std::string& what) { return bar(share, what); };
   const Comparison comparison = compare(graphs, registry, mesh_folders(), compare_options);
