@@ -103,15 +103,7 @@ ContactReduction::ContactReduction(int max_contacts, std::size_t most)
     : max_contacts_(static_cast<std::size_t>(max_contacts)) {
   TACTOR_DEMAND(max_contacts >= 8 && max_contacts <= ContactSet::capacity);
   last_keys_.reserve(max_contacts_);
-  penetrating_.reserve(most);
-  others_.reserve(most);
-  kept_.reserve(most);
-  gifts_.reserve(most);
-  for (std::vector<float>& column : place_) column.reserve(most + 7);
-  importance_.reserve(most + 7);
-  apart_.reserve(most + 7);
-  pair_of_.reserve(most + 7);
-  nearest_.reserve(most + 7);
+  reserve(most);
 }
 
 bool ContactReduction::was_kept(std::uint64_t key) const {
@@ -194,16 +186,23 @@ void ContactReduction::give(const FoundContacts& found, ContactSet& set) const {
   for (const auto& [from, to] : gifts_) {
     const Contact& c = found.contact[from];
     const auto at = static_cast<std::size_t>(std::lower_bound(kept_.begin(), kept_.end(), to) - kept_.begin());
-    // A shallow contact that stood for a deep one would be stiff beyond measure.
-    set.contact[at].weight +=
-        c.distance < 0 ? pressure(c) / (c.stiffness * std::max(depth(set.contact[at]), 0.1 * depth(c))) : c.weight;
+    Contact& taker = set.contact[at];
+    if (c.distance < 0) {
+      // A shallow contact that stood for a deep one would be stiff beyond measure.
+      taker.weight += pressure(c) / (c.stiffness * std::max(depth(taker), 0.1 * depth(c)));
+    } else {
+      // One about to touch that stood for all that are farther would strike hard where it alone touches.
+      taker.weight += c.distance > taker.distance ? taker.distance / c.distance * c.weight : c.weight;
+    }
   }
 }
 
 /// Changes the weights of a pair's kept contacts towards the wrench that all of its contacts made. True where they make
 /// it; else a weight would have had to change by more than half, and all have changed less.
 bool ContactReduction::restore_wrench(const FoundContacts& found, std::uint64_t pair, ContactSet& set) {
-  const auto of_pair = [&](std::size_t i) { return pair_number(found.key[i]) == pair; };
+  const auto of_pair = [&](std::size_t i) {
+    return pair_number(found.key[i]) == pair && found.contact[i].distance < 0;
+  };
   Vec3 centre;
   double sum = 0, spread = 0;
   for (std::size_t i = 0; i < kept_.size(); ++i) {
@@ -232,7 +231,7 @@ bool ContactReduction::restore_wrench(const FoundContacts& found, std::uint64_t 
   Eigen::Matrix<double, 6, 6> A = 1e-9 * sum * Eigen::Matrix<double, 6, 6>::Identity();
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     const Contact& c = set.contact[i];
-    if (!of_pair(kept_[i]) || c.distance >= 0) continue;
+    if (!of_pair(kept_[i])) continue;
     const Wrench6 w = unit_wrench(c);
     missing -= pressure(c) * w;
     A += pressure(c) * w * w.transpose();
@@ -246,12 +245,25 @@ bool ContactReduction::restore_wrench(const FoundContacts& found, std::uint64_t 
   const double part = largest > 0.5 ? 0.5 / largest : 1;
   for (std::size_t i = 0; i < kept_.size(); ++i) {
     Contact& c = set.contact[i];
-    if (of_pair(kept_[i]) && c.distance < 0) c.weight *= 1 + part * unit_wrench(c).dot(multiplier);
+    if (of_pair(kept_[i])) c.weight *= 1 + part * unit_wrench(c).dot(multiplier);
   }
   return part == 1;
 }
 
+void ContactReduction::reserve(std::size_t most) {
+  penetrating_.reserve(most);
+  others_.reserve(most);
+  kept_.reserve(most);
+  gifts_.reserve(most);
+  for (std::vector<float>& column : place_) column.reserve(most + 7);
+  importance_.reserve(most + 7);
+  apart_.reserve(most + 7);
+  pair_of_.reserve(most + 7);
+  nearest_.reserve(most + 7);
+}
+
 void ContactReduction::reduce(const FoundContacts& found, ContactSet& set) {
+  reserve(found.contact.size());
   penetrating_.clear();
   others_.clear();
   kept_.clear();

@@ -32,20 +32,20 @@ struct FoundContacts {
 /// Keeps at most `max_contacts`, in the order in which they were found; all of them and unchanged where they are no
 /// more.
 ///
-/// Penetrating contacts come first. Where they alone are too many, they are picked one by one, each time the one of the
-/// largest force at rest (weight * stiffness * depth) times squared distance from those already picked, so that they
-/// spread over the patch; directions count as distance too, other pairs of bodies as infinite. Contacts kept last time
-/// count double their distance, which holds the choice where little changes. What is left out gives its force to the
-/// nearest one kept. Then the weights of each pair are changed by the least squares of relative changes that restores
-/// the force and torque at rest of all that was found, so that the wrench does not depend on the choice; where a weight
-/// would have to change by more than half, in a few smaller changes. It takes some contacts a pair to make up six
-/// numbers: with fewer the force is the nearest that they can make.
+/// Penetrating contacts come first. Where they are too many beside those places of the others, they are picked one by
+/// one, each time the one of the largest force at rest (weight * stiffness * depth) times squared distance from those
+/// already picked, so that they spread over the patch; directions count as distance too, other pairs of bodies as
+/// infinite. Contacts kept last time count double their distance, which holds the choice where little changes. What is
+/// left out gives its force to the nearest one kept. Then the weights of each pair are changed by the least squares of
+/// relative changes that restores the force and torque at rest of all that was found, so that the wrench does not
+/// depend on the choice; where a weight would have to change by more than half, in a few smaller changes. It takes some
+/// contacts a pair to make up six numbers: with fewer the force is the nearest that they can make.
 ///
-/// Contacts that do not touch yet carry no force. They fill the places that are left, the nearest to touching first,
-/// and give nothing away. At least a quarter of the places is theirs: else a body that rebounds from a wall within a
-/// period would meet nothing on the other side. Where that takes places from penetrating contacts, they too are picked
-/// so that they spread, those near to touching before others, and what is left out gives its weight to the nearest one
-/// kept.
+/// Contacts that do not touch yet carry no force. They fill the places that are left, the nearest to touching first. Up
+/// to a quarter of the places is kept for them: else a body that rebounds from a wall within a period would meet
+/// nothing on the other side. Where that takes places from penetrating contacts, they too are picked so that they
+/// spread, those near to touching before others, and each left out gives the nearest one kept its weight, less where it
+/// is farther from touching: in proportion to the distances.
 class ContactReduction {
  public:
   /// `max_contacts`: from 8 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.
@@ -55,6 +55,7 @@ class ContactReduction {
   void reduce(const FoundContacts& found, ContactSet& set);
 
  private:
+  void reserve(std::size_t most);
   void pick_spread(const FoundContacts& found, const std::vector<std::size_t>& of, std::size_t count);
   void pick_nearest(const FoundContacts& found, std::size_t count);
   void give(const FoundContacts& found, ContactSet& set) const;

@@ -176,7 +176,7 @@ void DynamicsNode::observe(const CouplingLaw& spring, const ContactPlanes& plane
                            double work) {
   const SystemModel& model = solver_.model();
   const Energy now = system_energy(model, spring, handle, planes, bodies_);
-  observer_.observe(now.total() - energy_, work);
+  observer_.observe(now.total() - energy_, work, now.kinetic + now.spring + now.contact);
   energy_ = now.total();
   energy_ -= observer_.dissipate(params_.dissipate_above, now.kinetic, bodies_);
 }

@@ -1,6 +1,8 @@
 // What every kind of dynamics does: moves the bodies through the recorded samples of the handle.
 #pragma once
 
+#include <limits>
+
 #include "framework/node/node.hpp"
 #include "nodes/dynamics/passivity.hpp"
 #include "nodes/dynamics/rigid_step.hpp"
@@ -20,9 +22,9 @@ struct DynamicsParams {
 /// Those of the kinds whose bodies all have mass.
 struct InertialParams : DynamicsParams {
   bool error_estimate = false;
-  double substep_tolerance = 0;  ///< m, 0: the sub-step is fixed
-  double min_substep = 0;        ///< s
-  double dissipate_above = 0;    ///< J
+  double substep_tolerance = 0;                                      ///< m, 0: the sub-step is fixed
+  double min_substep = 0;                                            ///< s
+  double dissipate_above = std::numeric_limits<double>::infinity();  ///< J
 };
 
 /// Sub-steps the bodies through the samples of the handle (rigid_step.hpp has the equations). Each interval between two

@@ -16,11 +16,12 @@ namespace tactor {
 /// 2004.
 class PassivityObserver {
  public:
-  /// One change of E by `change` J while the handle puts in `work` J.
-  void observe(double change, double work);
-  /// What has been generated and not dissipated since is owed. Takes it out of the kinetic energy, now `kinetic` J, by
+  /// One change of E by `change` J, to `stored` J but for weight, while the handle puts in `work` J.
+  void observe(double change, double work, double stored);
+  /// What has been generated and not dissipated since is owed, as far as it is still stored: what the handle took out
+  /// can throw nothing any more. Takes it out of the kinetic energy, now `kinetic` J, by
   /// scaling all velocities by one factor, but leaves `allowed` J of either: small debts are borne, and slow motion is
-  /// free. Returns the energy taken, J; the rest stays owed.
+  /// free. Returns the energy taken, J; the rest stays owed. Of several bodies all slow down alike.
   double dissipate(double allowed, double kinetic, BodyStates& bodies);
 
   [[nodiscard]] double generated() const { return generated_; }    ///< J

@@ -16,6 +16,11 @@ TriangleMesh make_solid(PolygonSoup soup, const std::string& file, MeshReport& r
     }
   }
   mesh.vertices = std::move(soup.points);
+  // They have no normal, which distances are made of.
+  const std::size_t flat =
+      std::erase_if(mesh.faces, [&](const auto& face) { return !(norm(doubled_area_normal(mesh, face)) > 0); });
+  if (mesh.faces.empty()) throw InputError(file + ": no face of the mesh has an area");
+  if (flat > 0) report.warnings.push_back(std::to_string(flat) + " faces without area were left out");
   report.warnings.emplace_back(
       "it was neither checked nor repaired, because this build has no CGAL (configure with TACTOR_WITH_CGAL=ON)");
   return mesh;

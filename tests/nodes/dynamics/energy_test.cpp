@@ -23,7 +23,7 @@ BOOST_AUTO_TEST_CASE(a_closed_system_generates_nothing_but_rounding) {
   const double first = last;
   for (int i = 0; i < 5000; ++i) {
     t.advance(5e-4);
-    observer.observe(t.energy() - last, 0);
+    observer.observe(t.energy() - last, 0, 1e9);
     last = t.energy();
   }
   BOOST_TEST(observer.generated() < 1e-12 * first);
@@ -42,7 +42,7 @@ BOOST_AUTO_TEST_CASE(what_rotation_generates_vanishes_with_the_sub_step) {
     const double first = last;
     for (int i = 0; i < static_cast<int>(0.5 / h); ++i) {
       t.advance(h);
-      observer.observe(t.energy() - last, 0);
+      observer.observe(t.energy() - last, 0, 1e9);
       last = t.energy();
     }
     generated.push_back(observer.generated() / first);
@@ -120,7 +120,7 @@ BOOST_AUTO_TEST_CASE(velocities_are_scaled_to_rest_at_most_and_the_rest_stays_ow
   BodyStates bodies;
   bodies.count = 1;
   bodies.V_WB[0].v = {3, 0, 4};
-  observer.observe(2, 0.5);
+  observer.observe(2, 0.5, 1e9);
   BOOST_TEST(observer.generated() == 1.5);
   BOOST_TEST(observer.dissipate(0, 1, bodies) == 1.0);
   BOOST_TEST(norm(bodies.V_WB[0].v) == 0.0);
@@ -130,12 +130,24 @@ BOOST_AUTO_TEST_CASE(velocities_are_scaled_to_rest_at_most_and_the_rest_stays_ow
   BOOST_TEST(observer.dissipate(0, 2, bodies) == 0.0);
 }
 
+BOOST_AUTO_TEST_CASE(what_the_handle_took_out_is_not_owed) {
+  PassivityObserver observer;
+  BodyStates bodies;
+  bodies.count = 1;
+  bodies.V_WB[0].v = {3, 0, 4};
+  observer.observe(1, 0, 1);             // a plane that jumps
+  observer.observe(-0.75, -0.75, 0.25);  // the handle is pushed back
+  BOOST_TEST(observer.dissipate(0, 10, bodies) == 0.25);
+  observer.observe(5, 5, 5.25);
+  BOOST_TEST(observer.dissipate(0, 10, bodies) == 0.0);
+}
+
 BOOST_AUTO_TEST_CASE(small_debts_and_slow_motion_are_left_alone) {
   PassivityObserver observer;
   BodyStates bodies;
   bodies.count = 1;
   bodies.V_WB[0].v = {3, 0, 4};
-  observer.observe(1, 0);
+  observer.observe(1, 0, 1e9);
   BOOST_TEST(observer.dissipate(1, 10, bodies) == 0.0);
   BOOST_TEST(observer.dissipate(0.5, 0.5, bodies) == 0.0);
   BOOST_TEST((bodies.V_WB[0].v == Vec3{3, 0, 4}));
