@@ -5,23 +5,15 @@
 #include <CGAL/IO/OFF.h>
 
 #include "framework/core/check.hpp"
+#include "meshes/bunny_size.hpp"
 #include "meshes/decimate.hpp"
 #include "meshes/write_off.hpp"
-#include "nodes/scene/bounds.hpp"
 
 using namespace tactor;
 
 namespace {
 
 constexpr std::size_t face_count = 20990;
-constexpr double height = 0.15;  // m
-
-/// Scales to the height, along y as in the source, and centres the bounding box on the origin.
-void bring_to_metres(TriangleMesh& mesh) {
-  const Bounds bounds = bounds_of(mesh);
-  const double scale = height / bounds.size().y;
-  for (Vec3& v : mesh.vertices) v = scale * (v - bounds.middle());
-}
 
 }  // namespace
 

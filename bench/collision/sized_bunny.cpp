@@ -8,20 +8,10 @@
 #include <CGAL/subdivision_method_3.h>
 
 #include "framework/core/check.hpp"
+#include "meshes/bunny_size.hpp"
 #include "meshes/decimate.hpp"
-#include "nodes/scene/bounds.hpp"
 
 namespace tactor::bench {
-
-namespace {
-
-void bring_to_size(TriangleMesh& mesh) {
-  const Bounds bounds = bounds_of(mesh);
-  const double scale = 0.15 / bounds.size().y;
-  for (Vec3& v : mesh.vertices) v = scale * (v - bounds.middle());
-}
-
-}  // namespace
 
 std::vector<TriangleMesh> sized_bunnies(const std::filesystem::path& source, const std::vector<std::size_t>& sizes) {
   Surface original;
@@ -42,7 +32,7 @@ std::vector<TriangleMesh> sized_bunnies(const std::filesystem::path& source, con
       throw RunError(source.string() + ": with " + std::to_string(meshes.back().faces.size()) +
                      " faces it is open or cuts itself");
     }
-    bring_to_size(meshes.back());
+    bring_to_metres(meshes.back());
   }
   return meshes;
 }

@@ -177,8 +177,7 @@ void DynamicsNode::observe(const CouplingLaw& spring, const ContactPlanes& plane
   const SystemModel& model = solver_.model();
   const Energy now = system_energy(model, spring, handle, planes, bodies_);
   observer_.observe(now.total() - energy_, work, now.kinetic + now.spring + now.contact);
-  energy_ = now.total();
-  energy_ -= observer_.dissipate(params_.dissipate_above, now.kinetic, bodies_);
+  energy_ = now.total() - observer_.dissipate(params_.dissipate_above, now.kinetic, bodies_);
 }
 
 void DynamicsNode::report(Report& report) const {

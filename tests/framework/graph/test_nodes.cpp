@@ -1,7 +1,5 @@
 #include "test_nodes.hpp"
 
-#include <unistd.h>
-
 #include <fstream>
 
 #include "framework/core/messages.hpp"
@@ -300,19 +298,8 @@ Registry test_registry() {
   return registry;
 }
 
-Folder::Folder() {
-  std::string name = (fs::temp_directory_path() / "tactor_graph_XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw RunError("no folder for the test");
-  path_ = name;
-}
-
-Folder::~Folder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 fs::path Folder::write(const std::string& name, const std::string& text) const {
-  const fs::path file = path_ / name;
+  const fs::path file = path() / name;
   fs::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary) << text;
   return file;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "framework/core/temporary_folder.hpp"
 #include "framework/graph/spec.hpp"
 #include "framework/node/registry.hpp"
 
@@ -14,19 +15,10 @@ namespace tactor::testing {
 /// no folder.
 Registry test_registry();
 
-/// A folder that goes away with the object.
-class Folder {
+class Folder : public TemporaryFolder {
  public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
   /// Writes a file and gives its path.
   [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& text) const;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 /// The graph of a text; every call writes `graph.yaml` anew.

@@ -4,11 +4,11 @@
 #include <sys/utsname.h>
 
 #include <boost/test/unit_test.hpp>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "framework/core/temporary_folder.hpp"
 #include "framework/realtime/loop_trial.hpp"
 
 using namespace tactor;
@@ -19,21 +19,14 @@ namespace {
 /// A folder that stands for the root of another machine.
 class Machine {
  public:
-  Machine() {
-    std::string name = (fs::temp_directory_path() / "tactor-machine-XXXXXX").string();
-    BOOST_REQUIRE(mkdtemp(name.data()) != nullptr);
-    root = name;
-  }
-  ~Machine() { fs::remove_all(root); }
-  Machine(const Machine&) = delete;
-  Machine& operator=(const Machine&) = delete;
-
   void file(const std::string& path, const std::string& text) const {
-    fs::create_directories((root / path).parent_path());
-    std::ofstream(root / path) << text;
+    fs::create_directories((root() / path).parent_path());
+    std::ofstream(root() / path) << text;
   }
+  [[nodiscard]] const fs::path& root() const { return folder_.path(); }
 
-  fs::path root;
+ private:
+  TemporaryFolder folder_;
 };
 
 Finding finding(const SystemFacts& facts, const std::string& id) {
@@ -159,7 +152,7 @@ BOOST_AUTO_TEST_CASE(the_files_of_a_machine_are_read) {
   machine.file("sys/class/dmi/id/product_name", "Standard PC\n");
   machine.file("proc/stat", "cpu  100 0 100 700 50 0 0 50 30 0\ncpu0 1 2 3\n");
   machine.file("sys/kernel/realtime", "1\n");
-  const SystemFacts facts = probe_system(machine.root);
+  const SystemFacts facts = probe_system(machine.root());
   BOOST_TEST(facts.isolated_cores == "2-3");
   BOOST_TEST(facts.governors == (std::vector<std::string>{"performance", "powersave"}));
   BOOST_TEST(facts.thermal_throttlings == 7);
@@ -175,7 +168,7 @@ BOOST_AUTO_TEST_CASE(the_files_of_a_machine_are_read) {
 
 BOOST_AUTO_TEST_CASE(a_machine_that_shows_nothing_is_read_too) {
   const Machine machine;
-  const SystemFacts facts = probe_system(machine.root);
+  const SystemFacts facts = probe_system(machine.root());
   BOOST_TEST(facts.governors.empty());
   BOOST_TEST(!facts.rt_runtime_us);
   BOOST_TEST(!facts.virtual_machine);
@@ -193,13 +186,13 @@ BOOST_AUTO_TEST_CASE(the_mode_of_a_switchable_kernel_is_read_where_it_is_shown) 
     return;
   }
   const Machine machine;
-  BOOST_TEST(probe_system(machine.root).preemption == Preemption::unknown);
+  BOOST_TEST(probe_system(machine.root()).preemption == Preemption::unknown);
   machine.file(std::string("boot/config-") + name.release, "# CONFIG_PREEMPT is not set\nCONFIG_PREEMPT_NONE=y\n");
-  BOOST_TEST(probe_system(machine.root).preemption == Preemption::none);
+  BOOST_TEST(probe_system(machine.root()).preemption == Preemption::none);
   machine.file("proc/cmdline", "quiet preempt=voluntary\n");
-  BOOST_TEST(probe_system(machine.root).preemption == Preemption::voluntary);
+  BOOST_TEST(probe_system(machine.root()).preemption == Preemption::voluntary);
   machine.file("sys/kernel/debug/sched/preempt", "none voluntary (full) lazy\n");
-  BOOST_TEST(probe_system(machine.root).preemption == Preemption::full);
+  BOOST_TEST(probe_system(machine.root()).preemption == Preemption::full);
 }
 
 BOOST_AUTO_TEST_CASE(a_trial_runs_for_its_length) {

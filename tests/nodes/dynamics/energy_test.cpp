@@ -115,11 +115,20 @@ BOOST_AUTO_TEST_CASE(dissipate_takes_what_was_generated_out_of_the_velocity) {
              tt::tolerance(1e-5));
 }
 
-BOOST_AUTO_TEST_CASE(velocities_are_scaled_to_rest_at_most_and_the_rest_stays_owed) {
-  PassivityObserver observer;
+namespace {
+
+BodyStates one_at_5_m_s() {
   BodyStates bodies;
   bodies.count = 1;
   bodies.V_WB[0].v = {3, 0, 4};
+  return bodies;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(velocities_are_scaled_to_rest_at_most_and_the_rest_stays_owed) {
+  PassivityObserver observer;
+  BodyStates bodies = one_at_5_m_s();
   observer.observe(2, 0.5, 1e9);
   BOOST_TEST(observer.generated() == 1.5);
   BOOST_TEST(observer.dissipate(0, 1, bodies) == 1.0);
@@ -132,9 +141,7 @@ BOOST_AUTO_TEST_CASE(velocities_are_scaled_to_rest_at_most_and_the_rest_stays_ow
 
 BOOST_AUTO_TEST_CASE(what_the_handle_took_out_is_not_owed) {
   PassivityObserver observer;
-  BodyStates bodies;
-  bodies.count = 1;
-  bodies.V_WB[0].v = {3, 0, 4};
+  BodyStates bodies = one_at_5_m_s();
   observer.observe(1, 0, 1);             // a plane that jumps
   observer.observe(-0.75, -0.75, 0.25);  // the handle is pushed back
   BOOST_TEST(observer.dissipate(0, 10, bodies) == 0.25);
@@ -144,9 +151,7 @@ BOOST_AUTO_TEST_CASE(what_the_handle_took_out_is_not_owed) {
 
 BOOST_AUTO_TEST_CASE(small_debts_and_slow_motion_are_left_alone) {
   PassivityObserver observer;
-  BodyStates bodies;
-  bodies.count = 1;
-  bodies.V_WB[0].v = {3, 0, 4};
+  BodyStates bodies = one_at_5_m_s();
   observer.observe(1, 0, 1e9);
   BOOST_TEST(observer.dissipate(1, 10, bodies) == 0.0);
   BOOST_TEST(observer.dissipate(0.5, 0.5, bodies) == 0.0);
