@@ -9,6 +9,7 @@
 #include <map>
 #include <numbers>
 
+#include "framework/core/temporary_folder.hpp"
 #include "nodes/scene/mesh.hpp"
 
 namespace tactor::test {
@@ -59,9 +60,10 @@ inline TriangleMesh icosphere(double r, int levels) {
   return mesh;
 }
 
-/// Writes the mesh into a file of the temporary folder and returns its path.
+/// Writes the mesh into a file of a folder that this process alone has, and returns its path.
 inline std::filesystem::path write_off(const TriangleMesh& mesh, const std::string& name) {
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / ("tactor_test_" + name + ".off");
+  static const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / (name + ".off");
   std::ofstream out(path);
   out.precision(17);
   out << "OFF\n" << mesh.vertices.size() << ' ' << mesh.faces.size() << " 0\n";
