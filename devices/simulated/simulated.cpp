@@ -37,7 +37,8 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
                .hand_damping = params.hand_damping_angle,
                .hand_stiffness = params.hand_stiffness_angle},
               params.sub_step, context.torque),
-      encoder_(params.encoder_step, params.encoder_step_angle, params.velocity_cutoff, context.torque) {
+      encoder_(params.encoder_step, params.encoder_step_angle, params.velocity_departure,
+               params.velocity_departure_angle, context.torque) {
   if (params_.loop == Loop::closed) {
     const double samples = context.duration.seconds() * params_.rate + 2;
     // Written once, so that the loop of a device faults no page in where memory is not locked.
@@ -76,12 +77,20 @@ NodeInfo SimulatedDevice::declare() {
              .min = 0,
              .max = 0.1,
              .in_reference = 0})
-      .real("velocity_cutoff", &Params::velocity_cutoff,
-            {.doc = "cut-off of the low-pass on differences of the encoders",
-             .unit = "Hz",
-             .default_value = 50,
+      .real("velocity_departure", &Params::velocity_departure,
+            {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
+                    "velocity: less is smoother and later",
+             .unit = "m",
+             .default_value = 4e-6,
              .min = 0,
-             .max = 1e5,
+             .max = 1,
+             .above_min = true})
+      .real("velocity_departure_angle", &Params::velocity_departure_angle,
+            {.doc = "the same of its rotation",
+             .unit = "rad",
+             .default_value = 2e-5,
+             .min = 0,
+             .max = 10,
              .above_min = true})
       .real("mass", &Params::mass,
             {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0.001, .max = 100})

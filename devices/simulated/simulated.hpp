@@ -24,7 +24,8 @@ class SimulatedDevice final : public DeviceNode {
     Loop loop = Loop::open;
     double encoder_step = 0;          ///< m
     double encoder_step_angle = 0;    ///< rad
-    double velocity_cutoff = 0;       ///< Hz
+    double velocity_departure = 0;        ///< m, in 10 ms
+    double velocity_departure_angle = 0;  ///< rad, in 10 ms
     double mass = 0;                  ///< kg, of the handle
     double damping = 0;               ///< N s/m
     double friction = 0;              ///< N

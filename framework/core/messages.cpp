@@ -123,6 +123,38 @@ const MessageType& message_type<ContactSet>() {
   return type;
 }
 
+namespace {
+void add_local_contacts(std::vector<Field>& f, std::size_t offset) {
+  using L = LocalContacts;
+  f.push_back({"anchors", "1", i32, offset + offsetof(L, anchors), 1});
+  f.push_back({"moving", "1", i32, offset + offsetof(L, bodies), 1});
+  f.push_back({"count", "1", i32, offset + offsetof(L, count), 1});
+  f.push_back({"X_WB_anchor", "m, 1", f64, offset + offsetof(L, X_WB), 7 * BodyStates::capacity * L::max_anchors});
+  f.push_back({"contact", "m, m, 1, m, 1, N/m, N s/m, 1, 1/m", f64, offset + offsetof(L, contact),
+               20 * L::max_anchors * L::capacity});
+  f.push_back({"pair", "1", i32, offset + offsetof(L, pair), 2 * L::capacity});
+}
+}  // namespace
+
+template <>
+const MessageType& message_type<LocalContacts>() {
+  static const MessageType type =
+      describe<LocalContacts>("LocalContacts", "W", [](auto& f) { add_local_contacts(f, 0); });
+  return type;
+}
+
+template <>
+const MessageType& message_type<LocalModel>() {
+  static const MessageType type = describe<LocalModel>("LocalModel", "W", [](auto& f) {
+    f.push_back({"time", "ns", i64, offsetof(LocalModel, time), 1});
+    add_pose(f, "p_WD", "R_WD", offsetof(LocalModel, device) + offsetof(DeviceState, X_WD));
+    add_twist(f, "v_WD", "w_WD", offsetof(LocalModel, device) + offsetof(DeviceState, V_WD));
+    add_bodies(f, "bodies", "X_WB", "V_WB", offsetof(LocalModel, bodies));
+    add_local_contacts(f, offsetof(LocalModel, contacts));
+  });
+  return type;
+}
+
 template <>
 const MessageType& message_type<ArCoefficients>() {
   static const MessageType type = describe<ArCoefficients>("ArCoefficients", "", [](auto& f) {
@@ -178,7 +210,7 @@ const MessageType* find_message_type(std::string_view name) {
   for (const MessageType* type :
        {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(), &message_type<CouplingLaw>(),
         &message_type<PhysicsState>(), &message_type<BodyStates>(), &message_type<ContactSet>(),
-        &message_type<ArCoefficients>(), &message_type<Forecast>(), &message_type<ForceSegment>(),
+        &message_type<LocalContacts>(), &message_type<LocalModel>(), &message_type<ArCoefficients>(), &message_type<Forecast>(), &message_type<ForceSegment>(),
         &message_type<SafetyState>()}) {
     if (type->name == name) return type;
   }

@@ -98,6 +98,30 @@ struct ContactSet {
   std::array<ContactPair, capacity> pair;
 };
 
+/// The contacts around the moving bodies for some time ahead: each as a query at several poses gives it, the anchors,
+/// so that a surface that bends or ends is known on the way that the bodies are likely to take.
+struct LocalContacts {
+  static constexpr int capacity = 48;
+  static constexpr int max_anchors = 3;
+  std::int32_t anchors = 0;  ///< poses looked at, in the order of time
+  std::int32_t bodies = 0;   ///< moving bodies
+  std::int32_t count = 0;    ///< contacts
+  std::int32_t reserved = 0;
+  std::array<std::array<Pose, BodyStates::capacity>, max_anchors> X_WB;  ///< m, of the moving bodies, by anchor
+  std::array<std::array<Contact, max_anchors>, capacity> contact;        ///< by contact and anchor
+  std::array<ContactPair, capacity> pair;
+};
+
+/// What a local rollout goes on from: the moving bodies a physics result told of, brought on to the newest device
+/// sample, and the contacts around them. Its message is stamped as the physics result.
+struct LocalModel {
+  Time time;           ///< of the device sample that the bodies were brought on to
+  DeviceState device;  ///< that sample
+  BodyStates bodies;   ///< at `time`
+  CouplingLaw law;
+  LocalContacts contacts;
+};
+
 /// What an auto-regressive model leaves out of the samples before it weighs them.
 enum class Removal : std::int32_t {
   none,        ///< nothing: x_{t+1} = sum_i phi_i x_{t-i+1}
@@ -196,6 +220,10 @@ template <>
 const MessageType& message_type<BodyStates>();
 template <>
 const MessageType& message_type<ContactSet>();
+template <>
+const MessageType& message_type<LocalContacts>();
+template <>
+const MessageType& message_type<LocalModel>();
 template <>
 const MessageType& message_type<ArCoefficients>();
 template <>

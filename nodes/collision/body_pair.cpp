@@ -16,6 +16,10 @@ bool is_ball(const ContactBody& body) {
   return std::holds_alternative<SphereShape>(body.shape);
 }
 
+double sample_radius(const ContactBody& body, std::size_t i) {
+  return is_round(body) ? body.samples.radii[i] : 0;
+}
+
 /// R H R^T as Contact::H_W has it.
 std::array<double, 6> turned(const Quat& R, const Eigen::Matrix3d& H) {
   if (H.isZero(0)) return {};
@@ -106,6 +110,7 @@ void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& foun
 }
 
 void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
+  shares_ = {};
   if (!may_meet(X_WA, X_WB)) return;
   if (ball_) return find_ball(X_WA, X_WB, found);
   const Quat to_B = inverse(X_WB.R);
@@ -123,19 +128,34 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
   const double extent_a = extent(of_side_a, side_a_), extent_b = extent(of_side_b, side_b_);
   const double total = extent_a + extent_b;
   if (total <= 0) return;
-  const auto radius = [](const ContactBody& body, std::size_t i) { return is_round(body) ? body.samples.radii[i] : 0; };
+  shares_ = {extent_a / total, extent_b / total};
   for (const NearSample& n : of_side_a) {
     const auto i = static_cast<std::size_t>(n.sample);
     const Vec3& p_A = a_.samples.points[i].p;
-    add(of_a(X_WA, X_WB, p_A, radius(a_, i), n.nearest, transform(X_BA, p_A)), extent_a / total * side_a_->weights[i],
+    add(of_a(X_WA, X_WB, p_A, sample_radius(a_, i), n.nearest, transform(X_BA, p_A)), shares_.a * side_a_->weights[i],
         false, i, found);
   }
   for (const NearSample& n : of_side_b) {
     const auto i = static_cast<std::size_t>(n.sample);
     const Vec3& p_B = b_.samples.points[i].p;
-    add(of_b(X_WA, X_WB, p_B, radius(b_, i), n.nearest, transform(X_AB, p_B)), extent_b / total * side_b_->weights[i],
+    add(of_b(X_WA, X_WB, p_B, sample_radius(b_, i), n.nearest, transform(X_AB, p_B)), shares_.b * side_b_->weights[i],
         true, i, found);
   }
+}
+
+Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const {
+  const bool from_b = is_from_b(key);
+  const Pose &X_WK = from_b ? X_WB : X_WA, &X_WO = from_b ? X_WA : X_WB;
+  const ContactBody &body = from_b ? b_ : a_, &other = from_b ? a_ : b_;
+  const std::size_t i = sample_of(key);
+  const std::optional<Side>& side = from_b ? side_b_ : side_a_;
+  const Vec3 p = ball_ ? Vec3{} : body.samples.points[i].p;
+  const double radius = ball_ ? ball_->radius : sample_radius(body, i);
+  const Vec3 x = transform(inverse(X_WO), transform(X_WK, p));
+  const Nearest nearest = other.distance->nearest(x);
+  Contact contact = from_b ? of_b(X_WA, X_WB, p, radius, nearest, x) : of_a(X_WA, X_WB, p, radius, nearest, x);
+  contact.weight = ball_ ? 1 : (from_b ? shares.b : shares.a) * side->weights[i];
+  return contact;
 }
 
 }  // namespace tactor

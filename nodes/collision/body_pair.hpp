@@ -26,6 +26,10 @@ namespace tactor {
 /// rotation between them is computed.
 class BodyPair {
  public:
+  struct Shares {
+    double a = 0, b = 0;
+  };
+
   /// `a` moves; both must outlive the pair. `indices`: of the bodies in Scene::moving(); `number`: one for each pair of
   /// a node, which its contacts' keys begin with; margin in m.
   BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, std::uint32_t number, double margin);
@@ -34,6 +38,10 @@ class BodyPair {
 
   /// Adds the contacts at these poses nearer than the margin, those of a's samples first, in the order of SampleTree.
   void find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
+  /// The shares of both sides in the last `find` (above); zero where it found nothing.
+  [[nodiscard]] Shares shares() const { return shares_; }
+  /// The contact of that key (see contact_key) at these poses, however far away, with the weight that shares give it.
+  [[nodiscard]] Contact at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const;
 
  private:
   /// One body's samples against the other's distance.
@@ -65,6 +73,7 @@ class BodyPair {
   Material material_;  // of both
   std::optional<Ball> ball_;
   bool ball_is_a_ = false;
+  Shares shares_;
   std::optional<Side> side_a_, side_b_;
   std::optional<Quat> R_BA_;       // where neither rotates
   std::optional<Vec3> p_WM_of_b_;  // m, where it is fixed

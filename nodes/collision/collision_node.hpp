@@ -1,7 +1,10 @@
 // What every collision node does and declares; what differs is its query.
 #pragma once
 
+#include <span>
+
 #include "framework/core/messages.hpp"
+#include "framework/core/period_estimate.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/collision/materials.hpp"
 #include "nodes/scene/body_mesh.hpp"
@@ -17,25 +20,32 @@ class CollisionNode : public Node {
 
   /// The contacts where the moving bodies are; velocities do not count.
   virtual void query(const BodyStates& bodies, ContactSet& set) = 0;
+  /// The contacts around poses of the moving bodies, given in the order of time; none by default.
+  virtual void query_ahead(std::span<const BodyStates> anchors, LocalContacts& around);
   /// The contacts at a pose of the tool, the other bodies being where the scene puts them.
   void query(const Pose& X_WT, ContactSet& set);
 
   Input<DeviceState> device;
   Input<PhysicsState> state;
   Input<BodyStates> bodies;
+  Input<BodyStates> expected;
   Output<ContactSet> contacts;
+  Output<LocalContacts> local;
 
  protected:
   /// Throws InputError where nothing moves.
   explicit CollisionNode(const Scene& scene);
 
  private:
-  void take_poses();
+  void take_poses(Time now);
 
   std::string names_;  // of the moving bodies
   BodyStates start_;   // where the scene puts them
   BodyStates at_;      // where they last were
+  double age_ = 0;     // s, of that
+  PeriodEstimate period_{PeriodOptions{}};
   ContactSet set_;
+  LocalContacts local_;
 };
 
 /// `2 bodies move: tool, block`; empty where one does or none.
@@ -54,6 +64,14 @@ void declare_collision(Declare<N>& declaration) {
           {.doc = "the last poses of all moving bodies, instead of `state`; required where several move",
            .required = false})
       .needed_when(several_move)
+      .template input<BodyStates>(
+          "expected", &N::expected,
+          {.doc = "where the moving bodies are expected to be by now (prediction.local), instead of where they last "
+                  "were",
+           .required = false,
+           .in_reference = false})
+      .template output<LocalContacts>("local", &N::local,
+                                      "contacts at that pose and where the bodies' velocities lead within two periods")
       .template output<ContactSet>("contacts", &N::contacts,
                                    "the contacts at that pose, stamped with the start of the query")
       .template real<double>("margin", &N::Params::margin,

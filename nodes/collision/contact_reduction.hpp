@@ -17,6 +17,12 @@ constexpr std::uint64_t contact_key(std::uint64_t pair, bool from_b, std::uint64
 constexpr std::uint64_t pair_number(std::uint64_t key) {
   return key >> 40U;
 }
+constexpr bool is_from_b(std::uint64_t key) {
+  return (key >> 39U & 1U) != 0;
+}
+constexpr std::uint64_t sample_of(std::uint64_t key) {
+  return key & ((std::uint64_t{1} << 39U) - 1);
+}
 
 /// What a query found, in parallel vectors.
 struct FoundContacts {
@@ -53,6 +59,8 @@ class ContactReduction {
 
   /// Sets `count`, `penetrating`, `truncated`, `contact` and `pair` of the set.
   void reduce(const FoundContacts& found, ContactSet& set);
+  /// The indices of those that were kept, in the order of the set.
+  [[nodiscard]] const std::vector<std::size_t>& kept() const { return kept_; }
 
  private:
   void reserve(std::size_t most);

@@ -12,6 +12,7 @@ struct PairParams {
   double margin = 0;   ///< m
   double spacing = 0;  ///< m
   std::int32_t max_contacts = ContactSet::capacity;
+  std::int32_t local_contacts = 24;
 };
 
 /// Looks at each pair of a moving body with a fixed one and of two moving bodies, as BodyPair does, and never at two
@@ -24,6 +25,9 @@ class PairCollision : public CollisionNode {
  public:
   using CollisionNode::query;
   void query(const BodyStates& bodies, ContactSet& set) final;
+  /// Every sample that is within the margin at one of the anchors is a contact, looked up at the others too. Beyond
+  /// `local_contacts` ContactReduction chooses by the middle one.
+  void query_ahead(std::span<const BodyStates> anchors, LocalContacts& around) final;
 
  protected:
   PairCollision(const PairParams& params, const NodeContext& context, const MakeMeshDistance& make_distance);
@@ -39,6 +43,16 @@ class PairCollision : public CollisionNode {
   std::vector<Entry> pairs_;
   FoundContacts found_;
   ContactReduction reduction_;
+  /// What query_ahead found at one anchor.
+  struct Ahead {
+    FoundContacts found;
+    std::vector<BodyPair::Shares> shares;  // by pair
+  };
+  std::array<Ahead, LocalContacts::max_anchors> ahead_;
+  std::vector<std::uint64_t> keys_;  // of all anchors, sorted
+  FoundContacts around_;             // at the middle one
+  ContactReduction local_reduction_;
+  ContactSet local_set_;
 };
 
 /// Adds what all these nodes have to the declaration of N.
@@ -63,6 +77,9 @@ void declare_pairs(Declare<N>& declaration) {
        .default_value = ContactSet::capacity,
        .min = 8,
        .max = ContactSet::capacity});
+  declaration.template integer<std::int32_t>(
+      "local_contacts", &N::Params::local_contacts,
+      {.doc = "the same of the output `local`", .default_value = 24, .min = 4, .max = LocalContacts::capacity});
 }
 
 }  // namespace tactor

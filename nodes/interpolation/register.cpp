@@ -3,10 +3,12 @@
 #include "nodes/interpolation/linear.hpp"
 #include "nodes/interpolation/lowpass.hpp"
 #include "nodes/interpolation/none.hpp"
+#include "nodes/interpolation/rollout.hpp"
 
 TACTOR_NODES(registry) {
   registry.add<tactor::NoInterpolation>();
   registry.add<tactor::LinearInterpolation>();
   registry.add<tactor::LowPass>();
   registry.add<tactor::BSpline>();
+  registry.add<tactor::Rollout>();
 }

@@ -34,7 +34,8 @@ PlaneNow plane_now(const ContactPlanes& contacts, std::size_t i, std::span<const
     p_WS = transform(motion, p_WS);
     plane.n_W = rotate(motion.R, c.n_W);
   }
-  plane.distance = c.distance + dot(plane.n_W, plane.p_W - p_WS);
+  const Vec3 moved = plane.p_W - p_WS;
+  plane.distance = c.distance + dot(plane.n_W, moved);
   return plane;
 }
 

@@ -4,6 +4,7 @@
 #include "nodes/prediction/kalman.hpp"
 #include "nodes/prediction/linear.hpp"
 #include "nodes/prediction/linear_position.hpp"
+#include "nodes/prediction/local.hpp"
 #include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
 
@@ -15,4 +16,5 @@ TACTOR_NODES(registry) {
   registry.add<tactor::MultiratePredictor>();
   registry.add<tactor::ArPredictor>();
   registry.add<tactor::Refitter>();
+  registry.add<tactor::LocalPredictor>();
 }
