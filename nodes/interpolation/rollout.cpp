@@ -34,6 +34,15 @@ NodeInfo Rollout::declare() {
 Rollout::Rollout(const Params& params, const NodeContext& context)
     : params_(params), torque_(context.torque), rollout_(model_of(params, context)), tick_(Duration::from_rate(params.rate)) {}
 
+Twist Rollout::acceleration() const {
+  constexpr std::size_t span = 5;
+  if (count_ <= span) return {};
+  const Stamped<DeviceState>&a = track_[(count_ - 1 - span) % track_.size()], &b = track_[(count_ - 1) % track_.size()];
+  const double h = (b.stamp.valid - a.stamp.valid).seconds();
+  if (h <= 0) return {};
+  return {(1 / h) * (b.value.V_WD.v - a.value.V_WD.v), (1 / h) * (b.value.V_WD.w - a.value.V_WD.w)};
+}
+
 void Rollout::step(StepContext& context) {
   Stamped<DeviceState> sample;
   const std::size_t before = count_;
@@ -54,8 +63,10 @@ void Rollout::step(StepContext& context) {
   const Wrench F = coupling_wrench(law, state, torque_);
   Wrench rate;
   if (params_.lead) {
-    rate.force = -law.k_t * (state.V_WD.v - state.V_WT.v);
-    if (torque_) rate.torque = -law.k_r * (state.V_WD.w - state.V_WT.w);
+    const Twist a_D = acceleration();
+    const Twist& a_T = rollout_.acceleration();
+    rate.force = -law.k_t * (state.V_WD.v - state.V_WT.v) - law.b_t * (a_D.v - a_T.v);
+    if (torque_) rate.torque = -law.k_r * (state.V_WD.w - state.V_WT.w) - law.b_r * (a_D.w - a_T.w);
   }
   // F holds for the time of the newest sample.
   const double age = (now - rollout_.model().time).seconds();

@@ -26,6 +26,7 @@ class Rollout final : public Node {
   Output<ForceSegment> segment;
 
  private:
+  [[nodiscard]] Twist acceleration() const;
   Params params_;
   bool torque_;
   LocalRollout rollout_;

@@ -17,6 +17,7 @@ bool LocalRollout::advance(const Stamped<DeviceState>& sample) {
   const ContactPlanes planes{std::span(now.X_WB).first(bodies), std::span(planes_).first(count),
                              std::span(local_.contacts.pair).first(count)};
   last_ = step_.advance(local_.law, local_.device, sample.value, planes, h, local_.bodies);
+  acceleration_ = {(1 / h) * (local_.bodies.V_WB[0].v - now.V_WB[0].v), (1 / h) * (local_.bodies.V_WB[0].w - now.V_WB[0].w)};
   local_.device = sample.value;
   local_.time = sample.stamp.valid;
   return last_.outcome != StepOutcome::stopped;

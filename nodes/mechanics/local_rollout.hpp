@@ -19,6 +19,7 @@ class LocalRollout {
   bool advance(const Stamped<DeviceState>& sample);
 
   [[nodiscard]] const LocalModel& model() const { return local_; }
+  [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
   /// The tool and the handle, with the contacts' force of the last step.
   [[nodiscard]] PhysicsState state() const;
 
@@ -30,6 +31,7 @@ class LocalRollout {
   RigidStep step_;
   LocalModel local_;
   StepResult last_;
+  Twist acceleration_;  // of the tool in the last step
 };
 
 }  // namespace tactor
