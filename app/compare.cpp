@@ -33,9 +33,11 @@ const std::vector<Column>& error_columns() {
       {"delivered.torque.rms_error_Nm", "torque RMS error N m"},
       {"one_step.force.rms_error_N", "one-step RMS N"},
       {"one_step.force.rms_error_hold_N", "one-step RMS of hold N"},
+      {"reference.force.rms_N", "reference RMS N"},
       {"physics.force.rms_error_N", "physics RMS error N"},
       {"physics.rate_hz_median", "physics Hz"},
       {"contacts.median", "contacts"},
+      {"contacts.max", "most contacts"},
       {"fallbacks", "fallbacks"},
       {"drops", "drops"},
   };
