@@ -27,21 +27,41 @@ const std::vector<Column>& error_columns() {
       {"delivered.force.rms_d1_N_per_ms", "RMS 1st diff N/ms"},
       {"delivered.force.rms_d2_N_per_ms2", "RMS 2nd diff N/ms²"},
       {"delivered.force.max_step_N", "largest step N"},
+      {"delivered.force.error_above_30hz_N", "error above 30 Hz N"},
       {"delivered.force.share_beyond_jnd", "beyond JND"},
+      {"delivered.force.overshoot_after_loss_N", "pull-in after loss N"},
       {"delivered.torque.rms_error_Nm", "torque RMS error N m"},
       {"one_step.force.rms_error_N", "one-step RMS N"},
       {"one_step.force.rms_error_hold_N", "one-step RMS of hold N"},
+      {"reference.force.rms_N", "reference RMS N"},
+      {"physics.force.rms_error_N", "physics RMS error N"},
       {"physics.rate_hz_median", "physics Hz"},
       {"contacts.median", "contacts"},
+      {"contacts.max", "most contacts"},
       {"fallbacks", "fallbacks"},
       {"drops", "drops"},
   };
   return columns;
 }
 
+/// CPU time in us of all steps that predict and interpolate, for each message of the physics force, or for each tick of
+/// the device.
+double method_us(const RunResult& run, bool per_tick) {
+  double total_s = 0;
+  double ticks = 0;
+  for (const NodeCost& node : run.nodes) {
+    const std::string_view stage = std::string_view(node.type).substr(0, node.type.find('.'));
+    if (stage == "prediction" || stage == "interpolation" || stage == "forcefield") total_s += node.total_s;
+    if (stage == "device") ticks += static_cast<double>(node.steps);
+  }
+  return 1e6 * total_s / (per_tick ? ticks : run.figure("physics.steps"));
+}
+
 /// A figure by its dotted name, or one of the run's own.
 double value_of(const RunResult& run, const std::string& name) {
   if (name == "cpu_ms_per_s") return 1e3 * run.cpu_s / run.duration_s;
+  if (name == "method_us_per_result") return method_us(run, false);
+  if (name == "method_us_per_tick") return method_us(run, true);
   constexpr std::string_view cost = "cost_us.";
   if (name.starts_with(cost)) {
     for (const NodeCost& node : run.nodes) {
@@ -76,7 +96,7 @@ void in_parallel(std::size_t count, unsigned jobs, Work work) {
   if (failure) std::rethrow_exception(failure);
 }
 
-void judge_against_first(Comparison& comparison) {
+void judge(Comparison& comparison) {
   const auto pooled = [](const CompareRow& row) {
     std::vector<double> all;
     for (const RunResult& run : row.runs) {
@@ -91,9 +111,10 @@ void judge_against_first(Comparison& comparison) {
     for (const RunResult& run : row.runs) all.push_back(run.figure(name));
     return all;
   };
-  const CompareRow& first = comparison.rows.front();
-  for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     CompareRow& row = comparison.rows[i];
+    if (row.against == i) continue;
+    const CompareRow& first = comparison.rows[row.against];
     row.one_step_anova = one_way_anova(pooled(first), pooled(row));
     for (const auto& [target, name] :
          {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
@@ -106,62 +127,75 @@ void judge_against_first(Comparison& comparison) {
 
 }  // namespace
 
-Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, const std::vector<fs::path>& mesh_folders,
+std::span<const double> CompareRow::figure(std::string_view name, const std::vector<Column>& columns) const {
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (columns[c].figure == name) return values[c];
+  }
+  return {};
+}
+
+Comparison compare(const std::vector<CompareCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
                    const CompareOptions& options) {
   Comparison comparison;
   for (int s = 0; s < options.seeds; ++s) comparison.seeds.push_back(options.first_seed + static_cast<unsigned>(s));
-
+  const std::size_t seeds = comparison.seeds.size();
+  std::mutex mutex;
+  const auto plan_of = [&](std::size_t c, std::size_t s) {
+    Overrides overrides = cases[c].overrides;
+    overrides.seed = comparison.seeds[s];
+    const std::lock_guard lock(mutex);
+    return make_plan(load_graph(cases[c].graph, registry, overrides, mesh_folders));
+  };
   // All graphs are checked before anything runs.
-  std::vector<std::vector<Plan>> plans(graphs.size());
-  for (std::size_t g = 0; g < graphs.size(); ++g) {
-    for (const std::uint64_t seed : comparison.seeds) {
-      Overrides overrides = options.overrides;
-      overrides.seed = seed;
-      plans[g].push_back(make_plan(load_graph(graphs[g], registry, overrides, mesh_folders)));
-    }
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    const GraphSpec graph = plan_of(c, 0).graph;
+    comparison.rows.push_back(
+        {graph.name, cases[c].setting, graph.title, cases[c].against, std::vector<RunResult>(seeds), {}, {}, {}, {}});
   }
 
-  const std::size_t total = graphs.size() * comparison.seeds.size();
-  const auto tell = [&](double share, const std::string& what) {
+  std::size_t done = 0;
+  const auto tell = [&](const std::string& what) {
+    const std::lock_guard lock(mutex);
+    const double share = static_cast<double>(done++) / static_cast<double>(2 * cases.size() * seeds);
     if (options.progress && !options.progress(share, what)) throw RunError("interrupted");
   };
   // Asked by several threads at once, so it only looks whether the user has had enough.
   const auto go_on = [&options](double) { return !options.interrupted || !options.interrupted(); };
-  std::mutex mutex;
+  std::mutex notes;
   const auto note = [&](const std::string& text) {
-    const std::lock_guard lock(mutex);
+    const std::lock_guard lock(notes);
     if (options.note) options.note(text);
   };
   // Graphs that differ in what comes after physics share a reference, so one graph a seed is prepared at a time and
   // the others find it.
-  for (std::size_t g = 0; g < graphs.size(); ++g) {
-    tell(0.5 * static_cast<double>(g) / static_cast<double>(graphs.size()), "reference runs");
-    in_parallel(comparison.seeds.size(), options.jobs,
-                [&](std::size_t s) { prepare_reference(plans[g][s], options.cache_folder, go_on, note); });
+  for (std::size_t c = 0; c < cases.size(); ++c) {
+    in_parallel(seeds, options.jobs, [&](std::size_t s) {
+      tell("reference runs");
+      prepare_reference(plan_of(c, s), options.cache_folder, go_on, note);
+    });
   }
-
-  for (std::size_t g = 0; g < graphs.size(); ++g) {
-    comparison.rows.push_back({plans[g].front().graph.name, plans[g].front().graph.title, {}, {}, {}, {}, {}});
-  }
-  std::size_t done = 0;
-  for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
-    for (std::size_t g = 0; g < graphs.size(); ++g) {
-      tell(0.5 + 0.5 * static_cast<double>(done++) / static_cast<double>(total), comparison.rows[g].graph);
-      RunOptions run_options;
-      run_options.cache_folder = options.cache_folder;
-      run_options.note = note;
-      run_options.progress = [&](double, const char*) { return go_on(0); };
-      RunResult result = execute(plans[g][s], run_options);
-      if (result.failure) throw RunError(*result.failure);
-      if (result.interrupted) throw RunError("interrupted");
-      if (s > 0) std::erase_if(result.series, [](const Series& c) { return c.name != "one_step_error"; });
-      comparison.rows[g].runs.push_back(std::move(result));
+  in_parallel(seeds * cases.size(), options.run_jobs, [&](std::size_t i) {
+    const std::size_t s = i / cases.size();
+    const std::size_t c = i % cases.size();
+    tell(comparison.rows[c].graph + " " + comparison.rows[c].setting);
+    RunOptions run_options;
+    run_options.cache_folder = options.cache_folder;
+    run_options.note = note;
+    run_options.progress = [&](double, const char*) { return go_on(0); };
+    RunResult result = execute(plan_of(c, s), run_options);
+    if (result.failure) throw RunError(*result.failure);
+    if (result.interrupted) throw RunError("interrupted");
+    if (s > 0 || !options.curves) {
+      std::erase_if(result.series, [](const Series& curve) { return curve.name != "one_step_error"; });
     }
-  }
-  tell(1.0, "done");
+    comparison.rows[c].runs[s] = std::move(result);
+  });
+  if (options.progress) options.progress(1.0, "done");
 
   comparison.columns = error_columns();
   comparison.columns.push_back({"cpu_ms_per_s", "CPU ms per s", true});
+  comparison.columns.push_back({"method_us_per_result", "method us a result", true});
+  comparison.columns.push_back({"method_us_per_tick", "method us a tick", true});
   std::set<std::string> seen;
   for (const CompareRow& row : comparison.rows) {
     for (const NodeCost& node : row.runs.front().nodes) {
@@ -185,11 +219,11 @@ Comparison compare(const std::vector<fs::path>& graphs, Registry& registry, cons
     comparison.columns.erase(comparison.columns.begin() + static_cast<std::ptrdiff_t>(c));
     for (CompareRow& row : comparison.rows) row.values.erase(row.values.begin() + static_cast<std::ptrdiff_t>(c));
   }
-  judge_against_first(comparison);
+  judge(comparison);
   return comparison;
 }
 
-Json to_json(const Comparison& comparison) {
+Json to_json(const CompareRow& row, const std::vector<Column>& columns) {
   const auto difference = [](const std::optional<PairedDifference>& d) -> Json {
     if (!d) return nullptr;
     return {{"pairs", d->pairs},
@@ -200,29 +234,32 @@ Json to_json(const Comparison& comparison) {
             {"p_wilcoxon", d->p_wilcoxon}};
   };
   Json json;
+  json["graph"] = row.graph;
+  if (!row.setting.empty()) json["setting"] = row.setting;
+  json["title"] = row.title;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const std::vector<double>& values = row.values[c];
+    Json& figure = json["figures"][columns[c].figure];
+    const double centre = mean(values);
+    figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()}, {"sd", standard_deviation(values)}};
+    figure["by_seed"] = Json::array();
+    for (const double v : values) figure["by_seed"].push_back(std::isfinite(v) ? Json(v) : Json());
+  }
+  if (row.one_step_anova) {
+    json["against_first"]["one_step_anova"] = {
+        {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
+  }
+  json["against_first"]["one_step_rms"] = difference(row.one_step);
+  json["against_first"]["delivered_rms"] = difference(row.delivered);
+  return json;
+}
+
+Json to_json(const Comparison& comparison) {
+  Json json;
   json["tactor"] = TACTOR_VERSION;
   json["seeds"] = comparison.seeds;
   json["graphs"] = Json::array();
-  for (const CompareRow& row : comparison.rows) {
-    Json graph;
-    graph["graph"] = row.graph;
-    graph["title"] = row.title;
-    for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
-      const std::vector<double>& values = row.values[c];
-      Json& figure = graph["figures"][comparison.columns[c].figure];
-      const double centre = mean(values);
-      figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()}, {"sd", standard_deviation(values)}};
-      figure["by_seed"] = Json::array();
-      for (const double v : values) figure["by_seed"].push_back(std::isfinite(v) ? Json(v) : Json());
-    }
-    if (row.one_step_anova) {
-      graph["against_first"]["one_step_anova"] = {
-          {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
-    }
-    graph["against_first"]["one_step_rms"] = difference(row.one_step);
-    graph["against_first"]["delivered_rms"] = difference(row.delivered);
-    json["graphs"].push_back(std::move(graph));
-  }
+  for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(row, comparison.columns));
   return json;
 }
 

@@ -225,6 +225,32 @@ Curve arrivals(const RunResult& run, std::pair<double, double> range, const std:
   return curve;
 }
 
+std::string ratio_cell(const std::optional<GeometricMean>& m) {
+  return m ? fmt::format("<td>{:.3f} [{:.3f}, {:.3f}]</td>", m->ratio, m->low, m->high) : "<td>-</td>";
+}
+
+std::string study_head(const Study& study, bool figures) {
+  std::string head = "<tr><th></th><th>delivered RMS, ratio</th><th>one-step RMS, ratio</th>";
+  for (const Column& column : study.comparison.columns) {
+    if (figures) head += "<th>" + escape(column.label) + "</th>";
+  }
+  return "<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n";
+}
+
+std::string study_graph_html(const Study& study, std::size_t first) {
+  const Comparison& comparison = study.comparison;
+  std::string html = "<h2>" + escape(comparison.rows[first].graph) + "</h2>\n" + study_head(study, true);
+  for (std::size_t row = first; row < first + study.settings.size(); ++row) {
+    html += "<tr><td>" + escape(comparison.rows[row].setting) + "</td>" + ratio_cell(study.ratios[row].delivered) +
+            ratio_cell(study.ratios[row].one_step);
+    for (const std::vector<double>& values : comparison.rows[row].values) {
+      html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), pretty(standard_deviation(values)));
+    }
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
 std::string compare_row_html(const Comparison& comparison, std::size_t c) {
   std::string row = fmt::format("<tr><td>{}</td>", escape(comparison.columns[c].label));
   for (const CompareRow& graph : comparison.rows) {
@@ -241,17 +267,19 @@ std::string difference_cells(const std::optional<PairedDifference>& d) {
                      d->effect_size, pretty(d->p_wilcoxon));
 }
 
-std::string significance_table(const Comparison& comparison) {
-  if (comparison.rows.size() < 2) return {};
+/// Every row that is judged against another; `against` says which that is.
+std::string significance_table(const Comparison& comparison, const std::string& against) {
   std::string rows;
-  for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const CompareRow& row = comparison.rows[i];
-    rows += fmt::format("<tr><td>{}</td>", escape(row.graph));
+    if (row.against == i) continue;
+    rows += fmt::format("<tr><td>{} {}</td>", escape(row.graph), escape(row.setting));
     rows += row.one_step_anova
                 ? fmt::format("<td>{}</td><td>{}</td>", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p))
                 : "<td>-</td><td>-</td>";
     rows += difference_cells(row.one_step) + difference_cells(row.delivered) + "</tr>\n";
   }
+  if (rows.empty()) return {};
   return fmt::format(
       "<h2>Against {}</h2>\n<p>The ANOVA takes every one-step error for an independent sample, as the paper does; "
       "they are not (neighbours are correlated) and F has no sign. The paired differences are over seeds, with their "
@@ -261,7 +289,7 @@ std::string significance_table(const Comparison& comparison) {
       "<div class=\"wide\"><table><thead><tr><th></th><th>ANOVA F</th><th>p</th><th>one-step RMS N</th><th>95 %</th>"
       "<th>effect d</th><th>Wilcoxon p</th><th>delivered RMS N</th><th>95 %</th><th>effect d</th><th>Wilcoxon p</th>"
       "</tr></thead><tbody>\n{}</tbody></table></div>\n",
-      escape(comparison.rows.front().graph), rows);
+      escape(against), rows);
 }
 
 }  // namespace
@@ -321,7 +349,7 @@ std::string compare_report(const Comparison& comparison) {
   }
   body += "<h2>Error and run time</h2>\n<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n" + rows +
           "</tbody></table></div>\n";
-  body += significance_table(comparison);
+  body += significance_table(comparison, comparison.rows.front().graph);
 
   const RunResult& first = comparison.rows.front().runs.front();
   const std::pair<double, double> range = liveliest_window(first);
@@ -375,6 +403,28 @@ std::string compare_report(const Comparison& comparison) {
             "<p>Chosen and left out in this graph:</p>\n" + chosen_and_left_out(row.runs.front());
   }
   return page(names, body);
+}
+
+std::string study_report(const Study& study) {
+  const Comparison& comparison = study.comparison;
+  const std::size_t settings = study.settings.size();
+  std::string body = fmt::format(
+      "<p class=\"sub\">{}{}mean ± standard deviation over {} seed{} from {}; ratios are to the first line, by the "
+      "geometric mean, with their 95 % confidence interval over seeds; tactor {}</p>\n",
+      escape(study.spec.title), study.spec.title.empty() ? "" : " · ", comparison.seeds.size(),
+      comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(), TACTOR_VERSION);
+  if (study.spec.graphs.size() > 1) {
+    body += "<h2>All graphs</h2>\n" + study_head(study, false);
+    for (std::size_t s = 0; s < settings; ++s) {
+      const ErrorRatio& ratio = study.settings[s].over_graphs;
+      body += "<tr><td>" + escape(comparison.rows[s].setting) + "</td>" + ratio_cell(ratio.delivered) +
+              ratio_cell(ratio.one_step) + "</tr>\n";
+    }
+    body += "</tbody></table></div>\n";
+  }
+  for (std::size_t first = 0; first < comparison.rows.size(); first += settings) body += study_graph_html(study, first);
+  body += significance_table(comparison, "the first line of each graph");
+  return page(study.spec.name, body);
 }
 
 }  // namespace tactor

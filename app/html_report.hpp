@@ -6,6 +6,7 @@
 
 #include "app/compare.hpp"
 #include "app/run.hpp"
+#include "app/study.hpp"
 
 namespace tactor {
 
@@ -14,5 +15,8 @@ std::string run_report(const RunResult& result);
 
 /// The report of a comparison.
 std::string compare_report(const Comparison& comparison);
+
+/// The report of a study: every graph by every setting, errors and run times side by side.
+std::string study_report(const Study& study);
 
 }  // namespace tactor

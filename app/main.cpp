@@ -25,10 +25,12 @@
 #include "app/node_reference.hpp"
 #include "app/output.hpp"
 #include "app/run.hpp"
+#include "app/study.hpp"
 #include "app/summary.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/graph/plan.hpp"
+#include "framework/graph/study.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
 #include "framework/record/recorder.hpp"
@@ -86,11 +88,15 @@ fs::path make_folder(const fs::path& folder) {
 
 /// Options that several verbs share.
 struct GraphOptions {
+  std::vector<fs::path> over;
   std::vector<std::string> set;
   std::optional<std::uint64_t> seed;
   std::optional<double> duration;
 
   void add_to(CLI::App& verb, bool with_seed) {
+    verb.add_option("--over", over, "Lay a file over the graph, for example one of graphs/methods; comes before --set")
+        ->expected(1, 16)
+        ->allow_extra_args(false);
     verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")
         ->expected(1, 1000)
         ->allow_extra_args(false);
@@ -100,7 +106,7 @@ struct GraphOptions {
     verb.add_option("--duration", duration, "Virtual time to run, in s (default: the graph's)")
         ->check(CLI::PositiveNumber);
   }
-  [[nodiscard]] Overrides overrides() const { return {set, seed, duration}; }
+  [[nodiscard]] Overrides overrides() const { return {set, seed, duration, over}; }
 };
 
 void tell_note(const std::string& note) {
@@ -174,37 +180,61 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
 
-int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& base,
-                const fs::path& out) {
+/// Refuses cases that cannot be compared, runs the rest and tells each note once.
+Comparison compare_cases(const std::vector<CompareCase>& cases, CompareOptions options) {
   Registry registry(default_node_folders());
   // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
   std::set<std::string> told;
   const auto tell_once = [&told](const std::string& note) {
     if (told.insert(note).second) tell_note(note);
   };
-  for (const fs::path& graph : graphs) {
-    const Plan plan = load_plan(graph, registry, options.overrides());
+  for (const CompareCase& c : cases) {
+    const Plan plan = load_plan(c.graph, registry, c.overrides);
     if (plan.graph.clock == Clock::real) {
-      throw InputError(graph.string() +
+      throw InputError(c.graph.string() +
                        ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                        "conditions; add --set clock=virtual");
     }
     for (const std::string& note : check_bodies(plan)) tell_once(note);
   }
-  const fs::path folder = make_folder(out);
-  CompareOptions compare_options = base;
-  compare_options.overrides = options.overrides();
-  compare_options.cache_folder = default_cache_folder();
+  options.cache_folder = default_cache_folder();
   ProgressBar bar;
-  compare_options.note = tell_once;
-  compare_options.interrupted = [] { return interrupted != 0; };
-  compare_options.progress = [&bar](double share, const std::string& what) { return bar(share, what); };
-  const Comparison comparison = compare(graphs, registry, mesh_folders(), compare_options);
-  bar.clear();
+  options.note = tell_once;
+  options.interrupted = [] { return interrupted != 0; };
+  options.progress = [&bar](double share, const std::string& what) { return bar(share, what); };
+  return compare(cases, registry, mesh_folders(), options);
+}
+
+int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& compare_options,
+                const fs::path& out) {
+  std::vector<CompareCase> cases;
+  for (const fs::path& graph : graphs) cases.push_back({graph, options.overrides(), {}, 0});
+  const Comparison comparison = compare_cases(cases, compare_options);
+  const fs::path folder = make_folder(out);
   write_file(folder / "compare.json", to_json(comparison).dump(2) + "\n");
   fmt::print("{}\n", comparison_table(comparison));
   write_file(folder / "report.html", compare_report(comparison));
   fmt::print("  {}\n", (folder / "report.html").string());
+  return 0;
+}
+
+int run_study(const fs::path& file, const GraphOptions& options, std::optional<int> seeds,
+              std::optional<std::uint64_t> first_seed, unsigned jobs, const std::optional<fs::path>& out) {
+  StudySpec spec = load_study(file);
+  if (seeds) spec.seeds = *seeds;
+  if (first_seed) spec.first_seed = *first_seed;
+  CompareOptions compare_options;
+  compare_options.seeds = static_cast<int>(spec.seeds);
+  compare_options.first_seed = spec.first_seed;
+  compare_options.jobs = jobs;
+  compare_options.run_jobs = jobs;
+  compare_options.curves = false;
+  const Study study = make_study(spec, compare_cases(study_cases(spec, options.overrides()), compare_options));
+  const fs::path folder = make_folder(out.value_or(fs::path("out") / spec.name));
+  write_file(folder / "study.csv", study_csv(study));
+  write_file(folder / "study.json", to_json(study).dump(2) + "\n");
+  write_file(folder / "report.html", study_report(study));
+  fmt::print("{}\n  {}\n", study_table(study), (folder / "report.html").string());
   return 0;
 }
 
@@ -326,6 +356,23 @@ int main_checked(int argc, char** argv) {
       ->check(CLI::Range(1, 1024));
   compare_verb->add_option("--out", compare_out, "Folder for the results")->capture_default_str();
   compare_verb->callback([&] { result = run_compare(graphs, options, compare_options, compare_out); });
+
+  fs::path study;
+  std::optional<int> study_seeds;
+  std::optional<std::uint64_t> study_first_seed;
+  CLI::App* study_verb =
+      app.add_subcommand("study", "Run graphs by methods by values over seeds, into one table of errors and run times");
+  study_verb->add_option("study", study, "The study file (YAML)")->required();
+  options.add_to(*study_verb, false);
+  study_verb->add_option("--seeds", study_seeds, "Number of seeds (default: the study's)")->check(CLI::Range(1, 10000));
+  study_verb->add_option("--first-seed", study_first_seed, "The first seed (default: the study's)")
+      ->check(CLI::NonNegativeNumber);
+  study_verb
+      ->add_option("--jobs", compare_options.jobs, "Runs at once (default: the cores); only run times depend on it")
+      ->check(CLI::Range(1, 1024));
+  study_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
+  study_verb->callback(
+      [&] { result = run_study(study, options, study_seeds, study_first_seed, compare_options.jobs, out); });
 
   bool explained = false;
   CLI::App* check_verb = app.add_subcommand("check", "Check graphs without running them");

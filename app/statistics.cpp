@@ -21,6 +21,12 @@ double square_sum_about(std::span<const double> values, double centre) {
   return sum;
 }
 
+/// Half of the 95 % confidence interval of the mean, for two values and more.
+double half_interval(std::span<const double> values) {
+  const auto n = static_cast<double>(values.size());
+  return boost::math::quantile(boost::math::students_t(n - 1), 0.975) * standard_deviation(values) / std::sqrt(n);
+}
+
 /// Two-sided p of the Wilcoxon signed-rank test over non-zero differences.
 double signed_rank_p(std::vector<double> differences) {
   std::erase(differences, 0.0);
@@ -107,6 +113,13 @@ std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const do
   return result;
 }
 
+std::optional<GeometricMean> geometric_mean(std::span<const double> logs) {
+  const double centre = mean(logs);
+  if (!std::isfinite(centre)) return std::nullopt;
+  const double half = logs.size() < 2 ? 0 : half_interval(logs);
+  return GeometricMean{logs.size(), std::exp(centre), std::exp(centre - half), std::exp(centre + half)};
+}
+
 std::optional<PairedDifference> paired_difference(std::span<const double> a, std::span<const double> b) {
   TACTOR_DEMAND(a.size() == b.size());
   if (a.size() < 2) return std::nullopt;
@@ -116,10 +129,9 @@ std::optional<PairedDifference> paired_difference(std::span<const double> a, std
   result.pairs = a.size();
   result.mean = mean(differences);
   const double sd = standard_deviation(differences);
-  const auto n = static_cast<double>(a.size());
-  const double t = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
-  result.low = result.mean - t * sd / std::sqrt(n);
-  result.high = result.mean + t * sd / std::sqrt(n);
+  const double half = half_interval(differences);
+  result.low = result.mean - half;
+  result.high = result.mean + half;
   result.effect_size = sd > 0 ? result.mean / sd : 0.0;
   result.p_wilcoxon = signed_rank_p(differences);
   return result;

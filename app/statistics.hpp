@@ -38,4 +38,14 @@ struct PairedDifference {
 /// Absent for fewer than two pairs.
 std::optional<PairedDifference> paired_difference(std::span<const double> a, std::span<const double> b);
 
+/// The geometric mean of ratios, and its 95 % confidence interval: that of the mean of their logarithms, Student t.
+struct GeometricMean {
+  std::size_t count = 0;
+  double ratio = 1;
+  double low = 0;  ///< equal to the ratio where there is one alone
+  double high = 0;
+};
+/// Of the ratios exp(logs_i). Absent for none, or where one is not finite.
+std::optional<GeometricMean> geometric_mean(std::span<const double> logs);
+
 }  // namespace tactor

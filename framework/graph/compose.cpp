@@ -149,6 +149,12 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Di
   std::vector<fs::path> chain;
   std::optional<Tree> graph = load_chain(file, nullptr, chain, diagnostics);
   if (!graph) return std::nullopt;
+  for (const fs::path& over : overrides.over) {
+    chain.clear();
+    const std::optional<Tree> layer = load_chain(over, nullptr, chain, diagnostics);
+    if (!layer) return std::nullopt;
+    merge_graph(*graph, *layer);
+  }
   for (const std::string& text : overrides.set) apply_set(*graph, text, diagnostics);
   if (overrides.seed) apply_scalar(*graph, "--seed", "seed", std::to_string(*overrides.seed));
   if (overrides.duration_s) apply_scalar(*graph, "--duration", "duration", number_text(*overrides.duration_s));

@@ -80,11 +80,12 @@ struct GraphSpec {
   [[nodiscard]] const NodeSpec* node(std::string_view name) const;
 };
 
-/// Values from the command line that replace those of the file.
+/// What the command line or a study lays over a graph file.
 struct Overrides {
   std::vector<std::string> set;  ///< `node.parameter=value`, `duration=3 s`, `scene.bodies.tool.mass=50 g`
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;
+  std::vector<std::filesystem::path> over;  ///< laid over the graph before the rest, like files that extend it
 };
 
 class Registry;

@@ -6,6 +6,7 @@ The graphs add the tremor of a hand. Columns are seconds, metres and radians (a 
 """
 import math
 import pathlib
+import random
 import sys
 
 import numpy as np
@@ -163,7 +164,34 @@ def bunny(mesh):
     write("bunny.csv", times, smooth(np.array(position), 5), np.array(rotation))
 
 
+def lever():
+    """A recording like one of a rig: a hand pushes a lever of 0.1 kg at 75 mm against a wall, at 2 kHz, by semi-implicit Euler.
+
+    Two strikes, then pressing with tremor, then letting go; angle in rad and torque of the wall on the lever in N m, with
+    the steps of an encoder and the noise of a force sensor.
+    """
+    noise = random.Random(1)
+    arm, mass, wall, damping = 0.075, 0.1, 1500.0, 2.0  # m, kg, N/m, N s/m
+    step, substeps = 5e-4, 20
+    y, v, force = -0.02, 0.0, 0.0
+    with open(HERE / "lever.csv", "w", newline="\n") as file:
+        file.write("t_s,x_master_rad,Fe_Nm\n")
+        for i in range(6001):
+            t = i * step
+            angle = round(y / arm / 2.09e-5) * 2.09e-5
+            file.write(f"{t:.4f},{angle:.7f},{arm * force + noise.gauss(0, 3e-4):.6f}\n")
+            for k in range(substeps):
+                s = t + k * step / substeps
+                strikes = 0.03 * (ease(s, 0.3, 0.45) - ease(s, 0.5, 0.65) + ease(s, 0.9, 1.0) - ease(s, 1.05, 1.2))
+                press = 0.032 * (ease(s, 1.5, 1.8) - ease(s, 2.6, 2.75))
+                hand = -0.02 + strikes + press + 0.0005 * math.sin(2 * math.pi * 9.3 * s)
+                force = min(0.0, -wall * y - damping * v) if y > 0 else 0.0
+                v += step / substeps / mass * (400 * (hand - y) - 8 * v + force)
+                y += step / substeps * v
+
+
 if __name__ == "__main__":
+    lever()
     meshes = pathlib.Path(sys.argv[1])
     ducks(read_off(meshes / "duck.off"))
     bunny(read_off(meshes / "bunny.off"))

@@ -14,6 +14,9 @@ namespace {
 
 using std::string;
 
+/// What is above it in an error is felt as roughness rather than as a wrong force; the figure's name says it too.
+constexpr double rough_hz = 30;
+
 double median(std::vector<double> x) {
   const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
   std::nth_element(x.begin(), middle, x.end());
@@ -45,12 +48,15 @@ NodeInfo Metrics::declare() {
       .sink()
       .details(
           "delivered.*: `commanded` against the physics force of the reference run at the same time: RMS and largest "
-          "error, delay (lag of the cross-correlation peak, positive: late), RMS of the first and second difference, "
-          "the "
-          "second also as the excess over the reference's, largest step, share of time beyond what can be felt, "
-          "largest push the wrong way after contact is lost. one_step.*: the predicted force against the next physics "
-          "force, and what a hold errs. physics.*: from the stamps of `force`. contacts.*: contacts that carried "
-          "force. Without a reference the delivered figures that need one are left out.")
+          "error, RMS of the error above 30 Hz (Butterworth of fourth order forwards and backwards, so without a "
+          "shift), delay (lag of the cross-correlation peak, positive: late), RMS of the first and second difference, "
+          "the second also as the excess over the reference's, largest step, share of time beyond what can be felt. "
+          "After contact is lost: the overshoot is the largest force towards the surface, beyond the reference's own, "
+          "the ghost what still pushes away from it late in the window. one_step.*: the predicted force against the "
+          "next physics force, and what a hold errs. physics.*: how often `force` comes, and its error at its own "
+          "stamp "
+          "against the reference at that time, which no delay is in. contacts.*: contacts that carried force. Without "
+          "a reference the figures that need one are left out.")
       .input("commanded", &Metrics::commanded,
              {.doc = "what the device is told to display, at its rate", .trigger = Trigger::yes, .queue = every})
       .input("force", &Metrics::force,
@@ -121,6 +127,8 @@ void Metrics::report(Report& report) const {
   report_one_step(report, force_part, true);
   if (torque_) report_one_step(report, torque_part, false);
   report_physics(report);
+  report_physics_error(report, force_part);
+  if (torque_) report_physics_error(report, torque_part);
   report_contacts(report);
   report_displacement(report);
 }
@@ -168,6 +176,11 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
   report.set(delivered + "rms_d2_excess_" + N + "_per_ms2", mine.rms_d2 - ideal.rms_d2);
   report.set(delivered + "rms_error_" + N, rms_error(x, r));
   report.set(delivered + "max_error_" + N, max_error(x, r));
+  if (step < 1 / (2 * rough_hz)) {
+    std::vector<Vec3> error(x.begin(), x.end());
+    for (std::size_t i = 0; i < error.size(); ++i) error[i] -= r[i];
+    report.set(delivered + "error_above_30hz_" + N, rms_above(error, rough_hz, 1 / step));
+  }
   if (const auto lag = delay_steps(x, r, std::llround(params_.max_delay.seconds() / step))) {
     report.set(delivered + "delay_ms", *lag * step_ms);
   }
@@ -226,6 +239,22 @@ void Metrics::report_physics(Report& report) const {
   }
   for (Series& axis : axes) report.add_series(std::move(axis));
   report.add_series(std::move(rate));
+}
+
+void Metrics::report_physics_error(Report& report, const Part& part) const {
+  const auto truth = force.reference();
+  if (truth.empty()) return;
+  std::vector<double> errors;
+  std::size_t cursor = 0;
+  Time before;
+  for (const Stamped<Wrench>& f : forces_) {
+    const Time t = f.stamp.valid;
+    // A stamp may come twice; one that goes back would be looked up wrongly.
+    if (t.ns < params_.settle.ns || t > truth.back().stamp.valid || t < before) continue;
+    before = t;
+    errors.push_back(norm(f.value.*part.member - value_at(truth, t, cursor).*part.member));
+  }
+  if (!errors.empty()) report.set(string("physics.") + part.name + ".rms_error_" + part.unit, rms(errors));
 }
 
 void Metrics::report_contacts(Report& report) const {

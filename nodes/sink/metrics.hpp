@@ -56,6 +56,7 @@ class Metrics final : public Node {
   void report_delivered(Report& report, const Part& part) const;
   void report_one_step(Report& report, const Part& part, bool series) const;
   void report_physics(Report& report) const;
+  void report_physics_error(Report& report, const Part& part) const;
   void report_contacts(Report& report) const;
   void report_displacement(Report& report) const;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "framework/core/check.hpp"
@@ -13,6 +14,32 @@ namespace {
 double root_mean(double sum, std::size_t count) {
   return count == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(count));
 }
+
+/// One pair of poles of a Butterworth high-pass by the bilinear transform, in transposed direct form II, from rest.
+class HighPassPair {
+ public:
+  /// `warped` is tan(pi cutoff / rate), `quality` the Q of the pair.
+  HighPassPair(double warped, double quality) {
+    const double scale = 1.0 / (1.0 + warped / quality + warped * warped);
+    b0_ = scale;
+    a1_ = 2.0 * (warped * warped - 1.0) * scale;
+    a2_ = (1.0 - warped / quality + warped * warped) * scale;
+  }
+  void run(std::vector<Vec3>& x) const {
+    Vec3 s1;
+    Vec3 s2;
+    for (Vec3& v : x) {
+      const Vec3 in = b0_ * v;
+      const Vec3 out = in + s1;
+      s1 = s2 - 2.0 * in - a1_ * out;
+      s2 = in - a2_ * out;
+      v = out;
+    }
+  }
+
+ private:
+  double b0_, a1_, a2_;
+};
 
 std::vector<Vec3> without_mean(std::span<const Vec3> x) {
   Vec3 sum;
@@ -68,6 +95,29 @@ Smoothness smoothness(std::span<const Vec3> x, double step_ms) {
   result.rms_d1 = root_mean(sum1, x.size() - 1) / step_ms;
   result.rms_d2 = root_mean(sum2, x.size() - 2) / (step_ms * step_ms);
   return result;
+}
+
+double rms_above(std::span<const Vec3> x, double cutoff_hz, double rate_hz) {
+  TACTOR_DEMAND(cutoff_hz > 0 && rate_hz > 2 * cutoff_hz);
+  if (x.size() < 2) return 0;
+  const std::size_t pad = std::min(x.size() - 1, static_cast<std::size_t>(std::ceil(3 * rate_hz / cutoff_hz)));
+  std::vector<Vec3> y;
+  y.reserve(x.size() + 2 * pad);
+  for (std::size_t i = pad; i > 0; --i) y.push_back(2.0 * x.front() - x[i]);
+  y.insert(y.end(), x.begin(), x.end());
+  for (std::size_t i = 1; i <= pad; ++i) y.push_back(2.0 * x.back() - x[x.size() - 1 - i]);
+  const double warped = std::tan(std::numbers::pi * cutoff_hz / rate_hz);
+  for (int way = 0; way < 2; ++way) {
+    // A constant does not pass, so taking the first value away starts the filter at rest.
+    const Vec3 first = y.front();
+    for (Vec3& v : y) v -= first;
+    // The poles of fourth order lie at pi/8 and 3 pi/8 from the real axis.
+    for (const double angle : {std::numbers::pi / 8, 3 * std::numbers::pi / 8}) {
+      HighPassPair(warped, 0.5 / std::cos(angle)).run(y);
+    }
+    std::reverse(y.begin(), y.end());
+  }
+  return rms(std::span<const Vec3>(y).subspan(pad, x.size()));
 }
 
 std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag) {
@@ -136,9 +186,10 @@ AfterLoss after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, d
     const Vec3 direction = reference[i - 1] / before;
     const std::size_t end = std::min(x.size(), i + length);
     for (std::size_t j = i; j < end && norm(reference[j]) <= threshold; ++j) {
-      const double left_over = dot(x[j] - reference[j], direction);
-      result.overshoot = std::max(result.overshoot, -left_over);
-      if (j >= i + length / 2) result.ghost = std::max(result.ghost, left_over);
+      const double shown = dot(x[j], direction);
+      const double wanted = dot(reference[j], direction);
+      result.overshoot = std::max(result.overshoot, std::max(0.0, -shown) - std::max(0.0, -wanted));
+      if (j >= i + length / 2) result.ghost = std::max(result.ghost, shown - wanted);
     }
   }
   return result;

@@ -30,6 +30,13 @@ struct Smoothness {
 /// `step_ms` in ms.
 Smoothness smoothness(std::span<const Vec3> x, double step_ms);
 
+/// RMS of the part of `x` above `cutoff_hz`: through a Butterworth high-pass of fourth order (bilinear, -3 dB at the
+/// cutoff) forwards and then backwards, so that nothing is shifted. A wave of frequency f keeps the share
+/// 1 / (1 + (tan(pi cutoff / rate) / tan(pi f / rate))^8) of its amplitude. Beyond its ends the signal goes on as its
+/// reflection through the end point (x_{-i} = 2 x_0 - x_i), for three periods of the cutoff at most. `rate_hz` samples
+/// a second, more than twice the cutoff.
+double rms_above(std::span<const Vec3> x, double cutoff_hz, double rate_hz);
+
 /// By how many steps `x` is behind `reference`: the lag of the largest normalised cross-correlation
 /// sum_i x_{i+l} . r_i / sqrt(sum_i |x_{i+l}|^2 sum_i |r_i|^2) within +-max_lag, refined by the parabola through the
 /// peak and its neighbours. For each lag the sums are over the samples that overlap, less their means, so that a signal
@@ -42,13 +49,15 @@ double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, do
 
 /// What is shown after contact was lost.
 struct AfterLoss {
-  double overshoot = 0;  ///< the largest push the wrong way
+  double overshoot = 0;  ///< the largest force towards the surface, beyond what the reference itself has
   double ghost = 0;      ///< the largest force still shown the old way in the second half of the window, when what is
                          ///< merely late has passed
 };
 
-/// Contact is lost at i where |reference| falls to `threshold` or under; with d the direction of reference_{i-1}, looks
-/// at (x_j - reference_j) . d over the `window` samples from i on, as long as the reference stays under the threshold.
+/// Contact is lost at i where |reference| falls to `threshold` or under; the direction d of reference_{i-1} is away
+/// from the surface. Over the `window` samples j from i on, as long as the reference stays under the threshold, the
+/// overshoot is the largest max(0, -x_j . d) - max(0, -reference_j . d), and the ghost the largest (x_j - reference_j)
+/// . d. So a force that vanishes before the reference does is no overshoot.
 AfterLoss after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold, std::int64_t window);
 
 }  // namespace tactor

@@ -7,6 +7,7 @@
 #include "framework/node/declare.hpp"
 #include "framework/record/recorder.hpp"
 #include "nodes/source/columns.hpp"
+#include "nodes/source/decimate.hpp"
 
 namespace tactor {
 
@@ -69,6 +70,12 @@ RecordingSource::RecordingSource(const Params& params, const NodeContext& contex
     device_.messages = std::move(messages.device);
     target_.messages = std::move(messages.target);
   }
+  if (params.decimate > 1) {
+    if (force_.messages.empty()) {
+      throw InputError(context.name + ": decimate is for forces, and this recording gives none; leave it out");
+    }
+    force_.messages = decimated(std::move(force_.messages), params.decimate, context.name + ".decimate");
+  }
   if (params.begin == Begin::at_zero) {
     begin_at_zero(force_);
     begin_at_zero(device_);
@@ -96,6 +103,12 @@ NodeInfo RecordingSource::declare() {
       .mapping("columns", &Params::columns, false, "for a CSV file: field to `heading [unit]` with optional factors")
       .choice("begin", &Params::begin, {{"as_recorded", Begin::as_recorded}, {"at_zero", Begin::at_zero}},
               std::optional(Begin::as_recorded), "keep the times of the file, or shift them so that the first is 0")
+      .integer(
+          "decimate", &Params::decimate,
+          {.doc = "1 in so many samples of the force is kept, after a low-pass without phase at 0.4 of the new rate",
+           .default_value = 1,
+           .min = 1,
+           .max = 100})
       .info();
 }
 

@@ -23,6 +23,7 @@ class RecordingSource final : public Node {
     std::string stream;
     Mapping columns;
     Begin begin = Begin::as_recorded;
+    std::int32_t decimate = 1;
   };
 
   RecordingSource(const Params& params, const NodeContext& context);

@@ -1,8 +1,10 @@
 #include "framework/node/registry.hpp"
+#include "nodes/source/physics.hpp"
 #include "nodes/source/recording.hpp"
 #include "nodes/source/trajectory.hpp"
 
 TACTOR_NODES(registry) {
+  registry.add<tactor::PhysicsSource>();
   registry.add<tactor::RecordingSource>();
   registry.add<tactor::TrajectorySource>();
 }

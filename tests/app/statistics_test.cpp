@@ -74,6 +74,19 @@ BOOST_AUTO_TEST_CASE(equal_groups_have_F_zero_and_constant_ones_have_none) {
   BOOST_TEST(!one_way_anova(a, std::vector<double>{1.0}));
 }
 
+BOOST_AUTO_TEST_CASE(a_geometric_mean_and_its_interval_are_those_of_the_logarithms) {
+  const std::vector<double> logs{std::log(1.0), std::log(2.0), std::log(4.0), std::log(8.0)};
+  const auto m = geometric_mean(logs);
+  BOOST_REQUIRE(m);
+  BOOST_TEST(std::abs(m->ratio - std::pow(2.0, 1.5)) < 1e-12);
+  // t(0.975, 3) = 3.18245; the standard deviation of 0, 1, 2, 3 is sqrt(5/3), over sqrt(4) values.
+  BOOST_TEST(std::abs(std::log2(m->high) - 1.5 - 3.18245 * std::sqrt(5.0 / 3.0) / 2) < 1e-5);
+  BOOST_TEST(std::abs(std::log2(m->low * m->high) - 3) < 1e-12);
+  BOOST_TEST(geometric_mean(std::vector<double>{0.0})->high == 1.0);
+  BOOST_TEST(!geometric_mean({}));
+  BOOST_TEST(!geometric_mean(std::vector<double>{0.0, std::log(0.0)}));
+}
+
 BOOST_AUTO_TEST_CASE(signed_rank_p_is_the_count_over_all_sign_patterns) {
   const std::vector<double> d{0.3, -0.1, 1.7, 0.9, -0.45, 2.2, 0.65, 1.1};
   // Ranks by size: 0.1 0.3 0.45 0.65 0.9 1.1 1.7 2.2, of which 1 and 3 are negative: the smaller sum is 4.

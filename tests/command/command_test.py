@@ -1,5 +1,7 @@
 """The command's verbs, outputs and exit codes."""
+import csv
 import json
+import math
 import os
 import signal
 import subprocess
@@ -18,7 +20,7 @@ class ExitCodes(CommandTest):
     def test_help_and_version_succeed_for_every_verb(self):
         self.assertIn("0.1.0", self.run_ok("--version").stdout)
         self.run_ok("--help")
-        for verb in ("run", "compare", "check", "graph", "nodes", "schema", "export", "mend", "doctor"):
+        for verb in ("run", "compare", "study", "check", "graph", "nodes", "schema", "export", "mend", "doctor"):
             self.assertGreater(len(self.run_ok(verb, "--help").stdout), 80)
 
     def test_bad_input_is_exit_code_2_with_the_place(self):
@@ -156,6 +158,59 @@ class Outputs(CommandTest):
         self.assertFalse(second["reference_run"]["cached"])
         self.assertEqual(first["delivered"], second["delivered"])
         self.assertTrue(self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")["reference_run"]["cached"])
+
+    def study(self, out, *options):
+        """The parsed lines of the table, errors and run times apart."""
+        self.write("small_study.yaml", f"""
+graphs: [{GRAPHS / "recorded.yaml"}]
+methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/burg.yaml"}]
+vary: {{coupling.cost.constant: [0.01, 0.001]}}
+seeds: 3
+""")
+        folder = self.folder / out
+        self.run_ok("study", self.folder / "small_study.yaml", "--duration", "1.5", "--out", folder, *options)
+        lines = list(csv.DictReader((folder / "study.csv").read_text().splitlines()))
+        timed = [name for name in lines[0] if name.startswith(("cost_us", "cpu_", "method_us"))]
+        return lines, [{k: v for k, v in line.items() if k not in timed} for line in lines]
+
+    def test_a_study_gives_a_line_a_run_the_same_by_any_number_of_jobs(self):
+        lines, alone = self.study("one", "--jobs", "1")
+        self.assertEqual(len(lines), 2 * 2 * 3)
+        self.assertEqual([line["seed"] for line in lines[:3]], ["1001", "1002", "1003"])
+        for line in lines:
+            self.assertGreater(float(line["method_us_per_result"]), 0)
+            self.assertGreater(float(line["delivered.force.rms_error_N"]), 0)
+        self.assertEqual(alone, self.study("many", "--jobs", "4")[1])
+        result = json.loads((self.folder / "many" / "study.json").read_text())
+        self.assertEqual([row.get("method") for row in result["rows"]], ["hold", "hold", "burg", "burg"])
+        by_row = [[float(line["delivered.force.rms_error_N"]) for line in lines[3 * row:3 * row + 3]] for row in range(4)]
+        for row, errors in zip(result["rows"], by_row):
+            logs = [math.log(mine / first) for mine, first in zip(errors, by_row[0])]
+            self.assertAlmostEqual(row["against_first"]["ratio"]["delivered_rms"]["ratio"], math.exp(sum(logs) / 3))
+        page = (self.folder / "many" / "report.html").read_text()
+        self.assertIn("burg coupling.cost.constant=0.001", page)
+
+    def test_a_file_laid_over_a_graph_comes_before_set(self):
+        over = GRAPHS / "methods/refit.yaml"
+        self.run_graph(GRAPHS / "recorded.yaml", "--over", over, "--set", "refit.window=77", "--duration", "0.4")
+        resolved = (self.folder / "out" / "graph.yaml").read_text()
+        self.assertIn("prediction.refit", resolved)
+        self.assertIn("window: 77", resolved)
+        self.assertNotIn("prediction.hold", resolved)
+        missing = tactor("check", GRAPHS / "recorded.yaml", "--over", self.folder / "none.yaml")
+        self.assertEqual(missing.returncode, 2)
+        self.assertIn("none.yaml: there is no such file", missing.stderr)
+
+    def test_a_bad_study_is_refused_before_anything_runs(self):
+        study = self.write("bad_study.yaml", f"graphs: [{GRAPHS / 'recorded.yaml'}]\nvary: {{refit.window: [3]}}\n")
+        result = tactor("study", study, "--out", self.folder / "bad")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("refit: expected a node of the graph", result.stderr)
+        study = self.write("bad_study.yaml", "graphs: [none.yaml]\n")
+        result = tactor("study", study, "--out", self.folder / "bad")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("bad_study.yaml:1:10: graphs: expected a file that exists", result.stderr)
+        self.assertFalse((self.folder / "bad").exists())
 
     def test_compare_says_once_that_a_reference_was_damaged(self):
         graphs = (GRAPHS / "duck_off.yaml", GRAPHS / "duck_fixed.yaml", "--seeds", "2", "--duration", "0.5")

@@ -39,7 +39,7 @@ class Determinism(CommandTest):
         self.run_ok("compare", graph, graph, "--seeds", "2", "--duration", "0.6", "--out", out)
         a, b = json.loads((out / "compare.json").read_text())["graphs"]
         for name, figure in a["figures"].items():
-            if not name.startswith(("cost_us", "cpu")):
+            if not name.startswith(("cost_us", "cpu", "method_us")):
                 self.assertEqual(figure, b["figures"][name], name)
 
     @needs_hdf5

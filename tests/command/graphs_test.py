@@ -17,9 +17,25 @@ def shipped(clock):
 @needs_collision
 class ShippedGraphs(CommandTest):
     def test_every_graph_checks(self):
-        graphs = sorted(GRAPHS.rglob("*.yaml"))
+        graphs = sorted(GRAPHS.glob("*.yaml"))
         self.assertGreater(len(graphs), 20)
         self.run_ok("check", *graphs)
+
+    def test_every_method_runs_over_a_scene(self):
+        methods = sorted((GRAPHS / "methods").glob("*.yaml"))
+        self.assertGreater(len(methods), 10)
+        for method in methods:
+            with self.subTest(method=method.name):
+                summary = self.run_graph(GRAPHS / "wall.yaml", "--over", method, "--duration", "1.2")
+                self.assertGreater(summary["contacts"]["max"], 0)
+                self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
+
+    def test_every_study_runs(self):
+        studies = sorted((GRAPHS / "studies").glob("*.yaml"))
+        self.assertGreater(len(studies), 2)
+        for study in studies:
+            with self.subTest(study=study.name):
+                self.run_ok("study", study, "--seeds", "1", "--duration", "0.3", "--out", self.folder / study.stem)
 
     def test_every_graph_runs(self):
         for graph in shipped(clock="virtual"):

@@ -2,6 +2,7 @@
 import csv
 import io
 import os
+import pathlib
 import signal
 import subprocess
 import time
@@ -13,7 +14,7 @@ import numpy
 from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_collision, needs_hdf5
 
 RECORDED = "record: [device.state, device.commanded, coupling.force, prediction.forecast]\n"
-TELEOPERATION = ROOT.parent / "shared/data/tue_1dof_teleop"
+TELEOPERATION = pathlib.Path(os.environ.get("TACTOR_DATA", ROOT.parent / "shared/data")) / "tue_1dof_teleop"
 
 
 @needs_hdf5
@@ -101,7 +102,7 @@ record: [recording.force, prediction.forecast]
         with h5py.File(out / "recording.h5") as file:
             self.assertEqual(len(file["streams/device.state/data"]), len(text.splitlines()) - 1)
 
-    @unittest.skipUnless(TELEOPERATION.is_dir(), "the recordings in shared/data are not here")
+    @unittest.skipUnless(TELEOPERATION.is_dir(), "the recordings of tue_1dof_teleop are not here; set TACTOR_DATA")
     def test_a_real_recording_is_predicted(self):
         import gzip
         data = self.folder / "rigid.csv"
@@ -124,6 +125,52 @@ record: [recording.force, prediction.forecast]
         self.run_graph(graph, out="teleoperation")
         with h5py.File(self.folder / "teleoperation" / "recording.h5") as file:
             self.assertGreater(len(file["streams/recording.force/data"]), 1000)
+
+
+class RecordedForceAsPhysics(CommandTest):
+    """graphs/recorded.yaml, by its own recording and by those of a rig."""
+
+    def judged(self, *arguments):
+        graph = self.write("late.yaml", f"extends: {GRAPHS / 'recorded.yaml'}\nrecord: [coupling.force]\n")
+        summary = self.run_graph(graph, *arguments)
+        physics = summary["physics"]
+        self.assertGreaterEqual(physics["rate_hz_min"], 50 - 1e-6)
+        self.assertLessEqual(physics["rate_hz_max"], 1e3 / 6.7 + 1e-6)
+        self.assertGreater(physics["rate_hz_max"], 1.5 * physics["rate_hz_min"])
+        # Late, but right: the truth it is judged against is the recording it was taken from.
+        self.assertEqual(physics["force"]["rms_error_N"], 0)
+        self.assertGreater(summary["delivered"]["force"]["rms_error_N"], 0.01)
+        # A period late, and held for one.
+        self.assertGreater(summary["delivered"]["force"]["delay_ms"], 10)
+        self.assertLess(summary["delivered"]["force"]["delay_ms"], 25)
+        return summary
+
+    @needs_hdf5
+    def test_each_force_comes_one_period_late_and_the_next_is_taken_then(self):
+        self.judged()
+        with h5py.File(self.folder / "out" / "recording.h5") as file:
+            data = file["streams/coupling.force/data"]
+            valid, produced = data["valid_ns"][...], data["produced_ns"][...]
+        # A step takes the newest force of 1 kHz, at most a millisecond old, when the one before has ended.
+        begin = produced[:-1]
+        self.assertTrue(((begin - valid[1:] >= 0) & (begin - valid[1:] < 1_000_000)).all())
+        self.assertTrue((numpy.diff(valid) > 0).all())
+
+    @needs_hdf5
+    def test_the_seed_draws_other_periods_of_the_same_truth(self):
+        one, two = (self.judged("--seed", seed) for seed in ("1", "2"))
+        self.assertEqual(one["reference"], two["reference"])
+        self.assertNotEqual(one["physics"], two["physics"])
+
+    @needs_hdf5
+    @unittest.skipUnless(TELEOPERATION.is_dir(), "the recordings of tue_1dof_teleop are not here; set TACTOR_DATA")
+    def test_real_recordings_play_as_physics(self):
+        for file in sorted(TELEOPERATION.glob("*.csv.gz")):
+            with self.subTest(recording=file.name):
+                summary = self.judged("--set", f"recording.file={file}", "--set", "prediction.force_max=20 N",
+                                      "--duration", "4.2")
+                self.assertEqual(summary["prediction"]["clamped"], 0)
+                self.assertEqual(summary["device"]["clamped_ticks"] + summary["device"]["slewed_ticks"], 0)
 
 
 if __name__ == "__main__":

@@ -103,6 +103,39 @@ BOOST_AUTO_TEST_CASE(a_truth_shown_late_is_told_with_its_delay_and_error) {
   BOOST_TEST(std::abs(f["reference.force.rms_d1_N_per_ms"] - chord) < 1e-6);
   BOOST_TEST(std::abs(f["delivered.force.rms_d2_excess_N_per_ms2"]) < 1e-7);
   BOOST_TEST(f["delivered.force.overshoot_after_loss_N"] == 0.0);
+  // The error is a wave of 1 Hz, of which the filter leaves (1 / 30)^8.
+  BOOST_TEST(f["delivered.force.error_above_30hz_N"] < 1e-3);
+  // Physics is right at the time it stands for, however late it comes.
+  BOOST_TEST(f["physics.force.rms_error_N"] < 1e-12);
+  BOOST_TEST(f["physics.torque.rms_error_Nm"] < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(errors_of_physics_and_fast_ones_are_told_apart) {
+  // The truth, but for 0.3 N turning about x at 100 Hz in what is shown, and 0.05 N too much in physics.
+  Metrics sink(params(), context());
+  const Queue queue{QueuePolicy::drop_oldest, 64};
+  sink.commanded.configure(queue);
+  sink.force.configure(queue);
+  for (int ms = 0; ms < run_ms; ++ms) {
+    const double angle = 2 * pi * 0.1 * ms;
+    const Wrench shown = truth(ms) + Wrench{{0, 0.3 * std::cos(angle), 0.3 * std::sin(angle)}, {}};
+    sink.commanded.push(stamp_ms(ms, static_cast<std::uint64_t>(ms)), &shown);
+    if (ms % 10 == 0) {
+      const Wrench force = truth(ms) + Wrench{{0.03, 0, 0.04}, {0, 0, 0.002}};
+      sink.force.push(stamp_ms(ms, static_cast<std::uint64_t>(ms)), &force);
+    }
+    StepContext c(stamp_ms(ms).produced);
+    sink.step(c);
+  }
+  set_reference(sink);
+  Report report;
+  sink.report(report);
+  auto f = figures(report);
+  const double kept = 1 / (1 + std::pow(std::tan(pi * 0.03) / std::tan(pi * 0.1), 8));
+  BOOST_TEST(std::abs(f["delivered.force.error_above_30hz_N"] - 0.3 * kept) < 2e-3);
+  BOOST_TEST(std::abs(f["delivered.force.rms_error_N"] - 0.3) < 1e-3);
+  BOOST_TEST(std::abs(f["physics.force.rms_error_N"] - 0.05) < 1e-12);
+  BOOST_TEST(std::abs(f["physics.torque.rms_error_Nm"] - 0.002) < 1e-12);
 }
 
 BOOST_AUTO_TEST_CASE(one_step_errors_are_against_the_next_physics_force) {

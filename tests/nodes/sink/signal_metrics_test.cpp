@@ -72,6 +72,33 @@ BOOST_AUTO_TEST_CASE(differences_of_a_sine_are_its_known_ones) {
   BOOST_TEST(std::abs(half.rms_d2 - 4 * s.rms_d2) < 1e-12);
 }
 
+BOOST_AUTO_TEST_CASE(what_is_above_a_frequency_is_kept_by_the_filters_known_gain) {
+  const auto gain = [](double f) { return 1 / (1 + std::pow(std::tan(pi * 30 * 1e-3) / std::tan(pi * f * 1e-3), 8)); };
+  BOOST_TEST(std::abs(gain(30) - 0.5) < 1e-12);
+  for (const double f : {2.0, 15.0, 25.0, 30.0, 36.0, 80.0, 310.0}) {
+    // Whole periods in 10 s. A circle has the same norm at all times, so its RMS is its radius.
+    const Signal x = sampled(10000, [f](double t) {
+      return Vec3{3 * std::cos(2 * pi * f * t), 3 * std::sin(2 * pi * f * t), 0};
+    });
+    const double found = rms_above(x, 30, 1000);
+    // The reflection at the ends bends the cosine; that is felt for a few periods out of many.
+    BOOST_TEST(std::abs(found - 3 * gain(f)) < 0.01, f << " Hz: found " << found << ", expected " << 3 * gain(f));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(constants_and_slow_ramps_have_nothing_above_a_frequency) {
+  BOOST_TEST(rms_above(sampled(500, [](double) { return Vec3{5, -2, 1}; }), 30, 1000) < 1e-12);
+  // Its own reflection through the ends continues a line.
+  BOOST_TEST(rms_above(sampled(500, [](double t) { return Vec3{5 + 3 * t, 0, -t}; }), 30, 1000) < 1e-3);
+  BOOST_TEST(rms_above(Signal(1), 30, 1000) == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_signal_turned_round_in_time_has_as_much_above_a_frequency) {
+  const Signal x = sampled(1000, [](double t) { return Vec3{t > 0.4 ? 1.0 : 0.0, std::exp(-20 * t), 0}; });
+  const Signal turned(x.rbegin(), x.rend());
+  BOOST_TEST(std::abs(rms_above(x, 30, 1000) - rms_above(turned, 30, 1000)) < 1e-3 * rms_above(x, 30, 1000));
+}
+
 BOOST_AUTO_TEST_CASE(errors_are_over_the_norm_of_the_axes) {
   const Signal r(4);
   const Signal x{{3, 4, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
@@ -98,6 +125,24 @@ BOOST_AUTO_TEST_CASE(overshoot_is_the_push_the_wrong_way_after_a_loss) {
   // A force that is only late still points the right way.
   BOOST_TEST(after_loss(dip(0.3), r, 0.2, 200).overshoot == 0.0);
   BOOST_TEST(after_loss(dip(-0.3), r, 0.2, 5).overshoot == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(only_a_force_towards_the_surface_is_an_overshoot) {
+  // The reference fades from 0.2 N to 0 after the loss; what is shown is gone at once, which pulls nobody in.
+  const auto fading = [](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : std::max(0.0, 0.2 - (t - 0.1))}; };
+  const Signal r = sampled(400, fading);
+  BOOST_TEST(after_loss(sampled(400,
+                                [](double t) {
+                                  return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.0};
+                                }),
+                        r, 0.2, 200)
+                 .overshoot == 0.0);
+  // Of 0.15 N towards the surface, 0.1 N are the drag of the tool that the reference has too.
+  const auto drag = [](double force) {
+    return sampled(400, [force](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : -force}; });
+  };
+  BOOST_TEST(std::abs(after_loss(drag(0.15), drag(0.1), 0.2, 200).overshoot - 0.05) < 1e-12);
+  BOOST_TEST(after_loss(drag(0.05), drag(0.1), 0.2, 200).overshoot == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_ghost_is_what_still_pushes_when_what_is_late_has_passed) {

@@ -1,0 +1,54 @@
+// A study: graphs by methods by values over seeds, in one table with error and run time beside each other.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/compare.hpp"
+#include "app/statistics.hpp"
+#include "framework/graph/study.hpp"
+
+namespace tactor {
+
+/// The RMS errors of a row, or of a setting over all graphs, as a multiple of those of what it is judged against, by
+/// the geometric mean over seeds; over graphs too, where each seed's ratio is the geometric mean of theirs.
+struct ErrorRatio {
+  std::optional<GeometricMean> delivered;
+  std::optional<GeometricMean> one_step;
+};
+
+/// One combination of method and varied values.
+struct StudySetting {
+  std::string method;  ///< the stem of its file, or empty
+  std::vector<std::pair<std::string, std::string>> values;
+  ErrorRatio over_graphs;
+};
+
+/// A study that has run. The rows of `comparison` are, for each graph, the settings in order; each is judged against
+/// the first setting of the same graph.
+struct Study {
+  StudySpec spec;
+  std::vector<StudySetting> settings;
+  Comparison comparison;
+  std::vector<ErrorRatio> ratios;  ///< one a row
+
+  [[nodiscard]] const StudySetting& setting(std::size_t row) const { return settings[row % settings.size()]; }
+};
+
+/// What the settings of a study are, without having run.
+std::vector<StudySetting> study_settings(const StudySpec& spec);
+/// What is to be run, in the order of Study's rows; `overrides` are laid over what the study says.
+std::vector<CompareCase> study_cases(const StudySpec& spec, const Overrides& overrides);
+/// Judges what compare() made of the cases.
+Study make_study(const StudySpec& spec, Comparison comparison);
+
+/// A line a run: graph, method, varied values, seed, then all figures, errors first and run times after them.
+std::string study_csv(const Study& study);
+nlohmann::ordered_json to_json(const Study& study);
+/// What `tactor study` prints: every graph's settings, then the settings over all graphs.
+std::string study_table(const Study& study);
+
+}  // namespace tactor

@@ -1,0 +1,139 @@
+// What a study runs, and what it makes of the figures, worked out by hand.
+#include "app/study.hpp"
+
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "framework/core/temporary_folder.hpp"
+
+using namespace tactor;
+
+namespace {
+
+struct StudyFile {
+  TemporaryFolder folder;
+
+  StudyFile() {
+    for (const char* name : {"a.yaml", "b.yaml", "hold.yaml", "line.yaml"}) write(name, "");
+    std::filesystem::create_directory(folder.path() / "more");
+    write("more/a.yaml", "");
+  }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder.path() / name) << text; }
+  [[nodiscard]] StudySpec load(const std::string& text) const {
+    write("study.yaml", text);
+    return load_study(folder.path() / "study.yaml");
+  }
+  [[nodiscard]] std::string error(const std::string& text) const {
+    try {
+      static_cast<void>(load(text));
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return {};
+  }
+};
+
+// Errors of two graphs by two settings over two seeds: the second setting errs half and a quarter as much in the first
+// graph, four times and twice in the second.
+Comparison comparison() {
+  Comparison c;
+  c.seeds = {7, 8};
+  c.columns = {{"delivered.force.rms_error_N", "error"}, {"one_step.force.rms_error_N", "one step"}};
+  const auto row = [&](const char* graph, std::size_t against, std::vector<double> delivered,
+                       std::vector<double> next) {
+    c.rows.push_back({graph, "s", "", against, {}, {std::move(delivered), std::move(next)}, {}, {}, {}});
+  };
+  row("a", 0, {0.2, 0.4}, {1, 1});
+  row("a", 0, {0.1, 0.1}, {0, 1});
+  row("b", 2, {1.0, 1.0}, {1, 1});
+  row("b", 2, {4.0, 2.0}, {1, 1});
+  return c;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
+  const StudyFile file;
+  const StudySpec spec = file.load(
+      "title: t\ngraphs: [a.yaml, b.yaml]\nmethods: [hold.yaml, line.yaml]\nset: {x.p: 3 mm}\n"
+      "vary:\n  'x.q, y.q': [1, '2']\n  x.r: [[1, 2], ~]\nseeds: 3\nfirst_seed: 5\n");
+  BOOST_TEST(spec.name == "study");
+  BOOST_TEST(spec.seeds == 3);
+  BOOST_TEST(spec.first_seed == 5U);
+  Overrides overrides;
+  overrides.set = {"x.p=4 mm"};
+  const std::vector<CompareCase> cases = study_cases(spec, overrides);
+  BOOST_REQUIRE(cases.size() == 2U * 2U * 2U * 2U);
+  BOOST_TEST(cases[0].graph.filename() == "a.yaml");
+  BOOST_TEST(cases[8].graph.filename() == "b.yaml");
+  BOOST_TEST(cases[7].against == 0U);
+  BOOST_TEST(cases[8].against == 8U);
+  // The last axis goes fastest, methods slowest; the command line comes last, so that it wins.
+  const CompareCase& c = cases[8 + 4 + 2 + 0];
+  BOOST_REQUIRE(c.overrides.over.size() == 1U);
+  BOOST_TEST(c.overrides.over[0].filename() == "line.yaml");
+  const std::vector<std::string> set{"x.p=3 mm", "x.q='2'", "y.q='2'", "x.r=[1, 2]", "x.p=4 mm"};
+  BOOST_TEST(c.overrides.set == set, boost::test_tools::per_element());
+  BOOST_TEST(c.setting == "line x.q, y.q='2' x.r=[1, 2]");
+}
+
+BOOST_AUTO_TEST_CASE(without_methods_and_values_the_graphs_run_as_they_are) {
+  const StudyFile file;
+  const std::vector<CompareCase> cases = study_cases(file.load("graphs: [a.yaml]\n"), {});
+  BOOST_REQUIRE(cases.size() == 1U);
+  BOOST_TEST(cases[0].overrides.over.empty());
+  BOOST_TEST(cases[0].overrides.set.empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_bad_study_is_refused_with_every_place) {
+  const StudyFile file;
+  BOOST_TEST(file.error("graphs: [a.yaml, c.yaml]\n").find("study.yaml:1:18: graphs: expected a file that exists") !=
+             std::string::npos);
+  BOOST_TEST(file.error("graphs: [a.yaml, more/a.yaml]\n").find("1:18: graphs: expected files of different names") !=
+             std::string::npos);
+  BOOST_TEST(file.error("title: x\n").find("expected the key graphs") != std::string::npos);
+  const std::string all = file.error("graphs: a.yaml\nvary: {x.p: 3}\nseeds: 0\nseed: 1\nset: [1]\nmethods: []\n");
+  for (const char* text :
+       {"1:9: graphs: expected a list", "2:13: vary.x.p: expected a list of values", "3:8: seeds: expected", "4:1",
+        "5:6: set: expected a map", "6:10: methods: expected a list"}) {
+    BOOST_TEST(all.find(text) != std::string::npos, text << " in " << all);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(ratios_are_geometric_means_over_seeds_and_over_graphs) {
+  StudySpec spec;
+  spec.graphs = {"a.yaml", "b.yaml"};
+  spec.methods = {"hold.yaml", "line.yaml"};
+  const Study study = make_study(spec, comparison());
+  BOOST_REQUIRE(study.ratios.size() == 4U);
+  BOOST_TEST(study.ratios[0].delivered->ratio == 1.0);
+  // 1/2 and 1/4: sqrt(1/8); 4 and 2: sqrt(8).
+  BOOST_TEST(std::abs(study.ratios[1].delivered->ratio - std::sqrt(0.125)) < 1e-12);
+  BOOST_TEST(std::abs(study.ratios[3].delivered->ratio - std::sqrt(8.0)) < 1e-12);
+  // Over the graphs: sqrt(1/2 * 4) with the first seed, sqrt(1/4 * 2) with the second.
+  const GeometricMean over = *study.settings[1].over_graphs.delivered;
+  BOOST_TEST(std::abs(over.ratio - 1) < 1e-12);
+  // Two logs of +-ln(2)/2: t(0.975, 1) = 12.706, standard deviation ln(2)/sqrt(2), over sqrt(2) seeds.
+  BOOST_TEST(std::abs(std::log(over.high) - 12.7062 * std::log(2.0) / 2) < 1e-4);
+  BOOST_TEST(std::abs(over.low * over.high - 1) < 1e-12);
+  // A ratio to or from nothing is none.
+  BOOST_TEST(!study.ratios[1].one_step);
+  BOOST_TEST(!study.settings[1].over_graphs.one_step);
+  BOOST_TEST(study.ratios[3].one_step->ratio == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(the_table_file_has_a_line_a_run_with_its_values_quoted_where_needed) {
+  StudySpec spec;
+  spec.graphs = {"a.yaml", "b.yaml"};
+  spec.vary = {{{"x.p", "y.p"}, {"[1, 2]", "3"}}};
+  Comparison figures = comparison();
+  figures.rows[3].values[1][1] = std::numeric_limits<double>::quiet_NaN();
+  const std::string csv = study_csv(make_study(spec, figures));
+  BOOST_TEST(csv ==
+             "graph,method,\"x.p, y.p\",seed,delivered.force.rms_error_N,one_step.force.rms_error_N\n"
+             "a,,\"[1, 2]\",7,0.2,1\na,,\"[1, 2]\",8,0.4,1\na,,3,7,0.1,0\na,,3,8,0.1,1\n"
+             "b,,\"[1, 2]\",7,1,1\nb,,\"[1, 2]\",8,1,1\nb,,3,7,4,1\nb,,3,8,2,\n");
+}

@@ -1,0 +1,89 @@
+"""What scripts/results makes of studies, on figures made up by hand."""
+import gzip
+import importlib.machinery
+import importlib.util
+import math
+import pathlib
+import tempfile
+import unittest
+
+SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/results"
+spec = importlib.util.spec_from_loader("results", importlib.machinery.SourceFileLoader("results", str(SCRIPT)))
+results = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(results)
+
+FIGURES = ("delivered.force.rms_error_N", "delivered.force.delay_ms", "delivered.force.rms_d2_N_per_ms2",
+           "delivered.force.max_step_N", "delivered.force.error_above_30hz_N", "delivered.force.share_beyond_jnd",
+           "delivered.force.overshoot_after_loss_N", "method_us_per_result", "method_us_per_tick", "contacts.max")
+
+
+def ratio(value, width=0.01):
+    return {"ratio": value, "low": value - width, "high": value + width, "count": 20}
+
+
+def found():
+    """Two scenes; methods by the ratio of their error and their run time a tick. Only the first scene has contacts."""
+    methods = {"hold": (1.0, 0.1), "line": (0.9, 0.3), "worse": (0.95, 0.3), "dear": (0.5, 2.0), "floor": (0.1, 0.1)}
+    rows = []
+    for scene, scale in (("wall", 1.0), ("air", 4.0)):
+        for method, (error, us) in methods.items():
+            figures = {name: {"mean": 1.0} for name in FIGURES}
+            figures["delivered.force.rms_error_N"]["mean"] = error * scale
+            figures["delivered.force.max_step_N"]["mean"] = scale if method == "hold" else 3.0
+            figures["delivered.force.overshoot_after_loss_N"]["mean"] = scale
+            figures["method_us_per_tick"]["mean"] = us
+            figures["contacts.max"]["mean"] = 2 if scene == "wall" else 0
+            rows.append({"graph": scene, "method": method, "title": f"what {method} is", "figures": figures,
+                         "against_first": {"ratio": {"delivered_rms": ratio(error)}}})
+    return {"settings": [{"method": m, "over_graphs": {"delivered_rms": ratio(e)}} for m, (e, _) in methods.items()],
+            "rows": rows}
+
+
+def cells(table):
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in table.strip().splitlines()]
+
+
+class Methods(unittest.TestCase):
+    def setUp(self):
+        self.methods = results.Methods(found())
+
+    def test_the_front_is_what_nothing_undercuts_in_both_and_fast_physics_is_not_on_it(self):
+        self.assertEqual(self.methods.front(), {"hold", "line", "dear"})
+
+    def test_multiples_of_the_hold_are_geometric_means_over_scenes(self):
+        self.assertAlmostEqual(self.methods.ratio("line", "delivered.force.max_step_N"), math.sqrt(3.0 / 1 * 3.0 / 4))
+        self.assertAlmostEqual(self.methods.ratio("hold", "delivered.force.max_step_N"), 1)
+
+    def test_tables_have_a_row_a_method_in_order(self):
+        for table in (self.methods.errors(), self.methods.qualities(), self.methods.by_scene("delivered.force.delay_ms")):
+            self.assertEqual([row[0] for row in cells(table)[2:]], ["hold", "line", "worse", "dear", "floor"])
+        self.assertEqual(cells(self.methods.errors())[0], ["method", "all", "wall", "air"])
+        self.assertEqual(cells(self.methods.errors())[3], ["line"] + 3 * ["0.900 [0.890, 0.910]"])
+        quality = dict(zip(cells(self.methods.qualities())[0], cells(self.methods.qualities())[3]))
+        self.assertEqual(quality["front"], "front")
+        # Of the scenes with contacts alone.
+        self.assertEqual(quality["pull-in, N"], "1")
+
+    def test_an_interval_without_width_is_its_value(self):
+        self.assertEqual(results.interval(ratio(1.0, 0)), "1.000")
+        self.assertEqual(results.interval(None), "-")
+
+
+class Tables(unittest.TestCase):
+    def test_windows_are_means_over_the_tests_by_removal(self):
+        rows = [{"values": {"refit.remove, prediction.remove": removal, "refit.window": str(window)},
+                 "figures": {"one_step.force.rms_error_N": {"mean": error + test}, "cost_us.refit.median": {"mean": 2.0}}}
+                for window in results.PAPER_WINDOWS for removal, error in (("none", 0.1), ("difference", 0.2)) for test in (0, 1)]
+        table = cells(results.windows({"rows": rows}))
+        self.assertEqual(table[2], ["100", "0.0563", "0.6", "2", "0.7", "2"])
+        self.assertEqual(len(table), 2 + len(results.PAPER_WINDOWS))
+
+    def test_the_length_of_a_recording_is_from_its_first_to_its_last_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "a.csv.gz"
+            file.write_bytes(gzip.compress(b"t_s,x\n25.5,1\n26.0,2\n29.75,3\n"))
+            self.assertEqual(results.length(file), 4.25)
+
+
+if __name__ == "__main__":
+    unittest.main()
