@@ -161,7 +161,7 @@ double error_over_hold(const Refitter::Params& params) {
       refitter.coefficients.clear_pending();
     }
     const Vec3 predicted =
-        step_with(predictor, predictor.force, stamp, forces[t], predictor.forecast).predicted_D_W.force;
+        step_with(predictor, predictor.force, stamp, forces[t], predictor.forecast).predicted_D_W[0].force;
     if (t < 600) continue;
     const Vec3 e = forces[t + 1].force - predicted;
     const Vec3 h = forces[t + 1].force - forces[t].force;
@@ -242,7 +242,7 @@ BENCHMARK(predict_node)->Arg(3)->Arg(10)->Arg(20);
 void bspline_node(benchmark::State& state) {
   BSpline node({}, context());
   std::vector<Forecast> forecasts;
-  for (const Wrench& w : wrenches()) forecasts.push_back({w, w, 0.01});
+  for (const Wrench& w : wrenches()) forecasts.push_back({w, {w}, 0.01});
   step_node(state, node, node.forecast, node.segment, forecasts);
 }
 BENCHMARK(bspline_node);

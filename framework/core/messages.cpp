@@ -22,6 +22,7 @@ void add_twist(std::vector<Field>& fields, std::string_view v, std::string_view 
   add_vec3(fields, w, "rad/s", offset + offsetof(Twist, w));
 }
 
+static_assert(sizeof(Wrench) == 6 * sizeof(double));
 void add_wrench(std::vector<Field>& fields, std::string_view force, std::string_view torque, std::size_t offset) {
   add_vec3(fields, force, "N", offset + offsetof(Wrench, force));
   add_vec3(fields, torque, "N m", offset + offsetof(Wrench, torque));
@@ -176,8 +177,10 @@ template <>
 const MessageType& message_type<Forecast>() {
   static const MessageType type = describe<Forecast>("Forecast", "W", [](auto& f) {
     add_wrench(f, "current_force", "current_torque", offsetof(Forecast, current_D_W));
-    add_wrench(f, "predicted_force", "predicted_torque", offsetof(Forecast, predicted_D_W));
+    // Wrenches in a row, force then torque, one for each step ahead.
+    f.push_back({"predicted", "N, N m", f64, offsetof(Forecast, predicted_D_W), 6 * Forecast::capacity});
     f.push_back({"horizon", "s", f64, offsetof(Forecast, horizon), 1});
+    f.push_back({"count", "1", i32, offsetof(Forecast, count), 1});
     f.push_back({"fallback", "1", i32, offsetof(Forecast, fallback), 1});
   });
   return type;
@@ -188,9 +191,8 @@ const MessageType& message_type<ForceSegment>() {
   static const MessageType type = describe<ForceSegment>("ForceSegment", "W", [](auto& f) {
     f.push_back({"begin", "ns", i64, offsetof(ForceSegment, begin), 1});
     f.push_back({"end", "ns", i64, offsetof(ForceSegment, end), 1});
-    // Four wrenches in a row, force then torque, from the constant to the cubic term.
-    static_assert(sizeof(Wrench) == 6 * sizeof(double));
-    f.push_back({"c", "N, N m", f64, offsetof(ForceSegment, c), 24});
+    // Six wrenches in a row, force then torque, from the constant to the quintic term.
+    f.push_back({"c", "N, N m", f64, offsetof(ForceSegment, c), 36});
   });
   return type;
 }

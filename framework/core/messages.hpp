@@ -155,23 +155,24 @@ struct ArCoefficients {
   double torque_error_variance = 0;  ///< (N m)^2 a sample, of the fit
 };
 
-/// A physics force and what is expected one physics sample later.
+/// A physics force and what is expected of it at the next physics samples.
 struct Forecast {
-  Wrench current_D_W;         ///< on the device, valid at the message's stamp
-  Wrench predicted_D_W;       ///< on the device, expected at stamp + horizon
-  double horizon = 0;         ///< s, the estimated physics period
-  std::int32_t fallback = 0;  ///< 1: the predictor could not be used and a hold stands in for it
-  std::int32_t reserved = 0;
+  static constexpr int capacity = 4;
+  Wrench current_D_W;                          ///< on the device, valid at the message's stamp
+  std::array<Wrench, capacity> predicted_D_W;  ///< on the device, [i - 1] expected at stamp + i horizon, i = 1 .. count
+  double horizon = 0;                          ///< s, > 0, the estimated physics period
+  std::int32_t count = 1;                      ///< entries of `predicted_D_W` in use, 1 to capacity
+  std::int32_t fallback = 0;                   ///< 1: the predictor could not be used and a hold stands in for it
 };
 
-/// A force on the device as a cubic in time: F(t) = c[0] + c[1] s + c[2] s^2 + c[3] s^3 with s = (t - begin) / (end -
+/// A force on the device as a quintic in time: F(t) = c[0] + c[1] s + ... + c[5] s^5 with s = (t - begin) / (end -
 /// begin). Before `begin` it holds F(begin), after `end` it holds F(end).
 /// Its message is stamped valid for the newest device sample that it was made from, so that a pipeline which goes on
 /// sending what it last knew is seen not to be fresh.
 struct ForceSegment {
   Time begin;
   Time end;
-  std::array<Wrench, 4> c{};
+  std::array<Wrench, 6> c{};
 };
 
 /// How far the safety gate of a device lets the pipeline through.

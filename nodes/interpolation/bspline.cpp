@@ -1,32 +1,26 @@
 #include "nodes/interpolation/bspline.hpp"
 
-#include "framework/core/segment.hpp"
+#include "nodes/interpolation/force_state.hpp"
 #include "nodes/interpolation/not_finite.hpp"
 
 namespace tactor {
 
-std::array<Wrench, 4> bspline_cubic(const std::array<Wrench, 4>& P) {
+std::array<Wrench, 6> bspline_cubic(const std::array<Wrench, 4>& P) {
   return {(1.0 / 6.0) * (P[0] + 4.0 * P[1] + P[2]), 0.5 * (P[2] - P[0]), 0.5 * (P[0] - 2.0 * P[1] + P[2]),
           (1.0 / 6.0) * ((P[3] - P[0]) + 3.0 * (P[1] - P[2]))};
 }
 
-std::array<Wrench, 4> bspline_continued(const Wrench& value, const Wrench& slope, const Wrench& curvature,
+std::array<Wrench, 6> bspline_continued(const Wrench& value, const Wrench& slope, const Wrench& curvature,
                                         const Wrench& next) {
   const Wrench P1 = value - (1.0 / 6.0) * curvature;
   const Wrench P2 = P1 + slope + 0.5 * curvature;
   const Wrench P0 = P1 - slope + 0.5 * curvature;
-  std::array<Wrench, 4> c = bspline_cubic({P0, P1, P2, next});
+  std::array<Wrench, 6> c = bspline_cubic({P0, P1, P2, next});
   // The join is exact by construction; the control points would give it up to rounding.
   c[0] = value;
   c[1] = slope;
   c[2] = 0.5 * curvature;
   return c;
-}
-
-std::array<Wrench, 4> hermite_to(const Wrench& value, const Wrench& slope, const std::array<Wrench, 4>& c) {
-  const Wrench change = c[0] + c[1] + c[2] + c[3] - value;
-  const Wrench end_slope = c[1] + 2.0 * c[2] + 3.0 * c[3];
-  return {value, slope, 3.0 * change - 2.0 * slope - end_slope, slope + end_slope - 2.0 * change};
 }
 
 NodeInfo BSpline::declare() {
@@ -63,21 +57,9 @@ BSpline::BSpline(const Params& params, const NodeContext& context)
 ForceSegment BSpline::as_printed(const Forecast& f, Time begin, Duration length) {
   if (!any_) control_.fill(f.current_D_W);
   // `control_` holds P_0..P_3 of the segment before; each moves on by one place.
-  control_ = {control_[1], control_[2], control_[3], f.predicted_D_W};
+  control_ = {control_[1], control_[2], control_[3], f.predicted_D_W[0]};
   if (params_.control_points == ControlPoints::mixed) control_[2] = f.current_D_W;
   return {begin, begin + length, bspline_cubic(control_)};
-}
-
-BSpline::Displayed BSpline::displayed(Time now, Duration length) const {
-  Displayed d{evaluate(curve_, now), {}, {}};
-  // On time counts as still moving; only a value held beyond the end is at rest.
-  if (!any_ || now > curve_.end) return d;
-  const double u = normalised_time(curve_, now);
-  const double ratio = length.seconds() / (curve_.end - curve_.begin).seconds();
-  const std::array<Wrench, 4>& c = curve_.c;
-  d.slope = ratio * (c[1] + u * (2.0 * c[2] + (3.0 * u) * c[3]));
-  d.curvature = (ratio * ratio) * (2.0 * c[2] + (6.0 * u) * c[3]);
-  return d;
 }
 
 void BSpline::step(StepContext& context) {
@@ -85,18 +67,22 @@ void BSpline::step(StepContext& context) {
   if (newest == nullptr) return;
   const Time now = context.now();
   Forecast f = newest->value;
-  if (!torque_) f.current_D_W.torque = f.predicted_D_W.torque = {};
+  if (!torque_) f.current_D_W.torque = f.predicted_D_W[0].torque = {};
   period_.update(newest->stamp.valid);
-  if (const auto passed_on = segment_if_not_finite(now, {f.current_D_W, f.predicted_D_W})) {
+  if (const auto passed_on = segment_if_not_finite(now, {f.current_D_W, f.predicted_D_W[0]})) {
     segment.send(newest->stamp.valid, *passed_on);
     return;
   }
   if (any_ && now > curve_.end) ++late_;
   if (any_ && now < curve_.end) ++early_;
-  const Displayed d = displayed(now, period_.value());
-  curve_ = as_printed(f, now, period_.value());
-  if (params_.join == Join::hermite) curve_.c = hermite_to(d.value, d.slope, curve_.c);
-  if (params_.join == Join::continuous) curve_.c = bspline_continued(d.value, d.slope, d.curvature, f.predicted_D_W);
+  const ForceState from = displayed(curve_, now);
+  const Duration length = period_.value();
+  const double T = length.seconds();
+  curve_ = as_printed(f, now, length);
+  if (params_.join == Join::hermite) curve_ = cubic_between(now, length, from, displayed(curve_, curve_.end));
+  if (params_.join == Join::continuous) {
+    curve_.c = bspline_continued(from.value, T * from.rate, (T * T) * from.curvature, f.predicted_D_W[0]);
+  }
   any_ = true;
   segment.send(newest->stamp.valid, curve_);
 }

@@ -11,17 +11,13 @@ namespace tactor {
 /// The coefficients of 1, u, u^2, u^3, 0 <= u <= 1, of the uniform cubic B-spline segment on the control points
 /// P_0..P_3: B(u) = ((1-u)^3 P_0 + (3u^3 - 6u^2 + 4) P_1 + (-3u^3 + 3u^2 + 3u + 1) P_2 + u^3 P_3) / 6. Source: Hou and
 /// Sourina, "Real-time Adaptive Prediction Method for Smooth Haptic Rendering", its B-spline equation.
-std::array<Wrench, 4> bspline_cubic(const std::array<Wrench, 4>& control);
+std::array<Wrench, 6> bspline_cubic(const std::array<Wrench, 4>& control);
 
 /// The B-spline segment towards the control point P_3 that goes on from a curve with C2: `value`, and `slope` and
 /// `curvature` per knot interval (multiplied by T and T^2). These three are the control points P_0, P_1, P_2 of
 /// exactly one uniform B-spline, P_1 = value - curvature / 6, P_2 - P_0 = 2 slope, P_0 - 2 P_1 + P_2 = curvature.
-std::array<Wrench, 4> bspline_continued(const Wrench& value, const Wrench& slope, const Wrench& curvature,
+std::array<Wrench, 6> bspline_continued(const Wrench& value, const Wrench& slope, const Wrench& curvature,
                                         const Wrench& next);
-
-/// The cubic from `value` and `slope` (per interval) to the value and slope at the end of the cubic `c`: C1 at the
-/// start.
-std::array<Wrench, 4> hermite_to(const Wrench& value, const Wrench& slope, const std::array<Wrench, 4>& c);
 
 /// interpolation.bspline: one segment for each forecast, as long as the estimated physics period.
 class BSpline final : public Node {
@@ -42,12 +38,7 @@ class BSpline final : public Node {
   Output<ForceSegment> segment;
 
  private:
-  /// The displayed curve at one time, its derivatives per interval of a length.
-  struct Displayed {
-    Wrench value, slope, curvature;
-  };
   [[nodiscard]] ForceSegment as_printed(const Forecast& f, Time begin, Duration length);
-  [[nodiscard]] Displayed displayed(Time now, Duration length) const;
 
   Params params_;
   bool torque_;

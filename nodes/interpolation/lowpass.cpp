@@ -29,11 +29,11 @@ NodeInfo LowPass::declare() {
 LowPass::LowPass(const Params& params, const NodeContext&)
     : tau_(params.time_constant.seconds()), tick_(Duration::from_rate(params.rate)) {}
 
-LowPass::State LowPass::after(const State& state, double h) const {
+ForceState LowPass::after(const ForceState& state, double h) const {
   const double decay = std::exp(-h / tau_);
   const Wrench e = state.value - target_;
   const Wrench slope = state.rate + (1.0 / tau_) * e;
-  return {target_ + decay * (e + h * slope), decay * (state.rate - (h / tau_) * slope)};
+  return {target_ + decay * (e + h * slope), decay * (state.rate - (h / tau_) * slope), {}};
 }
 
 void LowPass::step(StepContext& context) {
@@ -49,15 +49,7 @@ void LowPass::step(StepContext& context) {
   running_ = true;
   last_ = now;
   target_ = newest->value.current_D_W;
-  const double h = tick_.seconds();
-  const State end = after(state_, h);
-  const Wrench change = end.value - state_.value;
-  const Wrench begin_slope = h * state_.rate;
-  const Wrench end_slope = h * end.rate;
-  segment.send(newest->stamp.valid, {now,
-                                     now + tick_,
-                                     {state_.value, begin_slope, 3.0 * change - 2.0 * begin_slope - end_slope,
-                                      begin_slope + end_slope - 2.0 * change}});
+  segment.send(newest->stamp.valid, cubic_between(now, tick_, state_, after(state_, tick_.seconds())));
 }
 
 }  // namespace tactor

@@ -3,6 +3,7 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
+#include "nodes/interpolation/force_state.hpp"
 
 namespace tactor {
 
@@ -24,15 +25,12 @@ class LowPass final : public Node {
   Output<ForceSegment> segment;
 
  private:
-  struct State {
-    Wrench value;  // N, N m
-    Wrench rate;   // N/s, N m/s
-  };
-  [[nodiscard]] State after(const State& state, double h) const;
+  // Value and rate of the filter h seconds later; the curvature is not followed.
+  [[nodiscard]] ForceState after(const ForceState& state, double h) const;
 
   double tau_;  // s
   Duration tick_;
-  State state_;
+  ForceState state_;
   Wrench target_;
   Time last_;
   bool running_ = false;

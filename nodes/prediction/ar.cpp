@@ -46,8 +46,8 @@ Vec3 weighed(Products products, std::span<const double, ArCoefficients::capacity
   }
 }
 
-// How many periods of its grid the model is iterated at most to reach the horizon.
-constexpr int most_steps = 8;
+// How many periods of its grid the model is iterated at most to reach the last step.
+constexpr int most_steps = 16;
 
 }  // namespace
 
@@ -60,7 +60,7 @@ NodeInfo ArPredictor::declare() {
       "set for all axes, one an axis or a matrix a lag, on which grid of times) and are applied so; until the first "
       "arrive, the fixed ones serve. Where they were fitted to resampled forces, the history is interpolated "
       "linearly at t, t - T, t - 2 T, ..., T the period of the grid, and the model is iterated to the estimated "
-      "physics period, 8 T at most. It holds where the history is shorter than the order, where the refitter found "
+      "physics periods, 16 T at most. It holds where the history is shorter than the order, where the refitter found "
       "nothing to fit, and where a result is not finite; a result beyond the device's limits is shortened to them. "
       "With fixed coefficients, for a motion known beforehand and for comparison; refitted, for forces with a "
       "texture or a tremor of their own.\n"
@@ -131,7 +131,7 @@ Wrench ArPredictor::mean() const {
   return (1.0 / static_cast<double>(n)) * sum;
 }
 
-Predictor::Outcome ArPredictor::predict(Duration horizon, Wrench& predicted) {
+Predictor::Outcome ArPredictor::predict(Duration horizon, std::span<Wrench> predicted) {
   const int order = std::max(model_.force_order, torque() ? model_.torque_order : 0);
   const bool difference = model_.removal == Removal::difference;
   constexpr std::size_t capacity = ArCoefficients::max_order + 1;
@@ -144,10 +144,12 @@ Predictor::Outcome ArPredictor::predict(Duration horizon, Wrench& predicted) {
   std::array<Wrench, capacity + most_steps> past;
   for (std::size_t i = 0; i < needed; ++i) past[needed - 1 - i] = newest_first[i];
 
-  // On a grid the horizon is a number of its periods, on samples as they come it is one.
-  const double steps =
-      model_.grid_period > 0 ? std::min<double>(horizon.seconds() / model_.grid_period, most_steps) : 1.0;
-  const auto whole = static_cast<std::size_t>(std::ceil(steps));
+  // On a grid a step is a number of its periods, on samples as they come it is one.
+  const double per_step = model_.grid_period > 0 ? horizon.seconds() / model_.grid_period : 1.0;
+  const auto reach = [per_step](std::size_t i) {
+    return std::min<double>(static_cast<double>(i + 1) * per_step, most_steps);
+  };
+  const auto whole = static_cast<std::size_t>(std::ceil(reach(predicted.size() - 1)));
   for (std::size_t step = 0; step < whole; ++step) {
     const std::size_t now = needed - 1 + step;
     Wrench next = difference ? past[now] : level;
@@ -162,9 +164,12 @@ Predictor::Outcome ArPredictor::predict(Duration horizon, Wrench& predicted) {
     if (torque()) sum(model_.torque_order, model_.torque, &Wrench::torque);
     past[now + 1] = next;
   }
-  const Wrench& end = past[needed - 1 + whole];
-  const Wrench& before = past[needed + whole - 2];
-  predicted = end + (static_cast<double>(whole) - steps) * (before - end);
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    const auto next = static_cast<std::size_t>(std::ceil(reach(i)));
+    const Wrench& end = past[needed - 1 + next];
+    const Wrench& before = past[needed + next - 2];
+    predicted[i] = end + (static_cast<double>(next) - reach(i)) * (before - end);
+  }
   return model_.force_order < 1 || (torque() && model_.torque_order < 1) ? Outcome::held : Outcome::predicted;
 }
 

@@ -14,7 +14,7 @@ class HoldPredictor final : public Predictor {
 
  private:
   void take(const Stamped<Wrench>&) override {}
-  Outcome predict(Duration, Wrench&) override { return Outcome::predicted; }
+  Outcome predict(Duration, std::span<Wrench>) override { return Outcome::predicted; }
 };
 
 }  // namespace tactor

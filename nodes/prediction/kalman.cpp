@@ -67,10 +67,13 @@ void KalmanPredictor::take(const Stamped<Wrench>& sample) {
   ++seen_;
 }
 
-Predictor::Outcome KalmanPredictor::predict(Duration horizon, Wrench& predicted) {
+Predictor::Outcome KalmanPredictor::predict(Duration horizon, std::span<Wrench> predicted) {
   if (seen_ < 2) return Outcome::warm_up;
-  predicted.force = force_.ahead(horizon.seconds());
-  if (torque()) predicted.torque = torque_.ahead(horizon.seconds());
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    const double ahead = static_cast<double>(i + 1) * horizon.seconds();
+    predicted[i].force = force_.ahead(ahead);
+    if (torque()) predicted[i].torque = torque_.ahead(ahead);
+  }
   return Outcome::predicted;
 }
 

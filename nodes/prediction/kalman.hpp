@@ -24,7 +24,7 @@ class KalmanPredictor final : public Predictor {
 
  private:
   void take(const Stamped<Wrench>& sample) override;
-  Outcome predict(Duration horizon, Wrench& predicted) override;
+  Outcome predict(Duration horizon, std::span<Wrench> predicted) override;
 
   TrendFilter force_;
   TrendFilter torque_;

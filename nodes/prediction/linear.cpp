@@ -20,9 +20,11 @@ void LinearPredictor::take(const Stamped<Wrench>& sample) {
   seen_ = std::min(seen_ + 1, 2);
 }
 
-Predictor::Outcome LinearPredictor::predict(Duration horizon, Wrench& predicted) {
+Predictor::Outcome LinearPredictor::predict(Duration horizon, std::span<Wrench> predicted) {
   if (seen_ < 2) return Outcome::warm_up;
-  predicted = last_.value + horizon.seconds() * rate_;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    predicted[i] = last_.value + (static_cast<double>(i + 1) * horizon.seconds()) * rate_;
+  }
   return Outcome::predicted;
 }
 

@@ -14,7 +14,7 @@ class LinearPredictor final : public Predictor {
 
  private:
   void take(const Stamped<Wrench>& sample) override;
-  Outcome predict(Duration horizon, Wrench& predicted) override;
+  Outcome predict(Duration horizon, std::span<Wrench> predicted) override;
 
   Stamped<Wrench> last_;
   Wrench rate_;  // N/s and N m/s, over the last interval

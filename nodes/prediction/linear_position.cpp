@@ -76,13 +76,17 @@ void LinearPositionPredictor::take(const Stamped<Wrench>& sample) {
   if (torque()) torque_secant_.take(sample.value.torque, way.torque);
 }
 
-Predictor::Outcome LinearPositionPredictor::predict(Duration horizon, Wrench& predicted) {
-  Pose ahead;
+Predictor::Outcome LinearPositionPredictor::predict(Duration horizon, std::span<Wrench> predicted) {
   if (!force_secant_.known() && !torque_secant_.known()) return Outcome::warm_up;
-  if (!track_.at(newest_.stamp.valid + horizon, ahead)) return Outcome::held;
-  const Wrench way = displacement(X_WD_, ahead);
-  if (force_secant_.known()) predicted.force += force_secant_.change(way.force, reach_);
-  if (torque_secant_.known()) predicted.torque += torque_secant_.change(way.torque, reach_);
+  Time t = newest_.stamp.valid;
+  for (Wrench& step : predicted) {
+    t = t + horizon;
+    Pose ahead;
+    if (!track_.at(t, ahead)) return Outcome::held;
+    const Wrench way = displacement(X_WD_, ahead);
+    if (force_secant_.known()) step.force += force_secant_.change(way.force, reach_);
+    if (torque_secant_.known()) step.torque += torque_secant_.change(way.torque, reach_);
+  }
   return Outcome::predicted;
 }
 

@@ -48,7 +48,7 @@ class LinearPositionPredictor final : public Predictor {
 
   void read_inputs() override { track_.read(device); }
   void take(const Stamped<Wrench>& sample) override;
-  Outcome predict(Duration horizon, Wrench& predicted) override;
+  Outcome predict(Duration horizon, std::span<Wrench> predicted) override;
 
   DeviceTrack track_;
   Secant force_secant_;

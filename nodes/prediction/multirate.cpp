@@ -25,7 +25,8 @@ NodeInfo MultiratePredictor::declare() {
       "(changes, so that neither the origin nor a constant force matters). a and b are fitted at the physics' rate "
       "by recursive least squares in information form with `forgetting`, from forces within the device's limits, and "
       "the forecast is F_n + y(n + 1), u(n + 1) being the device's displacement from the last sample to the "
-      "forecast's time, or to now where that is still to come. Torque likewise over rotation vectors. `products: "
+      "forecast's time, or to now where that is still to come; further steps go on from there. Torque likewise over "
+      "rotation vectors. `products: "
       "per_axis`, as in the source, fits each axis of the world alone; `axes` shares a and b, is the same in every "
       "rotated frame and learns faster, but takes a surface for equally stiff in all directions. It holds until it "
       "has seen three samples a parameter, and where the roots of a are not inside the unit circle. For pressing and "
@@ -81,14 +82,11 @@ void MultiratePredictor::learn(Part& part, const Vec3& change, const Vec3& way) 
   }
 }
 
-Predictor::Outcome MultiratePredictor::foresee(Part& part, const Vec3& way, Vec3& predicted) const {
+Predictor::Outcome MultiratePredictor::foresee(const Part& part, std::span<const Wrench> ways, Vec3 Wrench::*member,
+                                               std::span<Wrench> predicted) const {
   const int parameters = params_.order + params_.input_order;
-  Terms ways = part.ways;
-  shift_in(ways, way);
-  const auto z = terms({}, part.changes.data(), ways.data());
   const bool shared = part.models.size() == 1;
   Outcome outcome = Outcome::predicted;
-  Vec3 next;
   for (std::size_t m = 0; m < part.models.size(); ++m) {
     const RecursiveEquations& model = part.models[m];
     // A force that does not change is held, and nothing needs to be known of it.
@@ -103,17 +101,24 @@ Predictor::Outcome MultiratePredictor::foresee(Part& part, const Vec3& way, Vec3
       outcome = Outcome::held;
       continue;
     }
-    for (std::size_t i = 0; i < static_cast<std::size_t>(parameters); ++i) {
-      const Vec3 change = fit.phi[i] * z[i + 1];
+    Terms changes = part.changes;
+    Terms inputs = part.ways;
+    Vec3 sum;
+    for (std::size_t step = 0; step < predicted.size(); ++step) {
+      shift_in(inputs, ways[step].*member);
+      const auto z = terms({}, changes.data(), inputs.data());
+      Vec3 change;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(parameters); ++i) change += fit.phi[i] * z[i + 1];
+      shift_in(changes, change);
+      sum += change;
+      Vec3& next = predicted[step].*member;
       if (shared) {
-        next += change;
+        next += sum;
       } else {
-        const int axis = static_cast<int>(m);
-        next[axis] += change[axis];
+        next[static_cast<int>(m)] += sum[static_cast<int>(m)];
       }
     }
   }
-  predicted += next;
   return outcome;
 }
 
@@ -134,13 +139,20 @@ void MultiratePredictor::take(const Stamped<Wrench>& sample) {
   if (torque()) learn(torque_part_, newest_.value.torque - last.torque, way.torque);
 }
 
-Predictor::Outcome MultiratePredictor::predict(Duration horizon, Wrench& predicted) {
-  Pose ahead;
+Predictor::Outcome MultiratePredictor::predict(Duration horizon, std::span<Wrench> predicted) {
   if (seen_ <= std::max(params_.order, params_.input_order)) return Outcome::warm_up;
-  if (!track_.at(newest_.stamp.valid + horizon, ahead)) return Outcome::held;
-  const Wrench way = displacement(X_WD_, ahead);
-  const Outcome of_force = foresee(force_part_, way.force, predicted.force);
-  const Outcome of_torque = torque() ? foresee(torque_part_, way.torque, predicted.torque) : Outcome::predicted;
+  std::array<Wrench, Forecast::capacity> ways;
+  Pose from = X_WD_;
+  Time t = newest_.stamp.valid;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    t = t + horizon;
+    Pose to;
+    if (!track_.at(t, to)) return Outcome::held;
+    ways[i] = displacement(from, to);
+    from = to;
+  }
+  const Outcome of_force = foresee(force_part_, ways, &Wrench::force, predicted);
+  const Outcome of_torque = torque() ? foresee(torque_part_, ways, &Wrench::torque, predicted) : Outcome::predicted;
   return of_force != Outcome::predicted ? of_force : of_torque;
 }
 

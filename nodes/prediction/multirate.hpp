@@ -40,11 +40,13 @@ class MultiratePredictor final : public Predictor {
   // The regressors of the change after `changes`, `ways` beginning with its own.
   std::array<Vec3, 2 * max_terms + 1> terms(const Vec3& target, const Vec3* changes, const Vec3* ways) const;
   void learn(Part& part, const Vec3& change, const Vec3& way);
-  Outcome foresee(Part& part, const Vec3& way, Vec3& predicted) const;
+  // Adds to each step what its model expects of one part of the wrench, given the device's ways from step to step.
+  Outcome foresee(const Part& part, std::span<const Wrench> ways, Vec3 Wrench::*member,
+                  std::span<Wrench> predicted) const;
 
   void read_inputs() override { track_.read(device); }
   void take(const Stamped<Wrench>& sample) override;
-  Outcome predict(Duration horizon, Wrench& predicted) override;
+  Outcome predict(Duration horizon, std::span<Wrench> predicted) override;
 
   Params params_;
   DeviceTrack track_;

@@ -1,5 +1,7 @@
 #include "nodes/prediction/predictor.hpp"
 
+#include <algorithm>
+
 namespace tactor {
 
 void Predictor::step(StepContext&) {
@@ -15,15 +17,20 @@ void Predictor::step(StepContext&) {
   }
   if (!any) return;
   const Duration horizon = period_.value();
-  Forecast f{sample.value, sample.value, horizon.seconds()};
+  Forecast f;
+  f.current_D_W = sample.value;
+  f.horizon = horizon.seconds();
+  f.count = steps_;
+  const std::span<Wrench> predicted = std::span(f.predicted_D_W).first(static_cast<std::size_t>(steps_));
+  std::fill(predicted.begin(), predicted.end(), sample.value);
   bool held = !usable;
   if (usable) {
-    const Outcome outcome = predict(horizon, f.predicted_D_W);
+    const Outcome outcome = predict(horizon, predicted);
     if (outcome == Outcome::warm_up) guard_.count_warm_up();
     if (outcome == Outcome::held) guard_.count_held();
     held = outcome != Outcome::predicted;
   }
-  const bool mended = guard_.mend(f.current_D_W, f.predicted_D_W);
+  const bool mended = guard_.mend(f.current_D_W, predicted);
   f.fallback = held || mended ? 1 : 0;
   forecast.send(sample.stamp.valid, f);
 }

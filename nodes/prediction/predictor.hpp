@@ -1,6 +1,8 @@
 // What every predictor of forces does alike: it takes samples in and sends one forecast a step.
 #pragma once
 
+#include <span>
+
 #include "framework/core/messages.hpp"
 #include "framework/node/new_messages.hpp"
 #include "framework/node/period_parameters.hpp"
@@ -8,8 +10,10 @@
 
 namespace tactor {
 
-/// The parameters of a predictor of one physics period ahead.
-struct PredictorParams : PeriodOptions, ForceLimits {};
+/// The parameters of a predictor of the next physics periods.
+struct PredictorParams : PeriodOptions, ForceLimits {
+  std::int32_t steps = 3;  ///< periods ahead, 1 to Forecast::capacity
+};
 
 /// The base of a predictor. It drains the samples, keeps those out that are not finite, estimates the period, holds
 /// what the derived class has nothing to say of, and keeps what is sent within the device's limits.
@@ -29,21 +33,22 @@ class Predictor : public Node {
   };
 
   Predictor(const PredictorParams& params, const NodeContext& context)
-      : guard_(params, context.torque), period_(params) {}
+      : guard_(params, context.torque), period_(params), steps_(params.steps) {}
 
   /// Called at the start of each step, before the samples: the place to read other inputs.
   virtual void read_inputs() {}
   /// A usable sample, in the order of arrival; its torque is zero in a translation-only scene.
   virtual void take(const Stamped<Wrench>& sample) = 0;
-  /// Writes what is expected `horizon` after the sample taken last; `predicted` comes in as that sample, so that what
-  /// is not written is held. Tells whether any of it had to be.
-  virtual Outcome predict(Duration horizon, Wrench& predicted) = 0;
+  /// Writes to predicted[i - 1] what is expected i `horizon` after the sample taken last; all come in as that sample,
+  /// so that what is not written is held. Tells whether any of it had to be.
+  virtual Outcome predict(Duration horizon, std::span<Wrench> predicted) = 0;
 
   [[nodiscard]] bool torque() const { return guard_.torque(); }
 
  private:
   ForecastGuard guard_;
   PeriodEstimate period_;
+  std::int32_t steps_;
   NewMessages<Wrench> samples_;
 };
 
@@ -57,7 +62,14 @@ Declare<N>& declare_predictor(Declare<N>& node) {
           "force", static_cast<Input<Wrench> N::*>(&N::force),
           {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
       .output("forecast", static_cast<Output<Forecast> N::*>(&N::forecast),
-              "the force and what is expected one physics period later")
+              "the force and what is expected at the next physics periods")
+      .integer(
+          "steps", static_cast<std::int32_t P::*>(&P::steps),
+          {.doc = "physics periods that are predicted: a force is shown from one period after its stamp to two, or "
+                  "later where the next is late",
+           .default_value = 3,
+           .min = 1,
+           .max = Forecast::capacity})
       .real("force_max", static_cast<double P::*>(&P::force_max),
             {.doc = "current and predicted force are shortened to the device's largest force",
              .unit = "N",

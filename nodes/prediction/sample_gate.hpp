@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "framework/core/spatial.hpp"
 #include "framework/node/node.hpp"
@@ -41,14 +42,15 @@ class ForecastGuard {
     return false;
   }
 
-  /// Makes both ones that can be displayed: shortened to the device's limits, `predicted` the current one where it is
-  /// not finite. Returns true where the prediction had to be mended, and counts it.
-  bool mend(Wrench& current, Wrench& predicted) {
-    bool mended = mend(current.force, predicted.force, limits_.force_max);
+  /// Makes all of them ones that can be displayed: shortened to the device's limits, and a step of `predicted` that is
+  /// not finite the one before it (the first the current one). Returns true where a step had to be mended, and counts
+  /// the forecast.
+  bool mend(Wrench& current, std::span<Wrench> predicted) {
+    bool mended = mend(current, predicted, &Wrench::force, limits_.force_max);
     if (torque_) {
-      mended = mend(current.torque, predicted.torque, limits_.torque_max) || mended;
+      mended = mend(current, predicted, &Wrench::torque, limits_.torque_max) || mended;
     } else {
-      predicted.torque = {};
+      for (Wrench& step : predicted) step.torque = {};
     }
     if (mended) ++fallbacks_;
     return mended;
@@ -70,20 +72,25 @@ class ForecastGuard {
   [[nodiscard]] bool torque() const { return torque_; }
 
  private:
-  bool mend(Vec3& current, Vec3& predicted, double limit) {
-    bool mended = false;
-    current = limited(current, limit);
-    if (!is_usable(predicted)) {
-      predicted = current;
-      ++not_finite_;
-      mended = true;
+  bool mend(Wrench& current, std::span<Wrench> predicted, Vec3 Wrench::*part, double limit) {
+    bool not_finite = false;
+    bool clamped = false;
+    current.*part = limited(current.*part, limit);
+    const Wrench* before = &current;
+    for (Wrench& step : predicted) {
+      if (!is_usable(step.*part)) {
+        step.*part = (*before).*part;
+        not_finite = true;
+      }
+      if (norm(step.*part) > limit) {
+        step.*part = limited(step.*part, limit);
+        clamped = true;
+      }
+      before = &step;
     }
-    if (norm(predicted) > limit) {
-      predicted = limited(predicted, limit);
-      ++clamped_;
-      mended = true;
-    }
-    return mended;
+    not_finite_ += not_finite ? 1 : 0;
+    clamped_ += clamped ? 1 : 0;
+    return not_finite || clamped;
   }
 
   ForceLimits limits_;

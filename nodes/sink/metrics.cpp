@@ -200,7 +200,7 @@ void Metrics::report_one_step(Report& report, const Part& part, bool series) con
     if (next == forces_.size()) break;
     if (f.stamp.valid.ns < params_.settle.ns) continue;
     const Vec3 actual = forces_[next].value.*part.member;
-    predicted.push_back(norm(f.value.predicted_D_W.*part.member - actual));
+    predicted.push_back(norm(f.value.predicted_D_W.front().*part.member - actual));
     held.push_back(norm(f.value.current_D_W.*part.member - actual));
     errors.time.push_back(forces_[next].stamp.valid.seconds());
     errors.value.push_back(predicted.back());

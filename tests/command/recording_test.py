@@ -78,7 +78,7 @@ record: [recording.force, prediction.forecast]
         numpy.testing.assert_array_equal(force["force"][:n], force_again["force"][:n])
         n = min(len(forecast), len(forecast_again))
         self.assertGreater(n, 100)
-        numpy.testing.assert_array_equal(forecast["predicted_force"][:n], forecast_again["predicted_force"][:n])
+        numpy.testing.assert_array_equal(forecast["predicted"][:n], forecast_again["predicted"][:n])
 
     @needs_collision
     def test_a_killed_run_leaves_a_readable_file(self):

@@ -53,7 +53,7 @@ void NotFinite::step(StepContext& context) {
   if (params_.is_now(context.now())) {
     infinite_ = !infinite_;
     forecast.current_D_W.force.x = infinite_ ? std::numeric_limits<double>::infinity() : 0.0;
-    forecast.predicted_D_W.force.y = std::numeric_limits<double>::quiet_NaN();
+    forecast.predicted_D_W[0].force.y = std::numeric_limits<double>::quiet_NaN();
   }
   out.send(in.latest()->stamp.valid, forecast);
 }

@@ -14,7 +14,7 @@ using namespace tactor::test;
 namespace {
 
 Forecast forecast_of(double current, double predicted) {
-  return {{{current, 0, 0}, {0, 0, 0.1 * current}}, {{predicted, 0, 0}, {0, 0, 0.1 * predicted}}, 0.01};
+  return {{{current, 0, 0}, {0, 0, 0.1 * current}}, {Wrench{{predicted, 0, 0}, {0, 0, 0.1 * predicted}}}, 0.01};
 }
 
 ForceSegment tick(LowPass& node, Time now) {

@@ -21,7 +21,7 @@ Wrench along_x(double x) {
   return {{x, 0, 0}, {0, 0.1 * x, 0}};
 }
 
-double cubic(const std::array<Wrench, 4>& c, double u) {
+double cubic(const std::array<Wrench, 6>& c, double u) {
   return c[0].force.x + u * (c[1].force.x + u * (c[2].force.x + u * c[3].force.x));
 }
 
@@ -39,7 +39,7 @@ struct Driven {
     return p;
   }
   ForceSegment feed(Time now, const Wrench& current, const Wrench& predicted) {
-    const Forecast f{current, predicted, T};
+    const Forecast f{current, {predicted}, T};
     return step_with(node, node.forecast, {now, now, sequence++}, f, node.segment);
   }
   BSpline node;

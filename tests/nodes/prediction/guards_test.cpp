@@ -79,7 +79,7 @@ BOOST_AUTO_TEST_CASE(no_prediction_is_beyond_the_device_whatever_comes) {
         Chain chain(removal, order);
         for (int t = 0; t < 1500; ++t) {
           const Forecast f = chain.feed(hostile(kind, t, draw));
-          BOOST_REQUIRE_MESSAGE(displayable(f.predicted_D_W) && is_finite(f.current_D_W),
+          BOOST_REQUIRE_MESSAGE(displayable(f.predicted_D_W[0]) && is_finite(f.current_D_W),
                                 "kind " << kind << ", order " << order << ", step " << t);
         }
       }
@@ -103,8 +103,8 @@ BOOST_AUTO_TEST_CASE(one_window_after_trouble_predictions_are_as_if_nothing_had_
         Wrench w{{std::sin(0.2 * t), 2, 0}, {0, 0.1, 0}};
         w.force += noise_a.normal_vector(0.01);
         w.torque += noise_b.normal_vector(0.01);
-        const Vec3 a = troubled.feed(w).predicted_D_W.force;
-        const Vec3 b = calm.feed(w).predicted_D_W.force;
+        const Vec3 a = troubled.feed(w).predicted_D_W[0].force;
+        const Vec3 b = calm.feed(w).predicted_D_W[0].force;
         if (t > window + 2) BOOST_REQUIRE_MESSAGE(norm(a - b) < 1e-6, "kind " << kind << ", step " << t);
       }
     }
@@ -120,7 +120,7 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted_once) {
       const Wrench w{draw.normal_vector(), draw.normal_vector(0.01)};
       const Forecast a = with.feed(w);
       const Forecast b = without.feed(w);
-      BOOST_REQUIRE(norm(a.predicted_D_W.force - b.predicted_D_W.force) == 0.0);
+      BOOST_REQUIRE(norm(a.predicted_D_W[0].force - b.predicted_D_W[0].force) == 0.0);
       if (t == 150) {
         const Forecast bad = with.feed({{0, std::nan(""), 0}, {}});
         BOOST_TEST(norm(bad.current_D_W.force - w.force) == 0.0);
@@ -135,7 +135,7 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted_once) {
 BOOST_AUTO_TEST_CASE(a_force_of_zero_is_held) {
   for (const Removal removal : {Removal::none, Removal::mean, Removal::difference}) {
     Chain chain(removal);
-    for (int t = 0; t < 200; ++t) BOOST_TEST(norm(chain.feed({}).predicted_D_W.force) == 0.0);
+    for (int t = 0; t < 200; ++t) BOOST_TEST(norm(chain.feed({}).predicted_D_W[0].force) == 0.0);
     auto figures = chain.figures();
     BOOST_TEST(figures["refit.rejected"] > 0.0);
     BOOST_TEST(figures["fallbacks"] > 0.0);
@@ -150,7 +150,7 @@ BOOST_AUTO_TEST_CASE(a_constant_force_stays_constant_about_the_mean_and_over_dif
     for (int t = 0; t < 100; ++t) chain.feed({draw.normal_vector(), {}});
     const Vec3 constant{3.0, -1.1, 0.7};
     for (int t = 0; t < 300; ++t) {
-      const Vec3 predicted = chain.feed({constant, {}}).predicted_D_W.force;
+      const Vec3 predicted = chain.feed({constant, {}}).predicted_D_W[0].force;
       if (t > window + 20) BOOST_TEST(norm(predicted - constant) < 1e-9);
     }
   }
@@ -160,7 +160,7 @@ BOOST_AUTO_TEST_CASE(a_constant_force_sags_as_printed_in_the_paper_by_less_than_
   // r_1 / r_0 = (N - 1) / N for a constant, so the prediction of order 1 is short by a share 1 / N.
   Chain chain(Removal::none, 1);
   Vec3 predicted;
-  for (int t = 0; t < 200; ++t) predicted = chain.feed({{3, 0, 0}, {}}).predicted_D_W.force;
+  for (int t = 0; t < 200; ++t) predicted = chain.feed({{3, 0, 0}, {}}).predicted_D_W[0].force;
   BOOST_TEST(std::abs(predicted.x - 3.0 * (window - 1) / window) < 1e-6);
 }
 

@@ -1,4 +1,5 @@
 // What every predictor of the library promises, alone or with every refitter: registering one is what has it tested.
+#include <algorithm>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <limits>
@@ -50,11 +51,9 @@ struct Recipe {
 
 std::unique_ptr<Node> make(const NodeInfo& info, const Choices& choices, double limit) {
   // What makes memories short, so that runs can be, and the limits of the device.
-  const Choices common{{"window", std::int64_t{60}},
-                       {"mean_window", std::int64_t{60}},
-                       {"forgetting", 0.95},
-                       {"force_max", limit},
-                       {"torque_max", limit}};
+  const Choices common{{"window", std::int64_t{60}}, {"mean_window", std::int64_t{60}},
+                       {"forgetting", 0.95},         {"force_max", limit},
+                       {"torque_max", limit},        {"steps", std::int64_t{Forecast::capacity}}};
   std::vector<ParamValue> values;
   for (const ParamInfo& p : info.params) {
     ParamValue value = p.default_value.value();
@@ -227,6 +226,15 @@ double size(const Wrench& w) {
   return norm(w.force) + norm(w.torque);
 }
 
+// Whether all that is forecast is finite, and no part of it longer than `limit`.
+bool within(const Forecast& f, double limit) {
+  std::vector<Wrench> all(f.predicted_D_W.begin(), f.predicted_D_W.begin() + f.count);
+  all.push_back(f.current_D_W);
+  return std::all_of(all.begin(), all.end(), [&](const Wrench& w) {
+    return is_finite(w) && norm(w.force) <= limit * (1 + 1e-12) && norm(w.torque) <= limit * (1 + 1e-12);
+  });
+}
+
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(every_method_and_predictor_is_under_test) {
@@ -250,10 +258,7 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_finite_and_within_the_device_whatever_comes
         Subject subject(recipe);
         for (int t = 0; t < 200; ++t) {
           const Forecast f = subject.feed(clock.next(), unit * hostile(kind, t, draw));
-          const bool good = is_finite(f.predicted_D_W) && is_finite(f.current_D_W) &&
-                            norm(f.predicted_D_W.force) <= 8 * (1 + 1e-12) &&
-                            norm(f.predicted_D_W.torque) <= 8 * (1 + 1e-12) &&
-                            norm(f.current_D_W.force) <= 8 * (1 + 1e-12);
+          const bool good = within(f, 8);
           BOOST_REQUIRE_MESSAGE(good, recipe.name() << ", kind " << kind << ", unit " << unit << ", step " << t);
         }
       }
@@ -272,7 +277,7 @@ BOOST_AUTO_TEST_CASE(times_that_stand_still_jump_or_run_back_do_no_harm) {
       ms += dice < 0.1 ? 0 : dice < 0.2 ? -5 : dice < 0.25 ? 1e-6 : dice < 0.27 ? 5e4 : 10;
       ms = std::max(ms, 0.0);
       const Forecast f = subject.feed(ms, texture.next(), 1);
-      const bool good = is_finite(f.predicted_D_W) && norm(f.predicted_D_W.force) <= 8 * (1 + 1e-12) && f.horizon > 0;
+      const bool good = within(f, 8) && f.horizon > 0;
       BOOST_REQUIRE_MESSAGE(good, recipe.name() << ", step " << t);
     }
   }
@@ -287,11 +292,11 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_held_and_counted_once) {
     for (int t = 0; t < 200; ++t) subject.feed(clock.next(), last = texture.next());
     const Forecast bad = subject.feed(clock.next(), {{0, std::nan(""), 0}, {}});
     BOOST_TEST(size(bad.current_D_W - last) == 0.0, recipe.name());
-    BOOST_TEST(size(bad.predicted_D_W - last) == 0.0, recipe.name());
+    for (const Wrench& step : bad.predicted_D_W) BOOST_TEST(size(step - last) == 0.0, recipe.name());
     BOOST_TEST(bad.fallback == 1, recipe.name());
     BOOST_TEST(subject.figure("prediction.rejected_samples") == 1.0, recipe.name());
     if (recipe.refitter != nullptr) BOOST_TEST(subject.figure("refit.rejected_samples") == 1.0, recipe.name());
-    BOOST_TEST(is_finite(subject.feed(clock.next(), texture.next()).predicted_D_W), recipe.name());
+    BOOST_TEST(is_finite(subject.feed(clock.next(), texture.next()).predicted_D_W[0]), recipe.name());
   }
 }
 
@@ -305,7 +310,9 @@ BOOST_AUTO_TEST_CASE(a_constant_force_is_expected_to_stay_where_nothing_of_its_l
     // A texture first, so that something has been fitted before the force turns constant.
     for (int t = 0; t < 150; ++t) subject.feed(clock.next(), texture.next());
     for (int t = 0; t < 400; ++t) {
-      const double error = size(subject.feed(clock.next(), constant).predicted_D_W - constant);
+      const Forecast f = subject.feed(clock.next(), constant);
+      double error = 0;
+      for (const Wrench& step : f.predicted_D_W) error = std::max(error, size(step - constant));
       if (t > 350) BOOST_REQUIRE_MESSAGE(error < 1e-6, recipe.name() << ": " << error << " at " << t);
     }
   }
@@ -323,7 +330,11 @@ BOOST_AUTO_TEST_CASE(a_ramp_is_met_by_those_that_follow_trends) {
       const double ms = clock.next();
       const Forecast f = subject.feed(ms, ramp(ms));
       if (t < 5) continue;
-      const double error = size(f.predicted_D_W - ramp(ms + 1e3 * f.horizon));
+      double error = 0;
+      for (std::size_t i = 0; i < f.predicted_D_W.size(); ++i) {
+        const double ahead = 1e3 * f.horizon * static_cast<double>(i + 1);
+        error = std::max(error, size(f.predicted_D_W[i] - ramp(ms + ahead)));
+      }
       BOOST_REQUIRE_MESSAGE(error < 1e-6, recipe.name() << ": " << error << " at " << t);
     }
   }
@@ -345,9 +356,12 @@ BOOST_AUTO_TEST_CASE(a_rotated_world_rotates_the_prediction) {
     for (int t = 0; t < 200; ++t) {
       const Wrench w = texture.next();
       const double ms = clock.next();
-      const Wrench a = plain.feed(ms, w).predicted_D_W;
-      const Wrench b = turned.feed(ms, w).predicted_D_W;
-      const double error = size(Wrench{rotate(R, a.force), rotate(R, a.torque)} - b);
+      const auto a = plain.feed(ms, w).predicted_D_W;
+      const auto b = turned.feed(ms, w).predicted_D_W;
+      double error = 0;
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        error = std::max(error, size(Wrench{rotate(R, a[i].force), rotate(R, a[i].torque)} - b[i]));
+      }
       BOOST_REQUIRE_MESSAGE(error < 1e-6, recipe.name() << ": " << error << " at " << t);
     }
   }
@@ -366,8 +380,8 @@ BOOST_AUTO_TEST_CASE(another_unit_of_force_scales_the_prediction) {
       for (int t = 0; t < 150; ++t) {
         const Wrench w = texture.next();
         const double ms = clock.next();
-        const Wrench a = plain.feed(ms, w).predicted_D_W;
-        const Wrench b = scaled.feed(ms, scale * w).predicted_D_W;
+        const Wrench a = plain.feed(ms, w).predicted_D_W[0];
+        const Wrench b = scaled.feed(ms, scale * w).predicted_D_W[0];
         BOOST_REQUIRE_MESSAGE(size(a - (1 / scale) * b) < 1e-9, recipe.name() << " at " << t);
       }
     }
@@ -393,8 +407,8 @@ BOOST_AUTO_TEST_CASE(a_while_after_trouble_predictions_are_as_good_as_without_it
       for (int t = 0; t < 400; ++t) {
         const double ms = clock.next();
         const Wrench next = texture.next();
-        const Vec3 a = troubled.feed(ms, now).predicted_D_W.force - next.force;
-        const Vec3 b = calm.feed(ms, now).predicted_D_W.force - next.force;
+        const Vec3 a = troubled.feed(ms, now).predicted_D_W[0].force - next.force;
+        const Vec3 b = calm.feed(ms, now).predicted_D_W[0].force - next.force;
         now = next;
         if (t < 300) continue;
         troubled_error += dot(a, a);

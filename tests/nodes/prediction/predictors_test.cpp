@@ -1,4 +1,5 @@
 // Each predictor's formula on streams whose next value is known.
+#include <algorithm>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <map>
@@ -45,8 +46,8 @@ BOOST_AUTO_TEST_CASE(hold_expects_the_current_force_and_tells_the_last_interval)
   Driven<HoldPredictor> hold({});
   hold.feed(10, ramp(10));
   const Forecast f = hold.feed(22, ramp(22));
-  BOOST_TEST(near(f.predicted_D_W.force, ramp(22).force));
-  BOOST_TEST(near(f.predicted_D_W.torque, ramp(22).torque));
+  BOOST_TEST(near(f.predicted_D_W[0].force, ramp(22).force));
+  BOOST_TEST(near(f.predicted_D_W[0].torque, ramp(22).torque));
   BOOST_TEST(std::abs(f.horizon - 0.012) < 1e-12);
   BOOST_TEST(f.fallback == 0);
 }
@@ -66,14 +67,14 @@ BOOST_AUTO_TEST_CASE(linear_meets_a_ramp_on_uneven_stamps) {
   linear.feed(0, ramp(0));
   linear.feed(7, ramp(7));
   const Forecast f = linear.feed(20, ramp(20));
-  BOOST_TEST(near(f.predicted_D_W.force, ramp(33).force));
-  BOOST_TEST(near(f.predicted_D_W.torque, ramp(33).torque));
+  BOOST_TEST(near(f.predicted_D_W[0].force, ramp(33).force));
+  BOOST_TEST(near(f.predicted_D_W[0].torque, ramp(33).torque));
 }
 
 BOOST_AUTO_TEST_CASE(linear_holds_before_the_second_sample) {
   Driven<LinearPredictor> linear({});
   const Forecast f = linear.feed(5, ramp(5));
-  BOOST_TEST(near(f.predicted_D_W.force, ramp(5).force));
+  BOOST_TEST(near(f.predicted_D_W[0].force, ramp(5).force));
   BOOST_TEST(f.fallback == 1);
 }
 
@@ -95,9 +96,9 @@ BOOST_AUTO_TEST_CASE(the_same_prediction_has_two_writings) {
   Draw draw(1);
   for (int t = 0; t < 50; ++t) {
     const Wrench w{draw.normal_vector(), draw.normal_vector()};
-    const Vec3 expected = a.feed(t, w).predicted_D_W.force;
-    const Vec3 others[] = {b.feed(t, w).predicted_D_W.force, c.feed(t, w).predicted_D_W.force,
-                           d.feed(t, w).predicted_D_W.force};
+    const Vec3 expected = a.feed(t, w).predicted_D_W[0].force;
+    const Vec3 others[] = {b.feed(t, w).predicted_D_W[0].force, c.feed(t, w).predicted_D_W[0].force,
+                           d.feed(t, w).predicted_D_W[0].force};
     if (t == 0) continue;
     for (const Vec3& other : others) BOOST_TEST(near(other, expected));
   }
@@ -111,8 +112,8 @@ BOOST_AUTO_TEST_CASE(force_and_torque_have_coefficients_of_their_own) {
   Driven<ArPredictor> ar(p);
   ar.feed(0, {{4, 0, 0}, {1, 0, 0}});
   const Forecast f = ar.feed(1, {{8, 0, 0}, {3, 0, 0}});
-  BOOST_TEST(f.predicted_D_W.force.x == 0.5 * 8 + 0.25 * 4);
-  BOOST_TEST(f.predicted_D_W.torque.x == 6.0);
+  BOOST_TEST(f.predicted_D_W[0].force.x == 0.5 * 8 + 0.25 * 4);
+  BOOST_TEST(f.predicted_D_W[0].torque.x == 6.0);
 }
 
 BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
@@ -120,7 +121,7 @@ BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
   for (int t = 0; t < 5; ++t) {
     const Forecast f = ar.feed(t, ramp(t));
     BOOST_TEST(norm(f.current_D_W.torque) == 0.0);
-    BOOST_TEST(norm(f.predicted_D_W.torque) == 0.0);
+    BOOST_TEST(norm(f.predicted_D_W[0].torque) == 0.0);
   }
 }
 
@@ -179,7 +180,7 @@ BOOST_AUTO_TEST_CASE(a_refitted_predictor_follows_a_known_process) {
       predictor.node.coefficients.push(stamp_ms(t), phi);
       refitter.coefficients.clear_pending();
     }
-    expected = predictor.feed(t, x).predicted_D_W.force;
+    expected = predictor.feed(t, x).predicted_D_W[0].force;
     x2 = x1;
     x1 = x;
   }
@@ -273,8 +274,41 @@ BOOST_AUTO_TEST_CASE(coefficients_on_a_grid_are_applied_at_even_times_and_carrie
     ms += interval;
     const Forecast f = ar.feed(ms, ramp(ms));
     if (t < 8) continue;
-    BOOST_TEST(near(f.predicted_D_W.force, ramp(ms + interval).force, 1e-6));
-    BOOST_TEST(near(f.predicted_D_W.torque, ramp(ms + interval).torque, 1e-6));
+    for (int i = 0; i < f.count; ++i) {
+      const Wrench& step = f.predicted_D_W[static_cast<std::size_t>(i)];
+      // 16 periods of 8 ms are as far as the model is carried.
+      const double ahead = std::min(interval * (i + 1), 128.0);
+      BOOST_TEST(near(step.force, ramp(ms + ahead).force, 1e-6));
+      BOOST_TEST(near(step.torque, ramp(ms + ahead).torque, 1e-6));
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(every_step_is_the_recursion_carried_on_and_there_are_as_many_as_asked_for) {
+  ArPredictor::Params p;
+  p.remove = Removal::none;
+  p.force_coefficients = {0.5, 0.25};
+  for (std::int32_t steps = 1; steps <= Forecast::capacity; ++steps) {
+    p.steps = steps;
+    Driven<ArPredictor> ar(p);
+    LinearPredictor::Params lp;
+    lp.steps = steps;
+    Driven<LinearPredictor> linear(lp);
+    ar.feed(0, {{4, 0, 0}, {}});
+    linear.feed(0, {{4, 0, 0}, {}});
+    const Forecast f = ar.feed(10, {{8, 0, 0}, {}});
+    const Forecast line = linear.feed(10, {{8, 0, 0}, {}});
+    BOOST_TEST(f.count == steps);
+    double before = 4;
+    double now = 8;
+    for (std::size_t i = 0; i < Forecast::capacity; ++i) {
+      const double next = 0.5 * now + 0.25 * before;
+      before = now;
+      now = next;
+      const bool used = i < static_cast<std::size_t>(steps);
+      BOOST_TEST(f.predicted_D_W[i].force.x == (used ? now : 0.0));
+      BOOST_TEST(std::abs(line.predicted_D_W[i].force.x - (used ? 8 + 4 * (1.0 + static_cast<double>(i)) : 0)) < 1e-12);
+    }
   }
 }
 
@@ -289,13 +323,13 @@ BOOST_AUTO_TEST_CASE(products_say_what_a_coefficient_multiplies) {
   Driven<ArPredictor> per_axis({});
   per_axis.node.coefficients.configure({QueuePolicy::latest, 1});
   per_axis.node.coefficients.push(stamp_ms(0), &c);
-  BOOST_TEST(near(per_axis.feed(0, x).predicted_D_W.force, {2, 6, 12}));
+  BOOST_TEST(near(per_axis.feed(0, x).predicted_D_W[0].force, {2, 6, 12}));
   c.products = Products::vector;
   for (std::size_t i = 0; i < 9; ++i) c.force[i] = static_cast<double>(i + 1);
   Driven<ArPredictor> matrix({});
   matrix.node.coefficients.configure({QueuePolicy::latest, 1});
   matrix.node.coefficients.push(stamp_ms(0), &c);
-  BOOST_TEST(near(matrix.feed(0, x).predicted_D_W.force, {14, 32, 50}));
+  BOOST_TEST(near(matrix.feed(0, x).predicted_D_W[0].force, {14, 32, 50}));
 }
 
 namespace {
@@ -310,11 +344,14 @@ struct Handled : Driven<N> {
     const double s = 1e-3 * ms;
     return {{0.01 * std::sin(5 * s), 0.02 * s, 0}, from_rotation_vector({0, 0, 0.5 * s})};
   }
-  Forecast feed(double ms, const Wrench& w) {
-    for (; device_ms <= ms + 10; ++device_ms) {
+  void see_device_until(double ms) {
+    for (; device_ms <= ms; ++device_ms) {
       const DeviceState state{path(device_ms), {}, 0, 0};
       this->node.device.push(stamp_ms(device_ms), &state);
     }
+  }
+  Forecast feed(double ms, const Wrench& w) {
+    see_device_until(ms + 10);
     return Driven<N>::feed(ms, w);
   }
   double device_ms = 0;
@@ -341,8 +378,8 @@ BOOST_AUTO_TEST_CASE(linear_position_meets_a_spring_along_a_straight_way) {
     }
     const Forecast f = node.feed(ms, spring(ms));
     if (t < 2) continue;
-    BOOST_TEST(near(f.predicted_D_W.force, spring(ms + 1e3 * f.horizon).force, 1e-6));
-    BOOST_TEST(near(f.predicted_D_W.torque, spring(ms + 1e3 * f.horizon).torque, 1e-6));
+    BOOST_TEST(near(f.predicted_D_W[0].force, spring(ms + 1e3 * f.horizon).force, 1e-6));
+    BOOST_TEST(near(f.predicted_D_W[0].torque, spring(ms + 1e3 * f.horizon).torque, 1e-6));
   }
 }
 
@@ -353,7 +390,7 @@ BOOST_AUTO_TEST_CASE(linear_position_holds_while_the_device_has_hardly_moved_and
   Handled<LinearPositionPredictor> still(p);
   for (int t = 0; t < 20; ++t) {
     const Forecast f = still.feed(10.0 * t, ramp(10.0 * t));
-    BOOST_TEST(near(f.predicted_D_W.force, ramp(10.0 * t).force));
+    BOOST_TEST(near(f.predicted_D_W[0].force, ramp(10.0 * t).force));
     BOOST_TEST(f.fallback == 1);
   }
   p = {};
@@ -363,9 +400,31 @@ BOOST_AUTO_TEST_CASE(linear_position_holds_while_the_device_has_hardly_moved_and
   Wrench before;
   for (int t = 0; t < 20; ++t) {
     const Wrench now = ramp(10.0 * t);
-    const Vec3 step = node.feed(10.0 * t, now).predicted_D_W.force - now.force;
+    const Vec3 step = node.feed(10.0 * t, now).predicted_D_W[0].force - now.force;
     if (t > 1) BOOST_TEST(norm(step) <= 0.5 * norm(now.force - before.force) + 1e-9);
     before = now;
+  }
+}
+
+BOOST_AUTO_TEST_CASE(every_step_follows_the_device_as_far_as_its_way_is_known) {
+  // Four steps of 10 ms, and a device whose state is known 40 ms beyond the sample.
+  const auto wall = [](double ms) {
+    const auto x = [](double s) { return Handled<MultiratePredictor>::path(s).p; };
+    return Wrench{-300 * x(ms) - 40 * (x(ms) - x(ms - 10)), {}};
+  };
+  MultiratePredictor::Params p;
+  p.steps = Forecast::capacity;
+  Handled<MultiratePredictor> node(p);
+  for (int t = 1; t < 200; ++t) {
+    const double ms = 10.0 * t;
+    node.see_device_until(ms + 40);
+    const Forecast f = node.feed(ms, wall(ms));
+    if (t <= 50) continue;
+    for (std::size_t i = 0; i < f.predicted_D_W.size(); ++i) {
+      const Vec3 expected = wall(ms + 10 * (1.0 + static_cast<double>(i))).force;
+      const double held = norm(wall(ms).force - expected);
+      BOOST_TEST(norm(f.predicted_D_W[i].force - expected) < 1e-2 * held + 1e-4, "step " << t << ", " << i);
+    }
   }
 }
 
@@ -383,7 +442,7 @@ BOOST_AUTO_TEST_CASE(multirate_learns_a_spring_and_damper_and_knows_the_force_fr
     for (int t = 1; t < 200; ++t) {
       const double ms = 10.0 * t;
       const Forecast f = node.feed(ms, wall(ms));
-      const double error = norm(f.predicted_D_W.force - wall(ms + 10).force);
+      const double error = norm(f.predicted_D_W[0].force - wall(ms + 10).force);
       const double held = norm(wall(ms).force - wall(ms + 10).force);
       if (t > 50) BOOST_TEST(error < 1e-2 * held, "step " << t << ": " << error << " for " << held);
     }

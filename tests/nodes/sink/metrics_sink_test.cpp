@@ -54,8 +54,8 @@ void run(Metrics& sink) {
       const Stamp late{now.valid, now.valid + Duration{10'000'000}, static_cast<std::uint64_t>(ms)};
       const Wrench force = truth(ms);
       sink.force.push(late, &force);
-      Forecast f{force, truth(ms + 10), 0.01};
-      f.predicted_D_W.force.z += 0.03;
+      Forecast f{force, {truth(ms + 10)}, 0.01};
+      f.predicted_D_W[0].force.z += 0.03;
       sink.forecast.push(late, &f);
       PhysicsState state;
       state.contacts = ms < 2000 ? 4 : 7;
