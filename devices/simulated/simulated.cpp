@@ -81,7 +81,7 @@ NodeInfo SimulatedDevice::declare() {
             {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
                     "velocity: less is smoother and later",
              .unit = "m",
-             .default_value = 4e-6,
+             .default_value = 2e-6,
              .min = 0,
              .max = 1,
              .above_min = true})

@@ -212,8 +212,8 @@ const MessageType* find_message_type(std::string_view name) {
   for (const MessageType* type :
        {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(), &message_type<CouplingLaw>(),
         &message_type<PhysicsState>(), &message_type<BodyStates>(), &message_type<ContactSet>(),
-        &message_type<LocalContacts>(), &message_type<LocalModel>(), &message_type<ArCoefficients>(), &message_type<Forecast>(), &message_type<ForceSegment>(),
-        &message_type<SafetyState>()}) {
+        &message_type<LocalContacts>(), &message_type<LocalModel>(), &message_type<ArCoefficients>(),
+        &message_type<Forecast>(), &message_type<ForceSegment>(), &message_type<SafetyState>()}) {
     if (type->name == name) return type;
   }
   return nullptr;

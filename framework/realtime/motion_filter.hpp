@@ -8,8 +8,8 @@
 
 namespace tactor {
 
-/// Estimates position, rate and acceleration of one kind of motion, translation or rotation, from its samples. The model
-/// is white jerk of spectral density q (m^2/s^5 or rad^2/s^5), so that the process noise of an interval T is
+/// Estimates position, rate and acceleration of one kind of motion, translation or rotation, from its samples. The
+/// model is white jerk of spectral density q (m^2/s^5 or rad^2/s^5), so that the process noise of an interval T is
 ///   q [T^5/20 T^4/8 T^3/6; T^4/8 T^3/3 T^2/2; T^3/6 T^2/2 T]
 /// (Y. Bar-Shalom, X. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 6.2.3). q
 /// is given by the departure d from constant acceleration in 10 ms, of which it makes the variance d^2 = q T^5/20. The

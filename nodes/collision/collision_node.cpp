@@ -34,9 +34,11 @@ void CollisionNode::query(const Pose& X_WT, ContactSet& set) {
   query(at, set);
 }
 
-void CollisionNode::query_ahead(std::span<const BodyStates> anchors, LocalContacts& around) {
-  around.anchors = static_cast<std::int32_t>(anchors.size());
+void CollisionNode::query_ahead(const BodyStates& at, double /*age*/, LocalContacts& around) {
+  around.anchors = 1;
+  around.bodies = at.count;
   around.count = 0;
+  around.X_WB[0] = at.X_WB;
 }
 
 void CollisionNode::take_poses(Time now) {
@@ -65,28 +67,13 @@ void CollisionNode::take_poses(Time now) {
   age_ = (now - last->stamp.valid).seconds();
 }
 
-namespace {
-/// Where the bodies are `time` s later if they keep their velocities.
-BodyStates moved_on(const BodyStates& bodies, double time) {
-  BodyStates later = bodies;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(bodies.count); ++i) {
-    later.X_WB[i].p += time * bodies.V_WB[i].v;
-    later.X_WB[i].R = from_rotation_vector(time * bodies.V_WB[i].w) * later.X_WB[i].R;
-  }
-  return later;
-}
-}  // namespace
-
 void CollisionNode::step(StepContext& context) {
   take_poses(context.now());
-  period_.update(context.now());
   query(at_, set_);
   context.add_work(set_.penetrating);
   contacts.send(context.now(), set_);
   if (!local.wanted()) return;
-  const double T = period_.value().seconds();
-  const std::array<BodyStates, 3> anchors{moved_on(at_, age_), moved_on(at_, age_ + T), moved_on(at_, age_ + 2 * T)};
-  query_ahead(anchors, local_);
+  query_ahead(at_, age_, local_);
   local.send(context.now(), local_);
 }
 

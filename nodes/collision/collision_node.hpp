@@ -1,10 +1,7 @@
 // What every collision node does and declares; what differs is its query.
 #pragma once
 
-#include <span>
-
 #include "framework/core/messages.hpp"
-#include "framework/core/period_estimate.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/collision/materials.hpp"
 #include "nodes/scene/body_mesh.hpp"
@@ -20,8 +17,9 @@ class CollisionNode : public Node {
 
   /// The contacts where the moving bodies are; velocities do not count.
   virtual void query(const BodyStates& bodies, ContactSet& set) = 0;
-  /// The contacts around poses of the moving bodies, given in the order of time; none by default.
-  virtual void query_ahead(std::span<const BodyStates> anchors, LocalContacts& around);
+  /// The contacts on the way that the bodies take from `age` s ago, where they were at `bodies`, if they keep their
+  /// velocities; none by default.
+  virtual void query_ahead(const BodyStates& bodies, double age, LocalContacts& around);
   /// The contacts at a pose of the tool, the other bodies being where the scene puts them.
   void query(const Pose& X_WT, ContactSet& set);
 
@@ -43,7 +41,6 @@ class CollisionNode : public Node {
   BodyStates start_;   // where the scene puts them
   BodyStates at_;      // where they last were
   double age_ = 0;     // s, of that
-  PeriodEstimate period_{PeriodOptions{}};
   ContactSet set_;
   LocalContacts local_;
 };
@@ -64,14 +61,13 @@ void declare_collision(Declare<N>& declaration) {
           {.doc = "the last poses of all moving bodies, instead of `state`; required where several move",
            .required = false})
       .needed_when(several_move)
-      .template input<BodyStates>(
-          "expected", &N::expected,
-          {.doc = "where the moving bodies are expected to be by now (prediction.local), instead of where they last "
-                  "were",
-           .required = false,
-           .in_reference = false})
-      .template output<LocalContacts>("local", &N::local,
-                                      "contacts at that pose and where the bodies' velocities lead within two periods")
+      .template input<BodyStates>("expected", &N::expected,
+                                  {.doc = "where the moving bodies are expected to be by now, to query there instead",
+                                   .required = false,
+                                   .in_reference = false})
+      .template output<LocalContacts>(
+          "local", &N::local,
+          "the contacts there and on the way ahead, for prediction.local; looked for where it is read")
       .template output<ContactSet>("contacts", &N::contacts,
                                    "the contacts at that pose, stamped with the start of the query")
       .template real<double>("margin", &N::Params::margin,

@@ -23,11 +23,25 @@ double reach_to(const Body& body, const Scene& scene, double margin) {
   return largest + margin;
 }
 
+/// Where the bodies are `time` s later if they keep their velocities.
+BodyStates moved_on(const BodyStates& bodies, double time) {
+  BodyStates later = bodies;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bodies.count); ++i) {
+    later.X_WB[i].p += time * bodies.V_WB[i].v;
+    later.X_WB[i].R = from_rotation_vector(time * bodies.V_WB[i].w) * later.X_WB[i].R;
+  }
+  return later;
+}
+
 }  // namespace
 
 PairCollision::PairCollision(const PairParams& params, const NodeContext& context,
                              const MakeMeshDistance& make_distance)
-    : CollisionNode(*context.scene), reduction_(params.max_contacts, usual_contacts), local_reduction_(params.local_contacts, usual_contacts) {
+    : CollisionNode(*context.scene),
+      reduction_(params.max_contacts, usual_contacts),
+      anchor_count_(static_cast<std::size_t>(params.anchors)),
+      anchor_time_(params.anchor_time),
+      local_reduction_(params.local_contacts, usual_contacts) {
   const Scene& scene = *context.scene;
   const std::vector<std::size_t> moving = scene.moving();
   bodies_.reserve(scene.bodies.size());  // pairs refer to them
@@ -47,6 +61,10 @@ PairCollision::PairCollision(const PairParams& params, const NodeContext& contex
     }
   }
   found_.reserve(usual_contacts);
+  found_ahead_.reserve(usual_contacts);
+  around_.reserve(usual_contacts);
+  keys_.reserve(LocalContacts::max_anchors * usual_contacts);
+  for (Anchor& anchor : anchors_) anchor.shares.reserve(pairs_.size());
 }
 
 const Pose& PairCollision::pose(const BodyStates& states, std::int32_t index, std::size_t body) const {
@@ -64,66 +82,70 @@ void PairCollision::query(const BodyStates& states, ContactSet& set) {
   reduction_.reduce(found_, set);
 }
 
-void PairCollision::query_ahead(std::span<const BodyStates> anchors, LocalContacts& around) {
-  TACTOR_ASSERT(!anchors.empty() && anchors.size() <= ahead_.size());
-  const auto pose_at = [this, &anchors](std::size_t anchor, std::int32_t index, std::size_t body) -> const Pose& {
-    return pose(anchors[anchor], index, body);
-  };
-  keys_.clear();
-  for (std::size_t j = 0; j < anchors.size(); ++j) {
-    Ahead& ahead = ahead_[j];
-    ahead.found.clear();
-    ahead.shares.clear();
-    for (Entry& entry : pairs_) {
-      const ContactPair indices = entry.pair.indices();
-      entry.pair.find(pose_at(j, indices.body, entry.a), pose_at(j, indices.other, entry.b), ahead.found);
-      ahead.shares.push_back(entry.pair.shares());
-    }
-    keys_.insert(keys_.end(), ahead.found.key.begin(), ahead.found.key.end());
+/// Adds the keys of the contacts at an anchor and notes the shares there.
+void PairCollision::find_at(Anchor& anchor) {
+  found_ahead_.clear();
+  anchor.shares.clear();
+  for (Entry& entry : pairs_) {
+    const ContactPair indices = entry.pair.indices();
+    entry.pair.find(pose(anchor.bodies, indices.body, entry.a), pose(anchor.bodies, indices.other, entry.b),
+                    found_ahead_);
+    anchor.shares.push_back(entry.pair.shares());
   }
-  std::sort(keys_.begin(), keys_.end());
-  keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
-  // Where a pair has no contact at an anchor, its shares are those of another.
+  keys_.insert(keys_.end(), found_ahead_.key.begin(), found_ahead_.key.end());
+}
+
+/// Where a pair has no contact at an anchor, its shares there are those of the last one that has.
+void PairCollision::fill_shares() {
   for (std::size_t e = 0; e < pairs_.size(); ++e) {
     BodyPair::Shares known;
-    for (std::size_t j = 0; j < anchors.size(); ++j) {
-      const BodyPair::Shares& s = ahead_[j].shares[e];
-      if (s.a + s.b > 0) known = s;
+    for (const Anchor& anchor : anchors()) {
+      if (anchor.shares[e].a + anchor.shares[e].b > 0) known = anchor.shares[e];
     }
-    for (std::size_t j = 0; j < anchors.size(); ++j) {
-      BodyPair::Shares& s = ahead_[j].shares[e];
-      if (s.a + s.b == 0) s = known;
+    for (Anchor& anchor : anchors()) {
+      if (anchor.shares[e].a + anchor.shares[e].b == 0) anchor.shares[e] = known;
     }
   }
-  const auto contact_at = [&](std::size_t j, std::uint64_t key) {
-    const auto e = static_cast<std::size_t>(pair_number(key));
-    const Entry& entry = pairs_[e];
-    const ContactPair indices = entry.pair.indices();
-    return entry.pair.at(key, pose_at(j, indices.body, entry.a), pose_at(j, indices.other, entry.b),
-                         ahead_[j].shares[e]);
-  };
-  const std::size_t middle = anchors.size() / 2;
+}
+
+Contact PairCollision::contact_at(const Anchor& anchor, std::uint64_t key) const {
+  const auto e = static_cast<std::size_t>(pair_number(key));
+  const Entry& entry = pairs_[e];
+  const ContactPair indices = entry.pair.indices();
+  return entry.pair.at(key, pose(anchor.bodies, indices.body, entry.a), pose(anchor.bodies, indices.other, entry.b),
+                       anchor.shares[e]);
+}
+
+void PairCollision::query_ahead(const BodyStates& states, double age, LocalContacts& around) {
+  keys_.clear();
+  for (std::size_t j = 0; j < anchor_count_; ++j) {
+    anchors_[j].bodies = moved_on(states, age + static_cast<double>(j) * anchor_time_);
+    find_at(anchors_[j]);
+  }
+  fill_shares();
+  std::sort(keys_.begin(), keys_.end());
+  keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
   around_.clear();
   for (const std::uint64_t key : keys_) {
-    around_.contact.push_back(contact_at(middle, key));
+    around_.contact.push_back(contact_at(anchors_[anchor_count_ / 2], key));
     around_.pair.push_back(pairs_[static_cast<std::size_t>(pair_number(key))].pair.indices());
     around_.key.push_back(key);
   }
   local_reduction_.reduce(around_, local_set_);
 
-  around.anchors = static_cast<std::int32_t>(anchors.size());
-  around.bodies = anchors[0].count;
+  around.anchors = static_cast<std::int32_t>(anchor_count_);
+  around.bodies = states.count;
   around.count = local_set_.count;
-  for (std::size_t j = 0; j < anchors.size(); ++j) around.X_WB[j] = anchors[j].X_WB;
+  for (std::size_t j = 0; j < anchor_count_; ++j) around.X_WB[j] = anchors_[j].bodies.X_WB;
   for (std::size_t i = 0; i < static_cast<std::size_t>(around.count); ++i) {
     const std::size_t from = local_reduction_.kept()[i];
     const double before = around_.contact[from].weight;
-    const double change = before > 0 ? local_set_.contact[i].weight / before : 1;
+    // One that stands for others does so at every anchor.
+    const double stands_for = before > 0 ? local_set_.contact[i].weight / before : 1;
     around.pair[i] = around_.pair[from];
-    for (std::size_t j = 0; j < anchors.size(); ++j) {
-      Contact& c = around.contact[i][j];
-      c = j == middle ? around_.contact[from] : contact_at(j, around_.key[from]);
-      c.weight *= change;
+    for (std::size_t j = 0; j < anchor_count_; ++j) {
+      around.contact[i][j] = contact_at(anchors_[j], around_.key[from]);
+      around.contact[i][j].weight *= stands_for;
     }
   }
 }

@@ -1,6 +1,8 @@
 // The contacts of every two bodies of a scene that can meet: what exact, sdf and primitive collision share.
 #pragma once
 
+#include <array>
+#include <span>
 #include <vector>
 
 #include "nodes/collision/body_pair.hpp"
@@ -13,6 +15,8 @@ struct PairParams {
   double spacing = 0;  ///< m
   std::int32_t max_contacts = ContactSet::capacity;
   std::int32_t local_contacts = 24;
+  std::int32_t anchors = 3;
+  double anchor_time = 0;  ///< s
 };
 
 /// Looks at each pair of a moving body with a fixed one and of two moving bodies, as BodyPair does, and never at two
@@ -25,9 +29,10 @@ class PairCollision : public CollisionNode {
  public:
   using CollisionNode::query;
   void query(const BodyStates& bodies, ContactSet& set) final;
-  /// Every sample that is within the margin at one of the anchors is a contact, looked up at the others too. Beyond
-  /// `local_contacts` ContactReduction chooses by the middle one.
-  void query_ahead(std::span<const BodyStates> anchors, LocalContacts& around) final;
+  /// The anchors are where the bodies are by now, and where they will be `anchor_time` and twice that later. Every
+  /// sample within the margin at one of them is a contact, looked up at all. Of more than `local_contacts`,
+  /// ContactReduction chooses by the middle one.
+  void query_ahead(const BodyStates& bodies, double age, LocalContacts& around) final;
 
  protected:
   PairCollision(const PairParams& params, const NodeContext& context, const MakeMeshDistance& make_distance);
@@ -43,12 +48,20 @@ class PairCollision : public CollisionNode {
   std::vector<Entry> pairs_;
   FoundContacts found_;
   ContactReduction reduction_;
-  /// What query_ahead found at one anchor.
-  struct Ahead {
-    FoundContacts found;
+  /// What query_ahead looked at.
+  struct Anchor {
+    BodyStates bodies;
     std::vector<BodyPair::Shares> shares;  // by pair
   };
-  std::array<Ahead, LocalContacts::max_anchors> ahead_;
+  void find_at(Anchor& anchor);
+  void fill_shares();
+  [[nodiscard]] Contact contact_at(const Anchor& anchor, std::uint64_t key) const;
+  [[nodiscard]] std::span<Anchor> anchors() { return std::span(anchors_).first(anchor_count_); }
+
+  std::size_t anchor_count_;
+  double anchor_time_;  // s
+  std::array<Anchor, LocalContacts::max_anchors> anchors_;
+  FoundContacts found_ahead_;        // at one anchor
   std::vector<std::uint64_t> keys_;  // of all anchors, sorted
   FoundContacts around_;             // at the middle one
   ContactReduction local_reduction_;
@@ -79,7 +92,22 @@ void declare_pairs(Declare<N>& declaration) {
        .max = ContactSet::capacity});
   declaration.template integer<std::int32_t>(
       "local_contacts", &N::Params::local_contacts,
-      {.doc = "the same of the output `local`", .default_value = 24, .min = 4, .max = LocalContacts::capacity});
+      {.doc = "the same of the output `local`", .default_value = 24, .min = 8, .max = LocalContacts::capacity});
+  declaration.template integer<std::int32_t>(
+      "anchors", &N::Params::anchors,
+      {.doc = "poses that `local` is looked up at: now, and where the velocities lead",
+       .default_value = 3,
+       .min = 1,
+       .max = LocalContacts::max_anchors});
+  declaration.template real<double>(
+      "anchor_time", &N::Params::anchor_time,
+      {.doc =
+           "time between them, about the physics period in contact: a result is in use from one to two periods after "
+           "its query",
+       .unit = "s",
+       .default_value = 0.015,
+       .min = 0,
+       .max = 0.1});
 }
 
 }  // namespace tactor

@@ -26,6 +26,9 @@ void declare_dynamics(Declare<N>& declaration) {
       .template input<CouplingLaw>("law", &N::law, {.doc = "the spring and damper between handle and tool"})
       .template output<PhysicsState>("state", &N::state, "tool and handle at the time of the last sample used")
       .template output<BodyStates>("bodies", &N::bodies, "all moving bodies at that time, the tool first")
+      .template output<BodyStates>("expected", &N::expected,
+                                   "where they are by the newest sample of the handle, in a few steps: the place for "
+                                   "the next contact query; computed where it is read")
       .template real<double>("substep", &P::substep,
                              {.doc = "longest sub-step", .unit = "s", .default_value = 0.001, .min = 1e-6, .max = 0.02})
       .template integer<std::int32_t>(

@@ -80,6 +80,26 @@ void DynamicsNode::step(StepContext& context) {
                                  .contact_T_W = last_.contact_T_W,
                                  .contacts = last_.touching});
   bodies.send(used_.stamp.valid, bodies_);
+  if (expected.wanted()) send_expected(spring, planes);
+}
+
+/// Where the bodies are by the newest sample of the handle, which moves steadily until there. The bodies themselves
+/// stay where the contacts' time has them.
+void DynamicsNode::send_expected(const CouplingLaw& spring, const ContactPlanes& planes) {
+  constexpr double most_steps = 8;
+  const Stamped<DeviceState>& newest = *device.latest();
+  BodyStates ahead = bodies_;
+  const double interval = (newest.stamp.valid - used_.stamp.valid).seconds();
+  if (interval > 0 && usable(newest.value)) {
+    const double steps = std::clamp(std::ceil(interval / params_.substep), 1.0, most_steps);
+    DeviceState from = used_.value;
+    for (double k = 1; k <= steps; ++k) {
+      const DeviceState to = handle_between(used_.value, newest.value, k / steps, rotates());
+      solver_.advance(spring, from, to, planes, interval / steps, ahead);
+      from = to;
+    }
+  }
+  expected.send(std::max(newest.stamp.valid, used_.stamp.valid), ahead);
 }
 
 /// Puts the next usable sample up to `until` into `sample_`; a later one stays for the next step.

@@ -45,6 +45,7 @@ class DynamicsNode : public Node {
   Input<CouplingLaw> law;
   Output<PhysicsState> state;
   Output<BodyStates> bodies;
+  Output<BodyStates> expected;
 
  protected:
   /// `type`: the node's, for messages. Throws InputError where the scene has no moving body, a moving body's mesh is no
@@ -55,6 +56,7 @@ class DynamicsNode : public Node {
   bool take_sample(Time until);
   void begin(const Stamped<DeviceState>& sample);
   void advance(const Stamped<DeviceState>& sample, const CouplingLaw& spring, const ContactPlanes& planes);
+  void send_expected(const CouplingLaw& spring, const ContactPlanes& planes);
   double sub_step(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& from,
                   const DeviceState& to, double h);
   void observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& handle, double work);

@@ -1,96 +1,220 @@
 #include "nodes/interpolation/rollout.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-#include "framework/core/segment.hpp"
+#include "nodes/interpolation/forecast_curve.hpp"
+#include "nodes/interpolation/not_finite.hpp"
 #include "nodes/mechanics/coupling_wrench.hpp"
-#include "nodes/mechanics/scene_model.hpp"
+#include "nodes/mechanics/eigen.hpp"
+#include "nodes/mechanics/rollout_parameters.hpp"
 
 namespace tactor {
 
 namespace {
-SystemModel model_of(const Rollout::Params& params, const NodeContext& context) {
-  SystemModel model = scene_model("interpolation.rollout", *context.scene, context.notes);
-  model.iterations = params.iterations;
-  model.stick_velocity = params.stick_velocity;
-  return model;
+
+/// Samples of the handle that one tick goes through at most; of more some are left out.
+constexpr std::size_t most_steps = 4;
+/// Samples over which the acceleration of the handle is estimated.
+constexpr std::size_t acceleration_span = 5;
+
+Wrench limited(const Wrench& wrench, const CouplingLaw& law) {
+  return {tactor::limited(wrench.force, law.force_max), tactor::limited(wrench.torque, law.torque_max)};
 }
+
 }  // namespace
 
 NodeInfo Rollout::declare() {
-  return Declare<Rollout>("interpolation.rollout", "Goes on with a local model tick by tick.")
+  Declare<Rollout> node("interpolation.rollout", "Goes on with a local model through each sample of the handle.");
+  node.details(
+          "The display side of prediction.local: dynamics' own step once a tick, on the contacts of the newest model. "
+          "Displayed is the coupling's wrench and its rate, so that the tick until the device shows it is not late. "
+          "When a model arrives the displayed force stays, and the difference decays as tau^2 e'' + 2 tau e' + e = 0. "
+          "Where the model is older than `trust_time`, or the tool farther than `trust_distance` from where contacts "
+          "were looked for, or a step fails, it falls back: to the Jacobian of the balance of springs, to the forecast "
+          "of `forecast` if the tool touched something, to the last force held. Each is counted in the report.")
       .realtime_safe()
       .input("model", &Rollout::model, {.doc = "what to go on from"})
       .input("device", &Rollout::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
-      .output("segment", &Rollout::segment, "the force over one tick")
-      .real("blend_time", &Params::blend_time, {.doc = "time constant of a correction", .unit = "s", .default_value = 0.002, .min = 0, .max = 1, .above_min = true})
-      .integer<std::int32_t>("iterations", &Params::iterations, {.doc = "Newton iterations a step, at most", .default_value = 30, .min = 1, .max = 200})
-      .real("stick_velocity", &Params::stick_velocity, {.doc = "sliding speed below which friction is viscous", .unit = "m/s", .default_value = 1e-4, .min = 0, .max = 1, .above_min = true})
-      .boolean("lead", &Params::lead, true, "extrapolate")
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
-      .info();
+      .input("forecast", &Rollout::forecast, {.doc = "what to fall back to", .required = false})
+      .output("segment", &Rollout::segment, "the force over one tick, stamped as the physics result behind it")
+      .real("blend_time", &Params::blend_time,
+            {.doc = "tau, of each of the two equal poles a correction decays with",
+             .unit = "s",
+             .default_value = 0.002,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .real("trust_time", &Params::trust_time,
+            {.doc = "age of a physics result beyond which its model is not gone on with",
+             .unit = "s",
+             .default_value = 0.1,
+             .min = 0,
+             .max = 10})
+      .real("trust_distance", &Params::trust_distance,
+            {.doc = "distance of the tool from where contacts were looked for, likewise",
+             .unit = "m",
+             .default_value = 0.02,
+             .min = 0,
+             .max = 10})
+      .unneeded(nothing_moves)
+      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000});
+  declare_rollout(node);
+  return node.info();
 }
 
 Rollout::Rollout(const Params& params, const NodeContext& context)
-    : params_(params), torque_(context.torque), rollout_(model_of(params, context)), tick_(Duration::from_rate(params.rate)) {}
+    : params_(params),
+      torque_(context.torque),
+      tick_(Duration::from_rate(params.rate)),
+      rollout_(rollout_model("interpolation.rollout", params, context)) {}
 
-Twist Rollout::acceleration() const {
-  constexpr std::size_t span = 5;
-  if (count_ <= span) return {};
-  const Stamped<DeviceState>&a = track_[(count_ - 1 - span) % track_.size()], &b = track_[(count_ - 1) % track_.size()];
-  const double h = (b.stamp.valid - a.stamp.valid).seconds();
-  if (h <= 0) return {};
-  return {(1 / h) * (b.value.V_WD.v - a.value.V_WD.v), (1 / h) * (b.value.V_WD.w - a.value.V_WD.w)};
+void Rollout::take_samples() {
+  Stamped<DeviceState> s;
+  while (new_states_.next(device, s)) {
+    const bool later = samples_ == 0 || s.stamp.valid > sample(0).stamp.valid;
+    if (later && is_usable(s.value)) {
+      track_[samples_++ % track_.size()] = s;
+    } else {
+      ++rejected_samples_;
+    }
+  }
+}
+
+/// True where a new model has come and is gone on with.
+bool Rollout::take_model(Time now) {
+  const Stamped<LocalModel>& newest = *model.latest();
+  if (running_ && newest.stamp.sequence == used_.sequence) return false;
+  // The bodies may be brought on to a sample that has not arrived here yet, but not to one beyond now.
+  if (newest.value.time > now || !rollout_.restart(newest.value)) {
+    if (newest.stamp.sequence != rejected_) ++rejected_models_;
+    rejected_ = newest.stamp.sequence;
+    return false;
+  }
+  used_ = newest.stamp;
+  failed_ = false;
+  advanced_ = samples_ > track_.size() ? samples_ - track_.size() : 0;
+  while (advanced_ < samples_ && track_[advanced_ % track_.size()].stamp.valid <= newest.value.time) ++advanced_;
+  return true;
+}
+
+/// Goes through the samples that the rollout has not been through yet.
+void Rollout::go_on() {
+  const std::size_t due = samples_ - advanced_;
+  const std::size_t steps = std::min(due, most_steps);
+  for (std::size_t k = 1; k <= steps && !failed_; ++k) {
+    const std::size_t to = advanced_ + due * k / steps;
+    failed_ = !rollout_.advance(track_[(to - 1) % track_.size()]);
+  }
+  advanced_ = samples_;
+}
+
+bool Rollout::trusted(Time now) const {
+  return now - used_.valid < params_.trust_time && rollout_.distance_from_anchors() < params_.trust_distance;
+}
+
+Rollout::Source Rollout::choose(Time now) const {
+  if (trusted(now)) return failed_ ? Source::jacobian : Source::rollout;
+  const bool known =
+      forecast.connected() && forecast.latest() != nullptr && !segment_if_not_finite(now, forecast.latest()->value);
+  return known && touching_ ? Source::forecast : Source::held;
+}
+
+Twist Rollout::handle_acceleration() const {
+  if (samples_ <= acceleration_span) return {};
+  const Stamped<DeviceState>&a = sample(acceleration_span), &b = sample(0);
+  const double per_second = 1 / (b.stamp.valid - a.stamp.valid).seconds();
+  return {per_second * (b.value.V_WD.v - a.value.V_WD.v), per_second * (b.value.V_WD.w - a.value.V_WD.w)};
+}
+
+ForceState Rollout::of_rollout(Time now) const {
+  const PhysicsState state = rollout_.state();
+  const CouplingLaw& law = rollout_.model().law;
+  const Twist a_D = handle_acceleration();
+  const Twist& a_T = rollout_.acceleration();
+  ForceState aim{coupling_wrench(law, state, torque_), {}, {}};
+  aim.rate.force = -law.k_t * (state.V_WD.v - state.V_WT.v) - law.b_t * (a_D.v - a_T.v);
+  if (torque_) aim.rate.torque = -law.k_r * (state.V_WD.w - state.V_WT.w) - law.b_r * (a_D.w - a_T.w);
+  aim.value = limited(aim.value + (now - rollout_.model().time).seconds() * aim.rate, law);
+  return aim;
+}
+
+ForceState Rollout::of_jacobian() const {
+  const DeviceState& handle = sample(0).value;
+  const auto change = [this](const Vec3& translation, const Vec3& turn) {
+    Eigen::Matrix<double, 6, 1> way;
+    way << eigen(translation), eigen(turn);
+    const Eigen::Matrix<double, 6, 1> by = jacobian_ * way;
+    return Wrench{plain(by.head<3>()), torque_ ? plain(by.tail<3>()) : Vec3{}};
+  };
+  const Vec3 turn = to_rotation_vector(handle.X_WD.R * inverse(anchor_X_WD_.R));
+  return {limited(anchor_.value + change(handle.X_WD.p - anchor_X_WD_.p, turn), rollout_.model().law),
+          change(handle.V_WD.v, handle.V_WD.w),
+          {}};
+}
+
+ForceState Rollout::aim(Source source, Time now) {
+  switch (source) {
+    case Source::rollout:
+      anchor_ = of_rollout(now);
+      anchor_X_WD_ = sample(0).value.X_WD;
+      touching_ = rollout_.state().contacts > 0;
+      return anchor_;
+    case Source::jacobian:
+      if (source_ != Source::jacobian) jacobian_ = rollout_.jacobian();
+      return of_jacobian();
+    case Source::forecast: {
+      ForceState state = ForecastCurve(*forecast.latest(), CurveShape::linear).at(now);
+      state.value = limited(state.value, rollout_.model().law);
+      if (!torque_) state.value.torque = state.rate.torque = {};
+      return state;
+    }
+    case Source::held:
+      break;
+  }
+  return {anchor_.value, {}, {}};
 }
 
 void Rollout::step(StepContext& context) {
-  Stamped<DeviceState> sample;
-  const std::size_t before = count_;
-  while (new_states_.next(device, sample)) track_[count_++ % track_.size()] = sample;
-  const Stamped<LocalModel>* newest = model.latest();
-  if (newest == nullptr || count_ == 0) return;
+  take_samples();
+  if (model.latest() == nullptr || samples_ == 0) return;
   const Time now = context.now();
-  const bool fresh = !running_ || newest->stamp.sequence != used_.sequence;
-  std::size_t from = before;
-  if (fresh) {
-    used_ = newest->stamp;
-    rollout_.restart(newest->value);
-    from = count_ > track_.size() ? count_ - track_.size() : 0;
-  }
-  for (std::size_t i = from; i < count_; ++i) rollout_.advance(track_[i % track_.size()]);
-  const PhysicsState state = rollout_.state();
-  const CouplingLaw& law = rollout_.model().law;
-  const Wrench F = coupling_wrench(law, state, torque_);
-  Wrench rate;
-  if (params_.lead) {
-    const Twist a_D = acceleration();
-    const Twist& a_T = rollout_.acceleration();
-    rate.force = -law.k_t * (state.V_WD.v - state.V_WT.v) - law.b_t * (a_D.v - a_T.v);
-    if (torque_) rate.torque = -law.k_r * (state.V_WD.w - state.V_WT.w) - law.b_r * (a_D.w - a_T.w);
-  }
-  // F holds for the time of the newest sample.
-  const double age = (now - rollout_.model().time).seconds();
-  const Wrench F_now = F + age * rate;
-  const double tau = params_.blend_time.seconds(), h = (now - last_).seconds();
-  if (fresh && running_) {
-    d_ = evaluate(shown_, now) - F_now;
-    d_rate_ = evaluate_rate(shown_, Time{now.ns - 1}) - rate;
+  const bool corrected = take_model(now);
+  if (!running_ && !corrected) return;
+  go_on();
+  const Source source = choose(now);
+  const ForceState to = aim(source, now);
+  const double tau = params_.blend_time.seconds(), tick = tick_.seconds();
+  if (running_ && (corrected || source != source_)) {
+    difference_ = displayed(shown_, now) - to;
+    difference_.curvature = {};
+    if (corrected) {
+      ++corrections_;
+      correction_sum_ += dot(difference_.value.force, difference_.value.force);
+    }
   } else if (running_) {
-    const double decay = std::exp(-h / tau);
-    const Wrench slope = d_rate_ + (1.0 / tau) * d_;
-    const Wrench d = decay * (d_ + h * slope);
-    d_rate_ = decay * (d_rate_ - (h / tau) * slope);
-    d_ = d;
+    difference_ = decayed_twice(difference_, (now - shown_.begin).seconds(), tau);
   }
+  source_ = source;
   running_ = true;
-  last_ = now;
-  const double T = tick_.seconds();
-  const double decay = std::exp(-T / tau);
-  const Wrench slope = d_rate_ + (1.0 / tau) * d_;
-  const Wrench d_end = decay * (d_ + T * slope);
-  const Wrench start = F_now + d_, end = F_now + T * rate + d_end;
-  shown_ = {now, now + tick_, {start, end - start}};
+  ++ticks_[static_cast<std::size_t>(source)];
+  const ForceState from{to.value + difference_.value, to.rate + difference_.rate, {}};
+  const ForceState later = decayed_twice(difference_, tick, tau);
+  shown_ = cubic_between(now, tick_, from, {to.value + tick * to.rate + later.value, to.rate + later.rate, {}});
   segment.send(used_.valid, shown_);
+}
+
+void Rollout::report(Report& report) const {
+  const auto ticks = [this](Source source) { return static_cast<double>(ticks_[static_cast<std::size_t>(source)]); };
+  report.set("rollout.ticks", ticks(Source::rollout));
+  report.set("rollout.jacobian_ticks", ticks(Source::jacobian));
+  report.set("rollout.forecast_ticks", ticks(Source::forecast));
+  report.set("rollout.held_ticks", ticks(Source::held));
+  report.add("fallbacks", ticks(Source::jacobian) + ticks(Source::forecast) + ticks(Source::held));
+  report.set("rollout.rejected_models", static_cast<double>(rejected_models_));
+  report.set("rollout.rejected_samples", static_cast<double>(rejected_samples_));
+  report.set("rollout.correction_rms_N",
+             corrections_ > 0 ? std::sqrt(correction_sum_ / static_cast<double>(corrections_)) : 0.0);
 }
 
 }  // namespace tactor

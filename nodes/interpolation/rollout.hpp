@@ -1,44 +1,88 @@
 // interpolation.rollout: goes on with a local model tick by tick.
 #pragma once
 
+#include <array>
+
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/interpolation/force_state.hpp"
 #include "nodes/mechanics/local_rollout.hpp"
 
 namespace tactor {
 
+/// Moves the bodies of the newest model through each sample of the handle and displays the coupling's wrench,
+/// F(t) = F + F' (t - t_s) from the sample at t_s on, F' from the velocities and accelerations of handle and tool, so
+/// that the tick that passes until the device displays it is not shown late. Where a model arrives the displayed
+/// force stays as it is, and the difference decays with two equal poles.
+///
+/// What is displayed where the rollout can not be trusted, in this order, each counted:
+///   1. the Jacobian: where a step failed, the last force and how it changes with the handle's place;
+///   2. the forecast of `forecast` for now, where the tool last touched something;
+///   3. the last force, held.
+/// Trusted is a model whose result is younger than `trust_time` and whose tool is within `trust_distance` of where
+/// contacts were looked for. All changes are blended like corrections, which makes the last a hold with a low-pass.
 class Rollout final : public Node {
  public:
   struct Params {
     Duration blend_time;
+    Duration trust_time;
+    double trust_distance = 0;  // m
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
     double rate = 0;
-    bool lead = true;
   };
   Rollout(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
+  /// `rollout.ticks`, those of each fallback (`rollout.jacobian_ticks`, `rollout.forecast_ticks`,
+  /// `rollout.held_ticks`, together `fallbacks`), `rollout.rejected_models`, `rollout.correction_rms_N`.
+  void report(Report& report) const override;
 
   Input<LocalModel> model;
   Input<DeviceState> device;
+  Input<Forecast> forecast;
   Output<ForceSegment> segment;
 
  private:
-  [[nodiscard]] Twist acceleration() const;
+  enum class Source : std::uint8_t { rollout, jacobian, forecast, held };
+
+  void take_samples();
+  bool take_model(Time now);
+  void go_on();
+  [[nodiscard]] const Stamped<DeviceState>& sample(std::size_t age) const {
+    return track_[(samples_ - 1 - age) % track_.size()];
+  }
+  [[nodiscard]] bool trusted(Time now) const;
+  [[nodiscard]] Source choose(Time now) const;
+  [[nodiscard]] ForceState aim(Source source, Time now);
+  [[nodiscard]] ForceState of_rollout(Time now) const;
+  [[nodiscard]] ForceState of_jacobian() const;
+  [[nodiscard]] Twist handle_acceleration() const;
+
   Params params_;
   bool torque_;
+  Duration tick_;
   LocalRollout rollout_;
   NewMessages<DeviceState> new_states_;
-  Stamp used_;
-  bool running_ = false;
-  Duration tick_;
-  Wrench d_, d_rate_;
-  Time last_;
-  ForceSegment shown_;
   std::array<Stamped<DeviceState>, 64> track_;
-  std::size_t count_ = 0;
+  std::size_t samples_ = 0;                     // taken so far
+  std::size_t advanced_ = 0;                    // of them, the rollout has been through
+  Stamp used_;                                  // of the model
+  std::uint64_t rejected_ = ~std::uint64_t{0};  // the sequence number of the model refused last
+  bool running_ = false;
+  bool failed_ = false;    // a step has, since the model came
+  bool touching_ = false;  // the tool, while the rollout was trusted
+  Source source_ = Source::rollout;
+  ForceState anchor_;  // what the rollout last aimed at while it was trusted
+  Pose anchor_X_WD_;   // the handle then
+  Eigen::Matrix<double, 6, 6> jacobian_ = Eigen::Matrix<double, 6, 6>::Zero();
+  ForceState difference_;  // of what is displayed from what is aimed at
+  ForceSegment shown_;
+  std::array<std::int64_t, 4> ticks_{};  // by source
+  std::int64_t rejected_models_ = 0, rejected_samples_ = 0;
+  std::int64_t corrections_ = 0;
+  double correction_sum_ = 0;  // N^2
 };
 
 }  // namespace tactor

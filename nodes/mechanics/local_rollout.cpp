@@ -1,54 +1,112 @@
 #include "nodes/mechanics/local_rollout.hpp"
 
+#include <algorithm>
+#include <span>
+
+#include <Eigen/Cholesky>
+
+#include "nodes/mechanics/eigen.hpp"
+
 namespace tactor {
 
-void LocalRollout::restart(const LocalModel& model) {
+namespace {
+
+constexpr double most_turn = 0.3;     // rad, of an anchor's normal by its curvature
+constexpr double near_anchor = 1e-5;  // m
+
+bool finite(const BodyStates& bodies) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bodies.count); ++i) {
+    const Pose& X = bodies.X_WB[i];
+    const Twist& V = bodies.V_WB[i];
+    const double length = X.R.w * X.R.w + X.R.x * X.R.x + X.R.y * X.R.y + X.R.z * X.R.z;
+    // A comparison with NaN is false.
+    if (!is_finite(X.p) || !is_finite(V.v) || !is_finite(V.w) || !(length > 0.25 && length < 4)) return false;
+  }
+  return true;
+}
+
+Vec3 times(const std::array<double, 6>& H, const Vec3& s) {
+  return {H[0] * s.x + H[1] * s.y + H[2] * s.z, H[1] * s.x + H[3] * s.y + H[4] * s.z,
+          H[2] * s.x + H[4] * s.y + H[5] * s.z};
+}
+
+}  // namespace
+
+Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStates& bodies) {
+  const ContactPair& pair = contacts.pair[i];
+  const auto body = static_cast<std::size_t>(pair.body);
+  Contact result = contacts.contact[i][0];
+  double sum = 0, distance = 0, weight = 0;
+  Vec3 n, p;
+  for (std::size_t j = 0; j < static_cast<std::size_t>(contacts.anchors); ++j) {
+    const Contact& c = contacts.contact[i][j];
+    const std::span X_query(contacts.X_WB[j]);
+    const PlaneNow plane =
+        plane_now({X_query.first(static_cast<std::size_t>(contacts.bodies)), {&c, 1}, {&pair, 1}}, 0, bodies.X_WB);
+    // The way of the contact point, seen from the other body.
+    Vec3 x_then = transform(X_query[body], c.p_TC);
+    Quat turn;
+    if (pair.other != ContactPair::fixed) {
+      const auto other = static_cast<std::size_t>(pair.other);
+      const Pose motion = bodies.X_WB[other] * inverse(X_query[other]);
+      x_then = transform(motion, x_then);
+      turn = motion.R;
+    }
+    const Vec3 way = plane.p_W - x_then;
+    Vec3 bend = rotate(turn, times(c.H_W, rotate(inverse(turn), way)));
+    const double angle = norm(bend);
+    if (!(angle <= most_turn)) bend = std::isfinite(angle) ? (most_turn / angle) * bend : Vec3{};
+    const double share = 1 / (dot(way, way) + near_anchor * near_anchor);
+    sum += share;
+    distance += share * (plane.distance + 0.5 * dot(way, bend));
+    weight += share * c.weight;
+    n += share * (plane.n_W + bend);
+    p += share * plane.p_W;
+  }
+  result.n_W = (1 / norm(n)) * n;
+  result.distance = distance / sum;
+  result.weight = weight / sum;
+  result.p_TC = transform(inverse(bodies.X_WB[body]), (1 / sum) * p);
+  return result;
+}
+
+bool LocalRollout::restart(const LocalModel& model) {
+  const LocalContacts& contacts = model.contacts;
+  const bool ours = model.bodies.count == bodies_ && contacts.count >= 0 && contacts.count <= LocalContacts::capacity &&
+                    (contacts.count == 0 || (contacts.bodies == bodies_ && contacts.anchors >= 1 &&
+                                             contacts.anchors <= LocalContacts::max_anchors));
+  if (!ours || !finite(model.bodies)) return false;
+  const auto foreign = [this](const ContactPair& pair) {
+    return pair.body < 0 || pair.body >= bodies_ || pair.other < ContactPair::fixed || pair.other >= bodies_;
+  };
+  const std::span pairs = std::span(contacts.pair).first(static_cast<std::size_t>(contacts.count));
+  if (std::any_of(pairs.begin(), pairs.end(), foreign)) return false;
   local_ = model;
   last_ = {};
+  acceleration_ = {};
+  return true;
+}
+
+void LocalRollout::find_planes() {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(local_.contacts.count); ++i) {
+    planes_[i] = contact_now(local_.contacts, i, local_.bodies);
+  }
 }
 
 bool LocalRollout::advance(const Stamped<DeviceState>& sample) {
   const double h = (sample.stamp.valid - local_.time).seconds();
   if (h <= 0) return true;
   find_planes();
-  const auto bodies = static_cast<std::size_t>(local_.bodies.count), count = static_cast<std::size_t>(local_.contacts.count);
-  // The planes are those of now.
-  const BodyStates now = local_.bodies;
-  const ContactPlanes planes{std::span(now.X_WB).first(bodies), std::span(planes_).first(count),
-                             std::span(local_.contacts.pair).first(count)};
+  const auto count = static_cast<std::size_t>(local_.contacts.count);
+  const BodyStates before = local_.bodies;
+  const ContactPlanes planes{std::span(before.X_WB).first(static_cast<std::size_t>(before.count)),
+                             std::span(planes_).first(count), std::span(local_.contacts.pair).first(count)};
   last_ = step_.advance(local_.law, local_.device, sample.value, planes, h, local_.bodies);
-  acceleration_ = {(1 / h) * (local_.bodies.V_WB[0].v - now.V_WB[0].v), (1 / h) * (local_.bodies.V_WB[0].w - now.V_WB[0].w)};
+  const Twist &V0 = before.V_WB[0], &V1 = local_.bodies.V_WB[0];
+  acceleration_ = {(1 / h) * (V1.v - V0.v), (1 / h) * (V1.w - V0.w)};
   local_.device = sample.value;
   local_.time = sample.stamp.valid;
   return last_.outcome != StepOutcome::stopped;
-}
-
-void LocalRollout::find_planes() {
-  const LocalContacts& local = local_.contacts;
-  const auto anchors = static_cast<std::size_t>(local.anchors);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(local.count); ++i) {
-    const auto body = static_cast<std::size_t>(local.pair[i].body);
-    Contact& plane = planes_[i];
-    plane = local.contact[i][0];
-    double sum = 0, distance = 0, weight = 0;
-    Vec3 n, p;
-    for (std::size_t j = 0; j < anchors; ++j) {
-      const ContactPlanes at{std::span(local.X_WB[j]).first(static_cast<std::size_t>(local.bodies)), std::span(&local.contact[i][j], 1), std::span(&local.pair[i], 1)};
-      const PlaneNow now = plane_now(at, 0, local_.bodies.X_WB);
-      const Vec3 away = now.p_W - transform(local.X_WB[j][body], local.contact[i][j].p_TC);
-      const double share = 1 / (dot(away, away) + 1e-10);
-      sum += share;
-      distance += share * now.distance;
-      weight += share * local.contact[i][j].weight;
-      n += share * now.n_W;
-      p += share * now.p_W;
-    }
-    const double length = norm(n);
-    plane.n_W = (1 / length) * n;
-    plane.distance = distance / sum;
-    plane.weight = weight / sum;
-    plane.p_TC = transform(inverse(local_.bodies.X_WB[body]), (1 / sum) * p);
-  }
 }
 
 PhysicsState LocalRollout::state() const {
@@ -58,6 +116,36 @@ PhysicsState LocalRollout::state() const {
           .V_WD = local_.device.V_WD,
           .contact_T_W = last_.contact_T_W,
           .contacts = last_.touching};
+}
+
+double LocalRollout::distance_from_anchors() const {
+  const LocalContacts& contacts = local_.contacts;
+  double nearest = 0;
+  for (std::size_t j = 0; j < static_cast<std::size_t>(contacts.anchors); ++j) {
+    const double away = norm(local_.bodies.X_WB[0].p - contacts.X_WB[j][0].p);
+    nearest = j == 0 ? away : std::min(nearest, away);
+  }
+  return nearest;
+}
+
+Eigen::Matrix<double, 6, 6> LocalRollout::jacobian() const {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Matrix6 K = Matrix6::Zero();
+  K.diagonal() << Eigen::Vector3d::Constant(local_.law.k_t), Eigen::Vector3d::Constant(local_.law.k_r);
+  Matrix6 C = Matrix6::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(local_.contacts.count); ++i) {
+    if (local_.contacts.pair[i].body != 0) continue;
+    const Contact c = contact_now(local_.contacts, i, local_.bodies);
+    if (!(c.distance < 0)) continue;
+    const Vec3 lever = transform(local_.bodies.X_WB[0], c.p_TC) - local_.bodies.X_WB[0].p;
+    Eigen::Matrix<double, 6, 1> push;
+    push << eigen(c.n_W), eigen(cross(lever, c.n_W));
+    C += c.weight * c.stiffness * push * push.transpose();
+  }
+  // What has no spring (rotation in a scene without) stays out of the balance.
+  Matrix6 sum = K + C;
+  sum.diagonal().array() += 1e-12 * (1 + sum.trace());
+  return -K + K * sum.ldlt().solve(K);
 }
 
 }  // namespace tactor

@@ -1,37 +1,58 @@
-// Moves the bodies of a scene on from a physics result, against contacts that are held, with the device's motion.
+// Moves the bodies of a scene on from a physics result, against the contacts around them, with the device's motion.
 #pragma once
+
+#include <array>
+
+#include <Eigen/Core>
 
 #include "framework/core/messages.hpp"
 #include "nodes/mechanics/rigid_step.hpp"
 
 namespace tactor {
 
-/// The local rollout: dynamics' own step (RigidStep) on contacts that follow the surfaces' curvature, from device
-/// sample to device sample. Allocates nothing and throws nothing; its work is bounded by contacts and iterations.
+/// A contact as a plane where the moving bodies are at `X_WB`, from what its anchors say:
+///   distance = sum_j w_j d_j / sum_j w_j,   n = sum_j w_j n_j normalised,   w_j = 1 / (|x - x_j|^2 + (10 um)^2),
+/// with x the contact point of anchor j now and x_j the same at the anchor. Each anchor gives the quadratic
+///   d_j = distance_j + n_j . s + s . H_j s / 2,   s = x - x_j,   n_j' = n_j + H_j s,
+/// with H_j cut so that n_j turns by 0.3 rad at most: near edges curvature grows without bound, and a quadratic is
+/// worth nothing beyond. So known surfaces are met exactly at each anchor and to second order beside it; between
+/// anchors a surface that bends is followed where a plane would leave it.
+Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStates& bodies);
+
+/// The local rollout: dynamics' own step (RigidStep) on the planes of contact_now, from device sample to device sample.
+/// Allocates nothing and throws nothing; its work is bounded by contacts and iterations.
 class LocalRollout {
  public:
-  explicit LocalRollout(const SystemModel& model) : model_(model), step_(model) {}
+  explicit LocalRollout(const SystemModel& model) : bodies_(model.count), step_(model) {}
 
-  /// Goes on from here: from `model.bodies` at `model.time`, with the handle as `model.device` shows it.
-  void restart(const LocalModel& model);
-  /// Moves the bodies on to the time of `sample`, in one step; those not later than the last are left out. False where
-  /// the step failed: then the bodies are where they were.
+  /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
+  /// changes, where the model is not of this scene or has bodies that are not finite.
+  bool restart(const LocalModel& model);
+  /// Moves the bodies on to the time of `sample` in one step; nothing happens where that is not later. False where the
+  /// step failed: then the bodies stay where they were, at rest.
   bool advance(const Stamped<DeviceState>& sample);
 
   [[nodiscard]] const LocalModel& model() const { return local_; }
-  [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
   /// The tool and the handle, with the contacts' force of the last step.
   [[nodiscard]] PhysicsState state() const;
+  /// m/s^2 and rad/s^2, of the tool over the last step.
+  [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
+  /// How far the tool is from the nearest anchor of the contacts, m; zero where no contacts are known.
+  [[nodiscard]] double distance_from_anchors() const;
+  /// How the wrench on the device changes with the handle's place (m and rotation vector in rad, W) where springs
+  /// balance: -K (1 - (K + C)^-1 K), with K the coupling and C the planes that push, friction left out. Of the tool
+  /// alone.
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> jacobian() const;
 
  private:
   void find_planes();
 
-  std::array<Contact, LocalContacts::capacity> planes_;
-  SystemModel model_;
+  int bodies_;  // moving ones
   RigidStep step_;
   LocalModel local_;
+  std::array<Contact, LocalContacts::capacity> planes_;
   StepResult last_;
-  Twist acceleration_;  // of the tool in the last step
+  Twist acceleration_;
 };
 
 }  // namespace tactor

@@ -1,67 +1,118 @@
 #include "nodes/prediction/local.hpp"
 
-#include <algorithm>
-
+#include "nodes/mechanics/rollout_parameters.hpp"
 #include "nodes/mechanics/scene_model.hpp"
 
 namespace tactor {
 
-namespace {
-SystemModel model_of(const LocalPredictor::Params& params, const NodeContext& context) {
-  SystemModel model = scene_model("prediction.local", *context.scene, context.notes);
-  model.iterations = params.iterations;
-  model.stick_velocity = params.stick_velocity;
-  return model;
-}
-}  // namespace
-
 NodeInfo LocalPredictor::declare() {
-  return Declare<LocalPredictor>("prediction.local", "Simulates from each physics result to now against its contacts.")
-      .input("bodies", &LocalPredictor::bodies, {.doc = "where physics has the moving bodies", .trigger = Trigger::yes})
-      .input("contacts", &LocalPredictor::contacts, {.doc = "the contacts around them", .required = false})
+  Declare<LocalPredictor> node("prediction.local",
+                               "Simulates the tool from each physics result to now, against the contacts around it.");
+  node.details(
+          "A physics result is late by the time it took, and the hand has moved on. Its stamp, the bodies then, the "
+          "spring to the handle and the contacts around the bodies are all that the force depends on, and the device's "
+          "motion since is known. So each result is taken back to its stamp and moved on from there through the real "
+          "samples of the handle, by the step that dynamics itself takes; interpolation.rollout goes on from that tick "
+          "by tick. What is still unknown is the motion of the next tick and what the contacts do not tell: how "
+          "surfaces bend (each contact is known at several anchors, with curvature) and where the set of contacts "
+          "ends.\n"
+          "With the edge `dynamics.expected -> collision.expected` the contacts are looked for where the tool is by "
+          "now "
+          "and not where it last was, which makes them a period younger.\n"
+          "Its time for a result is that of a few dozen steps; it is not for the real-time lane. Coupling, contact law "
+          "and sub-steps are those of dynamics: give `stick_velocity` the value that dynamics has.\n"
+          "This project's own; the going back to the stamp is that of a Smith predictor (O. Smith, 1957), local models "
+          "of the contact are those of Y. Adachi, T. Kumano, K. Ogino (1995) and W. Mark et al. (1996).")
+      .input("bodies", &LocalPredictor::bodies,
+             {.doc = "the moving bodies of a physics result, as dynamics sends them", .trigger = Trigger::yes})
+      .input("contacts", &LocalPredictor::contacts,
+             {.doc = "the contacts around them; without, nothing touches", .required = false})
       .input("law", &LocalPredictor::law, {.doc = "the spring and damper between handle and tool"})
-      .input("device", &LocalPredictor::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 512}})
-      .output("model", &LocalPredictor::model, "bodies and contacts to go on from")
-      .output("expected", &LocalPredictor::expected, "where the bodies are by now")
-      .integer<std::int32_t>("max_contacts", &Params::max_contacts, {.doc = "contacts kept", .default_value = 48, .min = 1, .max = LocalContacts::capacity})
-      .integer<std::int32_t>("iterations", &Params::iterations, {.doc = "Newton iterations a step, at most", .default_value = 30, .min = 1, .max = 200})
-      .real("stick_velocity", &Params::stick_velocity, {.doc = "sliding speed below which friction is viscous", .unit = "m/s", .default_value = 1e-4, .min = 0, .max = 1, .above_min = true})
-      .boolean("resimulate", &Params::resimulate, true, "go back to the stamp of the result")
-      .info();
+      .input("device", &LocalPredictor::device,
+             {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 512}})
+      .output("model", &LocalPredictor::model, "bodies by now and contacts to go on from, stamped as the result")
+      .boolean("resimulate", &Params::resimulate, true,
+               "go back to the stamp; false, for comparison: the bodies are taken as they were then")
+      .boolean("curvature", &Params::curvature, true, "let contacts bend; false, for comparison: planes")
+      .real("stiffness_scale", &Params::stiffness_scale,
+            {.doc = "multiplies stiffness and damping of contacts, to see what a wrong model does",
+             .default_value = 1,
+             .min = 0,
+             .max = 100})
+      .real("friction_scale", &Params::friction_scale,
+            {.doc = "multiplies the friction of contacts, likewise", .default_value = 1, .min = 0, .max = 100})
+      .unneeded(nothing_moves);
+  declare_rollout(node);
+  return node.info();
 }
 
 LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
-    : params_(params), rollout_(model_of(params, context)) {}
+    : params_(params), rollout_(rollout_model("prediction.local", params, context)) {}
+
+void LocalPredictor::take_samples() {
+  Stamped<DeviceState> sample;
+  while (new_states_.next(device, sample)) {
+    const bool later = track_.size() == 0 || sample.stamp.valid > track_[0].stamp.valid;
+    if (later && is_usable(sample.value)) {
+      track_.push(sample);
+    } else {
+      ++rejected_samples_;
+    }
+  }
+}
+
+void LocalPredictor::take_contacts() {
+  start_.contacts.count = 0;
+  start_.contacts.anchors = 0;
+  if (!contacts.connected() || contacts.latest() == nullptr) return;
+  start_.contacts = contacts.latest()->value;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(start_.contacts.count); ++i) {
+    for (Contact& c : start_.contacts.contact[i]) {
+      c.stiffness *= params_.stiffness_scale;
+      c.damping *= params_.stiffness_scale;
+      c.friction *= params_.friction_scale;
+      if (!params_.curvature) c.H_W = {};
+    }
+  }
+}
 
 void LocalPredictor::step(StepContext&) {
-  Stamped<DeviceState> sample;
-  while (new_states_.next(device, sample)) track_.push(sample);
+  take_samples();
   const Stamped<BodyStates>* result = bodies.latest();
   const Stamped<CouplingLaw>* spring = law.latest();
   if (result == nullptr || spring == nullptr || track_.size() == 0) return;
-  // The handle at the result's stamp.
+  // The handle as it was for the result, or the oldest that is known.
   std::size_t age = 0;
   while (age + 1 < track_.size() && track_[age].stamp.valid > result->stamp.valid) ++age;
   start_.time = result->stamp.valid;
   start_.device = track_[age].value;
   start_.bodies = result->value;
   start_.law = spring->value;
-  start_.contacts.count = 0;
-  if (contacts.connected() && contacts.latest() != nullptr) {
-    start_.contacts = contacts.latest()->value;
-    start_.contacts.count = std::min(start_.contacts.count, params_.max_contacts);
+  take_contacts();
+  if (!rollout_.restart(start_)) {
+    ++rejected_results_;
+    return;
   }
-  rollout_.restart(start_);
+  ++results_;
   if (params_.resimulate) {
-    while (age > 0) rollout_.advance(track_[--age]);
+    for (; age > 0; --age) {
+      if (!rollout_.advance(track_[age - 1])) ++failed_;
+      ++resimulated_;
+    }
     model.send(result->stamp.valid, rollout_.model());
   } else {
-    LocalModel m = start_;
-    m.time = track_[0].stamp.valid;
-    m.device = track_[0].value;
-    model.send(result->stamp.valid, m);
+    start_.time = track_[0].stamp.valid;
+    start_.device = track_[0].value;
+    model.send(result->stamp.valid, start_);
   }
-  expected.send(rollout_.model().time, rollout_.model().bodies);
+}
+
+void LocalPredictor::report(Report& report) const {
+  report.set("prediction.resimulated_samples",
+             results_ > 0 ? static_cast<double>(resimulated_) / static_cast<double>(results_) : 0.0);
+  report.add("prediction.rejected_results", static_cast<double>(rejected_results_));
+  report.add("prediction.rejected_samples", static_cast<double>(rejected_samples_));
+  report.add("prediction.failed_steps", static_cast<double>(failed_));
 }
 
 }  // namespace tactor

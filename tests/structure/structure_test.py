@@ -54,11 +54,11 @@ class Includes(unittest.TestCase):
             "nodes/source": ("framework/core", "framework/node", "framework/record", "nodes/source"),
             "nodes/scene": ("framework/core", "nodes/scene"),
             "nodes/collision": ("framework/core", "framework/node", "nodes/collision", "nodes/scene"),
-            "nodes/mechanics": ("framework/core", "nodes/mechanics", "nodes/scene"),
+            "nodes/mechanics": ("framework/core", "framework/node", "nodes/mechanics", "nodes/scene"),
             "nodes/dynamics": ("framework/core", "framework/node", "nodes/dynamics", "nodes/mechanics", "nodes/scene"),
             "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/mechanics", "nodes/scene"),
             "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction", "nodes/mechanics"),
-            "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation"),
+            "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation", "nodes/mechanics"),
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
             "devices": ("framework/core", "framework/node", "framework/realtime", "devices"),
         }

@@ -1,0 +1,50 @@
+// What the nodes of the local rollout declare alike.
+#pragma once
+
+#include <string>
+
+#include "framework/core/messages.hpp"
+#include "framework/node/declare.hpp"
+#include "nodes/mechanics/scene_model.hpp"
+
+namespace tactor {
+
+/// True where a rollout can go through that sample of the handle.
+inline bool is_usable(const DeviceState& s) {
+  const Quat& q = s.X_WD.R;
+  const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(length) && length > 0.25;
+}
+
+inline std::string nothing_moves(const Scene& scene) {
+  return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
+}
+
+/// The moving bodies as a rollout with these parameters steps them. Throws as scene_model does.
+template <class Params>
+SystemModel rollout_model(const std::string& type, const Params& params, const NodeContext& context) {
+  SystemModel model = scene_model(type, *context.scene, context.notes);
+  model.iterations = params.iterations;
+  model.stick_velocity = params.stick_velocity;
+  return model;
+}
+
+/// Adds the parameters of the step.
+template <class N>
+void declare_rollout(Declare<N>& node) {
+  using P = typename N::Params;
+  node.template integer<std::int32_t>("iterations", &P::iterations,
+                                      {.doc = "Newton iterations a step, at most; then a damped step is taken",
+                                       .default_value = 20,
+                                       .min = 1,
+                                       .max = 200})
+      .real("stick_velocity", &P::stick_velocity,
+            {.doc = "sliding speed below which friction is viscous, as in dynamics",
+             .unit = "m/s",
+             .default_value = 1e-4,
+             .min = 0,
+             .max = 1,
+             .above_min = true});
+}
+
+}  // namespace tactor
