@@ -2,6 +2,8 @@
 // between two of them.
 #pragma once
 
+#include <cmath>
+
 #include "framework/core/messages.hpp"
 #include "framework/core/segment.hpp"
 
@@ -13,6 +15,13 @@ struct ForceState {
   Wrench rate;       ///< N/s, N m/s
   Wrench curvature;  ///< N/s^2, N m/s^2
 };
+
+inline ForceState operator+(const ForceState& a, const ForceState& b) {
+  return {a.value + b.value, a.rate + b.rate, a.curvature + b.curvature};
+}
+inline ForceState operator-(const ForceState& a, const ForceState& b) {
+  return {a.value - b.value, a.rate - b.rate, a.curvature - b.curvature};
+}
 
 /// What a device that was sent `segment` last displays at `now`. At the very end of the segment it still moves; later
 /// the value is held, at rest.
@@ -47,6 +56,28 @@ inline ForceSegment quintic_between(Time begin, Duration length, const ForceStat
   return {begin,
           begin + length,
           {from.value, v0, a0, 10.0 * x - 4.0 * v + 0.5 * a, 7.0 * v - 15.0 * x - a, 6.0 * x - 3.0 * v + 0.5 * a}};
+}
+
+/// The difference e after h seconds of a decay with two equal poles, tau^2 e'' + 2 tau e' + e = 0:
+///   e(h) = (e + b h) exp(-h / tau), e'(h) = (e' - b h / tau) exp(-h / tau), b = e' + e / tau.
+/// The curvature that comes in is of no meaning, the one that goes out is zero.
+inline ForceState decayed_twice(const ForceState& e, double h, double tau) {
+  const double decay = std::exp(-h / tau);
+  const Wrench b = e.rate + (1.0 / tau) * e.value;
+  return {decay * (e.value + h * b), decay * (e.rate - (h / tau) * b), {}};
+}
+
+/// The difference e after h seconds of a decay with three equal poles, (tau d/dt + 1)^3 e = 0:
+///   e(h) = (e + b h + c h^2 / 2) exp(-h / tau), b = e' + e / tau, c = e'' + 2 e' / tau + e / tau^2.
+inline ForceState decayed_thrice(const ForceState& e, double h, double tau) {
+  const double decay = std::exp(-h / tau);
+  const double w = 1.0 / tau;
+  const Wrench b = e.rate + w * e.value;
+  const Wrench c = e.curvature + (2.0 * w) * e.rate + (w * w) * e.value;
+  // The polynomial and its derivatives at h.
+  const Wrench p = e.value + h * b + (0.5 * h * h) * c;
+  const Wrench dp = b + h * c;
+  return {decay * p, decay * (dp - w * p), decay * (c - (2.0 * w) * dp + (w * w) * p)};
 }
 
 }  // namespace tactor
