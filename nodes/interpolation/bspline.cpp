@@ -34,7 +34,8 @@ NodeInfo BSpline::declare() {
           "prediction error. `join: hermite` starts from the displayed value and slope and reaches the value and slope "
           "of that segment's end, so it is C1 and no later. `join: continuous` takes as the three past control points "
           "those that the value, slope and curvature of the displayed curve define uniquely: C2 where forecasts come "
-          "early or the period changes, but later than the others where the period is uneven. If a forecast is late "
+          "early or the period changes, but later than the others where the period is uneven, and swinging to many "
+          "times what comes in where it jumps between 3 and 40 ms. If a forecast is late "
           "(u >= 1) the end value is held, and the next segment starts from it at rest.\n"
           "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering.")
       .realtime_safe()

@@ -1,7 +1,5 @@
 #include "nodes/interpolation/lowpass.hpp"
 
-#include <cmath>
-
 #include "nodes/interpolation/not_finite.hpp"
 
 namespace tactor {
@@ -30,10 +28,8 @@ LowPass::LowPass(const Params& params, const NodeContext&)
     : tau_(params.time_constant.seconds()), tick_(Duration::from_rate(params.rate)) {}
 
 ForceState LowPass::after(const ForceState& state, double h) const {
-  const double decay = std::exp(-h / tau_);
-  const Wrench e = state.value - target_;
-  const Wrench slope = state.rate + (1.0 / tau_) * e;
-  return {target_ + decay * (e + h * slope), decay * (state.rate - (h / tau_) * slope), {}};
+  const ForceState target{target_, {}, {}};
+  return target + decayed_twice(state - target, h, tau_);
 }
 
 void LowPass::step(StepContext& context) {

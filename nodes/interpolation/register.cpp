@@ -1,5 +1,8 @@
 #include "framework/node/registry.hpp"
+#include "nodes/interpolation/blend.hpp"
 #include "nodes/interpolation/bspline.hpp"
+#include "nodes/interpolation/catmull_rom.hpp"
+#include "nodes/interpolation/hermite.hpp"
 #include "nodes/interpolation/linear.hpp"
 #include "nodes/interpolation/lowpass.hpp"
 #include "nodes/interpolation/none.hpp"
@@ -11,4 +14,8 @@ TACTOR_NODES(registry) {
   registry.add<tactor::LowPass>();
   registry.add<tactor::BSpline>();
   registry.add<tactor::Rollout>();
+  registry.add<tactor::CatmullRom>();
+  registry.add<tactor::HermiteCubic>();
+  registry.add<tactor::HermiteQuintic>();
+  registry.add<tactor::Blend>();
 }

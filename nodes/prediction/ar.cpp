@@ -109,17 +109,12 @@ std::size_t ArPredictor::gather(std::size_t count, std::span<Wrench> past) const
     return there;
   }
   const Time newest = history_[0].stamp.valid;
-  std::size_t age = 0;
+  SamplePlace place;
   for (std::size_t i = 0; i < wanted; ++i) {
-    const double back = static_cast<double>(i) * model_.grid_period;
-    while (age < history_.size() && (newest - history_[age].stamp.valid).seconds() < back) ++age;
-    if (age == history_.size()) return i;
-    past[i] = history_[age].value;
-    if (age == 0) continue;
-    const Stamped<Wrench>& later = history_[age - 1];
-    const double span = (later.stamp.valid - history_[age].stamp.valid).seconds();
-    const double share = ((newest - history_[age].stamp.valid).seconds() - back) / span;
-    past[i] = past[i] + share * (later.value - past[i]);
+    const Time t = newest - Duration::from_seconds(static_cast<double>(i) * model_.grid_period);
+    if (!find_place(history_, t, place)) return i;
+    past[i] = history_[place.age].value;
+    if (place.age > 0) past[i] = past[i] + place.share * (history_[place.age - 1].value - past[i]);
   }
   return wanted;
 }

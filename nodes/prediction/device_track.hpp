@@ -22,17 +22,14 @@ class DeviceTrack {
   /// The pose at time t, interpolated between its neighbours; the newest where t is later. False where t is before
   /// all that is remembered.
   [[nodiscard]] bool at(Time t, Pose& X_WD) const {
-    std::size_t age = 0;
-    while (age < poses_.size() && poses_[age].stamp.valid > t) ++age;
-    if (age == poses_.size()) return false;
-    X_WD = poses_[age].value;
-    if (age == 0) return true;
-    const Stamped<Pose>& next = poses_[age - 1];
-    const double share =
-        (t - poses_[age].stamp.valid).seconds() / (next.stamp.valid - poses_[age].stamp.valid).seconds();
-    const Vec3 turn = to_rotation_vector(next.value.R * inverse(X_WD.R));
-    X_WD.p += share * (next.value.p - X_WD.p);
-    X_WD.R = from_rotation_vector(share * turn) * X_WD.R;
+    SamplePlace place;
+    if (!find_place(poses_, t, place)) return false;
+    X_WD = poses_[place.age].value;
+    if (place.age == 0) return true;
+    const Pose& next = poses_[place.age - 1].value;
+    const Vec3 turn = to_rotation_vector(next.R * inverse(X_WD.R));
+    X_WD.p += place.share * (next.p - X_WD.p);
+    X_WD.R = from_rotation_vector(place.share * turn) * X_WD.R;
     return true;
   }
 

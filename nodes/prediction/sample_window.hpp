@@ -40,6 +40,26 @@ class SampleWindow {
   std::size_t size_ = 0;
 };
 
+/// Where a time lies among stamped samples: `share` of the way from the one of `age` to the next newer one.
+struct SamplePlace {
+  std::size_t age = 0;
+  double share = 0;
+};
+
+/// Finds t among the stamps, from place.age on towards older samples; the newest, share 0, where t is later than all.
+/// False where t is before all of them. With times that fall the search goes on from the place found before.
+template <class T>
+bool find_place(const SampleWindow<Stamped<T>>& samples, Time t, SamplePlace& place) {
+  std::size_t age = place.age;
+  while (age < samples.size() && samples[age].stamp.valid > t) ++age;
+  if (age == samples.size()) return false;
+  place = {age, 0.0};
+  if (age == 0) return true;
+  const Time before = samples[age].stamp.valid;
+  place.share = (t - before).seconds() / (samples[age - 1].stamp.valid - before).seconds();
+  return true;
+}
+
 /// The mean of the newest `count` samples, or of all where there are fewer, summed afresh; zero where there are none.
 Vec3 mean(const SampleWindow<Vec3>& window, std::size_t count);
 

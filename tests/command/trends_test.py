@@ -49,6 +49,20 @@ class Bunny(CommandTest):
 
 
 @needs_collision
+class Forecasts(CommandTest):
+    def test_a_forecast_at_the_device_s_own_time_is_nearer_earlier_and_smoother_than_the_hold(self):
+        for scene in ("duck", "bunny", "peg_in_hole"):
+            out = self.folder / scene
+            self.run_ok("compare", *(GRAPHS / f"{scene}_{p}.yaml" for p in ("off", "blend")), "--seeds", "1",
+                        "--first-seed", "21", "--out", out)
+            off, blend = (g["figures"] for g in json.loads((out / "compare.json").read_text())["graphs"])
+            for figure, most in (("rms_error_N", 0.9), ("delay_ms", 0.75), ("rms_d2_N_per_ms2", 0.5)):
+                with self.subTest(scene=scene, figure=figure):
+                    name = f"delivered.force.{figure}"
+                    self.assertLess(blend[name]["mean"], most * off[name]["mean"])
+
+
+@needs_collision
 @needs_hdf5
 class PegAtRest(CommandTest):
     def hanging(self, grams):

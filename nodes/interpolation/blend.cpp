@@ -1,0 +1,68 @@
+#include "nodes/interpolation/blend.hpp"
+
+#include "nodes/interpolation/not_finite.hpp"
+
+namespace tactor {
+
+NodeInfo Blend::declare() {
+  return Declare<Blend>("interpolation.blend", "Displays the forecast of the present time, and blends its changes in.")
+      .details(
+          "F(t) = G(t) + e(t): G is the newest forecast as a curve through F_t at its stamp and the predicted steps at "
+          "stamp + i T, evaluated at the time of display, so that what a result is late by is predicted and not shown "
+          "late. e is what the displayed force differs by. It stays as it is when a forecast arrives and decays from "
+          "there: tau^2 e'' + 2 tau e' + e = 0 with `continuity: c1`, (tau d/dt + 1)^3 e = 0 with `c2`, tau the "
+          "`blend_time`, solved exactly from step to step. Each tick, and each forecast that arrives between two, "
+          "sends "
+          "the cubic (c1) or quintic (c2) that has the values, slopes (and curvatures) of F at both ends of a tick, so "
+          "the displayed force is C1 or C2 whenever forecasts arrive; a tick that was missed holds it at rest. In the "
+          "real-time lane a forecast waits for the next tick. Where the next one comes later than the last step, that "
+          "step is held. A shorter blend follows more closely and is rougher. Behind `prediction.hold` the displayed "
+          "force is the held one, low-pass filtered.")
+      .realtime_safe()
+      .input("forecast", &Blend::forecast, {.doc = "the force and the predicted ones", .trigger = Trigger::yes})
+      .output("segment", &Blend::segment, "the displayed curve over one tick")
+      .real("blend_time", &Params::blend_time,
+            {.doc = "tau, of each of the equal poles of the decay",
+             .unit = "s",
+             .default_value = 0.002,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .choice("shape", &Params::shape, {{"linear", CurveShape::linear}, {"cubic", CurveShape::cubic}},
+              std::optional(CurveShape::linear),
+              "between the steps of the forecast: straight lines, or the cubic through the nearest four")
+      .choice("continuity", &Params::continuity, {{"c1", Continuity::c1}, {"c2", Continuity::c2}},
+              std::optional(Continuity::c1), "what never jumps: value and slope, or the curvature too")
+      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .info();
+}
+
+Blend::Blend(const Params& params, const NodeContext&) : params_(params), tick_(Duration::from_rate(params.rate)) {}
+
+void Blend::step(StepContext& context) {
+  const Stamped<Forecast>* newest = forecast.latest();
+  if (newest == nullptr) return;
+  const Time now = context.now();
+  if (const auto passed_on = segment_if_not_finite(now, newest->value)) {
+    segment.send(newest->stamp.valid, *passed_on);
+    return;
+  }
+  const ForecastCurve curve(*newest, params_.shape);
+  if (curve.is_over(now)) ++late_;
+  const ForceState from = displayed(shown_, now);
+  const ForceState difference = from - curve.at(now);
+  const ForceState aim = curve.at(now + tick_);
+  const double tau = params_.blend_time.seconds();
+  if (params_.continuity == Continuity::c1) {
+    shown_ = cubic_between(now, tick_, from, aim + decayed_twice(difference, tick_.seconds(), tau));
+  } else {
+    shown_ = quintic_between(now, tick_, from, aim + decayed_thrice(difference, tick_.seconds(), tau));
+  }
+  segment.send(newest->stamp.valid, shown_);
+}
+
+void Blend::report(Report& report) const {
+  report.set("interpolation.late", static_cast<double>(late_));
+}
+
+}  // namespace tactor

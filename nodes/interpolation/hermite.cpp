@@ -1,0 +1,66 @@
+#include "nodes/interpolation/hermite.hpp"
+
+#include "nodes/interpolation/not_finite.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr const char* in_common =
+    " of the forecast's curve one period after now. The curve goes through F_t at its stamp and the predicted steps at "
+    "stamp + i T; `shape` says how. With two steps and more the segment is on time, with one it ends where a result "
+    "that has been under way for a period is held. Where the next forecast comes early its segment goes on from the "
+    "displayed curve, where it is late the end is held and the next segment starts from it at rest, so that only there "
+    "the slope jumps.";
+
+template <class N>
+NodeInfo declare_hermite(const char* type, const char* summary, const std::string& ends) {
+  return Declare<N>(type, summary)
+      .details("One segment for each forecast: " + ends + in_common)
+      .realtime_safe()
+      .input("forecast", static_cast<Input<Forecast> N::*>(&N::forecast),
+             {.doc = "the force and the predicted ones", .trigger = Trigger::yes})
+      .output("segment", static_cast<Output<ForceSegment> N::*>(&N::segment), "a segment over one period")
+      .choice("shape", &N::Params::shape, {{"linear", CurveShape::linear}, {"cubic", CurveShape::cubic}},
+              std::optional(CurveShape::cubic),
+              "between the steps of the forecast: straight lines, or the cubic through the nearest four")
+      .info();
+}
+
+}  // namespace
+
+NodeInfo HermiteCubic::declare() {
+  return declare_hermite<HermiteCubic>("interpolation.hermite_cubic",
+                                       "A cubic from the displayed force to the one expected a period from now.",
+                                       "the cubic from the displayed value and slope to the value and slope");
+}
+
+NodeInfo HermiteQuintic::declare() {
+  return declare_hermite<HermiteQuintic>("interpolation.hermite_quintic",
+                                         "A quintic from the displayed force to the one expected a period from now.",
+                                         "the quintic from the displayed value, slope and curvature to those");
+}
+
+void Hermite::step(StepContext& context) {
+  const Stamped<Forecast>* newest = forecast.latest();
+  if (newest == nullptr) return;
+  const Time now = context.now();
+  if (const auto passed_on = segment_if_not_finite(now, newest->value)) {
+    segment.send(newest->stamp.valid, *passed_on);
+    return;
+  }
+  if (any_ && now > shown_.end) ++late_;
+  if (any_ && now < shown_.end) ++early_;
+  any_ = true;
+  const Duration period = period_of(newest->value);
+  const ForecastCurve curve(*newest, shape_);
+  shown_ = between_(now, period, displayed(shown_, now), curve.at(now + period));
+  segment.send(newest->stamp.valid, shown_);
+}
+
+void Hermite::report(Report& report) const {
+  report.set("interpolation.late", static_cast<double>(late_));
+  report.set("interpolation.early", static_cast<double>(early_));
+}
+
+}  // namespace tactor
