@@ -1,0 +1,66 @@
+#include "nodes/forcefield/static_force.hpp"
+
+#include "framework/core/check.hpp"
+#include "nodes/collision/auto.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr int most_steps = 50;
+constexpr double settled_within = 1e-9;  // m
+
+std::unique_ptr<Node> make_collision(const Scene& scene, double margin, std::vector<std::string>* notes) {
+  const NodeInfo& info = *AutoCollision::choose(scene).info;
+  std::vector<ParamValue> values;
+  for (const ParamInfo& p : info.params) values.push_back(p.default_value.value());
+  values[info.param("margin").value()] = margin;
+  NodeContext context;
+  context.name = "static force";
+  context.scene = &scene;
+  context.torque = false;
+  context.notes = notes;
+  return info.create(values, context);
+}
+
+SystemModel tool_that_translates() {
+  SystemModel model;
+  model.body[0] = {.mass = 1, .rotates = false};  // the mass of a massless tool is not looked at
+  return model;
+}
+
+}  // namespace
+
+StaticForce::StaticForce(const Scene& scene, double k_t, double margin, std::vector<std::string>* notes)
+    : node_(make_collision(scene, margin, notes)),
+      collision_(dynamic_cast<CollisionNode*>(node_.get())),
+      step_(tool_that_translates()),
+      law_{.k_t = k_t, .massless = 1},
+      R_WT_(scene.tool()->X_WB.R) {
+  TACTOR_DEMAND(collision_ != nullptr);
+}
+
+StaticForce::Result StaticForce::at(const Vec3& p_WD) {
+  Result result;
+  DeviceState handle;
+  handle.X_WD.p = p_WD;
+  BodyStates tool;
+  tool.count = 1;
+  tool.X_WB[0] = {p_WD, R_WT_};
+  for (int i = 0; i < most_steps && !result.settled; ++i) {
+    const Vec3 before = tool.X_WB[0].p;
+    collision_->query(tool, set_);
+    if (i == 0) {
+      result.near = set_.count > 0;
+      if (set_.penetrating == 0) return {{}, result.near, true};
+    }
+    for (Contact& contact : set_.contact) contact.friction = 0;
+    // Of a balance without friction the length of the step does not matter.
+    step_.advance(law_, handle, handle, contact_planes(set_), 1, tool);
+    result.settled = norm(tool.X_WB[0].p - before) < settled_within;
+  }
+  result.force = -law_.k_t * (p_WD - tool.X_WB[0].p);
+  return result;
+}
+
+}  // namespace tactor
