@@ -1,5 +1,6 @@
 #include "nodes/forcefield/force_grid.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -89,21 +90,19 @@ bool ForceGrid::store(const Vec3& p, const Vec3& force) {
   Cell cell;
   if (!cell_of(p, cell)) return false;
   ++clock_;
-  Vec3 estimate;
   double squares = 0;
   for (int c = 0; c < 8; ++c) {
     const double w = weight(cell.share, c);
     if (w == 0) continue;
     // Marked before any is inserted, so that none of them has to make room.
-    Entry* known = find(key_of(corner(cell.low, c)));
-    if (known != nullptr) known->used = clock_;
-    estimate += w * (known != nullptr ? known->force : force);
+    if (Entry* known = find(key_of(corner(cell.low, c)))) known->used = clock_;
     squares += w * w;
   }
-  const Vec3 correction = (forgetting_ / squares) * (force - estimate);
   for (int c = 0; c < 8; ++c) {
     const double w = weight(cell.share, c);
-    if (w > 0) find_or_insert(key_of(corner(cell.low, c)), force).force += w * correction;
+    if (w == 0) continue;
+    Entry& entry = find_or_insert(key_of(corner(cell.low, c)), force);
+    entry.force += (forgetting_ * std::min(1.0, w / squares)) * (force - entry.force);
   }
   return true;
 }

@@ -11,14 +11,17 @@ namespace tactor {
 
 /// A sparse grid of forces with fixed storage. Node i is at cell * i; between nodes the force is trilinear,
 ///   F(p) = sum_i w_i(p) F_i over the 8 corners of the cell of p, sum_i w_i = 1.
-/// A sample (p, F) corrects its corners so that the grid comes closer to it by the share `forgetting`,
-///   F_i += forgetting * w_i / (sum_j w_j^2) * (F - F(p)),
-/// which is Kaczmarz's projection (normalised least mean squares): with `forgetting` 1 the grid has the last sample
-/// exactly, and a linear field that is stored stays as it is. Corners that were not stored before begin at F.
+/// A sample (p, F) draws its corners towards itself, and those that were not stored before begin at F:
+///   F_i += forgetting * min(1, w_i / sum_j w_j^2) * (F - F_i).
+/// So every stored force is a mean of forces that were felt. A sample on a node is met exactly where `forgetting` is 1,
+/// in the middle of a cell too; elsewhere the grid keeps something of what the corner's other cells felt. (The
+/// correction that meets every sample, F_i += w_i / sum_j w_j^2 * (F - F(p)), has twice to three times the error on
+/// forces with friction: two forces felt close to each other tilt the field.)
 ///
 /// Where corners of a cell are not stored they are extrapolated from the stored nodes within `reach` of them, weighted
-/// by 1 / distance^2 (D. Shepard, "A two-dimensional interpolation function for irregularly-spaced data", ACM 1968), so
-/// that no force is made that is larger than the stored ones. F is continuous in p as long as nothing is stored.
+/// by 1 / distance^2 (D. Shepard, "A two-dimensional interpolation function for irregularly-spaced data", ACM 1968).
+/// F(p) is therefore a mean of forces that were felt, never larger than the largest, and continuous in p as long as
+/// nothing is stored.
 ///
 /// The storage is a hash table of sets of 8 nodes each. A node that comes to a full set takes the place of the one that
 /// was stored longest ago, which is counted; so the table always takes what is new and forgets what is old. A table is

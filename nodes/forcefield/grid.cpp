@@ -26,7 +26,8 @@ NodeInfo GridForceField::declare() {
   Declare<GridForceField> d(type, "Forces kept on a grid where they were felt, interpolated at the device's position.");
   d.details(
       "Each physics force is stored at the position the device had at the force's stamp: F(p) = sum w_i F_i, trilinear "
-      "between grid nodes, and a sample corrects F_i by forgetting w_i / (sum w_j^2) (F - F(p)). At its own rate the "
+      "between grid nodes, and a sample draws its corners by F_i += forgetting min(1, w_i / sum w_j^2) (F - F_i). At "
+      "its own rate the "
       "node displays F at the device's newest position. Nodes that were never stored are extrapolated from those "
       "within "
       "`reach`, weighted by 1 / distance^2; where there is none the newest physics force is held. The grid's storage "
@@ -35,22 +36,22 @@ NodeInfo GridForceField::declare() {
       "translation-only tools in fixed scenes, where a place is visited again; what depends on speed or on the way "
       "there (damping, friction) is displayed as it last was.\n"
       "After Mazzella, Montgomery, Latombe, The Forcegrid: A Buffer Structure for Haptic Interaction with Virtual "
-      "Elastic Objects (2002); the correction is Kaczmarz's, the extrapolation Shepard's (1968).");
+      "Elastic Objects (2002); the update is this project's own, the extrapolation Shepard's (1968).");
   declare_device_track(d);
   d.realtime_safe()
       .input("force", &GridForceField::force,
              {.doc = "the physics force on the device", .queue = {QueuePolicy::drop_oldest, 64}})
       .output("segment", &GridForceField::segment, "the force at the device's position, held for a tick")
       .real("cell", &Params::cell,
-            {.doc = "distance between grid nodes", .unit = "m", .default_value = 0.001, .min = 1e-6, .max = 0.1})
+            {.doc = "distance between grid nodes", .unit = "m", .default_value = 0.002, .min = 1e-6, .max = 0.1})
       .real("reach", &Params::reach,
             {.doc = "how far from stored nodes others are extrapolated; four cells at most",
              .unit = "m",
-             .default_value = 0.002,
+             .default_value = 0.004,
              .min = 0,
              .max = 0.4})
       .real("forgetting", &Params::forgetting,
-            {.doc = "share by which a visit brings the grid closer to the new force; 1: what was there is forgotten",
+            {.doc = "how much of what a node was is forgotten when a force is felt at it",
              .default_value = 1,
              .min = 0,
              .max = 1,

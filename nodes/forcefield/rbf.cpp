@@ -13,9 +13,9 @@ namespace tactor {
 namespace {
 
 constexpr const char* type = "forcefield.rbf";
-constexpr int held_out = 2000;           // points
-constexpr int draws = 100 * held_out;    // points tried for them, at most
-constexpr double same_stiffness = 1e-3;  // of k_t
+constexpr std::size_t held_out = 2000;         // points
+constexpr std::size_t draws = 100 * held_out;  // points tried for them, at most
+constexpr double same_stiffness = 1e-3;        // of k_t
 
 /// The box about a body in its own frame, which the body must have.
 Bounds bounds_of(const Body& body, Notes* notes) {
@@ -128,10 +128,10 @@ NodeInfo RbfForceField::declare() {
       .real("spacing", &Params::spacing,
             {.doc = "distance between lattice points", .unit = "m", .default_value = 0.002, .min = 1e-5, .max = 0.1})
       .real("support", &Params::support,
-            {.doc = "how far a basis function goes, in spacings", .default_value = 2.5, .min = 1, .max = 6})
+            {.doc = "how far a basis function goes, in spacings", .default_value = 3, .min = 1, .max = 6})
       .real("ridge", &Params::ridge,
             {.doc = "added to the diagonal, which is 1: smaller weights against an exact fit",
-             .default_value = 1e-3,
+             .default_value = 0.01,
              .min = 0,
              .max = 1})
       .reals(
@@ -188,19 +188,21 @@ void RbfForceField::hold_out(StaticForce& truth, std::uint64_t seed) {
   const auto between = [&](double low, double high) {
     return boost::random::uniform_real_distribution<double>(low, high)(engine);
   };
+  std::vector<double> errors;
   double squares = 0;
-  int count = 0;
-  for (int i = 0; i < draws && count < held_out; ++i) {
+  for (std::size_t i = 0; i < draws && errors.size() < held_out; ++i) {
     Vec3 p;
     for (int axis = 0; axis < 3; ++axis) p[axis] = between(region_.low[axis], region_.high[axis]);
     const StaticForce::Result found = truth.at(p);
     if (!found.near) continue;
-    ++count;
-    const double error = norm(field_.at(p) - found.force);
-    squares += error * error;
-    residual_max_ = std::max(residual_max_, error);
+    errors.push_back(norm(field_.at(p) - found.force));
+    squares += errors.back() * errors.back();
   }
-  residual_rms_ = count > 0 ? std::sqrt(squares / count) : 0;
+  if (errors.empty()) return;
+  std::sort(errors.begin(), errors.end());
+  residual_median_ = errors[errors.size() / 2];
+  residual_rms_ = std::sqrt(squares / static_cast<double>(errors.size()));
+  residual_max_ = errors.back();
 }
 
 Vec3 RbfForceField::at(Vec3 p_WD, const CouplingLaw& spring) {
@@ -237,6 +239,7 @@ void RbfForceField::report(Report& report) const {
   report.set("forcefield.centres", static_cast<double>(field_.centres()));
   report.set("forcefield.memory_bytes", static_cast<double>(field_.memory_bytes()));
   report.set("forcefield.solver_residual", solver_residual_);
+  report.set("forcefield.residual_median_N", residual_median_);
   report.set("forcefield.residual_rms_N", residual_rms_);
   report.set("forcefield.residual_max_N", residual_max_);
   report.set("forcefield.unsettled_samples", static_cast<double>(unsettled_));

@@ -50,9 +50,9 @@ class RbfForceField final : public Node {
   Bounds region_;  // m, W
   Vec3 weight_W_;  // N, of a tool of mass
   RadialBasis field_;
-  double solver_residual_ = 0;                  // relative
-  double residual_rms_ = 0, residual_max_ = 0;  // N, at points that were not fitted
-  std::int64_t unsettled_ = 0;                  // samples whose balance was not found
+  double solver_residual_ = 0;                                        // relative
+  double residual_median_ = 0, residual_rms_ = 0, residual_max_ = 0;  // N, at points that were not fitted
+  std::int64_t unsettled_ = 0;                                        // samples whose balance was not found
   NewMessages<DeviceState> states_;
   Stamped<DeviceState> newest_;
   bool any_ = false;

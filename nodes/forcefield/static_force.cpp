@@ -1,5 +1,7 @@
 #include "nodes/forcefield/static_force.hpp"
 
+#include <span>
+
 #include "framework/core/check.hpp"
 #include "nodes/collision/auto.hpp"
 
@@ -7,7 +9,8 @@ namespace tactor {
 
 namespace {
 
-constexpr int most_steps = 50;
+constexpr int most_steps = 100;
+constexpr int newton_steps = 10;
 constexpr double settled_within = 1e-9;  // m
 
 std::unique_ptr<Node> make_collision(const Scene& scene, double margin, std::vector<std::string>* notes) {
@@ -50,14 +53,27 @@ StaticForce::Result StaticForce::at(const Vec3& p_WD) {
   for (int i = 0; i < most_steps && !result.settled; ++i) {
     const Vec3 before = tool.X_WB[0].p;
     collision_->query(tool, set_);
+    const std::span contacts(set_.contact.data(), static_cast<std::size_t>(set_.count));
     if (i == 0) {
       result.near = set_.count > 0;
       if (set_.penetrating == 0) return {{}, result.near, true};
     }
-    for (Contact& contact : set_.contact) contact.friction = 0;
-    // Of a balance without friction the length of the step does not matter.
-    step_.advance(law_, handle, handle, contact_planes(set_), 1, tool);
-    result.settled = norm(tool.X_WB[0].p - before) < settled_within;
+    if (i < newton_steps) {
+      for (Contact& contact : contacts) contact.friction = 0;
+      // Of a balance without friction the length of the step does not matter.
+      step_.advance(law_, handle, handle, contact_planes(set_), 1, tool);
+      result.settled = norm(tool.X_WB[0].p - before) < settled_within;
+      continue;
+    }
+    Vec3 out = law_.k_t * (p_WD - before);  // N, what is left of the balance
+    double stiffness = law_.k_t;
+    for (const Contact& contact : contacts) {
+      if (contact.distance >= 0) continue;
+      const double k = contact.stiffness * contact.weight;
+      out -= k * contact.distance * contact.n_W;
+      stiffness += k;
+    }
+    tool.X_WB[0].p += out / (stiffness * (1 + 0.5 * (i - newton_steps)));
   }
   result.force = -law_.k_t * (p_WD - tool.X_WB[0].p);
   return result;
