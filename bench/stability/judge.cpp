@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "nodes/coupling/law.hpp"
+#include "nodes/mechanics/coupling_wrench.hpp"
 #include "nodes/scene/body_mesh.hpp"
 
 namespace tactor::bench {

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
-#include "nodes/dynamics/energy.hpp"
-#include "nodes/dynamics/handle.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/mechanics/energy.hpp"
+#include "nodes/mechanics/handle.hpp"
+#include "nodes/mechanics/scene_model.hpp"
 
 namespace tactor {
 
@@ -17,18 +17,7 @@ bool usable(const DeviceState& s) {
   return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(length) && length > 0.25;
 }
 
-SystemModel model_of(const std::string& type, const DynamicsParams& params, const Scene& scene, Notes* notes) {
-  SystemModel model;
-  model.count = 0;
-  for (const std::size_t i : scene.moving()) {
-    const Body& body = scene.bodies[i];
-    BodyModel& m = model.body[static_cast<std::size_t>(model.count++)];
-    m.mass = body.mass;
-    m.rotates = body.motion == Motion::rigid;
-    if (m.rotates) m.inertia_B = body_inertia(body, notes);
-  }
-  if (model.count == 0) throw InputError(type + " needs a moving body in the scene");
-  model.gravity_W = scene.gravity_W;
+SystemModel model_with(const DynamicsParams& params, SystemModel model) {
   model.iterations = params.iterations;
   model.stick_velocity = params.stick_velocity;
   return model;
@@ -40,7 +29,7 @@ DynamicsNode::DynamicsNode(std::string type, const InertialParams& params, bool 
     : type_(std::move(type)),
       params_(params),
       massless_(massless),
-      solver_(model_of(type_, params, *context.scene, context.notes)),
+      solver_(model_with(params, scene_model(type_, *context.scene, context.notes))),
       substep_(params.substep) {
   if (params.substep_tolerance > 0 && params.min_substep > params.substep) {
     throw InputError(type_ + ": min_substep (" + std::to_string(params.min_substep) + " s) is above substep (" +

@@ -4,6 +4,7 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/auto.hpp"
+#include "nodes/mechanics/scene_model.hpp"
 
 namespace tactor {
 
@@ -26,18 +27,12 @@ std::unique_ptr<Node> make_collision(const Scene& scene, double margin, std::vec
   return info.create(values, context);
 }
 
-SystemModel tool_that_translates() {
-  SystemModel model;
-  model.body[0] = {.mass = 1, .rotates = false};  // the mass of a massless tool is not looked at
-  return model;
-}
-
 }  // namespace
 
 StaticForce::StaticForce(const Scene& scene, double k_t, double margin, std::vector<std::string>* notes)
     : node_(make_collision(scene, margin, notes)),
       collision_(dynamic_cast<CollisionNode*>(node_.get())),
-      step_(tool_that_translates()),
+      step_(scene_model("forcefield.rbf", scene, notes)),
       law_{.k_t = k_t, .massless = 1},
       R_WT_(scene.tool()->X_WB.R) {
   TACTOR_DEMAND(collision_ != nullptr);

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "nodes/collision/collision_node.hpp"
-#include "nodes/dynamics/rigid_step.hpp"
+#include "nodes/mechanics/rigid_step.hpp"
 
 namespace tactor {
 

@@ -54,10 +54,15 @@ class Includes(unittest.TestCase):
             "nodes/source": ("framework/core", "framework/node", "framework/record", "nodes/source"),
             "nodes/scene": ("framework/core", "nodes/scene"),
             "nodes/collision": ("framework/core", "framework/node", "nodes/collision", "nodes/scene"),
-            "nodes/dynamics": ("framework/core", "framework/node", "nodes/dynamics", "nodes/scene"),
-            "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/scene"),
-            "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction"),
+            "nodes/mechanics": ("framework/core", "nodes/mechanics", "nodes/scene"),
+            "nodes/dynamics": ("framework/core", "framework/node", "nodes/dynamics", "nodes/mechanics", "nodes/scene"),
+            "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/mechanics", "nodes/scene"),
+            "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction", "nodes/mechanics"),
             "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation"),
+            # A field of forces samples the contacts of the scene, and keeps the device's track and bad samples out as
+            # prediction does.
+            "nodes/forcefield": ("framework/core", "framework/node", "nodes/forcefield", "nodes/scene", "nodes/collision",
+                                 "nodes/mechanics", "nodes/prediction"),
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
             "devices": ("framework/core", "framework/node", "framework/realtime", "devices"),
         }

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "nodes/dynamics/energy.hpp"
-#include "nodes/dynamics/rigid_step.hpp"
+#include "nodes/mechanics/energy.hpp"
+#include "nodes/mechanics/rigid_step.hpp"
 
 namespace tactor::test {
 

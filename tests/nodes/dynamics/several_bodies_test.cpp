@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "nodes/dynamics/eigen.hpp"
-#include "nodes/dynamics/energy.hpp"
-#include "nodes/dynamics/free_rotation.hpp"
-#include "nodes/dynamics/rigid_step.hpp"
+#include "nodes/mechanics/eigen.hpp"
+#include "nodes/mechanics/energy.hpp"
+#include "nodes/mechanics/free_rotation.hpp"
+#include "nodes/mechanics/rigid_step.hpp"
 
 using namespace tactor;
 namespace tt = boost::test_tools;

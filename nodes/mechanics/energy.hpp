@@ -1,7 +1,7 @@
 // The energy of the bodies, the coupling's spring and the contacts, and the work of the handle.
 #pragma once
 
-#include "nodes/dynamics/system.hpp"
+#include "nodes/mechanics/system.hpp"
 
 namespace tactor {
 

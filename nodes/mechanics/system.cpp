@@ -1,4 +1,4 @@
-#include "nodes/dynamics/system.hpp"
+#include "nodes/mechanics/system.hpp"
 
 #include <cmath>
 

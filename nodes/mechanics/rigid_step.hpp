@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "nodes/dynamics/system.hpp"
+#include "nodes/mechanics/system.hpp"
 
 namespace tactor {
 

@@ -1,4 +1,4 @@
-#include "nodes/dynamics/rigid_step.hpp"
+#include "nodes/mechanics/rigid_step.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 #include <Eigen/LU>
 
 #include "framework/core/check.hpp"
-#include "nodes/dynamics/eigen.hpp"
-#include "nodes/dynamics/energy.hpp"
-#include "nodes/dynamics/free_rotation.hpp"
-#include "nodes/dynamics/handle.hpp"
+#include "nodes/mechanics/eigen.hpp"
+#include "nodes/mechanics/energy.hpp"
+#include "nodes/mechanics/free_rotation.hpp"
+#include "nodes/mechanics/handle.hpp"
 
 namespace tactor {
 

@@ -1,6 +1,6 @@
-#include "nodes/dynamics/energy.hpp"
+#include "nodes/mechanics/energy.hpp"
 
-#include "nodes/dynamics/eigen.hpp"
+#include "nodes/mechanics/eigen.hpp"
 
 namespace tactor {
 

@@ -1,4 +1,4 @@
-#include "nodes/dynamics/free_rotation.hpp"
+#include "nodes/mechanics/free_rotation.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "nodes/dynamics/eigen.hpp"
+#include "nodes/mechanics/eigen.hpp"
 
 namespace tactor {
 
