@@ -66,19 +66,17 @@ double RadialBasis::fit(std::span<const std::int64_t> points, std::span<const Ve
   if (n == 0) return 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     std::int32_t& centre = centre_of_[static_cast<std::size_t>(points[i])];
-    TACTOR_DEMAND(centre < 0);
+    TACTOR_DEMAND(i == 0 || points[i - 1] < points[i]);
     centre = static_cast<std::int32_t>(i);
   }
-  std::vector<Eigen::Triplet<double, std::int32_t>> entries;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto row = static_cast<std::int32_t>(i);
-    each_near(lattice_.point(points[i]), [&](std::int32_t centre, double phi) {
-      entries.emplace_back(row, centre, centre == row ? phi + options_.ridge : phi);
+  Eigen::SparseMatrix<double, Eigen::RowMajor> A(n, n);
+  for (Eigen::Index row = 0; row < n; ++row) {
+    A.startVec(row);
+    each_near(lattice_.point(points[static_cast<std::size_t>(row)]), [&](std::int32_t centre, double phi) {
+      A.insertBack(row, centre) = centre == row ? phi + options_.ridge : phi;
     });
   }
-  Eigen::SparseMatrix<double, Eigen::RowMajor> A(n, n);
-  A.setFromTriplets(entries.begin(), entries.end());
-  entries = {};
+  A.finalize();
   Eigen::ConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>, Eigen::Lower | Eigen::Upper> solver(A);
   solver.setTolerance(1e-8);
   solver.setMaxIterations(10000);

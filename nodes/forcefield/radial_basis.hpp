@@ -35,7 +35,7 @@ class RadialBasis {
   /// A field of zero.
   RadialBasis(const Lattice& lattice, const Options& options);
 
-  /// Fits values[i] at the lattice points[i] (indices, each once), which become the centres: (A + ridge I) w = values,
+  /// Fits values[i] at the lattice points[i] (indices, ascending), which become the centres: (A + ridge I) w = values,
   /// A_ij = phi(|c_i - c_j| / R), positive definite, by conjugate gradients. Returns the largest relative residual of
   /// the equations over the components; below 1e-6 where the solver came to its end.
   double fit(std::span<const std::int64_t> points, std::span<const Vec3> values);

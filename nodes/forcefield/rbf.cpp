@@ -139,8 +139,9 @@ NodeInfo RbfForceField::declare() {
           {.doc = "low x, y, z and high x, y, z of the box, in the world; empty: where the tool can touch a fixed body",
            .unit = "m"})
       .integer("most_points", &Params::most_points,
-               {.doc = "lattice points at most; each takes 4 bytes, one in use 24 more",
-                .default_value = 1'000'000,
+               {.doc = "lattice points at most; each takes 4 bytes, one in use 24 more, and while it is fitted 50 "
+                       "times the cube of the support",
+                .default_value = 500'000,
                 .min = 8,
                 .max = 100'000'000})
       .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
