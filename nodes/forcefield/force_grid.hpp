@@ -29,7 +29,7 @@ namespace tactor {
 class ForceGrid {
  public:
   /// The most cells that `reach` may span.
-  static constexpr int most_reach_cells = 4;
+  static constexpr int most_reach_cells = 3;
 
   struct Options {
     double cell = 0;         ///< m, above 0

@@ -45,11 +45,11 @@ NodeInfo GridForceField::declare() {
       .real("cell", &Params::cell,
             {.doc = "distance between grid nodes", .unit = "m", .default_value = 0.002, .min = 1e-6, .max = 0.1})
       .real("reach", &Params::reach,
-            {.doc = "how far from stored nodes others are extrapolated; four cells at most",
+            {.doc = "how far from stored nodes others are extrapolated; three cells at most",
              .unit = "m",
              .default_value = 0.004,
              .min = 0,
-             .max = 0.4})
+             .max = 0.3})
       .real("forgetting", &Params::forgetting,
             {.doc = "how much of what a node was is forgotten when a force is felt at it",
              .default_value = 1,

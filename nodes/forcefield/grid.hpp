@@ -13,7 +13,7 @@ namespace tactor {
 /// Interaction with Virtual Elastic Objects", ICRA 2002; the update and the extrapolation are this project's own. For
 /// fixed scenes and tools that keep their orientation. Forces in N, positions in m, both in W. A segment is stamped
 /// valid as the newest force that was stored, so that a physics which has died is seen.
-/// Throws InputError as check_static_scene does, and where `reach` is more than four cells.
+/// Throws InputError as check_static_scene does, and where `reach` is more than three cells.
 class GridForceField final : public Node {
  public:
   struct Params {

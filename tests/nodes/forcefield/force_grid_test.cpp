@@ -65,7 +65,7 @@ BOOST_AUTO_TEST_CASE(a_node_visited_again_forgets_a_share_of_what_it_was) {
 }
 
 BOOST_AUTO_TEST_CASE(no_force_is_outside_of_those_that_were_felt_and_none_jumps_over_a_small_way) {
-  for (const double reach : {0.0, 1.5, 4.0}) {
+  for (const double reach : {0.0, 1.5, 3.0}) {
     ForceGrid g = grid(reach, 0.7);
     test::Dice dice(2);
     // A sample everywhere but in a corner, so that there is something to extrapolate and something to hold.

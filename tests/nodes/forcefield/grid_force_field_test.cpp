@@ -173,12 +173,12 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
   BOOST_TEST(figures_of(rig.node)["forcefield.nodes_evicted"] > 0.0);
 }
 
-BOOST_AUTO_TEST_CASE(a_reach_of_more_than_four_cells_is_refused) {
+BOOST_AUTO_TEST_CASE(a_reach_of_more_than_three_cells_is_refused) {
   const Scene scene = floor_and_ball();
   auto p = params(0.001);
-  p.reach = 0.0041;
+  p.reach = 0.0031;
   const std::string error = input_error([&] { GridForceField node(p, context_for(scene)); });
-  BOOST_TEST(error.find("forcefield.grid: reach (0.0041") != std::string::npos, error);
-  p.reach = 0.004;
+  BOOST_TEST(error.find("forcefield.grid: reach (0.0031") != std::string::npos, error);
+  p.reach = 0.003;
   BOOST_TEST(input_error([&] { GridForceField node(p, context_for(scene)); }).empty());
 }
