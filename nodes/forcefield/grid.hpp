@@ -10,7 +10,7 @@ namespace tactor {
 /// Stores each physics force at the position the device had at the force's stamp, and at its own rate displays what the
 /// grid has at the device's newest position (force_grid.hpp has the equations); where nothing is known, the newest
 /// physics force. After F. Mazzella, K. Montgomery, J.-C. Latombe, "The Forcegrid: A Buffer Structure for Haptic
-/// Interaction with Virtual Elastic Objects", ICRA 2002; the update and the extrapolation are this project's own. For
+/// Interaction with Virtual Elastic Objects", 2002; the update and the extrapolation are this project's own. For
 /// fixed scenes and tools that keep their orientation. Forces in N, positions in m, both in W. A segment is stamped
 /// valid as the newest force that was stored, so that a physics which has died is seen.
 /// Throws InputError as check_static_scene does, and where `reach` is more than three cells.

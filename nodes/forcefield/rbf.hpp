@@ -52,7 +52,7 @@ class RbfForceField final : public Node {
   RadialBasis field_;
   double solver_residual_ = 0;                                        // relative
   double residual_median_ = 0, residual_rms_ = 0, residual_max_ = 0;  // N, at points that were not fitted
-  std::int64_t unsettled_ = 0;                                        // samples whose balance was not found
+  std::int64_t unsettled_ = 0;                                        // samples in grooves
   NewMessages<DeviceState> states_;
   Stamped<DeviceState> newest_;
   bool any_ = false;
