@@ -15,7 +15,7 @@ namespace tactor {
 ///   F_i += forgetting * min(1, w_i / sum_j w_j^2) * (F - F_i).
 /// So every stored force is a mean of forces that were felt. A sample on a node is met exactly where `forgetting` is 1,
 /// in the middle of a cell too; elsewhere the grid keeps something of what the corner's other cells felt. (The
-/// correction that meets every sample, F_i += w_i / sum_j w_j^2 * (F - F(p)), has twice to three times the error on
+/// correction that meets every sample, F_i += w_i / sum_j w_j^2 * (F - F(p)), has up to three times the error on
 /// forces with friction: two forces felt close to each other tilt the field.)
 ///
 /// Where corners of a cell are not stored they are extrapolated from the stored nodes within `reach` of them, weighted
