@@ -332,10 +332,12 @@ class Drawing(CommandTest):
     def test_nodes_are_listed_and_explained(self):
         listing = self.run_ok("nodes").stdout
         collision = ("collision.auto", "collision.exact", "collision.sdf", "collision.primitive", "collision.none") if HAS_COLLISION else ()
-        for name in ("source.trajectory", "source.recording", "device.simulated", *collision, "dynamics.rigid",
+        rbf = ("forcefield.rbf",) if HAS_COLLISION else ()
+        for name in ("source.trajectory", "source.recording", "device.simulated", *collision, *rbf, "dynamics.rigid",
                      "coupling.static", "coupling.dynamic", "coupling.adaptive", "prediction.ar",
                      "prediction.refit", "prediction.hold", "prediction.linear", "interpolation.bspline",
-                     "interpolation.none", "interpolation.lowpass", "interpolation.linear", "sink.metrics"):
+                     "interpolation.none", "interpolation.lowpass", "interpolation.linear", "forcefield.grid",
+                     "sink.metrics"):
             self.assertIn(name, listing)
             help_text = self.run_ok("nodes", name).stdout
             self.assertTrue(help_text.startswith(name + ": "), help_text[:80])

@@ -4,7 +4,7 @@ import unittest
 
 import yaml
 
-from harness import GRAPHS, CommandTest, needs_collision, needs_live
+from harness import GRAPHS, CommandTest, needs_collision, needs_live, tactor
 
 
 def shipped(clock):
@@ -54,6 +54,20 @@ class ShippedGraphs(CommandTest):
                 self.assertIn("clock real", text)
                 self.assertIn("a missing privilege: warn", text)
                 self.assertRegex(text, r"node +type +steps +cost +lane")
+
+    def test_a_field_of_forces_is_refused_where_the_tool_rotates_or_the_spring_is_another(self):
+        def refused(verb, graph, setting, *words):
+            result = tactor(verb, GRAPHS / graph, "--set", setting, environment=self.environment, cwd=self.folder)
+            self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+            for word in words:
+                self.assertIn(word, result.stderr)
+
+        for graph, name in (("duck_forcegrid.yaml", "forcefield.grid"), ("duck_rbf.yaml", "forcefield.rbf")):
+            for verb in ("check", "run"):
+                with self.subTest(graph=graph, verb=verb):
+                    refused(verb, graph, "scene.bodies.tool.motion=rigid", f"{graph}:4:", f"node interpolation: {name}: ",
+                            "the tool 'tool' rotates", "use a prediction.* and an interpolation.* in its place")
+        refused("run", "duck_rbf.yaml", "interpolation.k_t=500", "interpolation", "this one has 353.553391 N/m; set its k_t")
 
     def assert_rising(self, figures, *names):
         values = [figures[name] for name in names]

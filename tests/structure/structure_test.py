@@ -59,6 +59,10 @@ class Includes(unittest.TestCase):
             "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/mechanics", "nodes/scene"),
             "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction", "nodes/mechanics"),
             "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation", "nodes/mechanics"),
+            # A field of forces samples the contacts of the scene, and keeps the device's track and bad samples out as
+            # prediction does.
+            "nodes/forcefield": ("framework/core", "framework/node", "nodes/forcefield", "nodes/scene", "nodes/collision",
+                                 "nodes/mechanics", "nodes/prediction"),
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
             "devices": ("framework/core", "framework/node", "framework/realtime", "devices"),
         }

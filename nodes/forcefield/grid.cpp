@@ -1,0 +1,120 @@
+#include "nodes/forcefield/grid.hpp"
+
+#include "framework/core/segment.hpp"
+#include "nodes/forcefield/supported_scene.hpp"
+#include "nodes/prediction/sample_gate.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr const char* type = "forcefield.grid";
+
+ForceGrid::Options checked(const GridForceField::Params& params, const NodeContext& context) {
+  check_static_scene(type, *context.scene);
+  if (params.reach > ForceGrid::most_reach_cells * params.cell * (1 + 1e-9)) {
+    throw InputError(std::string(type) + ": reach (" + std::to_string(params.reach) + " m) is more than " +
+                     std::to_string(ForceGrid::most_reach_cells) + " cells of " + std::to_string(params.cell) +
+                     " m; lower the one or raise the other");
+  }
+  return {.cell = params.cell, .reach = params.reach, .forgetting = params.forgetting, .nodes = params.nodes};
+}
+
+}  // namespace
+
+NodeInfo GridForceField::declare() {
+  Declare<GridForceField> d(type, "Forces kept on a grid where they were felt, interpolated at the device's position.");
+  d.details(
+      "Each physics force is stored at the position the device had at the force's stamp: F(p) = sum w_i F_i, trilinear "
+      "between grid nodes, and a sample draws its corners by F_i += forgetting min(1, w_i / sum w_j^2) (F - F_i). At "
+      "its own rate the "
+      "node displays F at the device's newest position. Nodes that were never stored are extrapolated from those "
+      "within "
+      "`reach`, weighted by 1 / distance^2; where there is none the newest physics force is held. The grid's storage "
+      "is "
+      "fixed: when a set of 8 nodes is full, the one stored longest ago is forgotten, and counted. A baseline for "
+      "translation-only tools in fixed scenes, where a place is visited again; what depends on speed or on the way "
+      "there (damping, friction) is displayed as it last was.\n"
+      "After Mazzella, Montgomery, Latombe, The Forcegrid: A Buffer Structure for Haptic Interaction with Virtual "
+      "Elastic Objects (2002); the update is this project's own, the extrapolation Shepard's (1968).");
+  declare_device_track(d);
+  d.realtime_safe()
+      .input("force", &GridForceField::force,
+             {.doc = "the physics force on the device", .queue = {QueuePolicy::drop_oldest, 64}})
+      .output("segment", &GridForceField::segment, "the force at the device's position, held for a tick")
+      .real("cell", &Params::cell,
+            {.doc = "distance between grid nodes", .unit = "m", .default_value = 0.002, .min = 1e-6, .max = 0.1})
+      .real("reach", &Params::reach,
+            {.doc = "how far from stored nodes others are extrapolated; three cells at most",
+             .unit = "m",
+             .default_value = 0.004,
+             .min = 0,
+             .max = 0.3})
+      .real("forgetting", &Params::forgetting,
+            {.doc = "how much of what a node was is forgotten when a force is felt at it",
+             .default_value = 1,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .integer("nodes", &Params::nodes,
+               {.doc = "grid nodes that there is room for, of 40 bytes each; rounded up to 8 times a power of two",
+                .default_value = 65536,
+                .min = 8,
+                .max = std::int64_t{1} << 24})
+      .real("force_max", &Params::force_max,
+            {.doc = "stored and displayed forces are shortened to the device's largest force",
+             .unit = "N",
+             .default_value = 8,
+             .min = 0,
+             .above_min = true})
+      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .check_bodies([](const Scene& scene, std::vector<std::string>*) { check_static_scene(type, scene); });
+  return d.info();
+}
+
+GridForceField::GridForceField(const Params& params, const NodeContext& context)
+    : force_max_(params.force_max), grid_(checked(params, context)) {}
+
+void GridForceField::take(const Stamped<Wrench>& sample) {
+  Pose X_WD;
+  const Vec3& felt = sample.value.force;
+  if (!is_usable(felt) || !track_.at(sample.stamp.valid, X_WD) || !grid_.store(X_WD.p, limited(felt, force_max_))) {
+    ++rejected_;
+    return;
+  }
+  if (!any_ || sample.stamp.valid > newest_.stamp.valid) newest_ = sample;
+  any_ = true;
+}
+
+void GridForceField::step(StepContext& context) {
+  track_.read(device);
+  Stamped<Wrench> sample;
+  while (samples_.next(force, sample)) take(sample);
+  Pose X_WD;
+  if (!any_ || !track_.at(context.now(), X_WD)) return;
+  const ForceGrid::Look look = grid_.look(X_WD.p, newest_.value.force);
+  switch (look.known) {
+    case ForceGrid::Known::stored:
+      ++stored_ticks_;
+      break;
+    case ForceGrid::Known::extrapolated:
+      ++extrapolated_ticks_;
+      break;
+    case ForceGrid::Known::nothing:
+      ++held_ticks_;
+      break;
+  }
+  segment.send(newest_.stamp.valid, constant_segment(context.now(), {limited(look.force, force_max_), {}}));
+}
+
+void GridForceField::report(Report& report) const {
+  report.set("forcefield.nodes_stored", static_cast<double>(grid_.stored()));
+  report.set("forcefield.nodes_evicted", static_cast<double>(grid_.evicted()));
+  report.set("forcefield.memory_bytes", static_cast<double>(grid_.memory_bytes()));
+  report.set("forcefield.stored_ticks", static_cast<double>(stored_ticks_));
+  report.set("forcefield.extrapolated_ticks", static_cast<double>(extrapolated_ticks_));
+  report.set("forcefield.held_ticks", static_cast<double>(held_ticks_));
+  report.set("forcefield.rejected_samples", static_cast<double>(rejected_));
+}
+
+}  // namespace tactor
