@@ -28,7 +28,11 @@ std::string quoted(const std::string& text) {
 
 /// How gnuplot draws a curve.
 std::string curve_style(const Curve& curve) {
-  if (curve.points) return fmt::format("with points pointtype 7 pointsize 0.8 linecolor rgb \"{}\"", curve.color);
+  if (curve.points) {
+    static constexpr std::array<int, 4> shapes{7, 5, 9, 13};  // gnuplot's filled circle, square, triangle, diamond
+    return fmt::format("with points pointtype {} pointsize 0.8 linecolor rgb \"{}\"",
+                       shapes[curve.mark % shapes.size()], curve.color);
+  }
   return fmt::format("with {} linewidth {} linecolor rgb \"{}\"{}", curve.steps ? "steps" : "lines", curve.width,
                      curve.color, curve.dashed ? " dashtype 2" : "");
 }
@@ -36,8 +40,8 @@ std::string curve_style(const Curve& curve) {
 }  // namespace
 
 std::string series_color(std::size_t index) {
-  static constexpr std::array<const char*, 7> colors{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
-                                                     "#E69F00", "#56B4E9", "#7F5539"};
+  static constexpr std::array<const char*, series_colors> colors{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                                 "#E69F00", "#56B4E9", "#7F5539"};
   return colors[index % colors.size()];
 }
 

@@ -263,6 +263,27 @@ Json to_json(const Comparison& comparison) {
   return json;
 }
 
+std::string judged_text(const Comparison& comparison) {
+  std::string out;
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
+    const CompareRow& row = comparison.rows[i];
+    if (row.against == i) continue;
+    out += fmt::format("  {}{}{}", row.graph, row.setting.empty() ? "" : " ", row.setting);
+    if (row.one_step_anova) {
+      out +=
+          fmt::format(": one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p));
+    }
+    for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
+      if (d) {
+        out += fmt::format("; {} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
+                           d->effect_size, pretty(d->p_wilcoxon));
+      }
+    }
+    out += "\n";
+  }
+  return out;
+}
+
 std::string comparison_table(const Comparison& comparison) {
   std::string out =
       fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
@@ -284,21 +305,7 @@ std::string comparison_table(const Comparison& comparison) {
     out += "\n";
   }
   out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
-  for (std::size_t i = 1; i < comparison.rows.size(); ++i) {
-    const CompareRow& row = comparison.rows[i];
-    out += fmt::format("  {}", row.graph);
-    if (row.one_step_anova) {
-      out +=
-          fmt::format(": one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p));
-    }
-    for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
-      if (d) {
-        out += fmt::format("; {} {:+.4f} N [{:+.4f}, {:+.4f}], p = {}", name, d->mean, d->low, d->high,
-                           pretty(d->p_wilcoxon));
-      }
-    }
-    out += "\n";
-  }
+  out += judged_text(comparison);
   return out;
 }
 

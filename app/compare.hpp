@@ -75,6 +75,9 @@ nlohmann::ordered_json to_json(const Comparison& comparison);
 /// One row of it, with mean, deviation and the values by seed of every figure, and what it is against another.
 nlohmann::ordered_json to_json(const CompareRow& row, const std::vector<Column>& columns);
 
+/// A line for each row that is judged against another: ANOVA of the single one-step errors, and paired differences with
+/// their 95 % confidence interval, effect size d_z and Wilcoxon's p.
+std::string judged_text(const Comparison& comparison);
 /// The table that `tactor compare` prints.
 std::string comparison_table(const Comparison& comparison);
 

@@ -251,6 +251,20 @@ std::string study_graph_html(const Study& study, std::size_t first) {
   return html + "</tbody></table></div>\n";
 }
 
+/// Error over all graphs against run time, a mark a setting; empty where there is nothing to show.
+std::string study_chart(const Study& study) {
+  Chart chart{"Error against run time", "prediction and interpolation, µs a device tick", "RMS error, ratio", {}, {}};
+  chart.log_x = true;
+  for (std::size_t s = 0; s < study.settings.size(); ++s) {
+    const std::optional<GeometricMean>& error = study.settings[s].over_graphs.delivered;
+    const double us = study.over_graphs(s, "method_us_per_tick");
+    if (!error || !(us > 0)) continue;
+    chart.curves.push_back({study.comparison.rows[s].setting, {us}, {error->ratio}, series_color(s), true});
+    chart.curves.back().mark = s / series_colors;
+  }
+  return chart.curves.size() < 2 ? "" : draw_svg({chart}, 1160, 420);
+}
+
 std::string compare_row_html(const Comparison& comparison, std::size_t c) {
   std::string row = fmt::format("<tr><td>{}</td>", escape(comparison.columns[c].label));
   for (const CompareRow& graph : comparison.rows) {
@@ -422,6 +436,7 @@ std::string study_report(const Study& study) {
     }
     body += "</tbody></table></div>\n";
   }
+  body += study_chart(study);
   for (std::size_t first = 0; first < comparison.rows.size(); first += settings) body += study_graph_html(study, first);
   body += significance_table(comparison, "the first line of each graph");
   return page(study.spec.name, body);

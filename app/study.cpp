@@ -85,16 +85,15 @@ std::string quoted_where_needed(const std::string& text) {
   return out + "\"";
 }
 
-/// The mean of a figure over the rows of a setting (all graphs), or of one row.
-double mean_figure(const Study& study, std::size_t first, std::size_t step, std::string_view figure) {
+}  // namespace
+
+double Study::over_graphs(std::size_t setting, std::string_view figure) const {
   std::vector<double> means;
-  for (std::size_t row = first; row < study.comparison.rows.size(); row += step) {
-    means.push_back(mean(study.comparison.rows[row].figure(figure, study.comparison.columns)));
+  for (std::size_t row = setting; row < comparison.rows.size(); row += settings.size()) {
+    means.push_back(mean(comparison.rows[row].figure(figure, comparison.columns)));
   }
   return mean(means);
 }
-
-}  // namespace
 
 std::vector<StudySetting> study_settings(const StudySpec& spec) {
   std::vector<StudySetting> settings;
@@ -195,8 +194,8 @@ std::string study_table(const Study& study) {
   const std::size_t settings = study.settings.size();
   std::size_t width = 12;
   for (const StudySetting& setting : study.settings) width = std::max(width, label(setting).size());
-  const auto line = [&](const std::string& name, std::size_t first, std::size_t step, const ErrorRatio& ratio) {
-    const auto figure = [&](std::string_view f) { return pretty(mean_figure(study, first, step, f)); };
+  const auto line = [&](const std::string& name, const ErrorRatio& ratio, const auto& value) {
+    const auto figure = [&](std::string_view f) { return pretty(value(f)); };
     return fmt::format("  {:<{}} {:>10} {:>22} {:>8} {:>11} {:>10} {:>22} {:>10} {:>10}\n", name, width,
                        figure(delivered_error), text_of(ratio.delivered), figure("delivered.force.delay_ms"),
                        figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
@@ -210,34 +209,17 @@ std::string study_table(const Study& study) {
                   comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front());
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     if (row % settings == 0) out += fmt::format("\n{}\n{}", comparison.rows[row].graph, head);
-    // One line: no row follows at so large a step.
-    out += line(label(study.setting(row)), row, comparison.rows.size(), study.ratios[row]);
+    out += line(label(study.setting(row)), study.ratios[row],
+                [&](std::string_view figure) { return mean(comparison.rows[row].figure(figure, comparison.columns)); });
   }
   if (study.spec.graphs.size() > 1) {
     out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), head);
     for (std::size_t s = 0; s < settings; ++s) {
-      out += line(label(study.settings[s]), s, settings, study.settings[s].over_graphs);
+      out += line(label(study.settings[s]), study.settings[s].over_graphs,
+                  [&](std::string_view figure) { return study.over_graphs(s, figure); });
     }
   }
-  bool any = false;
-  for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
-    const CompareRow& mine = comparison.rows[row];
-    if (!mine.one_step && !mine.delivered) continue;
-    if (!any) out += "\ndifferences to the first line of the graph: mean [95 %], effect size d_z, Wilcoxon p\n";
-    any = true;
-    out += fmt::format("  {} {}", mine.graph, mine.setting);
-    for (const auto& [name, d] : {std::pair{"delivered", mine.delivered}, {"one-step", mine.one_step}}) {
-      if (d) {
-        out += fmt::format("; {} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
-                           d->effect_size, pretty(d->p_wilcoxon));
-      }
-    }
-    if (mine.one_step_anova) {
-      out += fmt::format("; one-step ANOVA F = {}, p = {}", pretty(mine.one_step_anova->F),
-                         pretty(mine.one_step_anova->p));
-    }
-    out += "\n";
-  }
+  if (settings > 1) out += "\nagainst the first line of the graph\n" + judged_text(comparison);
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,6 +36,8 @@ struct Study {
   Comparison comparison;
   std::vector<ErrorRatio> ratios;  ///< one a row
 
+  /// The mean over the graphs of a figure's mean over the seeds.
+  [[nodiscard]] double over_graphs(std::size_t setting, std::string_view figure) const;
   [[nodiscard]] const StudySetting& setting(std::size_t row) const { return settings[row % settings.size()]; }
 };
 

@@ -12,9 +12,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t max_extends = 16;
+constexpr std::size_t max_files = 64;  // in all: files that each extend several could be read without end
 
-std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::vector<fs::path>& chain,
-                               Diagnostics& diagnostics) {
+// `chain` holds the files that lead to this one, `files` counts all that were read.
+std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::vector<fs::path> chain,
+                               std::size_t& files, Diagnostics& diagnostics) {
   std::error_code ignored;
   const fs::path identity = fs::weakly_canonical(file, ignored);
   if (named_by != nullptr) {
@@ -30,6 +32,9 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
     if (chain.size() > max_extends) {
       return complain("expected at most " + std::to_string(max_extends) + " files one over the other, found more");
     }
+    if (++files > max_files) {
+      return complain("expected at most " + std::to_string(max_files) + " files in all, found more");
+    }
     if (!fs::is_regular_file(file, ignored)) {
       return complain("expected a graph file that exists, found " + describe(*named_by) + "; looked for " +
                       file.string());
@@ -42,15 +47,26 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
   if (extends == nullptr) return tree;
   const Tree value = extends->value;
   std::erase_if(tree->entries, [](const TreeEntry& e) { return e.key == "extends"; });
-  if (!value.is_scalar() || value.text.empty()) {
-    diagnostics.error(value.place, "extends: expected the path of a graph file, found " + describe(value));
-    return std::nullopt;
+  const std::vector<Tree> several = value.is_sequence() ? value.items : std::vector<Tree>{value};
+  if (several.empty())
+    diagnostics.error(value.place, "extends: expected the paths of graph files, found an empty list");
+  std::optional<Tree> under;
+  for (const Tree& one : several) {
+    if (!one.is_scalar() || one.text.empty()) {
+      diagnostics.error(one.place, "extends: expected the path of a graph file, found " + describe(one));
+      return std::nullopt;
+    }
+    std::optional<Tree> parent =
+        load_chain((file.parent_path() / one.text).lexically_normal(), &one, chain, files, diagnostics);
+    if (!parent) return std::nullopt;
+    if (under) {
+      merge_graph(*under, *parent);
+    } else {
+      under = std::move(parent);
+    }
   }
-  std::optional<Tree> parent =
-      load_chain((file.parent_path() / value.text).lexically_normal(), &value, chain, diagnostics);
-  if (!parent) return std::nullopt;
-  merge_graph(*parent, *tree);
-  return parent;
+  if (under) merge_graph(*under, *tree);
+  return under;
 }
 
 std::vector<std::string> keys_of(const Tree* map) {
@@ -146,12 +162,11 @@ void apply_scalar(Tree& graph, const std::string& option, const std::string& key
 }  // namespace
 
 std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Diagnostics& diagnostics) {
-  std::vector<fs::path> chain;
-  std::optional<Tree> graph = load_chain(file, nullptr, chain, diagnostics);
+  std::size_t files = 0;
+  std::optional<Tree> graph = load_chain(file, nullptr, {}, files, diagnostics);
   if (!graph) return std::nullopt;
   for (const fs::path& over : overrides.over) {
-    chain.clear();
-    const std::optional<Tree> layer = load_chain(over, nullptr, chain, diagnostics);
+    const std::optional<Tree> layer = load_chain(over, nullptr, {}, files, diagnostics);
     if (!layer) return std::nullopt;
     merge_graph(*graph, *layer);
   }

@@ -232,7 +232,7 @@ std::string graph_schema(Registry& registry) {
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Tactor graph"}};
   schema.update(
       closed({{"title", {{"type", "string"}}},
-              {"extends", {{"type", "string"}}},
+              {"extends", {{"type", {"string", "array"}}, {"items", {{"type", "string"}}}, {"minItems", 1}}},
               {"clock", {{"enum", {"virtual", "real"}}}},
               {"duration", above_zero("s")},
               {"seed", {{"type", "integer"}, {"minimum", 0}}},

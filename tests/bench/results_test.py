@@ -50,6 +50,15 @@ class Methods(unittest.TestCase):
     def test_the_front_is_what_nothing_undercuts_in_both_and_fast_physics_is_not_on_it(self):
         self.assertEqual(self.methods.front(), {"hold", "line", "dear"})
 
+    def test_what_there_is_to_gain_has_a_row_a_scene(self):
+        for rows in self.methods.rows.values():
+            for row in rows.values():
+                row["figures"] |= {name: {"mean": 5.0} for name in ("reference.force.rms_N", "contacts.median",
+                                                                    "physics.rate_hz_median", "physics.force.rms_error_N")}
+        self.methods.rows["floor_exact"] = self.methods.rows["line"]
+        self.assertEqual(cells(self.methods.what_there_is())[2:],
+                         [["wall", "5", "5", "5", "1", "5", "0.1", "0.9"], ["air", "5", "5", "5", "4", "5", "0.4", "3.6"]])
+
     def test_multiples_of_the_hold_are_geometric_means_over_scenes(self):
         self.assertAlmostEqual(self.methods.ratio("line", "delivered.force.max_step_N"), math.sqrt(3.0 / 1 * 3.0 / 4))
         self.assertAlmostEqual(self.methods.ratio("hold", "delivered.force.max_step_N"), 1)

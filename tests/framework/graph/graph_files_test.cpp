@@ -202,6 +202,41 @@ BOOST_FIXTURE_TEST_CASE(an_extending_file_changes_only_what_it_names, Fixture) {
   BOOST_TEST(spec.edges.size() == 2U);
 }
 
+BOOST_FIXTURE_TEST_CASE(of_several_files_extended_the_later_lies_over_the_earlier, Fixture) {
+  static_cast<void>(folder.write("base.yaml", base));
+  static_cast<void>(
+      folder.write("slow.yaml", "title: slow\nduration: 9 s\nnodes:\n  device: {rate: 300, encoder_step: 2 mm}\n"));
+  static_cast<void>(folder.write("fast.yaml", "title: fast\nnodes:\n  device: {rate: 900}\n"));
+  static_cast<void>(folder.write("top.yaml", "extends: [base.yaml, slow.yaml, fast.yaml]\nduration: 4 s\n"));
+  const GraphSpec spec = load("top.yaml");
+  BOOST_TEST(spec.name == "top");
+  BOOST_TEST(spec.title == "fast");
+  BOOST_TEST(spec.duration.ns == 4'000'000'000);
+  BOOST_TEST(std::get<double>(param(spec, "device", "rate")) == 900.0);
+  BOOST_TEST(std::get<double>(param(spec, "device", "encoder_step")) == 2e-3);
+  // The same by the command line.
+  Overrides over;
+  over.over = {folder.path() / "slow.yaml", folder.path() / "fast.yaml"};
+  const GraphSpec laid = load("base.yaml", over);
+  BOOST_TEST(laid.name == "base");
+  BOOST_TEST(laid.title == "fast");
+  BOOST_TEST(laid.duration.ns == 9'000'000'000);
+  BOOST_TEST(std::get<double>(param(laid, "device", "rate")) == 900.0);
+}
+
+BOOST_FIXTURE_TEST_CASE(files_that_each_extend_several_are_read_within_bounds, Fixture) {
+  static_cast<void>(folder.write("f0.yaml", base));
+  for (int i = 1; i <= 12; ++i) {
+    const std::string below = "f" + std::to_string(i - 1) + ".yaml";
+    static_cast<void>(folder.write("f" + std::to_string(i) + ".yaml", "extends: [" + below + ", " + below + "]\n"));
+  }
+  BOOST_TEST(load("f4.yaml").nodes.size() == 3U);
+  const auto too_many = [](const GraphError& e) {
+    return std::string(e.what()).find("expected at most 64 files in all") != std::string::npos;
+  };
+  BOOST_CHECK_EXCEPTION(load("f12.yaml"), GraphError, too_many);
+}
+
 BOOST_FIXTURE_TEST_CASE(a_node_of_another_type_takes_nothing_over, Fixture) {
   static_cast<void>(folder.write("base.yaml", base));
   static_cast<void>(folder.write("top.yaml",
