@@ -19,6 +19,8 @@ SystemModel rollout_model(const std::string& type, const Params& params, const N
   SystemModel model = scene_model(type, *context.scene, context.notes);
   model.iterations = params.iterations;
   model.stick_velocity = params.stick_velocity;
+  // A millionth of the force is less than any device shows.
+  model.tolerance = 1e-6;
   return model;
 }
 
