@@ -89,7 +89,6 @@ bool LocalRollout::restart(const LocalModel& model) {
   if (std::any_of(pairs.begin(), pairs.end(), foreign)) return false;
   local_ = model;
   last_ = {};
-  acceleration_ = {};
   return true;
 }
 

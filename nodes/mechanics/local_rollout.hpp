@@ -35,7 +35,7 @@ class LocalRollout {
   [[nodiscard]] const LocalModel& model() const { return local_; }
   /// The tool and the handle, with the contacts' force of the last step.
   [[nodiscard]] PhysicsState state() const;
-  /// m/s^2 and rad/s^2, of the tool over the last step.
+  /// m/s^2 and rad/s^2, of the tool over the last step, be it before the last restart.
   [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
   /// How far the tool is from the nearest anchor of the contacts, m; zero where no contacts are known.
   [[nodiscard]] double distance_from_anchors() const;

@@ -70,7 +70,8 @@ void LocalPredictor::take_contacts() {
   start_.contacts.anchors = 0;
   if (!contacts.connected() || contacts.latest() == nullptr) return;
   start_.contacts = contacts.latest()->value;
-  if (start_.contacts.count > LocalContacts::capacity) return;  // restart refuses it
+  // A count of no message is for restart to refuse.
+  if (start_.contacts.count < 0 || start_.contacts.count > LocalContacts::capacity) return;
   for (std::size_t i = 0; i < static_cast<std::size_t>(start_.contacts.count); ++i) {
     for (Contact& c : start_.contacts.contact[i]) {
       c.stiffness *= params_.stiffness_scale;

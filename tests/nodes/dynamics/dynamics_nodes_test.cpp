@@ -418,3 +418,57 @@ BOOST_AUTO_TEST_CASE(a_quasistatic_tool_pressed_and_slid_for_5000_samples_needs_
   BOOST_TEST(figures["dynamics_damped_steps"] == 0.0);
   BOOST_TEST(figures["dynamics_stopped_steps"] == 0.0);
 }
+
+BOOST_AUTO_TEST_CASE(what_is_expected_is_where_a_steady_handle_leads_and_moves_nothing) {
+  for (const bool expects : {true, false}) {
+    Rig rig, ahead;
+    rig.node.expected.set_wanted(expects);
+    for (Rig* r : {&rig, &ahead}) {
+      // Samples up to 20 ms; contacts of 12 ms.
+      for (int ms = 1; ms <= 20; ++ms) r->device(ms, {0.001 * ms * ms, 0, 0.5});
+      r->contacts(12);
+      BOOST_REQUIRE(r->step(12) == 1U);
+    }
+    const BodyStates bodies = sent(rig.node.bodies);
+    BOOST_TEST((bodies.X_WB[0].p == sent(ahead.node.bodies).X_WB[0].p));
+    BOOST_TEST(rig.node.expected.pending() == (expects ? 1U : 0U));
+    if (!expects) continue;
+    const BodyStates expected = sent(rig.node.expected);
+    BOOST_TEST(rig.node.expected.pending_valid(0).ns == 20'000'000);
+    // By hand: 8 implicit steps of 1 ms along the straight line from the handle of 12 ms to that of 20 ms.
+    Vec3 x = bodies.X_WB[0].p, v = bodies.V_WB[0].v;
+    const double m = 0.1, h = 0.001, k = rig.law.k_t, b = rig.law.b_t;
+    for (int i = 1; i <= 8; ++i) {
+      const Vec3 x_D{0.144 + i / 8.0 * (0.400 - 0.144), 0, 0.5};
+      v = 1 / (m + h * b + h * h * k) * (m * v + h * m * Vec3{0, 0, -9.81} + h * k * (x_D - x));
+      x += h * v;
+    }
+    BOOST_TEST(norm(expected.X_WB[0].p - x) < 1e-9);
+    BOOST_TEST(norm(expected.V_WB[0].v - v) < 1e-7);
+    // Going on is as if nothing had been expected.
+    for (Rig* r : {&rig, &ahead}) {
+      r->contacts(20);
+      BOOST_REQUIRE(r->step(20) == 1U);
+    }
+    BOOST_TEST((sent(rig.node.bodies).X_WB[0].p == sent(ahead.node.bodies).X_WB[0].p));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_newest_sample_of_no_use_is_not_expected_from) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  for (int kind = 0; kind < 4; ++kind) {
+    Rig rig;
+    for (int ms = 1; ms <= 12; ++ms) rig.device(ms, {0.001 * ms, 0, 0.5});
+    if (kind == 0) rig.device(20, {none, 0, 0});
+    if (kind == 1) rig.device(20, {}, {0, 0, 0, 0});
+    if (kind == 2) rig.device(20, {}, {1, none, 0, 0});
+    if (kind == 3) rig.device(11, {7, 7, 7});  // of the past
+    rig.contacts(12);
+    BOOST_REQUIRE(rig.step(12) == 1U);
+    BOOST_REQUIRE(rig.node.expected.pending() == 1U);
+    // It tells when it is of, so that nobody takes it for newer.
+    BOOST_TEST(rig.node.expected.pending_valid(0).ns == 12'000'000);
+    BOOST_TEST((sent(rig.node.expected).X_WB[0].p == sent(rig.node.bodies).X_WB[0].p));
+    BOOST_TEST((sent(rig.node.expected).V_WB[0].v == sent(rig.node.bodies).V_WB[0].v));
+  }
+}

@@ -47,6 +47,7 @@ struct NodeRig {
   std::size_t step(std::int64_t ms) {
     node.state.clear_pending();
     node.bodies.clear_pending();
+    node.expected.clear_pending();
     StepContext context(Time{ms * 1'000'000});
     node.step(context);
     return node.state.pending();

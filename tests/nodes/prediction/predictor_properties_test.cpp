@@ -247,6 +247,12 @@ BOOST_AUTO_TEST_CASE(every_method_and_predictor_is_under_test) {
   std::map<std::string, int> predictors;
   for (const Recipe& r : recipes()) ++predictors[r.predictor->type];
   BOOST_TEST(predictors.size() == 6U);
+  // A refitter makes coefficients, and prediction.local, which has tests of its own, a model: neither forecasts.
+  for (const NodeInfo* info : registry().types()) {
+    BOOST_TEST((predictors.contains(info->type) || info->output("coefficients") != nullptr ||
+                info->type == "prediction.local"),
+               info->type);
+  }
 }
 
 BOOST_AUTO_TEST_CASE(what_is_sent_is_finite_and_within_the_device_whatever_comes) {

@@ -1,0 +1,433 @@
+// interpolation.rollout against motions integrated apart from it, and each of its fallbacks entered, counted and left.
+#include <boost/test/unit_test.hpp>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "framework/core/segment.hpp"
+#include "framework/realtime/allocation_watch.hpp"
+#include "nodes/interpolation/rollout.hpp"
+#include "nodes/mechanics/coupling_wrench.hpp"
+#include "nodes/mechanics/scene_model.hpp"
+#include "tests/nodes/defaults.hpp"
+#include "tests/nodes/dice.hpp"
+#include "tests/nodes/mechanics/local_contacts.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+namespace tt = boost::test_tools;
+
+namespace {
+
+constexpr double radius = 0.01;
+constexpr double tau = 0.002;  // s, the blend's default
+const CouplingLaw spring{.k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
+
+Time at_ms(double ms) {
+  return Time::from_seconds(1e-3 * ms);
+}
+
+Scene ball_scene(double mass, int count = 1) {
+  Scene scene;
+  scene.gravity_W = {};
+  for (int i = 0; i < count; ++i) {
+    Body body;
+    body.name = "ball" + std::to_string(i);
+    body.shape = SphereShape{radius};
+    body.motion = Motion::translation;
+    body.mass = mass;
+    scene.bodies.push_back(body);
+  }
+  return scene;
+}
+
+/// The node, fed with samples and models, and a device that shows the newest segment.
+class Subject {
+ public:
+  explicit Subject(double mass = 0.1, const Rollout::Params& params = default_params<Rollout>(),
+                   bool with_forecast = false)
+      : scene_(ball_scene(mass)), node_(params, context_for(scene_)) {
+    node_.model.configure({});
+    node_.device.configure({QueuePolicy::drop_oldest, 64});
+    if (with_forecast) node_.forecast.configure({});
+  }
+  void sample(double ms, const DeviceState& state) { node_.device.push({at_ms(ms), at_ms(ms), samples_++}, &state); }
+  void sample(double ms, const Vec3& p, const Vec3& v = {}) { sample(ms, {{p, {}}, {v, {}}, 0, 0}); }
+  /// A model that comes at `ms`, of a result of `stamp_ms`.
+  void model(double stamp_ms, double ms, const LocalModel& m) {
+    node_.model.push({at_ms(stamp_ms), at_ms(ms), models_++}, &m);
+  }
+  void forecast(double stamp_ms, double ms, const Forecast& f) {
+    node_.forecast.push({at_ms(stamp_ms), at_ms(ms), models_++}, &f);
+  }
+  /// Ticks at `ms`; false where nothing is sent.
+  bool tick(double ms) {
+    StepContext context(at_ms(ms));
+    node_.step(context);
+    if (node_.segment.pending() == 0) return false;
+    BOOST_REQUIRE(node_.segment.pending() == 1U);
+    before_ = shown_;
+    shown_ = sent(node_.segment);
+    stamp = node_.segment.pending_valid(0);
+    node_.segment.clear_pending();
+    return true;
+  }
+  /// What a device shows.
+  [[nodiscard]] Vec3 force(double ms) const { return evaluate(shown_, at_ms(ms)).force; }
+  [[nodiscard]] const ForceSegment& shown() const { return shown_; }
+  /// How far value and rate of the newest segment are from those that the one before ends with.
+  [[nodiscard]] double jump() const { return norm(shown_.c[0].force - displayed(before_, shown_.begin).value.force); }
+  [[nodiscard]] double kink() const {
+    return norm(evaluate_rate(shown_, shown_.begin).force - displayed(before_, shown_.begin).rate.force);
+  }
+  [[nodiscard]] double figure(const std::string& name) const {
+    Report report;
+    node_.report(report);
+    for (const auto& [key, value] : report.figures()) {
+      if (key == name) return value;
+    }
+    return -1;
+  }
+
+  Time stamp;
+
+ private:
+  Scene scene_;
+  Rollout node_;
+  ForceSegment shown_, before_;
+  std::uint64_t samples_ = 0, models_ = 0;
+};
+
+LocalModel model_at(double ms, const BodyStates& bodies, const Vec3& handle, const LocalContacts& contacts,
+                    const Vec3& speed = {}) {
+  LocalModel m;
+  m.time = at_ms(ms);
+  m.device.X_WD.p = handle;
+  m.device.V_WD.v = speed;
+  m.bodies = bodies;
+  m.law = spring;
+  m.contacts = contacts;
+  return m;
+}
+
+/// A handle that goes into the wall x = 0 and out of it, along x.
+struct Handle {
+  static double x(double t) { return 0.012 - 0.008 * (1 - std::cos(12 * t)); }
+  static double v(double t) { return -0.096 * std::sin(12 * t); }
+};
+
+/// The ball of 0.1 kg on the spring against a wall of 1000 N/m and 2 N s/m, by explicit steps of 1 us.
+class Truth {
+ public:
+  explicit Truth(double t) : t_(t), x_(Handle::x(t)), v_(Handle::v(t)) {}
+  void advance(double until) {
+    constexpr double h = 1e-6, mass = 0.1;
+    for (; t_ < until - h / 2; t_ += h) {
+      const double wall = 1000 * (radius - x_) - 2 * v_;
+      // The damper meets a point that approaches above the surface, and the wall does not pull.
+      v_ += h * (std::max(0.0, wall) - reaction()) / mass;
+      x_ += h * v_;
+    }
+  }
+  [[nodiscard]] double reaction() const {
+    return -spring.k_t * (Handle::x(t_) - x_) - spring.b_t * (Handle::v(t_) - v_);
+  }
+  [[nodiscard]] BodyStates bodies() const { return one_body({x_, 0, 0}, {v_, 0, 0}); }
+
+ private:
+  double t_, x_, v_;
+};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(on_a_wall_the_device_shows_the_force_of_its_own_time_though_results_are_late) {
+  Subject subject;
+  Truth truth(0), late(0);
+  const LocalContacts wall = wall_around({{0.009, 0, 0}, {0.008, 0, 0}, {0.007, 0, 0}});
+  double worst = 0, held_worst = 0, largest = 0, held = 0;
+  for (int ms = 0; ms <= 1500; ++ms) {
+    subject.sample(ms, {Handle::x(1e-3 * ms), 0, 0}, {Handle::v(1e-3 * ms), 0, 0});
+    // Every 15 ms a result of 20 ms ago, brought on to 3 ms ago.
+    if (ms >= 20 && ms % 15 == 5) {
+      late.advance(1e-3 * (ms - 3));
+      const double t = 1e-3 * (ms - 3);
+      subject.model(ms - 20, ms, model_at(ms - 3, late.bodies(), {Handle::x(t), 0, 0}, wall, {Handle::v(t), 0, 0}));
+      held = truth.reaction();
+    }
+    if (!subject.tick(ms)) continue;
+    truth.advance(1e-3 * (ms + 1));
+    const double shown = subject.force(ms + 1).x;
+    if (ms < 100) continue;
+    worst = std::max(worst, std::abs(shown - truth.reaction()));
+    held_worst = std::max(held_worst, std::abs(held - truth.reaction()));
+    largest = std::max(largest, std::abs(truth.reaction()));
+  }
+  BOOST_TEST_MESSAGE("error " << worst << " N of " << largest << " N, held " << held_worst << " N");
+  BOOST_TEST(largest > 1.0);
+  // What steps of 1 ms make of it; the handle is seen without encoder steps.
+  BOOST_TEST(worst < 0.01 * largest);
+  BOOST_TEST(worst < 0.1 * held_worst);
+  BOOST_TEST(subject.figure("fallbacks") == 0.0);
+  BOOST_TEST(subject.figure("rollout.rejected_models") == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_correction_decays_by_two_equal_poles_and_has_neither_jump_nor_kink) {
+  // A tool of a billion tonnes stays where a model has it, so what is aimed at is known.
+  Subject subject(1e12);
+  const Vec3 first{0.004, 0, 0}, second{0.001, 0.002, 0};
+  subject.sample(0, Vec3{});
+  subject.model(-5, 0, model_at(0, one_body(first), {}, {}));
+  BOOST_REQUIRE(subject.tick(0));
+  for (int ms = 1; ms < 60; ++ms) {
+    subject.sample(ms, Vec3{});
+    if (ms == 20) subject.model(5, ms, model_at(ms - 1, one_body(second), {}, {}));
+    BOOST_REQUIRE(subject.tick(ms));
+    BOOST_TEST(subject.jump() < 1e-9);
+    BOOST_TEST(subject.kink() < 1e-6);
+    const double h = std::max(0.0, 1e-3 * (ms + 1 - 20));
+    const double rest = ms < 20 ? 1 : (1 + h / tau) * std::exp(-h / tau);
+    const Vec3 expected = spring.k_t * (rest * first + (1 - rest) * second);
+    BOOST_TEST(norm(subject.force(ms + 1) - expected) < 1e-6);
+  }
+  BOOST_TEST(subject.figure("rollout.correction_rms_N") == spring.k_t * norm(first - second), tt::tolerance(1e-6));
+}
+
+BOOST_AUTO_TEST_CASE(without_results_the_forecast_is_shown_where_the_tool_touched_and_else_the_last_force) {
+  for (const bool touching : {true, false}) {
+    for (const bool forecasts : {true, false}) {
+      Subject subject(1e12, default_params<Rollout>(), forecasts);
+      const LocalContacts wall = wall_around({{0.009, 0, 0}});
+      const Vec3 tool{touching ? 0.009 : 0.02, 0, 0}, handle = tool - Vec3{0.002, 0, 0};
+      const double there = spring.k_t * 0.002;
+      Forecast f;
+      f.current_D_W.force = f.predicted_D_W[0].force = {3, 0, 0};
+      f.horizon = 0.01;
+      double ticks = 0;
+      for (int ms = 0; ms < 300; ++ms) {
+        subject.sample(ms, handle);
+        if (forecasts && ms % 10 == 0) subject.forecast(ms - 8, ms, f);
+        // None from 50 to 230 ms: from 145 ms on the last one is 100 ms old.
+        if (ms % 10 == 0 && (ms < 50 || ms > 230))
+          subject.model(ms + 5 - 10, ms, model_at(ms, one_body(tool), handle, wall));
+        BOOST_REQUIRE(subject.tick(ms));
+        if (ms > 0) BOOST_TEST(subject.jump() < 1e-6);
+        const bool away = ms >= 135 && ms < 240;
+        ticks += away ? 1 : 0;
+        const bool shown_forecast = away && touching && forecasts;
+        // 20 time constants after a change nothing is left of what was before.
+        if (ms == 130 || ms == 200 || ms == 299) {
+          BOOST_TEST(std::abs(subject.force(ms + 1).x - (shown_forecast ? 3 : there)) < 1e-3);
+        }
+        // The stamp is the result's, so that the gate sees that nothing newer is known.
+        if (away) BOOST_REQUIRE(subject.stamp.ns == at_ms(35).ns);
+      }
+      BOOST_TEST(subject.figure("rollout.forecast_ticks") == (touching && forecasts ? ticks : 0.0));
+      BOOST_TEST(subject.figure("rollout.held_ticks") == (touching && forecasts ? 0.0 : ticks));
+      BOOST_TEST(subject.figure("rollout.jacobian_ticks") == 0.0);
+      BOOST_TEST(subject.figure("rollout.ticks") == 300 - ticks);
+      BOOST_TEST(subject.figure("fallbacks") == ticks);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_tool_far_from_where_contacts_were_looked_for_is_not_gone_on_with) {
+  Subject subject;
+  const LocalContacts wall = wall_around({{0.02, 0, 0}});
+  for (int ms = 0; ms < 100; ++ms) {
+    const Vec3 handle{0.02 + 0.0005 * ms, 0, 0};
+    subject.sample(ms, handle, {0.5, 0, 0});
+    if (ms == 0) subject.model(-5, 0, model_at(0, one_body(handle, {0.5, 0, 0}), handle, wall, {0.5, 0, 0}));
+    BOOST_REQUIRE(subject.tick(ms));
+    BOOST_TEST(norm(subject.force(ms + 1)) < 0.05);
+  }
+  // 2 cm are 40 ms of the way.
+  BOOST_TEST(std::abs(subject.figure("rollout.held_ticks") - 60) <= 1);
+}
+
+namespace {
+
+/// Friction that overflows: the next step has no solution. The Jacobian leaves friction out.
+LocalModel failing(LocalModel m) {
+  m.contacts.contact[0][0].friction = 1e308;
+  return m;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(where_a_step_fails_the_force_follows_the_handle_by_the_springs_in_series) {
+  Subject subject;
+  const LocalContacts wall = wall_around({{0.0094, 0, 0}}, 1000);
+  const auto handle = [](double ms) { return Vec3{0.0082 - 1e-5 * std::max(0.0, ms - 100), 0, 0}; };
+  for (int ms = 0; ms < 160; ++ms) {
+    const double speed = ms > 100 ? -0.01 : 0;
+    subject.sample(ms, handle(ms), {speed, 0, 0});
+    const LocalModel good = model_at(ms, one_body({0.0094, 0, 0}), handle(ms), wall);
+    if (ms == 0) subject.model(-5, 0, good);
+    if (ms == 90) subject.model(85, ms, good);
+    if (ms == 100) {
+      LocalModel bad = failing(good);
+      bad.time = at_ms(ms - 1);
+      subject.model(95, ms, bad);
+    }
+    if (ms == 130)
+      subject.model(125, ms, model_at(ms - 1, one_body({0.0093, 0, 0}), handle(ms - 1), wall, {-0.01, 0, 0}));
+    BOOST_REQUIRE(subject.tick(ms));
+    if (ms > 0) BOOST_TEST(subject.jump() < 0.02);
+    const double in_series = 500.0 * 1000 / 1500, entered = 1e-5 * (ms + 1 - 100);
+    if (ms < 130) BOOST_TEST(std::abs(subject.force(ms + 1).x - 0.6 - (ms > 100 ? in_series * entered : 0)) < 1e-6);
+  }
+  BOOST_TEST(subject.figure("rollout.jacobian_ticks") == 30.0);
+  BOOST_TEST(subject.figure("rollout.ticks") == 130.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_first_model_whose_step_fails_shows_no_force) {
+  Subject subject;
+  const Vec3 handle{0.0095, 0.2, -0.1};
+  for (int ms = 0; ms < 20; ++ms) {
+    subject.sample(ms, handle);
+    if (ms == 1) subject.model(-5, 1, failing(model_at(0, one_body(handle), handle, wall_around({handle}))));
+    if (subject.tick(ms)) BOOST_TEST(norm(subject.force(ms + 1)) == 0.0);
+  }
+  BOOST_TEST(subject.figure("rollout.held_ticks") == 19.0);
+}
+
+BOOST_AUTO_TEST_CASE(after_a_gap_a_tick_takes_four_steps_at_most) {
+  Subject subject;
+  const LocalContacts wall = wall_around({{0.009, 0, 0}});
+  const auto state = [](int ms) { return DeviceState{{{0.0095 - 4e-5 * ms, 0, 0}, {}}, {{-0.04, 0, 0}, {}}, 0, 0}; };
+  const LocalModel model = model_at(0, one_body({0.0095, 0, 0}), state(0).X_WD.p, wall, {-0.04, 0, 0});
+  const Scene scene = ball_scene(0.1);
+  SystemModel system = scene_model("test", scene, nullptr);
+  system.iterations = default_params<Rollout>().iterations;
+  LocalRollout apart(system);
+  BOOST_REQUIRE(apart.restart(model));
+  for (int ms = 0; ms <= 40; ++ms) {
+    subject.sample(ms, state(ms));
+    if (ms > 0 && ms % 10 == 0) BOOST_REQUIRE(apart.advance({{at_ms(ms), at_ms(ms), 0}, state(ms)}));
+  }
+  subject.model(-2, 40, model);
+  BOOST_REQUIRE(subject.tick(40));
+  BOOST_TEST(norm(subject.force(40) - coupling_wrench(spring, apart.state(), false).force) < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(models_that_are_no_use_are_counted_once_and_what_was_known_is_gone_on_with) {
+  Subject subject(1e12);
+  const Vec3 tool{0.002, 0, 0};
+  LocalModel good = model_at(0, one_body(tool), {}, {});
+  LocalModel two = good;
+  two.bodies.count = 2;
+  subject.sample(0, Vec3{});
+  subject.model(-5, 0, two);
+  BOOST_TEST(!subject.tick(0));
+  BOOST_TEST(!subject.tick(0.5));
+  BOOST_TEST(subject.figure("rollout.rejected_models") == 1.0);
+  subject.model(-5, 1, good);
+  subject.sample(1, Vec3{});
+  BOOST_REQUIRE(subject.tick(1));
+  LocalModel early = good;
+  early.time = at_ms(10);
+  early.bodies.X_WB[0].p = {0.004, 0, 0};
+  for (int ms = 2; ms < 100; ++ms) {
+    subject.sample(ms, Vec3{});
+    if (ms == 5) subject.model(0, ms, two);
+    if (ms == 7) subject.model(0, ms, early);
+    BOOST_REQUIRE(subject.tick(ms));
+    // One of a time to come is used when that has come.
+    if (ms < 10) BOOST_TEST(subject.force(ms + 1).x == 1.0, tt::tolerance(1e-9));
+  }
+  BOOST_TEST(subject.force(100).x == 2.0, tt::tolerance(1e-6));
+  BOOST_TEST(subject.figure("rollout.rejected_models") == 3.0);
+}
+
+BOOST_AUTO_TEST_CASE(whatever_comes_the_force_is_finite_and_bounded_and_soon_right_again) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  const double odd[] = {std::nan(""), inf, -inf, 1e300, -1e200, 1e30, 1e8, 0};
+  const LocalContacts wall = wall_around({{0.009, 0, 0}, {0.0088, 0, 0}, {0.0086, 0, 0}});
+  for (int trial = 0; trial < 60; ++trial) {
+    Dice dice(static_cast<std::uint64_t>(trial) + 1);
+    Subject troubled, calm;
+    for (int ms = 0; ms < 600; ++ms) {
+      const double t = 1e-3 * ms;
+      const DeviceState clean{
+          {{0.009 + 0.001 * std::sin(9 * t), 0, 0}, {}}, {{0.009 * std::cos(9 * t), 0, 0}, {}}, 0, 0};
+      const bool hostile = ms < 300 && dice(0, 1) < 0.05;
+      const double value = odd[static_cast<int>(dice(0, 7.999))];
+      DeviceState state = clean;
+      LocalModel model = model_at(ms - 2, one_body({0.0093, 0, 0}), clean.X_WD.p, wall, clean.V_WD.v);
+      const LocalModel good = model;
+      if (hostile) {
+        switch (static_cast<int>(dice(0, 7.999))) {
+          case 0:
+            state.X_WD.p.y = value;
+            break;
+          case 1:
+            state.V_WD.v.x = value;
+            break;
+          case 2:
+            state.X_WD.R.w = value;
+            break;
+          case 3:
+            model.bodies.X_WB[0].p.x = value;
+            break;
+          case 4:
+            model.bodies.V_WB[0].v.z = value;
+            break;
+          case 5:
+            model.law.k_t = value;
+            break;
+          case 6:
+            model.contacts.contact[0][1].stiffness = model.contacts.contact[0][0].stiffness = value;
+            break;
+          default:
+            model.contacts.contact[0][2].distance = value;
+            break;
+        }
+      }
+      calm.sample(ms, clean);
+      // Some samples come twice, or late.
+      troubled.sample(hostile && dice(0, 1) < 0.3 ? ms - 3 : ms, state);
+      if (ms % 12 == 0) {
+        calm.model(ms - 15, ms, good);
+        troubled.model(ms - 15, ms, model);
+      }
+      calm.tick(ms);
+      if (!troubled.tick(ms)) continue;
+      for (const double later : {0.0, 0.4, 1.0}) {
+        const Vec3 force = troubled.force(ms + later);
+        BOOST_REQUIRE_MESSAGE(is_finite(force), trial << ", " << ms << " ms");
+        BOOST_REQUIRE_MESSAGE(norm(force) < 4 * spring.force_max, trial << ", " << ms << " ms: " << norm(force));
+      }
+      if (ms > 400) {
+        BOOST_REQUIRE_MESSAGE(norm(troubled.force(ms + 1) - calm.force(ms + 1)) < 1e-6, trial << ", " << ms << " ms");
+      }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(no_tick_calls_the_heap) {
+  const Rollout::Params params = default_params<Rollout>();
+  BOOST_TEST(Rollout::declare().realtime_safe);
+  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+  Subject subject(0.1, params, true);
+  const LocalContacts wall = wall_around({{0.009, 0, 0}, {0.0088, 0, 0}, {0.0086, 0, 0}});
+  Forecast f;
+  f.horizon = 0.01;
+  std::int64_t calls = 0;
+  for (int ms = 0; ms < 500; ++ms) {
+    subject.sample(ms, Vec3{0.009 + 0.001 * std::sin(0.02 * ms), 0, 0});
+    // With results, without, and with one that fails.
+    if (ms % 10 == 0 && ms / 150 != 1)
+      subject.model(ms - 12, ms, model_at(ms - 2, one_body({0.0093, 0, 0}), {0.009, 0, 0}, wall));
+    if (ms == 405) subject.model(ms - 12, ms, failing(model_at(ms - 2, one_body({0.0093, 0, 0}), {0.009, 0, 0}, wall)));
+    if (ms % 10 == 5) subject.forecast(ms - 8, ms, f);
+    const std::int64_t before = thread_heap_calls();
+    subject.tick(ms);
+    calls += thread_heap_calls() - before;
+  }
+  BOOST_TEST(calls == 0);
+  BOOST_TEST(subject.figure("rollout.forecast_ticks") > 0);
+  BOOST_TEST(subject.figure("rollout.jacobian_ticks") > 0);
+}

@@ -1,0 +1,321 @@
+// prediction.local against the dynamics that made the result, gone on with through the same samples of the handle.
+#include <boost/test/unit_test.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "framework/realtime/allocation_watch.hpp"
+#include "nodes/dynamics/translation.hpp"
+#include "nodes/prediction/local.hpp"
+#include "tests/nodes/dynamics/node_rig.hpp"
+#include "tests/nodes/mechanics/local_contacts.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+namespace tt = boost::test_tools;
+
+namespace {
+
+constexpr double radius = 0.01;
+// What the steps of a rollout may leave of their equations (1e-6 of the forces) moves 0.1 kg by far less.
+constexpr double rounding = 1e-9;  // m
+
+/// A handle that swings into the wall x = 0 and along it; its samples come at these milliseconds.
+DeviceState handle(double ms) {
+  const double t = 1e-3 * ms;
+  return {{{0.010 - 0.003 * std::sin(20 * t), 0.004 * std::sin(13 * t), 0}, {}},
+          {{-0.06 * std::cos(20 * t), 0.052 * std::cos(13 * t), 0}, {}},
+          0,
+          0};
+}
+Stamp stamped(double ms, std::uint64_t sequence = 0) {
+  const Time t = Time::from_seconds(1e-3 * ms);
+  return {t, t, sequence};
+}
+
+/// Dynamics, whose query finds the wall where its tool is.
+class Physics {
+ public:
+  explicit Physics(bool wall, double stiffness = 2000, double friction = 0.3)
+      : rig_(params(), scene()), wall_(wall), stiffness_(stiffness), friction_(friction) {}
+  void sample(int ms, const DeviceState& state) { rig_.node.device.push(stamped(ms), &state); }
+  /// Moves on to `ms`; the result.
+  const BodyStates& step(int ms) {
+    ContactSet set;
+    set.bodies = bodies_;
+    if (wall_) {
+      set.count = 1;
+      set.contact[0] = contact(bodies_.X_WB[0]);
+    }
+    rig_.contacts(ms, set);
+    BOOST_REQUIRE(rig_.step(ms) == 1U);
+    return bodies_ = sent(rig_.node.bodies);
+  }
+  /// Of the last result: of the last sample up to its time.
+  [[nodiscard]] int valid_ms() const { return static_cast<int>(rig_.valid_ms()); }
+  [[nodiscard]] Contact contact(const Pose& X) const {
+    return contact_of(plane_at(X.p, {1, 0, 0}, 0, radius), X, radius, stiffness_, 3, friction_);
+  }
+  [[nodiscard]] const CouplingLaw& law() const { return rig_.law; }
+
+ private:
+  static TranslationDynamics::Params params() {
+    auto p = default_params<TranslationDynamics>();
+    p.substep = 0.02;  // from sample to sample
+    p.dissipate_above = 1e6;
+    p.start_at_device = false;
+    return p;
+  }
+  static Scene scene() {
+    Scene s = ball_scene(Motion::translation);
+    s.bodies[0].X_WB.p = {0.02, 0, 0};
+    return s;
+  }
+  NodeRig<TranslationDynamics> rig_;
+  bool wall_;
+  double stiffness_, friction_;
+  BodyStates bodies_ = one_body({0.02, 0, 0});
+};
+
+class Subject {
+ public:
+  explicit Subject(const LocalPredictor::Params& params = default_params<LocalPredictor>(), bool with_contacts = true)
+      : scene_(ball_scene(Motion::translation)), node_(params, context_for(scene_)) {
+    node_.bodies.configure({});
+    if (with_contacts) node_.contacts.configure({});
+    node_.law.configure({});
+    node_.device.configure({QueuePolicy::drop_oldest, 512});
+    node_.law.push({}, &law);
+  }
+  void sample(double ms, const DeviceState& state) { node_.device.push(stamped(ms), &state); }
+  void contacts(const LocalContacts& local) { node_.contacts.push({}, &local); }
+  /// A result of `stamp` that comes at `now`; true where a model is sent.
+  bool result(int stamp, int now, const BodyStates& bodies) {
+    node_.bodies.push(stamped(stamp, sequence_++), &bodies);
+    StepContext context(Time{now * 1'000'000LL});
+    node_.step(context);
+    const bool any = node_.model.pending() > 0;
+    if (any) {
+      BOOST_REQUIRE(node_.model.pending_valid(0).ns == stamp * 1'000'000LL);
+      model = sent(node_.model);
+    }
+    node_.model.clear_pending();
+    return any;
+  }
+  [[nodiscard]] double figure(const std::string& name) const {
+    Report report;
+    node_.report(report);
+    for (const auto& [key, value] : report.figures()) {
+      if (key == name) return value;
+    }
+    return -1;
+  }
+
+  CouplingLaw law{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
+  LocalModel model;
+
+ private:
+  Scene scene_;
+  LocalPredictor node_;
+  std::uint64_t sequence_ = 0;
+};
+
+LocalContacts wall_for(const Physics& physics, const Vec3& p) {
+  std::vector<BodyStates> anchors{one_body(p), one_body(p + Vec3{-0.002, 0.001, 0}), one_body(p + Vec3{0.03, 0, 0})};
+  return around(anchors, {}, [&](const BodyStates& bodies) { return physics.contact(bodies.X_WB[0]); });
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(where_contacts_are_exact_the_model_is_where_dynamics_itself_comes_to) {
+  for (const bool wall : {true, false}) {
+    Physics physics(wall), ahead(wall);
+    Subject subject(default_params<LocalPredictor>(), wall);
+    int results = 0, touching = 0;
+    double moved = 0;
+    for (int ms = 0; ms <= 900; ++ms) {
+      // One in nine samples is lost, and each third one is followed by one of the past.
+      if (ms % 9 != 4) {
+        physics.sample(ms, handle(ms));
+        ahead.sample(ms, handle(ms));
+        subject.sample(ms, handle(ms));
+        if (ms % 3 == 0) subject.sample(ms - 2, handle(ms - 2));
+      }
+      if (ms < 30 || ms % 20 != 0) continue;
+      // A result of 17 ms ago comes now.
+      const BodyStates then = physics.step(ms - 17);
+      const BodyStates& now = ahead.step(ms);
+      if (wall) subject.contacts(wall_for(physics, then.X_WB[0].p));
+      BOOST_REQUIRE(subject.result(physics.valid_ms(), ms, then));
+      ++results;
+      BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - now.X_WB[0].p) < rounding);
+      BOOST_TEST(norm(subject.model.bodies.V_WB[0].v - now.V_WB[0].v) < 1000 * rounding);
+      const int newest = ms % 9 != 4 ? ms : ms - 1;
+      BOOST_TEST(subject.model.time.ns == newest * 1'000'000LL);
+      BOOST_TEST(norm(subject.model.device.X_WD.p - handle(newest).X_WD.p) == 0.0);
+      moved = std::max(moved, norm(now.X_WB[0].p - then.X_WB[0].p));
+      touching += now.X_WB[0].p.x < radius ? 1 : 0;
+    }
+    BOOST_TEST(moved > 0.001);
+    if (wall) BOOST_TEST(touching > 10);
+    BOOST_TEST(subject.figure("prediction.rejected_results") == 0.0);
+    BOOST_TEST(subject.figure("prediction.failed_steps") == 0.0);
+    BOOST_TEST(std::abs(subject.figure("prediction.resimulated_samples") - 17 * 8.0 / 9) < 1);
+    BOOST_TEST(subject.figure("prediction.rejected_samples") > 250);  // those of the past
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_result_older_than_all_samples_goes_through_all_of_them) {
+  Subject subject;
+  for (const int ms : {50, 60}) subject.sample(ms, handle(ms));
+  const BodyStates start = one_body({0.02, 0, 0});
+  BOOST_REQUIRE(subject.result(45, 60, start));
+  // In free space, by hand: implicit steps of 5 and 10 ms.
+  Vec3 x = start.X_WB[0].p, v;
+  double before = 0.045;
+  for (const int ms : {50, 60}) {
+    const double h = 1e-3 * ms - before, m = 0.1;
+    const DeviceState d = handle(ms);
+    v = 1 / (m + h * subject.law.b_t + h * h * subject.law.k_t) *
+        (m * v + h * subject.law.k_t * (d.X_WD.p - x) + h * subject.law.b_t * d.V_WD.v);
+    x += h * v;
+    before = 1e-3 * ms;
+  }
+  BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - x) < rounding);
+  BOOST_TEST(norm(subject.model.bodies.V_WB[0].v - v) < 1000 * rounding);
+  BOOST_TEST(subject.figure("prediction.resimulated_samples") == 2.0);
+  // One newer than all samples goes through none.
+  BOOST_REQUIRE(subject.result(65, 66, start));
+  BOOST_TEST(subject.model.time.ns == 65'000'000);
+  BOOST_TEST((subject.model.bodies.X_WB[0].p == start.X_WB[0].p));
+}
+
+BOOST_AUTO_TEST_CASE(poor_samples_are_left_out_and_poor_results_send_nothing) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  Subject clean, subject;
+  BOOST_TEST(!subject.result(0, 1, one_body({0.02, 0, 0})));  // no sample yet
+  for (int ms = 0; ms <= 30; ++ms) {
+    clean.sample(ms, handle(ms));
+    subject.sample(ms, handle(ms));
+    if (ms == 30) break;
+    DeviceState poor = handle(ms);
+    switch (ms % 5) {
+      case 0:
+        poor.X_WD.p.x = std::nan("");
+        break;
+      case 1:
+        poor.V_WD.v.y = inf;
+        break;
+      case 2:
+        poor.X_WD.R = {0, 0, 0, 0};
+        break;
+      case 3:
+        poor.V_WD.w.z = std::nan("");
+        break;
+      default:
+        poor.X_WD.R.x = std::nan("");
+        break;
+    }
+    subject.sample(ms + 0.5, poor);
+  }
+  const BodyStates good = one_body({0.02, 0, 0});
+  BOOST_REQUIRE(clean.result(10, 30, good));
+  BOOST_REQUIRE(subject.result(10, 30, good));
+  BOOST_TEST((subject.model.bodies.X_WB[0].p == clean.model.bodies.X_WB[0].p));
+  BOOST_TEST(subject.figure("prediction.rejected_samples") == 30.0);
+
+  BodyStates bad = good;
+  bad.X_WB[0].p.y = std::nan("");
+  BOOST_TEST(!subject.result(20, 31, bad));
+  bad = good;
+  bad.count = 2;
+  BOOST_TEST(!subject.result(21, 32, bad));
+  LocalContacts foreign = wall_around({{0.02, 0, 0}});
+  for (const int count : {-1, LocalContacts::capacity + 1, 1 << 30}) {
+    foreign.count = count;
+    subject.contacts(foreign);
+    BOOST_TEST(!subject.result(22, 33, good));
+  }
+  BOOST_TEST(subject.figure("prediction.rejected_results") == 5.0);
+  subject.contacts({});
+  BOOST_TEST(subject.result(23, 34, good));
+}
+
+BOOST_AUTO_TEST_CASE(a_sample_whose_quaternion_is_not_of_length_one_is_that_rotation) {
+  Subject subject;
+  DeviceState state = handle(5);
+  state.X_WD.R = {2, 0, 0, 1};
+  subject.sample(5, state);
+  BOOST_REQUIRE(subject.result(0, 5, one_body({0.02, 0, 0})));
+  const Quat& R = subject.model.device.X_WD.R;
+  BOOST_TEST(R.w == 2 / std::sqrt(5.0), tt::tolerance(1e-15));
+  BOOST_TEST(R.z == 1 / std::sqrt(5.0), tt::tolerance(1e-15));
+}
+
+BOOST_AUTO_TEST_CASE(without_resimulation_the_bodies_of_the_result_meet_the_newest_sample) {
+  auto params = default_params<LocalPredictor>();
+  params.resimulate = false;
+  Subject subject(params);
+  for (int ms = 0; ms <= 30; ++ms) subject.sample(ms, handle(ms));
+  const BodyStates bodies = one_body({0.011, 0, 0}, {0.1, 0, 0});
+  BOOST_REQUIRE(subject.result(10, 30, bodies));
+  BOOST_TEST((subject.model.bodies.X_WB[0].p == bodies.X_WB[0].p));
+  BOOST_TEST((subject.model.bodies.V_WB[0].v == bodies.V_WB[0].v));
+  BOOST_TEST(subject.model.time.ns == 30'000'000);
+  BOOST_TEST((subject.model.device.X_WD.p == handle(30).X_WD.p));
+  BOOST_TEST(subject.figure("prediction.resimulated_samples") == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(scales_are_those_of_dynamics_with_such_a_wall) {
+  auto params = default_params<LocalPredictor>();
+  params.stiffness_scale = 0.5;
+  params.friction_scale = 2;
+  Physics other(true, 1000, 0.6);
+  Subject subject(params), as_is, unscaled;
+  for (int ms = 0; ms <= 100; ++ms) {
+    for (Subject* s : {&subject, &as_is, &unscaled}) s->sample(ms, handle(ms));
+  }
+  const BodyStates start = one_body({0.0095, 0, 0}, {-0.05, 0.05, 0});
+  Physics physics(true);
+  subject.contacts(wall_for(physics, start.X_WB[0].p));
+  unscaled.contacts(wall_for(physics, start.X_WB[0].p));
+  // Damping goes with stiffness.
+  LocalContacts halved = wall_for(other, start.X_WB[0].p);
+  for (Contact& c : halved.contact[0]) c.damping = 1.5;
+  as_is.contacts(halved);
+  for (Subject* s : {&subject, &as_is, &unscaled}) BOOST_REQUIRE(s->result(60, 100, start));
+  BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - as_is.model.bodies.X_WB[0].p) < 1e-15);
+  BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - unscaled.model.bodies.X_WB[0].p) > 1e-5);
+  BOOST_TEST(subject.model.contacts.contact[0][2].stiffness == 1000.0);
+}
+
+BOOST_AUTO_TEST_CASE(without_curvature_contacts_are_planes) {
+  auto params = default_params<LocalPredictor>();
+  params.curvature = false;
+  Subject subject(params);
+  for (int ms = 0; ms <= 20; ++ms) subject.sample(ms, handle(ms));
+  LocalContacts round = wall_around({{0.009, 0, 0}, {0.008, 0, 0}});
+  for (Contact& c : round.contact[0]) c.H_W = {0, 0, 0, 30, 0, 30};
+  subject.contacts(round);
+  BOOST_REQUIRE(subject.result(10, 20, one_body({0.009, 0, 0})));
+  for (std::size_t j = 0; j < 2; ++j) BOOST_TEST((subject.model.contacts.contact[0][j].H_W == std::array<double, 6>{}));
+}
+
+BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
+  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+  Subject subject;
+  subject.contacts(wall_around({{0.009, 0, 0}, {0.0088, 0, 0}, {0.0086, 0, 0}}));
+  std::int64_t calls = 0;
+  for (int ms = 0; ms < 700; ++ms) {
+    subject.sample(ms, handle(ms));
+    if (ms % 10 != 9) continue;
+    const BodyStates bodies = one_body({0.0095, 0, 0});
+    const std::int64_t before = thread_heap_calls();
+    subject.result(ms - 9, ms, bodies);
+    calls += thread_heap_calls() - before;
+  }
+  BOOST_TEST(calls == 0);
+}
