@@ -22,23 +22,23 @@ class SimulatedDevice final : public DeviceNode {
   enum class Loop { open, closed };
   struct Params : DeviceParams {
     Loop loop = Loop::open;
-    double encoder_step = 0;          ///< m
-    double encoder_step_angle = 0;    ///< rad
+    double encoder_step = 0;              ///< m
+    double encoder_step_angle = 0;        ///< rad
     double velocity_departure = 0;        ///< m, in 10 ms
     double velocity_departure_angle = 0;  ///< rad, in 10 ms
-    double mass = 0;                  ///< kg, of the handle
-    double damping = 0;               ///< N s/m
-    double friction = 0;              ///< N
-    double hand_mass = 0;             ///< kg
-    double hand_damping = 0;          ///< N s/m
-    double hand_stiffness = 0;        ///< N/m
-    double inertia = 0;               ///< kg m^2, of the handle
-    double damping_angle = 0;         ///< N m s/rad
-    double friction_angle = 0;        ///< N m
-    double hand_inertia = 0;          ///< kg m^2
-    double hand_damping_angle = 0;    ///< N m s/rad
-    double hand_stiffness_angle = 0;  ///< N m/rad
-    double sub_step = 0;              ///< s
+    double mass = 0;                      ///< kg, of the handle
+    double damping = 0;                   ///< N s/m
+    double friction = 0;                  ///< N
+    double hand_mass = 0;                 ///< kg
+    double hand_damping = 0;              ///< N s/m
+    double hand_stiffness = 0;            ///< N/m
+    double inertia = 0;                   ///< kg m^2, of the handle
+    double damping_angle = 0;             ///< N m s/rad
+    double friction_angle = 0;            ///< N m
+    double hand_inertia = 0;              ///< kg m^2
+    double hand_damping_angle = 0;        ///< N m s/rad
+    double hand_stiffness_angle = 0;      ///< N m/rad
+    double sub_step = 0;                  ///< s
   };
 
   SimulatedDevice(const Params& params, const NodeContext& context);

@@ -47,6 +47,9 @@ PoseFilter::PoseFilter(double departure, double noise, double departure_angle, d
     : translation_(departure, noise), rotation_(departure_angle, noise_angle), rotate_(rotate) {}
 
 void PoseFilter::take(const Pose& X_WD, Time now) {
+  const Quat& R = X_WD.R;
+  // It would never be forgotten again.
+  if (!is_finite(X_WD.p) || !std::isfinite(R.w + R.x + R.y + R.z)) return;
   if (!started_) {
     started_ = true;
     last_ = now;

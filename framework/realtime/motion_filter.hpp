@@ -44,7 +44,7 @@ class PoseFilter {
  public:
   PoseFilter(double departure, double noise, double departure_angle, double noise_angle, bool rotate);
 
-  /// Takes in the pose at `now`; one that is not later than the last is left out.
+  /// Takes in the pose at `now`; one that is not later than the last, or not finite, is left out.
   void take(const Pose& X_WD, Time now);
   /// m/s and rad/s in W; the angular one zero where nothing rotates.
   [[nodiscard]] Twist velocity() const { return {translation_.rate(), rotation_.rate()}; }

@@ -101,7 +101,7 @@ void FoundContacts::reserve(std::size_t most) {
 
 ContactReduction::ContactReduction(int max_contacts, std::size_t most)
     : max_contacts_(static_cast<std::size_t>(max_contacts)) {
-  TACTOR_DEMAND(max_contacts >= 8 && max_contacts <= ContactSet::capacity);
+  TACTOR_DEMAND(max_contacts >= 4 && max_contacts <= ContactSet::capacity);
   last_keys_.reserve(max_contacts_);
   reserve(most);
 }

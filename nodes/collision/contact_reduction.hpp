@@ -54,7 +54,7 @@ struct FoundContacts {
 /// is farther from touching: in proportion to the distances.
 class ContactReduction {
  public:
-  /// `max_contacts`: from 8 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.
+  /// `max_contacts`: from 4 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.
   ContactReduction(int max_contacts, std::size_t most);
 
   /// Sets `count`, `penetrating`, `truncated`, `contact` and `pair` of the set.

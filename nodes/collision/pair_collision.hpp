@@ -92,7 +92,7 @@ void declare_pairs(Declare<N>& declaration) {
        .max = ContactSet::capacity});
   declaration.template integer<std::int32_t>(
       "local_contacts", &N::Params::local_contacts,
-      {.doc = "the same of the output `local`", .default_value = 24, .min = 8, .max = LocalContacts::capacity});
+      {.doc = "the same of the output `local`", .default_value = 24, .min = 4, .max = LocalContacts::capacity});
   declaration.template integer<std::int32_t>(
       "anchors", &N::Params::anchors,
       {.doc = "poses that `local` is looked up at: now, and where the velocities lead",

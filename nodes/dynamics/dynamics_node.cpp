@@ -11,12 +11,6 @@ namespace tactor {
 
 namespace {
 
-bool usable(const DeviceState& s) {
-  const Quat& q = s.X_WD.R;
-  const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(length) && length > 0.25;
-}
-
 SystemModel model_with(const DynamicsParams& params, SystemModel model) {
   model.iterations = params.iterations;
   model.stick_velocity = params.stick_velocity;
@@ -83,14 +77,16 @@ void DynamicsNode::step(StepContext& context) {
   if (expected.wanted()) send_expected(spring, planes);
 }
 
-/// Where the bodies are by the newest sample of the handle, which moves steadily until there. The bodies themselves
-/// stay where the contacts' time has them.
+/// Where the bodies are by the newest sample of the handle, which moves steadily until there; where they are now, if
+/// that sample is of no use. The bodies themselves stay where the contacts' time has them.
 void DynamicsNode::send_expected(const CouplingLaw& spring, const ContactPlanes& planes) {
   constexpr double most_steps = 8;
-  const Stamped<DeviceState>& newest = *device.latest();
+  Stamped<DeviceState> newest = *device.latest();
+  if (newest.stamp.valid <= used_.stamp.valid || !is_usable(newest.value)) newest = used_;
+  newest.value.X_WD.R = normalized(newest.value.X_WD.R);
   BodyStates ahead = bodies_;
   const double interval = (newest.stamp.valid - used_.stamp.valid).seconds();
-  if (interval > 0 && usable(newest.value)) {
+  if (interval > 0) {
     const double steps = std::clamp(std::ceil(interval / params_.substep), 1.0, most_steps);
     DeviceState from = used_.value;
     for (double k = 1; k <= steps; ++k) {
@@ -99,7 +95,7 @@ void DynamicsNode::send_expected(const CouplingLaw& spring, const ContactPlanes&
       from = to;
     }
   }
-  expected.send(std::max(newest.stamp.valid, used_.stamp.valid), ahead);
+  expected.send(newest.stamp.valid, ahead);
 }
 
 /// Puts the next usable sample up to `until` into `sample_`; a later one stays for the next step.
@@ -111,7 +107,7 @@ bool DynamicsNode::take_sample(Time until) {
     waiting_ = false;
     // One from the past would move the handle back.
     const bool late = begun_ && sample_.stamp.valid <= used_.stamp.valid;
-    if (usable(sample_.value) && !late) {
+    if (is_usable(sample_.value) && !late) {
       sample_.value.X_WD.R = normalized(sample_.value.X_WD.R);
       return true;
     }

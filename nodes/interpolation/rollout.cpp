@@ -7,6 +7,7 @@
 #include "nodes/interpolation/not_finite.hpp"
 #include "nodes/mechanics/coupling_wrench.hpp"
 #include "nodes/mechanics/eigen.hpp"
+#include "nodes/mechanics/handle.hpp"
 #include "nodes/mechanics/rollout_parameters.hpp"
 
 namespace tactor {
@@ -18,8 +19,9 @@ constexpr std::size_t most_steps = 4;
 /// Samples over which the acceleration of the handle is estimated.
 constexpr std::size_t acceleration_span = 5;
 
-Wrench limited(const Wrench& wrench, const CouplingLaw& law) {
-  return {tactor::limited(wrench.force, law.force_max), tactor::limited(wrench.torque, law.torque_max)};
+/// Shortened to the device's limits; `share` of them.
+Wrench limited(const Wrench& wrench, const CouplingLaw& law, double share = 1) {
+  return {tactor::limited(wrench.force, share * law.force_max), tactor::limited(wrench.torque, share * law.torque_max)};
 }
 
 }  // namespace
@@ -74,6 +76,7 @@ void Rollout::take_samples() {
   while (new_states_.next(device, s)) {
     const bool later = samples_ == 0 || s.stamp.valid > sample(0).stamp.valid;
     if (later && is_usable(s.value)) {
+      s.value.X_WD.R = normalized(s.value.X_WD.R);
       track_[samples_++ % track_.size()] = s;
     } else {
       ++rejected_samples_;
@@ -114,7 +117,9 @@ bool Rollout::trusted(Time now) const {
 }
 
 Rollout::Source Rollout::choose(Time now) const {
-  if (trusted(now)) return failed_ ? Source::jacobian : Source::rollout;
+  if (trusted(now) && !failed_) return Source::rollout;
+  // A Jacobian goes on from a force, and the first model may have failed before there was any.
+  if (trusted(now) && ticks_[static_cast<std::size_t>(Source::rollout)] > 0) return Source::jacobian;
   const bool known =
       forecast.connected() && forecast.latest() != nullptr && !segment_if_not_finite(now, forecast.latest()->value);
   return known && touching_ ? Source::forecast : Source::held;
@@ -155,11 +160,14 @@ ForceState Rollout::of_jacobian() const {
 
 ForceState Rollout::aim(Source source, Time now) {
   switch (source) {
-    case Source::rollout:
-      anchor_ = of_rollout(now);
+    case Source::rollout: {
+      const ForceState state = of_rollout(now);
+      if (!is_finite(state.value)) return state;
+      anchor_ = state;
       anchor_X_WD_ = sample(0).value.X_WD;
       touching_ = rollout_.state().contacts > 0;
-      return anchor_;
+      return state;
+    }
     case Source::jacobian:
       if (source_ != Source::jacobian) jacobian_ = rollout_.jacobian();
       return of_jacobian();
@@ -183,8 +191,12 @@ void Rollout::step(StepContext& context) {
   if (!running_ && !corrected) return;
   go_on();
   const Source source = choose(now);
-  const ForceState to = aim(source, now);
+  ForceState to = aim(source, now);
+  if (const auto fault = segment_if_not_finite(now, {to.value, to.rate})) return segment.send(used_.valid, *fault);
   const double tau = params_.blend_time.seconds(), tick = tick_.seconds();
+  // A sample that is finite and yet absurd would else be blended out for long.
+  const CouplingLaw& law = rollout_.model().law;
+  to.rate = limited(to.rate, law, 1 / tick);
   if (running_ && (corrected || source != source_)) {
     difference_ = displayed(shown_, now) - to;
     difference_.curvature = {};
@@ -200,7 +212,8 @@ void Rollout::step(StepContext& context) {
   ++ticks_[static_cast<std::size_t>(source)];
   const ForceState from{to.value + difference_.value, to.rate + difference_.rate, {}};
   const ForceState later = decayed_twice(difference_, tick, tau);
-  shown_ = cubic_between(now, tick_, from, {to.value + tick * to.rate + later.value, to.rate + later.rate, {}});
+  const Wrench expected = limited(to.value + tick * to.rate, law);
+  shown_ = cubic_between(now, tick_, from, {expected + later.value, to.rate + later.rate, {}});
   segment.send(used_.valid, shown_);
 }
 

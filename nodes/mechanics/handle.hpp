@@ -1,9 +1,16 @@
-// The handle between two of its samples.
+// The handle's samples: which can be stepped through, and the handle between two of them.
 #pragma once
 
 #include "framework/core/messages.hpp"
 
 namespace tactor {
+
+/// True where a step can go to that sample of the handle, once its rotation is normalised.
+inline bool is_usable(const DeviceState& s) {
+  const Quat& q = s.X_WD.R;
+  const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(length) && length > 0.25;
+}
 
 /// The handle at share s of the way from a to b: steady motion along the line and, where `rotates`, about the shorter
 /// turn. Velocities go linearly; all else is b's.

@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include "nodes/mechanics/eigen.hpp"
+#include "nodes/mechanics/handle.hpp"
 
 namespace tactor {
 
@@ -13,6 +14,11 @@ namespace {
 
 constexpr double most_turn = 0.3;     // rad, of an anchor's normal by its curvature
 constexpr double near_anchor = 1e-5;  // m
+
+bool usable(const CouplingLaw& law) {
+  const auto fits = [](double x) { return std::isfinite(x) && x >= 0; };
+  return fits(law.k_t) && fits(law.b_t) && fits(law.k_r) && fits(law.b_r) && law.force_max >= 0 && law.torque_max >= 0;
+}
 
 bool finite(const BodyStates& bodies) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(bodies.count); ++i) {
@@ -75,7 +81,7 @@ bool LocalRollout::restart(const LocalModel& model) {
   const bool ours = model.bodies.count == bodies_ && contacts.count >= 0 && contacts.count <= LocalContacts::capacity &&
                     (contacts.count == 0 || (contacts.bodies == bodies_ && contacts.anchors >= 1 &&
                                              contacts.anchors <= LocalContacts::max_anchors));
-  if (!ours || !finite(model.bodies)) return false;
+  if (!ours || !finite(model.bodies) || !is_usable(model.device) || !usable(model.law)) return false;
   const auto foreign = [this](const ContactPair& pair) {
     return pair.body < 0 || pair.body >= bodies_ || pair.other < ContactPair::fixed || pair.other >= bodies_;
   };
@@ -87,22 +93,21 @@ bool LocalRollout::restart(const LocalModel& model) {
   return true;
 }
 
-void LocalRollout::find_planes() {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(local_.contacts.count); ++i) {
-    planes_[i] = contact_now(local_.contacts, i, local_.bodies);
-  }
+/// The contacts as planes where the bodies are now; they refer to what the rollout keeps.
+ContactPlanes LocalRollout::planes_now() {
+  const auto count = static_cast<std::size_t>(local_.contacts.count);
+  X_WB_ = local_.bodies.X_WB;
+  for (std::size_t i = 0; i < count; ++i) planes_[i] = contact_now(local_.contacts, i, local_.bodies);
+  return {std::span(X_WB_).first(static_cast<std::size_t>(bodies_)), std::span(planes_).first(count),
+          std::span(local_.contacts.pair).first(count)};
 }
 
 bool LocalRollout::advance(const Stamped<DeviceState>& sample) {
   const double h = (sample.stamp.valid - local_.time).seconds();
   if (h <= 0) return true;
-  find_planes();
-  const auto count = static_cast<std::size_t>(local_.contacts.count);
-  const BodyStates before = local_.bodies;
-  const ContactPlanes planes{std::span(before.X_WB).first(static_cast<std::size_t>(before.count)),
-                             std::span(planes_).first(count), std::span(local_.contacts.pair).first(count)};
-  last_ = step_.advance(local_.law, local_.device, sample.value, planes, h, local_.bodies);
-  const Twist &V0 = before.V_WB[0], &V1 = local_.bodies.V_WB[0];
+  const Twist V0 = local_.bodies.V_WB[0];
+  last_ = step_.advance(local_.law, local_.device, sample.value, planes_now(), h, local_.bodies);
+  const Twist& V1 = local_.bodies.V_WB[0];
   acceleration_ = {(1 / h) * (V1.v - V0.v), (1 / h) * (V1.w - V0.w)};
   local_.device = sample.value;
   local_.time = sample.stamp.valid;
@@ -128,16 +133,18 @@ double LocalRollout::distance_from_anchors() const {
   return nearest;
 }
 
-Eigen::Matrix<double, 6, 6> LocalRollout::jacobian() const {
+Eigen::Matrix<double, 6, 6> LocalRollout::jacobian() {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   Matrix6 K = Matrix6::Zero();
   K.diagonal() << Eigen::Vector3d::Constant(local_.law.k_t), Eigen::Vector3d::Constant(local_.law.k_r);
   Matrix6 C = Matrix6::Zero();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(local_.contacts.count); ++i) {
-    if (local_.contacts.pair[i].body != 0) continue;
-    const Contact c = contact_now(local_.contacts, i, local_.bodies);
-    if (!(c.distance < 0)) continue;
-    const Vec3 lever = transform(local_.bodies.X_WB[0], c.p_TC) - local_.bodies.X_WB[0].p;
+  const ContactPlanes planes = planes_now();
+  for (std::size_t i = 0; i < planes.planes.size(); ++i) {
+    const Contact& c = planes.planes[i];
+    if (planes.pairs[i].body != 0 || !usable(planes, i, bodies_) || !(c.distance < 0)) continue;
+    const Pose& X_WT = local_.bodies.X_WB[0];
+    // A body that does not rotate has no levers.
+    const Vec3 lever = step_.model().body[0].rotates ? transform(X_WT, c.p_TC) - X_WT.p : Vec3{};
     Eigen::Matrix<double, 6, 1> push;
     push << eigen(c.n_W), eigen(cross(lever, c.n_W));
     C += c.weight * c.stiffness * push * push.transpose();
@@ -145,7 +152,8 @@ Eigen::Matrix<double, 6, 6> LocalRollout::jacobian() const {
   // What has no spring (rotation in a scene without) stays out of the balance.
   Matrix6 sum = K + C;
   sum.diagonal().array() += 1e-12 * (1 + sum.trace());
-  return -K + K * sum.ldlt().solve(K);
+  const Matrix6 J = -K + K * sum.ldlt().solve(K);
+  return J.allFinite() ? J : Matrix6(Matrix6::Zero());
 }
 
 }  // namespace tactor

@@ -26,7 +26,7 @@ class LocalRollout {
   explicit LocalRollout(const SystemModel& model) : bodies_(model.count), step_(model) {}
 
   /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
-  /// changes, where the model is not of this scene or has bodies that are not finite.
+  /// changes, where the model is not of this scene, or has bodies, a handle or a spring that are not finite.
   bool restart(const LocalModel& model);
   /// Moves the bodies on to the time of `sample` in one step; nothing happens where that is not later. False where the
   /// step failed: then the bodies stay where they were, at rest.
@@ -41,15 +41,17 @@ class LocalRollout {
   [[nodiscard]] double distance_from_anchors() const;
   /// How the wrench on the device changes with the handle's place (m and rotation vector in rad, W) where springs
   /// balance: -K (1 - (K + C)^-1 K), with K the coupling and C the planes that push, friction left out. Of the tool
-  /// alone.
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> jacobian() const;
+  /// alone; where it does not rotate, of forces alone. Zero where
+  /// contacts of absurd numbers make none.
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> jacobian();
 
  private:
-  void find_planes();
+  ContactPlanes planes_now();
 
   int bodies_;  // moving ones
   RigidStep step_;
   LocalModel local_;
+  std::array<Pose, BodyStates::capacity> X_WB_;  // of the bodies, for the planes
   std::array<Contact, LocalContacts::capacity> planes_;
   StepResult last_;
   Twist acceleration_;

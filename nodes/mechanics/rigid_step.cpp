@@ -21,7 +21,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Plane = RigidStep::Plane;
 
-constexpr double tolerance = 1e-9;        // of the terms of an equation
 constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
 constexpr int following = 12;             // iterations in which the bounds may follow
 constexpr double most_turn = 0.3;         // rad, in one step
@@ -109,8 +108,8 @@ class Equations {
   [[nodiscard]] bool met(const Vector& left) const {
     for (int i = 0; i < count(); ++i) {
       const Body& b = body_[index(i)];
-      if (!(linear(left, i).norm() <= tolerance * b.linear_terms)) return false;
-      if (rotates(i) && !(angular(left, i).norm() <= tolerance * b.angular_terms)) return false;
+      if (!(linear(left, i).norm() <= model_.tolerance * b.linear_terms)) return false;
+      if (rotates(i) && !(angular(left, i).norm() <= model_.tolerance * b.angular_terms)) return false;
     }
     return true;
   }
@@ -197,15 +196,15 @@ class Equations {
       const double speed = dot(p.n, p.u);
       const double normal = p.push > p.slope * speed ? p.slope : 0;
       if (normal == 0 && p.bound == 0) return false;
-      const Vector3d n = eigen(p.n);
       const Vec3 u_t = p.u - speed * p.n;
       const double sliding = norm(u_t);
       const double across = p.bound / std::max(sliding, model_.stick_velocity);
-      S = (normal - across) * n * n.transpose();
-      S.diagonal().array() += across;
-      if (sliding > model_.stick_velocity) {
-        const Vector3d t = eigen((1 / sliding) * u_t);
-        S -= across * t * t.transpose();
+      // Of no direction where it sticks.
+      const Vec3 t = sliding > model_.stick_velocity ? (1 / sliding) * u_t : Vec3{};
+      for (int b = 0; b < 3; ++b) {
+        for (int a = 0; a < 3; ++a) {
+          S(a, b) = (normal - across) * p.n[a] * p.n[b] - across * t[a] * t[b] + (a == b ? across : 0);
+        }
       }
       return true;
     };
@@ -363,16 +362,29 @@ class Equations {
     add_coupling(v, left);
   }
 
-  /// Adds what the slope S of a force between bodies i and j gives with their levers.
+  /// Adds what the slope S, symmetric, of a force between bodies i and j gives with their levers, to the lower
+  /// triangle.
   void add(Matrix& H, const Matrix3d& S, int i, const Vec3& r_i, int j, const Vec3& r_j) const {
     const int row = offset(i), column = offset(j);
-    H.template block<3, 3>(row, column) += S;
+    for (int b = 0; b < 3; ++b) {
+      for (int a = 0; a < 3; ++a) H(row + a, column + b) += S(a, b);
+    }
     if constexpr (Dofs != 3) {
-      if (rotates(j)) H.template block<3, 3>(row, column + 3) -= S * skew(eigen(r_j));
+      // A diagonal block's mirror image is above the diagonal, and nobody reads it.
+      if (rotates(j) && row != column) H.template block<3, 3>(row, column + 3) -= S * skew(eigen(r_j));
       if (!rotates(i)) return;
-      const Matrix3d lever = skew(eigen(r_i)) * S;
-      H.template block<3, 3>(row + 3, column) += lever;
-      if (rotates(j)) H.template block<3, 3>(row + 3, column + 3) -= lever * skew(eigen(r_j));
+      // skew(r_i) S, column by column.
+      std::array<Vec3, 3> lever;
+      for (int b = 0; b < 3; ++b) lever[static_cast<std::size_t>(b)] = cross(r_i, {S(0, b), S(1, b), S(2, b)});
+      for (int b = 0; b < 3; ++b) {
+        for (int a = 0; a < 3; ++a) H(row + 3 + a, column + b) += lever[static_cast<std::size_t>(b)][a];
+      }
+      if (!rotates(j)) return;
+      // - (skew(r_i) S) skew(r_j), row by row.
+      for (int a = 0; a < 3; ++a) {
+        const Vec3 turned = cross(r_j, {lever[0][a], lever[1][a], lever[2][a]});
+        for (int b = 0; b < 3; ++b) H(row + 3 + a, column + 3 + b) += turned[b];
+      }
     }
   }
 

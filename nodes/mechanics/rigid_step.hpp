@@ -43,9 +43,9 @@ struct StepResult {
 /// method with line search looks for (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
 /// compliant contact", IEEE T-RO 2022; A. Castro, X. Han, J. Masterjohn, "Irrotational contact fields", 2023). The
 /// bounds follow the normal forces in the first iterations, and are held then: however far they are off, friction
-/// takes energy out. It is converged when what is left of each body's equation is below 1e-9 of the sum of the
-/// norms of its terms. If it is not, one linear step is taken instead, with all planes that overlap as springs and
-/// dampers of both signs and the friction viscous, if total energy is then no larger than before plus the handle's
+/// takes energy out. It is converged when what is left of each body's equation is below model.tolerance of the sum
+/// of the norms of its terms. If it is not, one linear step is taken instead, with all planes that overlap as springs
+/// and dampers of both signs and the friction viscous, if total energy is then no larger than before plus the handle's
 /// work; else the bodies stay at rest where they are. No state is ever made that is not finite. Throws nothing,
 /// allocates nothing.
 class RigidStep {

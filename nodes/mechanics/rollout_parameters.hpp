@@ -9,13 +9,6 @@
 
 namespace tactor {
 
-/// True where a rollout can go through that sample of the handle.
-inline bool is_usable(const DeviceState& s) {
-  const Quat& q = s.X_WD.R;
-  const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(length) && length > 0.25;
-}
-
 inline std::string nothing_moves(const Scene& scene) {
   return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
 }
@@ -26,6 +19,8 @@ SystemModel rollout_model(const std::string& type, const Params& params, const N
   SystemModel model = scene_model(type, *context.scene, context.notes);
   model.iterations = params.iterations;
   model.stick_velocity = params.stick_velocity;
+  // A millionth of the force is less than any device shows.
+  model.tolerance = 1e-6;
   return model;
 }
 

@@ -23,6 +23,7 @@ struct SystemModel {
   int count = 1;
   Vec3 gravity_W;                ///< m/s^2
   int iterations = 60;           ///< Newton iterations a step, at most
+  double tolerance = 1e-9;       ///< of the sum of a body's terms: what may be left of its equation
   double stick_velocity = 1e-4;  ///< m/s, the sliding speed below which friction is viscous
 };
 

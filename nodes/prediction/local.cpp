@@ -1,5 +1,8 @@
 #include "nodes/prediction/local.hpp"
 
+#include <algorithm>
+
+#include "nodes/mechanics/handle.hpp"
 #include "nodes/mechanics/rollout_parameters.hpp"
 #include "nodes/mechanics/scene_model.hpp"
 
@@ -54,6 +57,7 @@ void LocalPredictor::take_samples() {
   while (new_states_.next(device, sample)) {
     const bool later = track_.size() == 0 || sample.stamp.valid > track_[0].stamp.valid;
     if (later && is_usable(sample.value)) {
+      sample.value.X_WD.R = normalized(sample.value.X_WD.R);
       track_.push(sample);
     } else {
       ++rejected_samples_;
@@ -66,6 +70,7 @@ void LocalPredictor::take_contacts() {
   start_.contacts.anchors = 0;
   if (!contacts.connected() || contacts.latest() == nullptr) return;
   start_.contacts = contacts.latest()->value;
+  if (start_.contacts.count > LocalContacts::capacity) return;  // restart refuses it
   for (std::size_t i = 0; i < static_cast<std::size_t>(start_.contacts.count); ++i) {
     for (Contact& c : start_.contacts.contact[i]) {
       c.stiffness *= params_.stiffness_scale;
@@ -82,10 +87,10 @@ void LocalPredictor::step(StepContext&) {
   const Stamped<CouplingLaw>* spring = law.latest();
   if (result == nullptr || spring == nullptr || track_.size() == 0) return;
   // The handle as it was for the result, or the oldest that is known.
-  std::size_t age = 0;
-  while (age + 1 < track_.size() && track_[age].stamp.valid > result->stamp.valid) ++age;
+  std::size_t age = 0;  // also the number of later samples
+  while (age < track_.size() && track_[age].stamp.valid > result->stamp.valid) ++age;
   start_.time = result->stamp.valid;
-  start_.device = track_[age].value;
+  start_.device = track_[std::min(age, track_.size() - 1)].value;
   start_.bodies = result->value;
   start_.law = spring->value;
   take_contacts();

@@ -38,13 +38,13 @@ class ShippedGraphs(CommandTest):
                 said = yaml.safe_load(study.read_text())
                 for key in {"graphs", "methods"} & said.keys():
                     said[key] = [str((study.parent / name).resolve()) for name in said[key]]
-                # Three of its graphs, so that the scenes with meshes need not be made ready for every method.
-                said["graphs"] = said["graphs"][:2] + said["graphs"][-1:]
+                # Three of its graphs at most, so that the scenes with meshes need not be made ready for every method.
+                said["graphs"] = list(dict.fromkeys(said["graphs"][:2] + said["graphs"][-1:]))
                 self.run_ok("study", self.write(study.name, yaml.safe_dump(said)), "--seeds", "1", "--duration", "0.3",
                             "--out", self.folder / study.stem)
                 lines = (self.folder / study.stem / "study.csv").read_text().splitlines()
                 values = [len(axis) for axis in said.get("vary", {}).values()]
-                self.assertEqual(len(lines) - 1, 3 * len(said.get("methods", [None])) * math.prod(values))
+                self.assertEqual(len(lines) - 1, len(said["graphs"]) * len(said.get("methods", [None])) * math.prod(values))
 
     def test_every_graph_runs(self):
         for graph in shipped(clock="virtual"):

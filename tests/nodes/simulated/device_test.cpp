@@ -120,11 +120,11 @@ BOOST_AUTO_TEST_CASE(an_open_loop_handle_is_where_the_target_says_to_half_an_enc
   }
 }
 
-BOOST_AUTO_TEST_CASE(the_velocity_of_an_encoder_is_a_filtered_difference_and_true_without_one) {
-  // Along a ramp the filtered difference tends to the slope; quantisation leaves less than one step a time constant.
-  const double step = 1e-5, cutoff = 50;
-  Bench coarse({{"encoder_step", step}, {"velocity_cutoff", cutoff}});
+BOOST_AUTO_TEST_CASE(the_velocity_of_an_encoder_is_estimated_from_its_steps_and_true_without_them) {
+  const double step = 1e-5;
+  Bench coarse({{"encoder_step", step}});
   Bench exact({{"encoder_step", 0.0}, {"encoder_step_angle", 0.0}});
+  PoseFilter filter(2e-6, step / std::sqrt(12.0), 2e-5, 1e-4 / std::sqrt(12.0), true);
   for (int i = 0; i < 500; ++i) {
     const double t = coarse.now().seconds();
     const MotionState ramp{{{0.0873 * t, 0, 0}, {}}, {{0.0873, 0, 0}, {0, 0, 0.1}}};
@@ -133,9 +133,9 @@ BOOST_AUTO_TEST_CASE(the_velocity_of_an_encoder_is_a_filtered_difference_and_tru
     exact.target(ramp);
     exact.tick();
     if (i == 0) BOOST_TEST(coarse.shown->V_WD.v.x == 0.0);
-    // First-order response to a step of velocity, after the tick at which the first difference is there.
-    const double risen = 1 - std::exp(-2 * 3.141592653589793 * cutoff * t);
-    BOOST_TEST(std::abs(coarse.shown->V_WD.v.x - risen * 0.0873) <= step * 2 * 3.15 * cutoff);
+    filter.take({{step * std::round(0.0873 * t / step), 0, 0}, {}}, Time::from_seconds(t));
+    BOOST_TEST(std::abs(coarse.shown->V_WD.v.x - filter.velocity().v.x) < 1e-12);
+    if (t > 0.1) BOOST_TEST(std::abs(coarse.shown->V_WD.v.x - 0.0873) < 0.002);
     BOOST_TEST(exact.shown->V_WD.v.x == 0.0873);
     BOOST_TEST(exact.shown->V_WD.w.z == 0.1);
   }
@@ -201,6 +201,12 @@ BOOST_AUTO_TEST_CASE(a_target_that_is_not_finite_stops_the_force) {
   bench.tick();
   BOOST_TEST(!bench.shown.has_value());
   BOOST_TEST((bench.commanded.force == Vec3{}));
+  // Neither position nor velocity remembers it.
+  bench.target({});
+  bench.tick();
+  BOOST_REQUIRE(bench.shown.has_value());
+  BOOST_TEST((bench.shown->X_WD.p == Vec3{}));
+  BOOST_TEST((bench.shown->V_WD.v == Vec3{}));
 }
 
 BOOST_AUTO_TEST_CASE(the_closed_loop_moves_under_the_commanded_force_and_reports_its_energy) {
