@@ -1,10 +1,20 @@
 #include "framework/realtime/motion_filter.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "framework/core/check.hpp"
 
 namespace tactor {
+
+namespace {
+
+constexpr double memory_time = 0.02;      // s, of the mean of squared innovations
+constexpr double calm = 4;                // that mean, up to which the model holds
+constexpr double most_surprising = 100;   // a squared innovation
+constexpr double largest_increase = 100;  // of q
+
+}  // namespace
 
 MotionFilter::MotionFilter(double departure, double noise)
     : density_(20 * departure * departure / std::pow(0.01, 5)), variance_(noise * noise) {
@@ -14,6 +24,7 @@ MotionFilter::MotionFilter(double departure, double noise)
 void MotionFilter::start(const Vec3& value) {
   value_ = value;
   rate_ = acceleration_ = {};
+  surprise_ = 0;
   P_ = {variance_, 0, 0, 0, 0, 0};
 }
 
@@ -22,10 +33,12 @@ void MotionFilter::predict(double T) {
   rate_ += T * acceleration_;
   // F P F^T + q Q with F = [1 T T^2/2; 0 1 T; 0 0 1].
   const auto [p00, p01, p02, p11, p12, p22] = P_;
-  const double T2 = T * T, q = density_;
+  const double above = surprise_ / calm;
+  const double T2 = T * T, q = density_ * std::clamp(above * above, 1.0, largest_increase);
   const double a0 = p00 + T * p01 + 0.5 * T2 * p02, a1 = p01 + T * p11 + 0.5 * T2 * p12,
                a2 = p02 + T * p12 + 0.5 * T2 * p22;
   const double b1 = p11 + T * p12, b2 = p12 + T * p22;
+  memory_ = 1 - std::exp(-T / memory_time);
   P_ = {a0 + T * a1 + 0.5 * T2 * a2 + q * T2 * T2 * T / 20,
         a1 + T * a2 + q * T2 * T2 / 8,
         a2 + q * T2 * T / 6,
@@ -37,6 +50,7 @@ void MotionFilter::predict(double T) {
 void MotionFilter::correct(const Vec3& innovation) {
   const auto [p00, p01, p02, p11, p12, p22] = P_;
   const double s = p00 + variance_, k0 = p00 / s, k1 = p01 / s, k2 = p02 / s;
+  surprise_ += memory_ * (std::min(dot(innovation, innovation) / s, most_surprising) - surprise_);
   value_ += k0 * innovation;
   rate_ += k1 * innovation;
   acceleration_ += k2 * innovation;

@@ -14,6 +14,12 @@ namespace tactor {
 /// (Y. Bar-Shalom, X. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 6.2.3). q
 /// is given by the departure d from constant acceleration in 10 ms, of which it makes the variance d^2 = q T^5/20. The
 /// three axes share gains and variances. Against a low-pass on differences of the same noise it is less late.
+///
+/// Where the motion departs from the model for a while, q grows (adjustable process noise, ibid. ch. 11.2): with e the
+/// mean of |innovation|^2 by its variance, fading over 20 ms, 3 where model and motion agree, q is multiplied by
+/// clamp((e/4)^2, 1, 100). A filter made for a calm hand would else be so late where a stiff contact shakes the handle
+/// that a damper on its velocity drives instead of damps. One sample counts for 100 at most, so that a wild one makes
+/// no larger velocity than with q as it is.
 class MotionFilter {
  public:
   /// `departure` in 10 ms and the samples' standard deviation `noise`, both above zero, m or rad.
@@ -33,8 +39,10 @@ class MotionFilter {
   [[nodiscard]] const Vec3& rate() const { return rate_; }
 
  private:
-  double density_;   // q
-  double variance_;  // of a sample
+  double density_;       // q of the model
+  double variance_;      // of a sample
+  double surprise_ = 0;  // e
+  double memory_ = 0;    // the share of the next sample in e
   Vec3 value_, rate_, acceleration_;
   std::array<double, 6> P_{};  // the covariance: 00, 01, 02, 11, 12, 22
 };

@@ -1,7 +1,9 @@
 // The velocity that is estimated from encoder positions: followed without lag, with the gains of its model.
 #include <boost/test/unit_test.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <vector>
 
@@ -19,6 +21,7 @@ namespace {
 
 constexpr double departure = 2e-6, noise = 1e-5 / 3.4641016151377544;  // m
 constexpr double period = 0.001;                                       // s
+constexpr double calm_density = 20 * departure * departure / 1e-10;    // m^2/s^5
 
 Time at(double seconds) {
   return Time::from_seconds(seconds);
@@ -28,7 +31,8 @@ Time at(double seconds) {
 struct Riccati {
   Eigen::Matrix3d P = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gain;
-  double q = 20 * departure * departure / 1e-10;
+  double q = calm_density;
+  double variance = 0;  // of the innovation
 
   Riccati() { P(0, 0) = noise * noise; }
   static Eigen::Matrix3d transition(double T) {
@@ -46,7 +50,8 @@ struct Riccati {
       Q += T * weight[i] * g * g.transpose();
     }
     P = F * P * F.transpose() + q * Q;
-    gain = P.col(0) / (P(0, 0) + noise * noise);
+    variance = P(0, 0) + noise * noise;
+    gain = P.col(0) / variance;
     const Eigen::Matrix3d A = Eigen::Matrix3d::Identity() - gain * Eigen::RowVector3d(1, 0, 0);
     P = A * P * A.transpose() + noise * noise * gain * gain.transpose();
   }
@@ -61,21 +66,80 @@ void take(MotionFilter& filter, double interval, double x) {
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(the_gains_are_those_of_the_riccati_equation_at_even_and_uneven_intervals) {
-  MotionFilter filter(departure, noise);
-  filter.start({});
-  Riccati model;
-  Eigen::Vector3d x = Eigen::Vector3d::Zero();
-  for (int k = 1; k < 3000; ++k) {
-    // Every seventh tick comes late, and once a second is missed altogether.
-    const double T = k == 1500 ? 1 : k % 7 == 0 ? 2.5 * period : period;
-    const double z = 1e-3 * std::sin(0.05 * k) + 2e-6 * (k * 37 % 11);
-    model.step(T);
-    x = Riccati::transition(T) * x;
-    x += model.gain * (z - x(0));
-    take(filter, T, z);
-    BOOST_REQUIRE_SMALL(filter.value().x - x(0), 1e-12);
-    BOOST_REQUIRE_SMALL(filter.rate().x - x(1), 1e-9);
-    BOOST_REQUIRE(filter.rate().y == 0.0);
+  // Of the calm model, where the motion is, and of one with more process noise as long as a motion surprises.
+  for (const double amplitude : {1e-5, 1e-3}) {
+    MotionFilter filter(departure, noise);
+    filter.start({});
+    Riccati model;
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    double mean = 0, most = 1;
+    for (int k = 1; k < 3000; ++k) {
+      // Every seventh tick comes late, and once a second is missed altogether.
+      const double T = k == 1500 ? 1 : k % 7 == 0 ? 2.5 * period : period;
+      const double z = amplitude * std::sin(0.05 * k) + 2e-7 * (k * 37 % 11);
+      const double increase = std::clamp(mean * mean / 16, 1.0, 100.0);
+      most = std::max(most, increase);
+      model.q = increase * calm_density;
+      model.step(T);
+      x = Riccati::transition(T) * x;
+      const double innovation = z - x(0), kept = std::exp(-T / 0.02);
+      x += model.gain * innovation;
+      mean = kept * mean + (1 - kept) * std::min(innovation * innovation / model.variance, 100.0);
+      take(filter, T, z);
+      BOOST_REQUIRE_SMALL(filter.value().x - x(0), 1e-12);
+      BOOST_REQUIRE_SMALL(filter.rate().x - x(1), 1e-9);
+      BOOST_REQUIRE(filter.rate().y == 0.0);
+    }
+    if (amplitude < 1e-4) BOOST_TEST(most == 1.0);
+    if (amplitude > 1e-4) BOOST_TEST(most > 10);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_damper_on_the_rate_damps_a_shaken_handle_which_the_calm_model_would_drive) {
+  // The steady filter in continuous time, w = (q / (R T))^(1/6): v^ / v = (2 w^2 s + w^3) / (s^3 + 2 w s^2 + 2 w^2 s +
+  // w^3).
+  const double w = std::pow(calm_density / (noise * noise * period), 1.0 / 6), shaken = 2 * w;
+  const std::complex<double> s(0, shaken);
+  const std::complex<double> calm =
+      (2 * w * w * s + w * w * w) / (s * s * s + 2 * w * s * s + 2 * w * w * s + w * w * w);
+  BOOST_TEST(calm.real() < 0.0);  // more than a quarter of a period late
+  const auto response = [&](double amplitude) {
+    MotionFilter filter(departure, noise);
+    filter.start({});
+    std::complex<double> sum;
+    constexpr int settling = 1000, count = 20'000;
+    for (int k = 1; k <= settling + count; ++k) {
+      take(filter, period, amplitude * std::sin(shaken * k * period));
+      if (k > settling) sum += filter.rate().x * std::polar(1.0, -shaken * k * period);
+    }
+    return 2.0 / (count * amplitude * shaken) * sum;
+  };
+  // Samples are half a period late in the mean, 0.21 rad here.
+  BOOST_TEST(std::abs(response(1e-6) - calm) < 0.25 * std::abs(calm));
+  BOOST_TEST(response(1e-4).real() > 0.0);
+  BOOST_TEST(response(1e-3).real() > 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_wild_sample_makes_no_more_velocity_than_with_the_calm_model) {
+  for (const double jump : {1e-4, 1e-3, 1e-2}) {
+    MotionFilter filter(departure, noise);
+    filter.start({});
+    Riccati model;
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    double most = 0, calm_most = 0, sum = 0, calm_sum = 0;
+    for (int k = 1; k < 1200; ++k) {
+      const double z = k == 1000 ? jump : 0.0;
+      model.step(period);
+      x = Riccati::transition(period) * x;
+      x += model.gain * (z - x(0));
+      take(filter, period, z);
+      most = std::max(most, std::abs(filter.rate().x));
+      calm_most = std::max(calm_most, std::abs(x(1)));
+      sum += filter.rate().x * filter.rate().x;
+      calm_sum += x(1) * x(1);
+    }
+    BOOST_TEST(most <= calm_most * (1 + 1e-9));
+    BOOST_TEST(sum <= 1.1 * calm_sum);
   }
 }
 

@@ -1,0 +1,122 @@
+#!/usr/bin/python3
+"""The stiffest coupling that stays quiet in a hand, by method, rate of physics and grip, as a Markdown table.
+
+`bench/closed_loop.py [--jobs N]`, with a built release preset. A cell runs graphs/wall_closed_loop.yaml: a hand comes down onto a
+wall ten times as stiff as the coupling, pushes once and lets its target rest inside, 2 mm or 5 mm deep. The ladder of stiffnesses is
+climbed until the handle does not come to rest at one of the depths; the limit is the step before, so all below it are quiet.
+"""
+import argparse
+import concurrent.futures
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import h5py
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from run_time import table  # noqa: E402
+
+TACTOR = ROOT / "build/release/bin/tactor"
+GRAPHS = ROOT / "graphs"
+METHODS = ("hold", "lowpass", "fixed", "paper", "blend", "local", "floor")
+RATES = (50, 100, 150)  # Hz; the floor is physics at 1 kHz and has none of these
+GRIPS = {"firm": (0.55, 6.5, 135), "light": (0.15, 2, 40)}  # kg, N s/m, N/m
+LADDER = tuple(50 * 2 ** (step / 4) for step in range(31))  # N/m, to 9,051
+DEPTHS = (2e-3, 5e-3)  # m, of the hand's target inside the wall; 5 mm is the graph's
+SPEED = 2e-3  # m/s; a handle at rest is slower
+WALL = 10  # times as stiff as the coupling
+
+
+def is_quiet(speeds, faults=0):
+    """True where the handle is at rest over the second half of its speeds (m/s) and the device was never without its force."""
+    if faults:
+        return False
+    half = speeds[len(speeds) // 2:]
+    if not len(half):
+        raise ValueError("a verdict needs speeds")
+    # A comparison with NaN is false.
+    return all(speed < SPEED for speed in half)
+
+
+def climb(quiet, ladder=LADDER):
+    """The highest step below which, and at which, all are quiet; 0 where the first is not. Nothing above the first restless one
+    is tried."""
+    limit = 0.0
+    for stiffness in ladder:
+        if not quiet(stiffness):
+            break
+        limit = stiffness
+    return limit
+
+
+def settings(stiffness, rate, grip, depth):
+    """What a run sets. Materials of the wall and the tool act in series."""
+    mass, damping, spring = GRIPS[grip]
+    return [f"coupling.k_t={stiffness:.6g}", f"scene.bodies.wall.material.stiffness={2 * WALL * stiffness:.6g}",
+            f"scene.bodies.tool.material.stiffness={2 * WALL * stiffness:.6g}",
+            f"scene.bodies.wall.pose.p=[0, 0, {1e3 * (depth - DEPTHS[-1]):.6g} mm]", f"device.hand_mass={mass}",
+            f"device.hand_damping={damping}", f"device.hand_stiffness={spring}", "record=[device.truth]", "metrics=~",
+            *([] if rate is None else [f"collision.cost={{constant: {1000 / rate:.6g} ms}}"])]
+
+
+def run(method, stiffness, rate, grip, depth, more=()):
+    """The handle's speeds (m/s, one a tick), and the run's summary. `rate` None: as the method has it."""
+    with tempfile.TemporaryDirectory() as out:
+        command = [TACTOR, "run", GRAPHS / "wall_closed_loop.yaml", "--over", GRAPHS / f"methods/{method}.yaml", "--out", out]
+        for setting in (*settings(stiffness, rate, grip, depth), *more):
+            command += ["--set", setting]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        summary = json.loads((pathlib.Path(out) / "summary.json").read_text())
+        with h5py.File(pathlib.Path(out) / "recording.h5") as file:
+            rows = file["streams/device.truth/data"][:]
+    return [math.sqrt(sum(c * c for c in row)) for row in rows["v_WD"].tolist()], summary
+
+
+def cell(method, rate, grip, more=()):
+    """The limit in N/m, and the most energy in mJ that the device's port generated there."""
+    energies = {}
+
+    def quiet(stiffness):
+        for depth in DEPTHS:
+            speeds, summary = run(method, stiffness, rate, grip, depth, more)
+            energies.setdefault(stiffness, []).append(1e3 * summary["device"]["energy_generated_J"])
+            if not is_quiet(speeds, summary["device"]["faults"]):
+                return False
+        return True
+
+    limit = climb(quiet)
+    return limit, max(energies[limit]) if limit else None
+
+
+def limits(jobs, methods=METHODS, more=()):
+    """{(method, rate, grip): (limit, energy)}."""
+    keys = [(m, r, g) for m in methods for r in ((None,) if m.startswith("floor") else RATES) for g in GRIPS]
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        return dict(zip(keys, pool.map(lambda key: cell(*key, more), keys)))
+
+
+def in_table(found):
+    """A row a method: limits by grip and rate, the largest energy at a limit."""
+    def limit(method, rate, grip):
+        value = (found.get((method, rate, grip)) or found[method, None, grip])[0]
+        return f"{value:.0f}" if 0 < value < LADDER[-1] else "none" if value == 0 else f"{value:.0f} or more"
+
+    methods = dict.fromkeys(method for method, _, _ in found)
+    return table(["method", *(f"{grip}, {rate} Hz" for grip in GRIPS for rate in RATES), "energy at the limit, mJ"],
+                 [[m, *(limit(m, rate, grip) for grip in GRIPS for rate in RATES),
+                   max((e for (name, _, _), (_, e) in found.items() if name == m and e is not None), default=None)]
+                  for m in methods])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--method", action="append", help="one of graphs/methods; may be repeated")
+    parser.add_argument("--set", action="append", default=[], help="as of tactor run, for every run")
+    arguments = parser.parse_args()
+    print(in_table(limits(arguments.jobs, arguments.method or METHODS, arguments.set)), end="")
