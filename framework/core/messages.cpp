@@ -63,17 +63,21 @@ const MessageType& message_type<DeviceState>() {
   return type;
 }
 
+namespace {
+void add_law(std::vector<Field>& f, std::size_t offset) {
+  f.push_back({"k_t", "N/m", f64, offset + offsetof(CouplingLaw, k_t), 1});
+  f.push_back({"b_t", "N s/m", f64, offset + offsetof(CouplingLaw, b_t), 1});
+  f.push_back({"k_r", "N m/rad", f64, offset + offsetof(CouplingLaw, k_r), 1});
+  f.push_back({"b_r", "N m s/rad", f64, offset + offsetof(CouplingLaw, b_r), 1});
+  f.push_back({"force_max", "N", f64, offset + offsetof(CouplingLaw, force_max), 1});
+  f.push_back({"torque_max", "N m", f64, offset + offsetof(CouplingLaw, torque_max), 1});
+  f.push_back({"massless", "1", i32, offset + offsetof(CouplingLaw, massless), 1});
+}
+}  // namespace
+
 template <>
 const MessageType& message_type<CouplingLaw>() {
-  static const MessageType type = describe<CouplingLaw>("CouplingLaw", "", [](auto& f) {
-    f.push_back({"k_t", "N/m", f64, offsetof(CouplingLaw, k_t), 1});
-    f.push_back({"b_t", "N s/m", f64, offsetof(CouplingLaw, b_t), 1});
-    f.push_back({"k_r", "N m/rad", f64, offsetof(CouplingLaw, k_r), 1});
-    f.push_back({"b_r", "N m s/rad", f64, offsetof(CouplingLaw, b_r), 1});
-    f.push_back({"force_max", "N", f64, offsetof(CouplingLaw, force_max), 1});
-    f.push_back({"torque_max", "N m", f64, offsetof(CouplingLaw, torque_max), 1});
-    f.push_back({"massless", "1", i32, offsetof(CouplingLaw, massless), 1});
-  });
+  static const MessageType type = describe<CouplingLaw>("CouplingLaw", "", [](auto& f) { add_law(f, 0); });
   return type;
 }
 
@@ -103,8 +107,10 @@ void add_bodies(std::vector<Field>& f, std::string_view count, std::string_view 
 
 template <>
 const MessageType& message_type<BodyStates>() {
-  static const MessageType type =
-      describe<BodyStates>("BodyStates", "W", [](auto& f) { add_bodies(f, "count", "X_WB", "V_WB", 0); });
+  static const MessageType type = describe<BodyStates>("BodyStates", "W", [](auto& f) {
+    add_bodies(f, "count", "X_WB", "V_WB", 0);
+    f.push_back({"massless", "1", i32, offsetof(BodyStates, massless), 1});
+  });
   return type;
 }
 
@@ -151,6 +157,7 @@ const MessageType& message_type<LocalModel>() {
     add_pose(f, "p_WD", "R_WD", offsetof(LocalModel, device) + offsetof(DeviceState, X_WD));
     add_twist(f, "v_WD", "w_WD", offsetof(LocalModel, device) + offsetof(DeviceState, V_WD));
     add_bodies(f, "bodies", "X_WB", "V_WB", offsetof(LocalModel, bodies));
+    add_law(f, offsetof(LocalModel, law));
     add_local_contacts(f, offsetof(LocalModel, contacts));
   });
   return type;

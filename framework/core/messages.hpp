@@ -57,7 +57,7 @@ struct PhysicsState {
 struct BodyStates {
   static constexpr int capacity = max_moving_bodies;
   std::int32_t count = 0;
-  std::int32_t reserved = 0;
+  std::int32_t massless = 0;         ///< 1: the tool was moved without its inertia, see CouplingLaw
   std::array<Pose, capacity> X_WB;   ///< m
   std::array<Twist, capacity> V_WB;  ///< m/s, rad/s
 };

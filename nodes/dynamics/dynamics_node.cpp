@@ -44,6 +44,7 @@ void DynamicsNode::step(StepContext& context) {
                    "coupling with a damper");
   }
   if (massless_) spring.massless = 1;
+  bodies_.massless = spring.massless;
   const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;
   ContactPlanes planes;
   if (set != nullptr) planes = contact_planes(set->value);

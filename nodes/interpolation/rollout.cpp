@@ -18,10 +18,24 @@ namespace {
 constexpr std::size_t most_steps = 4;
 /// Samples over which the acceleration of the handle is estimated.
 constexpr std::size_t acceleration_span = 5;
+/// Ticks that the force is carried on for beyond the newest sample, at most.
+constexpr double most_lead = 2;
 
 /// Shortened to the device's limits; `share` of them.
 Wrench limited(const Wrench& wrench, const CouplingLaw& law, double share = 1) {
   return {tactor::limited(wrench.force, share * law.force_max), tactor::limited(wrench.torque, share * law.torque_max)};
+}
+
+/// Limits the rate of a difference, axis by axis, so that it decays without growing or changing its sign: between 0 and
+/// -e / tau.
+void settle(ForceState& e, double tau) {
+  const auto axis = [tau](double value, double& rate) {
+    rate = value > 0 ? std::clamp(rate, -value / tau, 0.0) : std::clamp(rate, 0.0, -value / tau);
+  };
+  for (int i = 0; i < 3; ++i) {
+    axis(e.value.force[i], e.rate.force[i]);
+    axis(e.value.torque[i], e.rate.torque[i]);
+  }
 }
 
 }  // namespace
@@ -31,10 +45,13 @@ NodeInfo Rollout::declare() {
   node.details(
           "The display side of prediction.local: dynamics' own step once a tick, on the contacts of the newest model. "
           "Displayed is the coupling's wrench and its rate, so that the tick until the device shows it is not late. "
-          "When a model arrives the displayed force stays, and the difference decays as tau^2 e'' + 2 tau e' + e = 0. "
+          "When a model arrives the displayed force stays, and the difference decays as tau^2 e'' + 2 tau e' + e = 0, "
+          "from a "
+          "rate between 0 and -e / tau, so that it neither grows nor swings to the other side. "
           "Where the model is older than `trust_time`, or the tool farther than `trust_distance` from where contacts "
           "were looked for, or a step fails, it falls back: to the Jacobian of the balance of springs, to the forecast "
-          "of `forecast` if the tool touched something, to the last force held. Each is counted in the report.")
+          "of `forecast` if the tool touched something, to the force of the newest result held. Each is counted in the "
+          "report.")
       .realtime_safe()
       .input("model", &Rollout::model, {.doc = "what to go on from"})
       .input("device", &Rollout::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
@@ -50,7 +67,7 @@ NodeInfo Rollout::declare() {
       .real("trust_time", &Params::trust_time,
             {.doc = "age of a physics result beyond which its model is not gone on with",
              .unit = "s",
-             .default_value = 0.1,
+             .default_value = 0.25,
              .min = 0,
              .max = 10})
       .real("trust_distance", &Params::trust_distance,
@@ -89,13 +106,15 @@ bool Rollout::take_model(Time now) {
   const Stamped<LocalModel>& newest = *model.latest();
   if (running_ && newest.stamp.sequence == used_.sequence) return false;
   // The bodies may be brought on to a sample that has not arrived here yet, but not to one beyond now.
-  if (newest.value.time > now || !rollout_.restart(newest.value)) {
+  const bool older = running_ && newest.stamp.valid < used_.valid;
+  if (older || newest.value.time > now || !rollout_.restart(newest.value)) {
     if (newest.stamp.sequence != rejected_) ++rejected_models_;
     rejected_ = newest.stamp.sequence;
     return false;
   }
   used_ = newest.stamp;
   failed_ = false;
+  held_ = coupling_wrench(newest.value.law, rollout_.state(), torque_);
   advanced_ = samples_ > track_.size() ? samples_ - track_.size() : 0;
   while (advanced_ < samples_ && track_[advanced_ % track_.size()].stamp.valid <= newest.value.time) ++advanced_;
   return true;
@@ -140,7 +159,9 @@ ForceState Rollout::of_rollout(Time now) const {
   ForceState aim{coupling_wrench(law, state, torque_), {}, {}};
   aim.rate.force = -law.k_t * (state.V_WD.v - state.V_WT.v) - law.b_t * (a_D.v - a_T.v);
   if (torque_) aim.rate.torque = -law.k_r * (state.V_WD.w - state.V_WT.w) - law.b_r * (a_D.w - a_T.w);
-  aim.value = limited(aim.value + (now - rollout_.model().time).seconds() * aim.rate, law);
+  // Samples that stay out are no reason to go on for ever.
+  const double ahead = std::min((now - rollout_.model().time).seconds(), most_lead * tick_.seconds());
+  aim.value = limited(aim.value + ahead * aim.rate, law);
   return aim;
 }
 
@@ -165,6 +186,7 @@ ForceState Rollout::aim(Source source, Time now) {
       if (!is_finite(state.value)) return state;
       anchor_ = state;
       anchor_X_WD_ = sample(0).value.X_WD;
+      held_ = coupling_wrench(rollout_.model().law, rollout_.state(), torque_);
       touching_ = rollout_.state().contacts > 0;
       return state;
     }
@@ -180,7 +202,7 @@ ForceState Rollout::aim(Source source, Time now) {
     case Source::held:
       break;
   }
-  return {anchor_.value, {}, {}};
+  return {held_, {}, {}};
 }
 
 void Rollout::step(StepContext& context) {
@@ -200,6 +222,7 @@ void Rollout::step(StepContext& context) {
   if (running_ && (corrected || source != source_)) {
     difference_ = displayed(shown_, now) - to;
     difference_.curvature = {};
+    settle(difference_, tau);
     if (corrected) {
       ++corrections_;
       correction_sum_ += dot(difference_.value.force, difference_.value.force);

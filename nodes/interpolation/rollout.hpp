@@ -19,7 +19,7 @@ namespace tactor {
 /// What is displayed where the rollout can not be trusted, in this order, each counted:
 ///   1. the Jacobian: where a step failed, the last force and how it changes with the handle's place;
 ///   2. the forecast of `forecast` for now, where the tool last touched something;
-///   3. the last force, held.
+///   3. the force of the newest model or of the last trusted tick, whichever is newer, held.
 /// Trusted is a model whose result is younger than `trust_time` and whose tool is within `trust_distance` of where
 /// contacts were looked for. All changes are blended like corrections, which makes the last a hold with a low-pass.
 class Rollout final : public Node {
@@ -75,6 +75,7 @@ class Rollout final : public Node {
   bool touching_ = false;  // the tool, while the rollout was trusted
   Source source_ = Source::rollout;
   ForceState anchor_;  // what the rollout last aimed at while it was trusted
+  Wrench held_;        // of the newest model, or of the rollout where it last was trusted
   Pose anchor_X_WD_;   // the handle then
   Eigen::Matrix<double, 6, 6> jacobian_ = Eigen::Matrix<double, 6, 6>::Zero();
   ForceState difference_;  // of what is displayed from what is aimed at

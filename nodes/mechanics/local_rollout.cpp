@@ -36,43 +36,63 @@ Vec3 times(const std::array<double, 6>& H, const Vec3& s) {
           H[2] * s.x + H[4] * s.y + H[5] * s.z};
 }
 
+/// What an anchor says of a contact where the bodies are now.
+struct AtAnchor {
+  double share = 0;  // of the mean
+  double distance = 0;
+  Vec3 n, p_W;
+};
+
+AtAnchor at_anchor(const LocalContacts& contacts, std::size_t i, std::size_t j, const BodyStates& bodies) {
+  const Contact& c = contacts.contact[i][j];
+  const ContactPair& pair = contacts.pair[i];
+  const std::span X_query(contacts.X_WB[j]);
+  const PlaneNow plane =
+      plane_now({X_query.first(static_cast<std::size_t>(contacts.bodies)), {&c, 1}, {&pair, 1}}, 0, bodies.X_WB);
+  // The way of the contact point, seen from the other body.
+  Vec3 x_then = transform(X_query[static_cast<std::size_t>(pair.body)], c.p_TC);
+  Quat turn;
+  if (pair.other != ContactPair::fixed) {
+    const auto other = static_cast<std::size_t>(pair.other);
+    const Pose motion = bodies.X_WB[other] * inverse(X_query[other]);
+    x_then = transform(motion, x_then);
+    turn = motion.R;
+  }
+  const Vec3 way = plane.p_W - x_then;
+  Vec3 bend = rotate(turn, times(c.H_W, rotate(inverse(turn), way)));
+  const double angle = norm(bend);
+  if (!(angle <= most_turn)) bend = std::isfinite(angle) ? (most_turn / angle) * bend : Vec3{};
+  return {1 / (dot(way, way) + near_anchor * near_anchor), plane.distance + 0.5 * dot(way, bend), plane.n_W + bend,
+          plane.p_W};
+}
+
 }  // namespace
 
 Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStates& bodies) {
-  const ContactPair& pair = contacts.pair[i];
-  const auto body = static_cast<std::size_t>(pair.body);
-  Contact result = contacts.contact[i][0];
-  double sum = 0, distance = 0, weight = 0;
-  Vec3 n, p;
-  for (std::size_t j = 0; j < static_cast<std::size_t>(contacts.anchors); ++j) {
-    const Contact& c = contacts.contact[i][j];
-    const std::span X_query(contacts.X_WB[j]);
-    const PlaneNow plane =
-        plane_now({X_query.first(static_cast<std::size_t>(contacts.bodies)), {&c, 1}, {&pair, 1}}, 0, bodies.X_WB);
-    // The way of the contact point, seen from the other body.
-    Vec3 x_then = transform(X_query[body], c.p_TC);
-    Quat turn;
-    if (pair.other != ContactPair::fixed) {
-      const auto other = static_cast<std::size_t>(pair.other);
-      const Pose motion = bodies.X_WB[other] * inverse(X_query[other]);
-      x_then = transform(motion, x_then);
-      turn = motion.R;
-    }
-    const Vec3 way = plane.p_W - x_then;
-    Vec3 bend = rotate(turn, times(c.H_W, rotate(inverse(turn), way)));
-    const double angle = norm(bend);
-    if (!(angle <= most_turn)) bend = std::isfinite(angle) ? (most_turn / angle) * bend : Vec3{};
-    const double share = 1 / (dot(way, way) + near_anchor * near_anchor);
-    sum += share;
-    distance += share * (plane.distance + 0.5 * dot(way, bend));
-    weight += share * c.weight;
-    n += share * (plane.n_W + bend);
-    p += share * plane.p_W;
+  const auto anchors = static_cast<std::size_t>(contacts.anchors);
+  std::array<AtAnchor, LocalContacts::max_anchors> at;
+  std::size_t nearest = 0;
+  for (std::size_t j = 0; j < anchors; ++j) {
+    at[j] = at_anchor(contacts, i, j, bodies);
+    if (at[j].share > at[nearest].share) nearest = j;
   }
+  double sum = 0, distance = 0, weight = 0;
+  Vec3 n, p_W;
+  for (std::size_t j = 0; j < anchors; ++j) {
+    // Of a thin wall anchors may see either side.
+    if (dot(at[j].n, at[nearest].n) < 0) continue;
+    const double share = at[j].share;
+    sum += share;
+    distance += share * at[j].distance;
+    weight += share * contacts.contact[i][j].weight;
+    n += share * at[j].n;
+    p_W += share * at[j].p_W;
+  }
+  Contact result = contacts.contact[i][0];
   result.n_W = (1 / norm(n)) * n;
   result.distance = distance / sum;
   result.weight = weight / sum;
-  result.p_TC = transform(inverse(bodies.X_WB[body]), (1 / sum) * p);
+  result.p_TC = transform(inverse(bodies.X_WB[static_cast<std::size_t>(contacts.pair[i].body)]), (1 / sum) * p_W);
   return result;
 }
 
@@ -110,7 +130,7 @@ bool LocalRollout::advance(const Stamped<DeviceState>& sample) {
   acceleration_ = {(1 / h) * (V1.v - V0.v), (1 / h) * (V1.w - V0.w)};
   local_.device = sample.value;
   local_.time = sample.stamp.valid;
-  return last_.outcome != StepOutcome::stopped;
+  return last_.outcome == StepOutcome::converged;
 }
 
 PhysicsState LocalRollout::state() const {

@@ -14,7 +14,8 @@ namespace tactor {
 ///   distance = sum_j w_j d_j / sum_j w_j,   n = sum_j w_j n_j normalised,   w_j = 1 / (|x - x_j|^2 + (10 um)^2),
 /// with x the contact point of anchor j now and x_j the same at the anchor. Each anchor gives the quadratic
 ///   d_j = distance_j + n_j . s + s . H_j s / 2,   s = x - x_j,   n_j' = n_j + H_j s,
-/// with H_j cut so that n_j turns by 0.3 rad at most: near edges curvature grows without bound, and a quadratic is
+/// over the anchors whose normals do not oppose that of the nearest (of a thin wall they may see either side), and with
+/// H_j cut so that n_j turns by 0.3 rad at most: near edges curvature grows without bound, and a quadratic is
 /// worth nothing beyond. So known surfaces are met exactly at each anchor and to second order beside it; between
 /// anchors a surface that bends is followed where a plane would leave it.
 Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStates& bodies);
@@ -29,7 +30,7 @@ class LocalRollout {
   /// changes, where the model is not of this scene, or has bodies, a handle or a spring that are not finite.
   bool restart(const LocalModel& model);
   /// Moves the bodies on to the time of `sample` in one step; nothing happens where that is not later. False where the
-  /// step failed: then the bodies stay where they were, at rest.
+  /// step did not converge: then the bodies are where a damped step has them, or where they were.
   bool advance(const Stamped<DeviceState>& sample);
 
   [[nodiscard]] const LocalModel& model() const { return local_; }

@@ -29,9 +29,9 @@ template <class N>
 void declare_rollout(Declare<N>& node) {
   using P = typename N::Params;
   node.template integer<std::int32_t>("iterations", &P::iterations,
-                                      {.doc = "Newton iterations a step, at most; then a damped step is taken",
+                                      {.doc = "Newton iterations a step, at most; a step that needs more has failed",
                                        .default_value = 20,
-                                       .min = 1,
+                                       .min = 8,
                                        .max = 200})
       .real("stick_velocity", &P::stick_velocity,
             {.doc = "sliding speed below which friction is viscous, as in dynamics",

@@ -94,23 +94,28 @@ void LocalPredictor::step(StepContext&) {
   start_.device = track_[std::min(age, track_.size() - 1)].value;
   start_.bodies = result->value;
   start_.law = spring->value;
+  // As dynamics stepped, whatever the spring would be for a tool with mass.
+  if (result->value.massless != 0) start_.law.massless = 1;
   take_contacts();
   if (!rollout_.restart(start_)) {
     ++rejected_results_;
     return;
   }
-  ++results_;
   if (params_.resimulate) {
     for (; age > 0; --age) {
-      if (!rollout_.advance(track_[age - 1])) ++failed_;
+      // What goes on from a step that failed is nobody's truth; the display goes on with the model before.
+      if (!rollout_.advance(track_[age - 1])) {
+        ++failed_;
+        return;
+      }
       ++resimulated_;
     }
-    model.send(result->stamp.valid, rollout_.model());
   } else {
     start_.time = track_[0].stamp.valid;
     start_.device = track_[0].value;
-    model.send(result->stamp.valid, start_);
   }
+  ++results_;
+  model.send(result->stamp.valid, params_.resimulate ? rollout_.model() : start_);
 }
 
 void LocalPredictor::report(Report& report) const {

@@ -25,7 +25,7 @@ class LocalPredictor final : public Node {
   static NodeInfo declare();
   void step(StepContext& context) override;
   /// `prediction.resimulated_samples` (mean of a result), `prediction.rejected_results`, `prediction.rejected_samples`
-  /// and `prediction.failed_steps`.
+  /// and `prediction.failed_steps` (results not sent, because a step did not converge).
   void report(Report& report) const override;
 
   Input<BodyStates> bodies;
