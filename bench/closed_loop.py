@@ -16,8 +16,6 @@ import subprocess
 import sys
 import tempfile
 
-import h5py
-
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from run_time import table  # noqa: E402
@@ -71,6 +69,8 @@ def settings(stiffness, rate, grip, depth):
 
 def run(graph, method, settings_of_run):
     """The handle's speeds (m/s, one a tick), and the run's summary. No reference run is made."""
+    import h5py  # the tables of scripts/results are tested without it
+
     with tempfile.TemporaryDirectory() as out:
         command = [TACTOR, "run", GRAPHS / f"{graph}.yaml", "--over", GRAPHS / f"methods/{method}.yaml", "--out", out]
         for setting in ("record=[device.truth]", "metrics=~", *settings_of_run):
