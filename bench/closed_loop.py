@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""The stiffest coupling that stays quiet in a hand, by method, rate of physics and grip, as a Markdown table.
+"""What each method bears in closed loop, as Markdown tables: the stiffest coupling that stays quiet in a hand, by rate of physics and
+grip, and the energy that comes out of the device's port.
 
 `bench/closed_loop.py [--jobs N]`, with a built release preset. A cell runs graphs/wall_closed_loop.yaml: a hand comes down onto a
 wall ten times as stiff as the coupling, pushes once and lets its target rest inside, 2 mm or 5 mm deep. The ladder of stiffnesses is
@@ -27,9 +28,13 @@ METHODS = ("hold", "lowpass", "fixed", "paper", "blend", "local", "floor")
 RATES = (50, 100, 150)  # Hz; the floor is physics at 1 kHz and has none of these
 GRIPS = {"firm": (0.55, 6.5, 135), "light": (0.15, 2, 40)}  # kg, N s/m, N/m
 LADDER = tuple(50 * 2 ** (step / 4) for step in range(31))  # N/m, to 9,051
+WALL = 10  # times as stiff as the coupling
 DEPTHS = (2e-3, 5e-3)  # m, of the hand's target inside the wall; 5 mm is the graph's
 SPEED = 2e-3  # m/s; a handle at rest is slower
-WALL = 10  # times as stiff as the coupling
+REFERENCE = "floor_exact"  # physics at 1 kHz, an encoder without steps
+STIFF = [f"coupling.{name}=4 N/mm" for name in ("k_0", "k_device")] + ["coupling.a=0"]
+SCENES = {"duck": ("duck", []), "duck, coupling of 4 N/mm": ("duck", STIFF), "wall": ("wall", []),
+          "wall, coupling of 4 N/mm": ("wall", STIFF)}  # with a tremor in the hand's target
 
 
 def is_quiet(speeds, faults=0):
@@ -55,20 +60,20 @@ def climb(quiet, ladder=LADDER):
 
 
 def settings(stiffness, rate, grip, depth):
-    """What a run sets. Materials of the wall and the tool act in series."""
+    """What a run at the wall sets; `rate` None leaves the method its own. Materials of the wall and the tool act in series."""
     mass, damping, spring = GRIPS[grip]
     return [f"coupling.k_t={stiffness:.6g}", f"scene.bodies.wall.material.stiffness={2 * WALL * stiffness:.6g}",
             f"scene.bodies.tool.material.stiffness={2 * WALL * stiffness:.6g}",
             f"scene.bodies.wall.pose.p=[0, 0, {1e3 * (depth - DEPTHS[-1]):.6g} mm]", f"device.hand_mass={mass}",
-            f"device.hand_damping={damping}", f"device.hand_stiffness={spring}", "record=[device.truth]", "metrics=~",
+            f"device.hand_damping={damping}", f"device.hand_stiffness={spring}",
             *([] if rate is None else [f"collision.cost={{constant: {1000 / rate:.6g} ms}}"])]
 
 
-def run(method, stiffness, rate, grip, depth, more=()):
-    """The handle's speeds (m/s, one a tick), and the run's summary. `rate` None: as the method has it."""
+def run(graph, method, settings_of_run):
+    """The handle's speeds (m/s, one a tick), and the run's summary. No reference run is made."""
     with tempfile.TemporaryDirectory() as out:
-        command = [TACTOR, "run", GRAPHS / "wall_closed_loop.yaml", "--over", GRAPHS / f"methods/{method}.yaml", "--out", out]
-        for setting in (*settings(stiffness, rate, grip, depth), *more):
+        command = [TACTOR, "run", GRAPHS / f"{graph}.yaml", "--over", GRAPHS / f"methods/{method}.yaml", "--out", out]
+        for setting in ("record=[device.truth]", "metrics=~", *settings_of_run):
             command += ["--set", setting]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         summary = json.loads((pathlib.Path(out) / "summary.json").read_text())
@@ -77,14 +82,19 @@ def run(method, stiffness, rate, grip, depth, more=()):
     return [math.sqrt(sum(c * c for c in row)) for row in rows["v_WD"].tolist()], summary
 
 
+def generated(summary):
+    """The most energy, in mJ, that the commanded force had given to the handle, net, at any time."""
+    return 1e3 * summary["device"]["energy_generated_J"]
+
+
 def cell(method, rate, grip, more=()):
     """The limit in N/m, and the most energy in mJ that the device's port generated there."""
     energies = {}
 
     def quiet(stiffness):
         for depth in DEPTHS:
-            speeds, summary = run(method, stiffness, rate, grip, depth, more)
-            energies.setdefault(stiffness, []).append(1e3 * summary["device"]["energy_generated_J"])
+            speeds, summary = run("wall_closed_loop", method, [*settings(stiffness, rate, grip, depth), *more])
+            energies.setdefault(stiffness, []).append(generated(summary))
             if not is_quiet(speeds, summary["device"]["faults"]):
                 return False
         return True
@@ -100,7 +110,27 @@ def limits(jobs, methods=METHODS, more=()):
         return dict(zip(keys, pool.map(lambda key: cell(*key, more), keys)))
 
 
-def in_table(found):
+def energies(jobs, methods=(*METHODS, REFERENCE), more=()):
+    """{(method, scene): mJ generated at the device's port} in closed loop over SCENES."""
+    keys = [(m, s) for m in methods for s in SCENES]
+
+    def one(key):
+        graph, values = SCENES[key[1]]
+        return generated(run(graph, key[0], ["device.loop=closed", *values, *more])[1])
+
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        return dict(zip(keys, pool.map(one, keys)))
+
+
+def energy_table(found):
+    """A row a method, a column a scene."""
+    methods = dict.fromkeys(method for method, _ in found)
+    return table(["method", *(f"{scene}, mJ" for scene in SCENES)],
+                 [[m, *(f"{found[m, scene]:.2g}" if found[m, scene] < 0.01 else f"{found[m, scene]:.2f}" for scene in SCENES)]
+                  for m in methods])
+
+
+def limit_table(found):
     """A row a method: limits by grip and rate, the largest energy at a limit."""
     def limit(method, rate, grip):
         value = (found.get((method, rate, grip)) or found[method, None, grip])[0]
@@ -119,4 +149,6 @@ if __name__ == "__main__":
     parser.add_argument("--method", action="append", help="one of graphs/methods; may be repeated")
     parser.add_argument("--set", action="append", default=[], help="as of tactor run, for every run")
     arguments = parser.parse_args()
-    print(in_table(limits(arguments.jobs, arguments.method or METHODS, arguments.set)), end="")
+    methods = tuple(arguments.method or METHODS)
+    print(limit_table(limits(arguments.jobs, methods, arguments.set)))
+    print(energy_table(energies(arguments.jobs, (*methods, REFERENCE), arguments.set)), end="")
