@@ -16,8 +16,10 @@ namespace tactor {
 ///   d_j = distance_j + n_j . s + s . H_j s / 2,   s = x - x_j,   n_j' = n_j + H_j s,
 /// over the anchors whose normals do not oppose that of the nearest (of a thin wall they may see either side), and with
 /// H_j cut so that n_j turns by 0.3 rad at most: near edges curvature grows without bound, and a quadratic is
-/// worth nothing beyond. So known surfaces are met exactly at each anchor and to second order beside it; between
-/// anchors a surface that bends is followed where a plane would leave it.
+/// worth nothing beyond. So surfaces are known at each anchor, but for the ten-thousandth part that an anchor 1 mm away
+/// has in the sum, and beside it as well as the quadratics know them: no worse than the worst of them. Between anchors
+/// a surface that bends is followed where a plane would leave it. Of a ball that turns by a against what it touches the
+/// contact point is taken along, which is wrong by some r a^2 / 2 (see Contact::H_W).
 Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStates& bodies);
 
 /// The local rollout: dynamics' own step (RigidStep) on the planes of contact_now, from device sample to device sample.

@@ -49,6 +49,23 @@ class Bunny(CommandTest):
 
 
 @needs_collision
+class LocalRollout(CommandTest):
+    def test_the_local_rollout_leaves_a_third_of_the_error_of_the_hold_and_hardly_ever_falls_back(self):
+        for scene in ("duck", "wall", "bunny"):
+            with self.subTest(scene=scene):
+                arguments = GRAPHS / f"{scene}.yaml", "--duration", "2.5", "--seed", SEED
+                hold = self.run_graph(*arguments, "--over", GRAPHS / "methods/hold.yaml")
+                local = self.run_graph(*arguments, "--over", GRAPHS / "methods/local.yaml")
+                self.assertGreater(hold["contacts"]["max"], 0)
+                self.assertLess(local["delivered"]["force"]["rms_error_N"],
+                                hold["delivered"]["force"]["rms_error_N"] / 3)
+                self.assertEqual(local["drops"], 0)
+                self.assertEqual(local["prediction"]["failed_steps"], 0)
+                # At the start, while the first results say little of the contacts around.
+                self.assertLess(local["fallbacks"], 0.01 * local["rollout"]["ticks"])
+
+
+@needs_collision
 class Forecasts(CommandTest):
     def test_a_forecast_at_the_device_s_own_time_is_nearer_earlier_and_smoother_than_the_hold(self):
         for scene in ("duck", "bunny", "peg_in_hole"):
