@@ -13,7 +13,9 @@ void Predictor::step(StepContext&) {
     any = true;
     usable = guard_.accept(sample.value);
     period_.update(sample.stamp.valid);
-    if (usable) take(sample);
+    if (!usable) continue;
+    take(sample);
+    taken_ = sample.stamp.valid;
   }
   if (!any) return;
   const Duration horizon = period_.value();
@@ -32,7 +34,8 @@ void Predictor::step(StepContext&) {
   }
   const bool mended = guard_.mend(f.current_D_W, predicted);
   f.fallback = held || mended ? 1 : 0;
-  forecast.send(sample.stamp.valid, f);
+  // What is held although samples come is as old as the last that could be used, and whoever shows it must see that.
+  forecast.send(taken_.value_or(sample.stamp.valid), f);
 }
 
 }  // namespace tactor

@@ -1,6 +1,7 @@
 // What every predictor of forces does alike: it takes samples in and sends one forecast a step.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "framework/core/messages.hpp"
@@ -16,7 +17,8 @@ struct PredictorParams : PeriodOptions, ForceLimits {
 };
 
 /// The base of a predictor. It drains the samples, keeps those out that are not finite, estimates the period, holds
-/// what the derived class has nothing to say of, and keeps what is sent within the device's limits.
+/// what the derived class has nothing to say of, and keeps what is sent within the device's limits. A forecast carries
+/// the stamp of the newest usable sample; zero is forecast before there was one, with the stamp of what came.
 class Predictor : public Node {
  public:
   void step(StepContext& context) final;
@@ -49,6 +51,7 @@ class Predictor : public Node {
   ForecastGuard guard_;
   PeriodEstimate period_;
   std::int32_t steps_;
+  std::optional<Time> taken_;  ///< stamp of the newest usable sample
   NewMessages<Wrench> samples_;
 };
 

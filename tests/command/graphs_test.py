@@ -74,7 +74,7 @@ class ShippedGraphs(CommandTest):
         for graph, name in (("duck_forcegrid.yaml", "forcefield.grid"), ("duck_rbf.yaml", "forcefield.rbf")):
             for verb in ("check", "run"):
                 with self.subTest(graph=graph, verb=verb):
-                    refused(verb, graph, "scene.bodies.tool.motion=rigid", f"{graph}:4:", f"node interpolation: {name}: ",
+                    refused(verb, graph, "scene.bodies.tool.motion=rigid", f"methods/{graph[5:]}:3:", f"node interpolation: {name}: ",
                             "the tool 'tool' rotates", "use a prediction.* and an interpolation.* in its place")
         refused("run", "duck_rbf.yaml", "interpolation.k_t=500", "interpolation", "this one has 353.553391 N/m; set its k_t")
 

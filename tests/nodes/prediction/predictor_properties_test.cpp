@@ -167,9 +167,13 @@ class Subject {
     predictor_->step(c);
     TACTOR_DEMAND(forecast_->pending() == 1);
     const Forecast result = *static_cast<const Forecast*>(forecast_->pending_value(0));
+    sent_ = forecast_->pending_valid(0);
     forecast_->clear_pending();
     return result;
   }
+
+  /// The stamp of what feed() gave last.
+  Time sent() const { return sent_; }
 
   double figure(const std::string& name) const {
     Report report;
@@ -194,6 +198,7 @@ class Subject {
   Quat frame_;
   InputBase *force_ = nullptr, *device_ = nullptr, *refit_force_ = nullptr, *coefficients_in_ = nullptr;
   OutputBase *forecast_ = nullptr, *coefficients_out_ = nullptr;
+  Time sent_;
   double device_ms_ = 0;
   std::uint64_t sequence_ = 0;
 };
@@ -439,5 +444,27 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
     for (int t = 0; t < 300; ++t) subject.feed(clock.next(), texture.next());
     const std::int64_t calls = thread_heap_calls() - before;
     BOOST_TEST(calls == 0, recipe.name());
+  }
+}
+
+BOOST_AUTO_TEST_CASE(what_is_held_while_bad_samples_come_keeps_the_stamp_of_the_last_good_one) {
+  const Wrench bad{{std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}};
+  for (const Recipe& recipe : recipes()) {
+    Subject subject(recipe);
+    Texture texture(11);
+    // Nothing good yet: the zero that is forecast is that of now.
+    subject.feed(5, bad);
+    BOOST_TEST(subject.sent().ns == stamp_ms(5).valid.ns, recipe.name());
+    for (int k = 1; k <= 100; ++k) {
+      subject.feed(10.0 * k, texture.next());
+      BOOST_REQUIRE_MESSAGE(subject.sent().ns == stamp_ms(10.0 * k).valid.ns, recipe.name() << ", sample " << k);
+    }
+    for (int k = 101; k <= 120; ++k) {
+      const Forecast f = subject.feed(10.0 * k, bad);
+      BOOST_REQUIRE_MESSAGE(subject.sent().ns == stamp_ms(1000).valid.ns, recipe.name() << ", bad sample " << k);
+      BOOST_TEST(f.fallback == 1, recipe.name());
+    }
+    subject.feed(1210, texture.next());
+    BOOST_TEST(subject.sent().ns == stamp_ms(1210).valid.ns, recipe.name());
   }
 }
