@@ -198,7 +198,9 @@ BOOST_AUTO_TEST_CASE(a_correction_decays_by_two_equal_poles_and_has_neither_jump
 BOOST_AUTO_TEST_CASE(without_results_the_forecast_is_shown_where_the_tool_touched_and_else_the_last_force) {
   for (const bool touching : {true, false}) {
     for (const bool forecasts : {true, false}) {
-      Subject subject(1e12, default_params<Rollout>(), forecasts);
+      Rollout::Params params = default_params<Rollout>();
+      params.trust_time = Duration::from_seconds(0.1);
+      Subject subject(1e12, params, forecasts);
       const LocalContacts wall = wall_around({{0.009, 0, 0}});
       const Vec3 tool{touching ? 0.009 : 0.02, 0, 0}, handle = tool - Vec3{0.002, 0, 0};
       const double there = spring.k_t * 0.002;
@@ -408,7 +410,8 @@ BOOST_AUTO_TEST_CASE(whatever_comes_the_force_is_finite_and_bounded_and_soon_rig
 }
 
 BOOST_AUTO_TEST_CASE(no_tick_calls_the_heap) {
-  const Rollout::Params params = default_params<Rollout>();
+  Rollout::Params params = default_params<Rollout>();
+  params.trust_time = Duration::from_seconds(0.1);
   BOOST_TEST(Rollout::declare().realtime_safe);
   if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
   Subject subject(0.1, params, true);
@@ -430,4 +433,53 @@ BOOST_AUTO_TEST_CASE(no_tick_calls_the_heap) {
   BOOST_TEST(calls == 0);
   BOOST_TEST(subject.figure("rollout.forecast_ticks") > 0);
   BOOST_TEST(subject.figure("rollout.jacobian_ticks") > 0);
+}
+
+// Physics of 10 Hz: no result is ever young enough to go on from, and each is shown as it comes.
+BOOST_AUTO_TEST_CASE(results_too_old_to_go_on_from_are_held_one_after_the_other) {
+  Rollout::Params params = default_params<Rollout>();
+  params.trust_time = Duration::from_seconds(0.05);
+  Subject subject(1e12, params, false);
+  const LocalContacts wall = wall_around({{0.009, 0, 0}});
+  for (int ms = 0; ms < 500; ++ms) {
+    const double pressed = 0.001 * (1 + ms / 100);
+    const Vec3 tool{0.009, 0, 0}, handle = tool - Vec3{pressed, 0, 0};
+    subject.sample(ms, handle);
+    if (ms % 100 == 0) subject.model(ms - 90, ms, model_at(ms, one_body(tool), handle, wall));
+    BOOST_REQUIRE(subject.tick(ms));
+    if (ms % 100 == 99) BOOST_TEST(std::abs(subject.force(ms + 1).x - spring.k_t * pressed) < 1e-3);
+  }
+  BOOST_TEST(subject.figure("rollout.held_ticks") == 500.0);
+}
+
+// A handle that is no longer heard of has not gone on for ever.
+BOOST_AUTO_TEST_CASE(the_force_is_carried_on_for_two_ticks_beyond_the_newest_sample_and_no_further) {
+  Subject subject(1e12, default_params<Rollout>(), false);
+  const LocalContacts wall = wall_around({{0.009, 0, 0}});
+  double last = 0;
+  for (int ms = 0; ms < 90; ++ms) {
+    const Vec3 tool{0.009, 0, 0}, handle{0.009 - 0.0001 * ms, 0, 0};
+    if (ms < 50) subject.sample(ms, handle, {-0.1, 0, 0});
+    if (ms == 0) subject.model(-10, ms, model_at(ms, one_body(tool), handle, wall));
+    BOOST_REQUIRE(subject.tick(ms));
+    if (ms == 52) last = subject.force(ms + 1).x;
+  }
+  BOOST_TEST(std::abs(subject.force(90).x - last) < 0.05 * std::abs(last));
+}
+
+// What is displayed goes from one side to the other without passing either.
+BOOST_AUTO_TEST_CASE(a_correction_does_not_swing_past_what_it_leads_to) {
+  Subject subject(1e12, default_params<Rollout>(), false);
+  const LocalContacts wall = wall_around({{0.009, 0, 0}});
+  double lowest = 1e9;
+  for (int ms = 0; ms < 100; ++ms) {
+    // Comes in fast, and the result at 50 ms says that it has long gone.
+    const Vec3 tool{ms < 50 ? 0.009 : 0.02, 0, 0};
+    const Vec3 handle = ms < 50 ? Vec3{0.009 - 0.0001 * ms, 0, 0} : tool;
+    subject.sample(ms, handle, ms < 50 ? Vec3{-0.1, 0, 0} : Vec3{});
+    if (ms % 10 == 0) subject.model(ms - 10, ms, model_at(ms, one_body(tool), handle, wall));
+    BOOST_REQUIRE(subject.tick(ms));
+    if (ms >= 60) lowest = std::min(lowest, subject.force(ms + 1).x);
+  }
+  BOOST_TEST(lowest > -0.01);
 }
