@@ -166,12 +166,27 @@ Comparison compare(const std::vector<CompareCase>& cases, Registry& registry, co
     const std::lock_guard lock(notes);
     if (options.note) options.note(text);
   };
+  const auto run_name = [&](std::size_t c, std::size_t s) {
+    const CompareRow& row = comparison.rows[c];
+    return fmt::format("{}{}{}, seed {}: ", row.graph, row.setting.empty() ? "" : " ", row.setting,
+                       comparison.seeds[s]);
+  };
+  // An error of a run says which it was.
+  const auto at_run = [&](std::size_t c, std::size_t s, const auto& work) {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      throw InputError(run_name(c, s) + error.what());
+    } catch (const RunError& error) {
+      throw RunError(run_name(c, s) + error.what());
+    }
+  };
   // Graphs that differ in what comes after physics share a reference, so one graph a seed is prepared at a time and
   // the others find it.
   for (std::size_t c = 0; c < cases.size(); ++c) {
     in_parallel(seeds, options.jobs, [&](std::size_t s) {
       tell("reference runs");
-      prepare_reference(plan_of(c, s), options.cache_folder, go_on, note);
+      at_run(c, s, [&] { return prepare_reference(plan_of(c, s), options.cache_folder, go_on, note); });
     });
   }
   in_parallel(seeds * cases.size(), options.run_jobs, [&](std::size_t i) {
@@ -182,9 +197,9 @@ Comparison compare(const std::vector<CompareCase>& cases, Registry& registry, co
     run_options.cache_folder = options.cache_folder;
     run_options.note = note;
     run_options.progress = [&](double, const char*) { return go_on(0); };
-    RunResult result = execute(plan_of(c, s), run_options);
-    if (result.failure) throw RunError(*result.failure);
+    RunResult result = at_run(c, s, [&] { return execute(plan_of(c, s), run_options); });
     if (result.interrupted) throw RunError("interrupted");
+    if (result.failure) throw RunError(run_name(c, s) + *result.failure);
     if (s > 0 || !options.curves) {
       std::erase_if(result.series, [](const Series& curve) { return curve.name != "one_step_error"; });
     }

@@ -180,8 +180,8 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
 
-/// Refuses cases that cannot be compared, runs the rest and tells each note once.
-Comparison compare_cases(const std::vector<CompareCase>& cases, CompareOptions options) {
+/// Refuses cases that cannot be compared, makes the folder for the results, runs the cases and tells each note once.
+Comparison compare_cases(const std::vector<CompareCase>& cases, CompareOptions options, const fs::path& folder) {
   Registry registry(default_node_folders());
   // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
   std::set<std::string> told;
@@ -197,6 +197,7 @@ Comparison compare_cases(const std::vector<CompareCase>& cases, CompareOptions o
     }
     for (const std::string& note : check_bodies(plan)) tell_once(note);
   }
+  make_folder(folder);
   options.cache_folder = default_cache_folder();
   ProgressBar bar;
   options.note = tell_once;
@@ -206,13 +207,14 @@ Comparison compare_cases(const std::vector<CompareCase>& cases, CompareOptions o
 }
 
 int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& compare_options,
-                const fs::path& out) {
+                const fs::path& folder) {
   std::vector<CompareCase> cases;
   for (const fs::path& graph : graphs) cases.push_back({graph, options.overrides(), {}, 0});
-  const Comparison comparison = compare_cases(cases, compare_options);
-  const fs::path folder = make_folder(out);
-  write_file(folder / "compare.json", to_json(comparison).dump(2) + "\n");
+  const Comparison comparison = compare_cases(cases, compare_options, folder);
   fmt::print("{}\n", comparison_table(comparison));
+  // A file that cannot be written leaves the table.
+  std::fflush(stdout);
+  write_file(folder / "compare.json", to_json(comparison).dump(2) + "\n");
   write_file(folder / "report.html", compare_report(comparison));
   fmt::print("  {}\n", (folder / "report.html").string());
   return 0;
@@ -229,12 +231,14 @@ int run_study(const fs::path& file, const GraphOptions& options, std::optional<i
   compare_options.jobs = jobs;
   compare_options.run_jobs = jobs;
   compare_options.curves = false;
-  const Study study = make_study(spec, compare_cases(study_cases(spec, options.overrides()), compare_options));
-  const fs::path folder = make_folder(out.value_or(fs::path("out") / spec.name));
+  const fs::path folder = out.value_or(fs::path("out") / spec.name);
+  const Study study = make_study(spec, compare_cases(study_cases(spec, options.overrides()), compare_options, folder));
+  fmt::print("{}\n", study_table(study));
+  std::fflush(stdout);
   write_file(folder / "study.csv", study_csv(study));
   write_file(folder / "study.json", to_json(study).dump(2) + "\n");
   write_file(folder / "report.html", study_report(study));
-  fmt::print("{}\n  {}\n", study_table(study), (folder / "report.html").string());
+  fmt::print("  {}\n", (folder / "report.html").string());
   return 0;
 }
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/summary.hpp"
+#include "framework/graph/merge.hpp"
 
 namespace tactor {
 
@@ -113,14 +114,23 @@ std::vector<StudySetting> study_settings(const StudySpec& spec) {
 }
 
 std::vector<CompareCase> study_cases(const StudySpec& spec, const Overrides& overrides) {
+  for (const StudyAxis& axis : spec.vary) {
+    for (const std::string& path : axis.paths) {
+      for (const std::string& set : overrides.set) {
+        if (trimmed(set.substr(0, set.find('='))) != path) continue;
+        throw InputError("--set " + set + ": the study varies " + path + "; take it out of the study's `vary` first");
+      }
+    }
+  }
   const std::vector<StudySetting> settings = study_settings(spec);
   std::vector<CompareCase> cases;
   for (const auto& graph : spec.graphs) {
     const std::size_t first = cases.size();
     for (const StudySetting& setting : settings) {
       CompareCase c{graph, overrides, label(setting), first};
+      // What the command line lays over comes last, so that it wins, as with its values.
       for (const auto& method : spec.methods) {
-        if (method.stem() == setting.method) c.overrides.over.push_back(method);
+        if (method.stem() == setting.method) c.overrides.over.insert(c.overrides.over.begin(), method);
       }
       std::vector<std::string> set = spec.set;
       for (std::size_t a = 0; a < spec.vary.size(); ++a) {

@@ -43,7 +43,8 @@ struct Study {
 
 /// What the settings of a study are, without having run.
 std::vector<StudySetting> study_settings(const StudySpec& spec);
-/// What is to be run, in the order of Study's rows; `overrides` are laid over what the study says.
+/// What is to be run, in the order of Study's rows; `overrides` are laid over what the study says. Throws
+/// InputError where they set what it varies.
 std::vector<CompareCase> study_cases(const StudySpec& spec, const Overrides& overrides);
 /// Judges what compare() made of the cases.
 Study make_study(const StudySpec& spec, Comparison comparison);

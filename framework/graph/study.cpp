@@ -1,5 +1,6 @@
 #include "framework/graph/study.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <set>
 
@@ -85,10 +86,18 @@ StudySpec load_study(const fs::path& file) {
     diagnostics.error(tree->place, "study: expected the key graphs, found none");
   }
   if (const Tree* methods = tree->value("methods")) study.methods = read_files(*methods, "methods", files, diagnostics);
+  // A value that another one replaces would stand in the table all the same.
+  std::set<std::string> named;
+  const auto named_once = [&](const std::string& path, const Place& place, const std::string& key) {
+    if (!named.insert(path).second) diagnostics.error(place, key + "." + path + ": named twice in `set` and `vary`");
+  };
   const Tree* set = tree->value("set");
   if (set != nullptr && expect_map(*set, "set", "a map of node.parameter to its value", diagnostics)) {
     for (const TreeEntry& entry : set->entries) {
-      for (const std::string& path : split_paths(entry.key)) study.set.push_back(path + "=" + yaml_of(entry.value));
+      for (const std::string& path : split_paths(entry.key)) {
+        named_once(path, entry.value.place, "set");
+        study.set.push_back(path + "=" + yaml_of(entry.value));
+      }
     }
   }
   const Tree* vary = tree->value("vary");
@@ -100,7 +109,14 @@ StudySpec load_study(const fs::path& file) {
         continue;
       }
       StudyAxis axis{split_paths(entry.key), {}};
-      for (const Tree& item : entry.value.items) axis.values.push_back(yaml_of(item));
+      for (const std::string& path : axis.paths) named_once(path, entry.value.place, "vary");
+      for (const Tree& item : entry.value.items) {
+        const std::string value = yaml_of(item);
+        if (std::find(axis.values.begin(), axis.values.end(), value) != axis.values.end()) {
+          diagnostics.error(item.place, "vary." + entry.key + ": expected different values, found " + value + " again");
+        }
+        axis.values.push_back(value);
+      }
       study.vary.push_back(std::move(axis));
     }
   }

@@ -1,17 +1,33 @@
 #include "nodes/interpolation/hermite.hpp"
 
+#include <algorithm>
+
 #include "nodes/interpolation/not_finite.hpp"
 
 namespace tactor {
 
 namespace {
 
+// A slope over one period is that much more over the next at most.
+constexpr double most_growth = 1.5;
+
 constexpr const char* in_common =
     " of the forecast's curve one period after now. The curve goes through F_t at its stamp and the predicted steps at "
     "stamp + i T; `shape` says how. With two steps and more the segment is on time, with one it ends where a result "
     "that has been under way for a period is held. Where the next forecast comes early its segment goes on from the "
-    "displayed curve, where it is late the end is held and the next segment starts from it at rest, so that only there "
-    "the slope jumps.";
+    "displayed curve, where it is late the end is held and the next segment starts from it at rest. The slope jumps "
+    "there, and where the period grows by more than half, say from T0 to T: a slope that was small over T0 would swing "
+    "far out over T, so it comes in as 1.5 T0 / T of itself, and the curvature as the square of that. What is shown of "
+    "forecasts that jump from bound to bound at any period stays within 2.5 times the bound (measured; no closed "
+    "form).";
+
+/// `from` as a segment of `length` can take it, where the segment that is displayed has `before`.
+ForceState entered(ForceState from, Duration before, Duration length) {
+  const double share = std::min(1.0, most_growth * before.seconds() / length.seconds());
+  from.rate = share * from.rate;
+  from.curvature = (share * share) * from.curvature;
+  return from;
+}
 
 template <class N>
 NodeInfo declare_hermite(const char* type, const char* summary, const std::string& ends) {
@@ -54,7 +70,8 @@ void Hermite::step(StepContext& context) {
   any_ = true;
   const Duration period = period_of(newest->value);
   const ForecastCurve curve(*newest, shape_);
-  shown_ = between_(now, period, displayed(shown_, now), curve.at(now + period));
+  const ForceState to = curve.at(now + period);
+  shown_ = between_(now, period, entered(displayed(shown_, now), shown_.end - shown_.begin, period), to);
   segment.send(newest->stamp.valid, shown_);
 }
 

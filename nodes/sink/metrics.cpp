@@ -49,9 +49,11 @@ NodeInfo Metrics::declare() {
       .details(
           "delivered.*: `commanded` against the physics force of the reference run at the same time: RMS and largest "
           "error, RMS of the error above 30 Hz (Butterworth of fourth order forwards and backwards, so without a "
-          "shift), delay (lag of the cross-correlation peak, positive: late), RMS of the first and second difference, "
+          "shift), delay (lag of the cross-correlation peak, positive: late; left out where there is none), RMS of the "
+          "first and second difference, "
           "the second also as the excess over the reference's, largest step, share of time beyond what can be felt. "
-          "After contact is lost: the overshoot is the largest force towards the surface, beyond the reference's own, "
+          "After contact is lost, if it ever is: the overshoot is the largest force towards the surface, beyond the "
+          "reference's own, "
           "the ghost what still pushes away from it late in the window. one_step.*: the predicted force against the "
           "next physics force, and what a hold errs. physics.*: how often `force` comes, and its error at its own "
           "stamp "
@@ -185,9 +187,10 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
     report.set(delivered + "delay_ms", *lag * step_ms);
   }
   report.set(delivered + "share_beyond_jnd", share_beyond(x, r, part.jnd, params_.jnd_fraction));
-  const AfterLoss loss = after_loss(x, r, part.loss, std::llround(params_.loss_window.seconds() / step));
-  report.set(delivered + "overshoot_after_loss_" + N, loss.overshoot);
-  report.set(delivered + "ghost_after_loss_" + N, loss.ghost);
+  if (const auto loss = after_loss(x, r, part.loss, std::llround(params_.loss_window.seconds() / step))) {
+    report.set(delivered + "overshoot_after_loss_" + N, loss->overshoot);
+    report.set(delivered + "ghost_after_loss_" + N, loss->ghost);
+  }
 }
 
 void Metrics::report_one_step(Report& report, const Part& part, bool series) const {

@@ -149,21 +149,25 @@ std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3>
     return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0.0;
   };
   constexpr double nothing = 1e-12;
+  constexpr double as_high = 0.98;  // of the highest, and a peak counts as one as high
   if (!(rms(a) > nothing * rms(x)) || !(rms(b) > nothing * rms(reference))) return std::nullopt;
   std::vector<double> c(static_cast<std::size_t>(2 * max_lag + 1));
   for (std::int64_t lag = -max_lag; lag <= max_lag; ++lag)
     c[static_cast<std::size_t>(lag + max_lag)] = correlation(lag);
-  std::int64_t best = 0;
   const auto at = [&](std::int64_t lag) { return c[static_cast<std::size_t>(lag + max_lag)]; };
-  for (std::int64_t size = 1; size <= max_lag; ++size) {
-    for (const std::int64_t lag : {size, -size}) {
-      if (at(lag) > at(best)) best = lag;
-    }
+  const double enough = as_high * *std::max_element(c.begin(), c.end());
+  const auto is_peak = [&](std::int64_t lag) {
+    return std::abs(lag) < max_lag && at(lag) >= enough && at(lag) >= at(lag - 1) && at(lag) >= at(lag + 1);
+  };
+  for (std::int64_t size = 0; size < max_lag; ++size) {
+    // Of two as near to zero the higher.
+    const std::int64_t best = is_peak(size) && !(is_peak(-size) && at(-size) > at(size)) ? size : -size;
+    if (!is_peak(best)) continue;
+    const double bend = at(best - 1) - 2.0 * at(best) + at(best + 1);
+    const double shift = bend < 0 ? 0.5 * (at(best - 1) - at(best + 1)) / bend : 0.0;
+    return static_cast<double>(best) + shift;
   }
-  if (std::abs(best) == max_lag) return static_cast<double>(best);
-  const double bend = at(best - 1) - 2.0 * at(best) + at(best + 1);
-  const double shift = bend < 0 ? 0.5 * (at(best - 1) - at(best + 1)) / bend : 0.0;
-  return static_cast<double>(best) + shift;
+  return std::nullopt;
 }
 
 double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, double floor, double fraction) {
@@ -176,20 +180,22 @@ double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, do
   return static_cast<double>(beyond) / static_cast<double>(x.size());
 }
 
-AfterLoss after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold, std::int64_t window) {
+std::optional<AfterLoss> after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold,
+                                    std::int64_t window) {
   TACTOR_DEMAND(x.size() == reference.size());
-  AfterLoss result;
+  std::optional<AfterLoss> result;
   const auto length = static_cast<std::size_t>(window);
   for (std::size_t i = 1; i < x.size(); ++i) {
     const double before = norm(reference[i - 1]);
     if (before <= threshold || norm(reference[i]) > threshold) continue;
+    if (!result) result.emplace();
     const Vec3 direction = reference[i - 1] / before;
     const std::size_t end = std::min(x.size(), i + length);
     for (std::size_t j = i; j < end && norm(reference[j]) <= threshold; ++j) {
       const double shown = dot(x[j], direction);
       const double wanted = dot(reference[j], direction);
-      result.overshoot = std::max(result.overshoot, std::max(0.0, -shown) - std::max(0.0, -wanted));
-      if (j >= i + length / 2) result.ghost = std::max(result.ghost, shown - wanted);
+      result->overshoot = std::max(result->overshoot, std::max(0.0, -shown) - std::max(0.0, -wanted));
+      if (j >= i + length / 2) result->ghost = std::max(result->ghost, shown - wanted);
     }
   }
   return result;

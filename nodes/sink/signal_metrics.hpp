@@ -41,7 +41,9 @@ double rms_above(std::span<const Vec3> x, double cutoff_hz, double rate_hz);
 /// sum_i x_{i+l} . r_i / sqrt(sum_i |x_{i+l}|^2 sum_i |r_i|^2) within +-max_lag, refined by the parabola through the
 /// peak and its neighbours. For each lag the sums are over the samples that overlap, less their means, so that a signal
 /// merely shifted by whole steps correlates by exactly 1. Positive: x is late. Nothing where a signal is constant or
-/// has no more than 2 max_lag samples. Of equal peaks the nearest to zero counts.
+/// has no more than 2 max_lag samples. A peak has a lag on either side that is no higher, so that the ends of the range
+/// are none; of those within 2 % of the highest correlation the nearest to zero counts, so that a tremor, whose
+/// correlation comes back with each of its periods, is not taken for a delay of a period. Without a peak: nothing.
 std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag);
 
 /// The share of samples with |x_i - reference_i| > max(floor, fraction |reference_i|).
@@ -57,7 +59,8 @@ struct AfterLoss {
 /// Contact is lost at i where |reference| falls to `threshold` or under; the direction d of reference_{i-1} is away
 /// from the surface. Over the `window` samples j from i on, as long as the reference stays under the threshold, the
 /// overshoot is the largest max(0, -x_j . d) - max(0, -reference_j . d), and the ghost the largest (x_j - reference_j)
-/// . d. So a force that vanishes before the reference does is no overshoot.
-AfterLoss after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold, std::int64_t window);
+/// . d. So a force that vanishes before the reference does is no overshoot. Nothing where contact is never lost.
+std::optional<AfterLoss> after_loss(std::span<const Vec3> x, std::span<const Vec3> reference, double threshold,
+                                    std::int64_t window);
 
 }  // namespace tactor

@@ -103,6 +103,33 @@ BOOST_AUTO_TEST_CASE(a_bad_study_is_refused_with_every_place) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(values_that_would_replace_each_other_are_refused_with_every_place) {
+  const StudyFile file;
+  const std::string all = file.error(
+      "graphs: [a.yaml]\nset: {x.p: 1}\nvary:\n  x.p: [1, 2]\n  'x.q, y.q': [3]\n  y.q: [4]\n  x.r: [5, 6, 5]\n");
+  for (const char* text : {"4:8: vary.x.p: named twice", "6:8: vary.y.q: named twice",
+                           "7:15: vary.x.r: expected different values, found 5 again"}) {
+    BOOST_TEST(all.find(text) != std::string::npos, text << " in " << all);
+  }
+  BOOST_TEST(file.error("graphs: [a.yaml]\nset: {'x.p, x.p': 1}\n").find("2:19: set.x.p: named twice") !=
+             std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(the_command_line_lies_over_the_methods_and_may_not_set_what_is_varied) {
+  const StudyFile file;
+  const StudySpec spec = file.load("graphs: [a.yaml]\nmethods: [hold.yaml]\nvary: {x.p: [1, 2]}\n");
+  Overrides overrides;
+  overrides.over = {"b.yaml"};
+  const std::vector<CompareCase> cases = study_cases(spec, overrides);
+  BOOST_REQUIRE(cases[1].overrides.over.size() == 2U);
+  BOOST_TEST(cases[1].overrides.over[0].filename() == "hold.yaml");
+  BOOST_TEST(cases[1].overrides.over[1].filename() == "b.yaml");
+  overrides.set = {"x.q=1", "x.p = 3"};
+  BOOST_CHECK_EXCEPTION(study_cases(spec, overrides), InputError, [](const InputError& e) {
+    return std::string(e.what()).find("--set x.p = 3: the study varies x.p") != std::string::npos;
+  });
+}
+
 BOOST_AUTO_TEST_CASE(ratios_are_geometric_means_over_seeds_and_over_graphs) {
   StudySpec spec;
   spec.graphs = {"a.yaml", "b.yaml"};

@@ -74,6 +74,14 @@ class ExitCodes(CommandTest):
             self.assertIn(text, result.stderr)
         self.assertFalse((self.folder / "cmp").exists())
 
+    def test_a_folder_that_cannot_be_made_is_refused_before_anything_runs(self):
+        graph = self.judged_small_graph()
+        study = self.write("small.yaml", f"graphs: [{graph}]\nseeds: 1\n")
+        for arguments in (("compare", graph, "--seeds", "1"), ("study", study)):
+            result = tactor(*arguments, "--duration", "100000", "--out", "/proc/nowhere", timeout=60)
+            self.assertEqual(result.returncode, 2, result.stderr)
+            self.assertIn("--out /proc/nowhere: cannot make this folder", result.stderr)
+
     def test_costs_are_recorded_of_the_live_clock_alone(self):
         result = tactor("run", self.judged_small_graph(), "--record-costs", "--out", self.folder / "out")
         self.assertEqual(result.returncode, 2)

@@ -495,7 +495,12 @@ class VirtualClock(FaultRun):
         graph = self.write("fault.yaml", self.virtual(duck(THROWS)))
         result = tactor("compare", graph, "--seeds", "1", "--out", self.out, environment=self.environment)
         self.assertEqual(result.returncode, 1)
-        self.assertIn("it broke on purpose", result.stderr)
+        self.assertRegex(result.stderr, "fault, seed 1: .*it broke on purpose")
+        study = self.write("study.yaml", f"graphs: [{graph}]\nset: {{culprit.lasts: 1 s}}\n"
+                                         "vary: {duration: [0.5 s, 1.5 s]}\nseeds: 1\nfirst_seed: 3\n")
+        result = tactor("study", study, "--out", self.out, environment=self.environment)
+        self.assertEqual(result.returncode, 1)
+        self.assertRegex(result.stderr, r"fault duration=1\.5 s, seed 3: .*it broke on purpose")
 
     def test_a_file_that_may_not_grow_leaves_the_results_up_to_there(self):
         stderr = self.run_fault(self.virtual(duck()), 1, preexec_fn=limit_files(600_000))

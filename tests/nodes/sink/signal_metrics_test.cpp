@@ -56,6 +56,38 @@ BOOST_AUTO_TEST_CASE(a_constant_signal_has_no_delay) {
   BOOST_TEST(!delay_steps(Signal(200), Signal(200), 100).has_value());
 }
 
+BOOST_AUTO_TEST_CASE(a_tremor_does_not_add_its_period_to_a_delay) {
+  // A tremor of 10 Hz on a slow wave: the correlation is nearly as high one period of 100 ms away.
+  const auto wave = [](double t) { return Vec3{0.1 * std::sin(2 * pi * 0.2 * t), std::sin(2 * pi * 10 * t), 0}; };
+  for (const double delay_ms : {-20.0, 0.0, 7.0, 30.5}) {
+    const Signal r = sampled(10000, wave);
+    // The slow wave is a period of the tremor later still, so that the highest peak is the one a period too late.
+    const Signal x = sampled(10000, [&](double t) {
+      return Vec3{0.1 * std::sin(2 * pi * 0.2 * (t - 0.1 - 1e-3 * delay_ms)),
+                  std::sin(2 * pi * 10 * (t - 1e-3 * delay_ms)), 0};
+    });
+    const auto delay = delay_steps(x, r, 150);
+    BOOST_REQUIRE(delay.has_value());
+    BOOST_TEST(std::abs(*delay - delay_ms) < 0.2, "found " << *delay << " for " << delay_ms);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_end_of_the_search_is_no_peak) {
+  // Later than what is looked for: the correlation rises up to the end of the range.
+  const auto wave = [](double t) { return Vec3{std::sin(2 * pi * 0.5 * t), 0, 0}; };
+  const Signal r = sampled(10000, wave);
+  const Signal x = sampled(10000, [&](double t) { return wave(t - 0.15); });
+  BOOST_TEST(!delay_steps(x, r, 100).has_value());
+  BOOST_TEST(!delay_steps(r, x, 100).has_value());
+  BOOST_TEST(std::abs(delay_steps(x, r, 200).value() - 150) < 0.5);
+}
+
+BOOST_AUTO_TEST_CASE(without_a_loss_there_is_nothing_after_it) {
+  const Signal r = sampled(400, [](double t) { return Vec3{0, 0, t < 0.1 ? 0.0 : 2.0}; });
+  BOOST_TEST(!after_loss(Signal(400), r, 0.2, 200).has_value());
+  BOOST_TEST(!after_loss(Signal(400), Signal(400), 0.2, 200).has_value());
+}
+
 BOOST_AUTO_TEST_CASE(differences_of_a_sine_are_its_known_ones) {
   constexpr double f = 5;
   const Signal x = sampled(10000, [](double t) {
@@ -121,10 +153,10 @@ BOOST_AUTO_TEST_CASE(overshoot_is_the_push_the_wrong_way_after_a_loss) {
     });
   };
   const Signal r = sampled(400, [](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.0}; });
-  BOOST_TEST(std::abs(after_loss(dip(-0.3), r, 0.2, 200).overshoot - 0.3) < 1e-12);
+  BOOST_TEST(std::abs(after_loss(dip(-0.3), r, 0.2, 200)->overshoot - 0.3) < 1e-12);
   // A force that is only late still points the right way.
-  BOOST_TEST(after_loss(dip(0.3), r, 0.2, 200).overshoot == 0.0);
-  BOOST_TEST(after_loss(dip(-0.3), r, 0.2, 5).overshoot == 0.0);
+  BOOST_TEST(after_loss(dip(0.3), r, 0.2, 200)->overshoot == 0.0);
+  BOOST_TEST(after_loss(dip(-0.3), r, 0.2, 5)->overshoot == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(only_a_force_towards_the_surface_is_an_overshoot) {
@@ -136,22 +168,22 @@ BOOST_AUTO_TEST_CASE(only_a_force_towards_the_surface_is_an_overshoot) {
                                   return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.0};
                                 }),
                         r, 0.2, 200)
-                 .overshoot == 0.0);
+                 ->overshoot == 0.0);
   // Of 0.15 N towards the surface, 0.1 N are the drag of the tool that the reference has too.
   const auto drag = [](double force) {
     return sampled(400, [force](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : -force}; });
   };
-  BOOST_TEST(std::abs(after_loss(drag(0.15), drag(0.1), 0.2, 200).overshoot - 0.05) < 1e-12);
-  BOOST_TEST(after_loss(drag(0.05), drag(0.1), 0.2, 200).overshoot == 0.0);
+  BOOST_TEST(std::abs(after_loss(drag(0.15), drag(0.1), 0.2, 200)->overshoot - 0.05) < 1e-12);
+  BOOST_TEST(after_loss(drag(0.05), drag(0.1), 0.2, 200)->overshoot == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_ghost_is_what_still_pushes_when_what_is_late_has_passed) {
   const Signal r = sampled(400, [](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.0}; });
   // Late by 40 ms: no ghost in a window of 200 ms.
   const Signal late = sampled(400, [](double t) { return Vec3{0, 0, t < 0.1395 ? 2.0 : 0.0}; });
-  BOOST_TEST(after_loss(late, r, 0.2, 200).ghost == 0.0);
+  BOOST_TEST(after_loss(late, r, 0.2, 200)->ghost == 0.0);
   // A fifth of a newton that stays.
   const Signal stays = sampled(400, [](double t) { return Vec3{0, 0, t < 0.0995 ? 2.0 : 0.2}; });
-  BOOST_TEST(std::abs(after_loss(stays, r, 0.2, 200).ghost - 0.2) < 1e-12);
-  BOOST_TEST(after_loss(stays, r, 0.2, 200).overshoot == 0.0);
+  BOOST_TEST(std::abs(after_loss(stays, r, 0.2, 200)->ghost - 0.2) < 1e-12);
+  BOOST_TEST(after_loss(stays, r, 0.2, 200)->overshoot == 0.0);
 }
