@@ -109,7 +109,7 @@ template <>
 const MessageType& message_type<BodyStates>() {
   static const MessageType type = describe<BodyStates>("BodyStates", "W", [](auto& f) {
     add_bodies(f, "count", "X_WB", "V_WB", 0);
-    f.push_back({"massless", "1", i32, offsetof(BodyStates, massless), 1});
+    f.insert(f.begin() + 1, {"massless", "1", i32, offsetof(BodyStates, massless), 1});
   });
   return type;
 }
