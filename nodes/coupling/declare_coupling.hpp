@@ -5,6 +5,7 @@
 
 #include "framework/node/declare.hpp"
 #include "nodes/coupling/law.hpp"
+#include "nodes/mechanics/scene_model.hpp"
 
 namespace tactor {
 
@@ -24,9 +25,7 @@ void declare_coupling(Declare<N>& declaration) {
       .template real<double>(
           "torque_max", &P::torque_max,
           {.doc = "largest torque on the device, by norm", .unit = "N m", .default_value = 0.3, .min = 0})
-      .unneeded([](const Scene& scene) {
-        return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
-      });
+      .unneeded(nothing_moves);
 }
 
 }  // namespace tactor

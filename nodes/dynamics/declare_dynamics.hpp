@@ -5,6 +5,7 @@
 
 #include "framework/node/declare.hpp"
 #include "nodes/dynamics/dynamics_node.hpp"
+#include "nodes/mechanics/scene_model.hpp"
 #include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
@@ -55,9 +56,7 @@ void declare_dynamics(Declare<N>& declaration) {
           if (scene.bodies[i].motion == Motion::rigid) body_inertia(scene.bodies[i], notes);
         }
       })
-      .unneeded([](const Scene& scene) {
-        return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
-      });
+      .unneeded(nothing_moves);
 }
 
 /// Adds the parameters of the kinds whose bodies all have mass.

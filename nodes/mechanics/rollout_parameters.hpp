@@ -9,10 +9,6 @@
 
 namespace tactor {
 
-inline std::string nothing_moves(const Scene& scene) {
-  return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
-}
-
 /// The moving bodies as a rollout with these parameters steps them. Throws as scene_model does.
 template <class Params>
 SystemModel rollout_model(const std::string& type, const Params& params, const NodeContext& context) {

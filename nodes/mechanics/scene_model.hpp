@@ -13,4 +13,9 @@ namespace tactor {
 /// Throws InputError where nothing moves or a moving body's mesh is no solid; tells `notes` what was mended.
 SystemModel scene_model(const std::string& type, const Scene& scene, Notes* notes);
 
+/// Why a scene does not need what moves the tool, or empty where it does.
+inline std::string nothing_moves(const Scene& scene) {
+  return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();
+}
+
 }  // namespace tactor
