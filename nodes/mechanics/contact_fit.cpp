@@ -20,11 +20,11 @@ using Vector6 = ContactFit::Vector6;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double force_noise = 0.02;  // N
-constexpr double model_noise = 0.03;  // of the forces
+constexpr double model_noise = 0.05;  // of the forces
 constexpr double depth_noise = 2e-6;  // m
 constexpr double least_scale = 0.1, most_scale = 10, most_excess = 2;
-constexpr double drift_scale = 0.01;  // of the scale, with a result
-constexpr double drift_excess = 0.01;
+constexpr double drift_scale = 0.004;  // of the scale, with a result
+constexpr double drift_excess = 0.004;
 constexpr double telling = 0.5;      // of the scale, or of a coefficient: known better than that
 constexpr double sure_to_slide = 2;  // times the stick velocity
 constexpr double surprise = 9;       // three standard deviations, squared
@@ -218,13 +218,17 @@ FitOutcome ContactFit::update(const Vector6& measured) {
   if (!of_scale && !of_friction) return FitOutcome::silent;
   // Of a scale well above 1 it is the share that is not known.
   Matrix2d most = start_variance();
-  most(0, 0) *= std::max(1.0, x[0] * x[0]);
-  if (of_scale) P(0, 0) = std::min(most(0, 0), P(0, 0) + drift_scale * drift_scale * x[0] * x[0]);
-  if (of_friction) P(1, 1) = std::min(most(1, 1), P(1, 1) + drift_excess * drift_excess);
+  most(0, 0) *= std::max(1.0, larger * larger);
+  const auto drift = [&P, &most](int i, double by) {
+    P(i, i) = std::max(P(i, i), std::min(most(i, i), P(i, i) + by * by));
+  };
+  if (of_scale) drift(0, drift_scale * x[0]);
+  if (of_friction) drift(1, drift_excess);
   Matrix2d spread = told * P * told + told;
   spread.diagonal().array() += 1e-9 * spread.trace() + 1e-12;
   const bool off = pull.dot(spread.inverse() * pull) > surprise;
-  if (off) P = most;
+  // Where so much is new, what was known does not hold it back.
+  if (off) P = 10 * most;
 
   if (!fuse(measured, weight, false, x, P)) return FitOutcome::unusable;
   if (!raise_by_sticking(measured, excess * base, x, P)) return FitOutcome::unusable;

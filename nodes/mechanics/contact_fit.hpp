@@ -33,7 +33,7 @@ enum class FitOutcome : std::uint8_t {
 /// it; weight and coupling are in neither. The torque is divided by the root mean square of the levers, weighted with
 /// N_i, so that all is in N; of a tool that does not rotate it is left out.
 ///
-/// The wrench's standard deviation is taken for r, r^2 = (20 mN)^2 + (3 % of sum_i |f_i|)^2 + sum_i (k_i 2 um)^2, so a
+/// The wrench's standard deviation is taken for r, r^2 = (20 mN)^2 + (5 % of sum_i |f_i|)^2 + sum_i (k_i 2 um)^2, so a
 /// small force tells little, and a result that tells neither number to better than a half is not used; where h cannot
 /// explain a result, whatever a and e, it counts as much less.
 ///
@@ -41,11 +41,11 @@ enum class FitOutcome : std::uint8_t {
 /// it is an unknown force in the plane of the contact, whose variance adds to that of the wrench. Only if it is more
 /// than the friction of the model could hold does it raise e, along the direction in which the contacts creep.
 ///
-/// Both numbers may drift, by 1 % and 0.01, with each result that tells of them to better than that, and with nothing
-/// else. A result that lies beyond three standard deviations of what is expected begins anew with the uncertainty of
-/// the start, 1 and 0.5, so that a change is followed at once. 0.1 <= a <= 10, -max_i mu_i <= e <= 2. It begins at
-/// (1, 0) again where what pushes has no material (stiffness, damping and friction as declared) in common with the last
-/// result that was used.
+/// Both numbers may drift, by 0.4 % and 0.004, with each result that tells of them to better than that, and with
+/// nothing else. A result that lies beyond three standard deviations of what is expected begins anew with the
+/// uncertainty of the start, 1 and 0.5, so that a change is followed at once. 0.1 <= a <= 10, -max_i mu_i <= e <= 2. It
+/// begins at (1, 0) again where what pushes has no material (stiffness, damping and friction as declared) in common
+/// with the last result that was used.
 ///
 /// Allocates nothing and throws nothing.
 class ContactFit {
@@ -105,7 +105,7 @@ class ContactFit {
             Eigen::Matrix2d& P) const;
   void begin_anew();
 
-  static Eigen::Matrix2d start_variance() { return Eigen::Vector2d(1, 0.25).asDiagonal(); }
+  static Eigen::Matrix2d start_variance() { return Eigen::Matrix2d::Identity(); }
 
   bool rotates_;
   double stick_velocity_;

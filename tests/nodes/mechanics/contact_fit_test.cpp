@@ -432,7 +432,7 @@ BOOST_AUTO_TEST_CASE(whatever_comes_the_estimate_is_finite_and_bounded_and_good_
       BOOST_REQUIRE(std::isfinite(subject.excess()));
       BOOST_REQUIRE(std::abs(subject.excess()) <= 2);
     }
-    for (int i = 0; i < 10; ++i) subject.take(good, good.wrench(2, 0.2));
+    for (int i = 0; i < 40; ++i) subject.take(good, good.wrench(2, 0.2));
     BOOST_TEST(subject.scale() == 2.0, tt::tolerance(0.03));
     BOOST_TEST(std::abs(subject.excess() + 0.1) < 0.03);
   }
