@@ -52,17 +52,17 @@ struct ContactFit::Model {
   Eigen::Matrix<double, 6, 2> slopes = Eigen::Matrix<double, 6, 2>::Zero();
 };
 
-void ContactFit::Materials::add(const Material& material) {
+bool ContactFit::Materials::has(const Material& material) const {
   const auto end = of.begin() + count;
-  if (std::find(of.begin(), end, material) != end || count == most_materials) return;
-  of[static_cast<std::size_t>(count++)] = material;
+  return std::find(of.begin(), end, material) != end;
+}
+
+void ContactFit::Materials::add(const Material& material) {
+  if (count < most_materials && !has(material)) of[static_cast<std::size_t>(count++)] = material;
 }
 
 bool ContactFit::Materials::any_of(const Materials& others) const {
-  const std::span theirs(others.of.data(), static_cast<std::size_t>(others.count));
-  return std::any_of(of.begin(), of.begin() + count, [&theirs](const Material& mine) {
-    return std::find(theirs.begin(), theirs.end(), mine) != theirs.end();
-  });
+  return std::any_of(of.begin(), of.begin() + count, [&others](const Material& mine) { return others.has(mine); });
 }
 
 /// Sets what pushes the tool where the bodies are, with its levers and the noise of its depths; returns how many do.
@@ -239,11 +239,6 @@ FitOutcome ContactFit::update(const Vector6& measured) {
   return FitOutcome::used;
 }
 
-void ContactFit::begin_anew() {
-  error_ = {};
-  P_ = start_variance();
-}
-
 FitOutcome ContactFit::take(Time valid, const LocalContacts& contacts, const BodyStates& bodies, bool massless,
                             const Wrench& contact_T_W, int touching) {
   if (any_ && valid <= last_) return FitOutcome::repeated;
@@ -254,16 +249,24 @@ FitOutcome ContactFit::take(Time valid, const LocalContacts& contacts, const Bod
   Materials materials;
   if (touching <= 0 || collect(contacts, bodies, massless, materials) == 0) return FitOutcome::silent;
   measured.tail<3>() /= lever_;
-  if (any_ && !materials.any_of(materials_)) {
-    begin_anew();
-    ++resets_;
+  const ContactError known = error_;
+  const Eigen::Matrix2d known_variance = P_;
+  const bool foreign = any_ && !materials.any_of(materials_);
+  if (foreign) {
+    error_ = {};
+    P_ = start_variance();
   }
   const FitOutcome outcome = update(measured);
-  if (outcome != FitOutcome::used) return outcome;
+  if (outcome != FitOutcome::used) {
+    error_ = known;
+    P_ = known_variance;
+    return outcome;
+  }
   any_ = true;
   last_ = valid;
   materials_ = materials;
   ++used_;
+  resets_ += foreign ? 1 : 0;
   return FitOutcome::used;
 }
 
@@ -271,6 +274,7 @@ void ContactFit::correct(LocalContacts& contacts) const {
   for (std::size_t i = 0; i < static_cast<std::size_t>(contacts.count); ++i) {
     if (!of_tool(contacts.pair[i])) continue;
     for (Contact& c : contacts.contact[i]) {
+      if (!materials_.has({c.stiffness, c.damping, c.friction})) continue;
       c.stiffness *= error_.stiffness_scale;
       c.damping *= error_.stiffness_scale;
       c.friction = std::max(0.0, c.friction + error_.friction_excess);

@@ -26,8 +26,8 @@ enum class FitOutcome : std::uint8_t {
 
 /// A Kalman filter of (a, e), the stiffness scale and the friction excess. At a result of physics the contacts of the
 /// model, where the bodies are then, would push the tool by
-///   h(a, e) = a sum_i N_i (n_i + max(0, mu_i + e) t_i),   N_i = max(0, -k_i d_i - b_i n_i . u_i),   t_i = -u_ti /
-///   |u_ti|,
+///   h(a, e) = a sum_i N_i (n_i + max(0, mu_i + e) t_i),   N_i = max(0, -k_i d_i - b_i n_i . u_i),
+///   t_i = -u_ti / |u_ti|,
 /// a force and a torque about the tool's origin, with d_i the distance there, u_i the relative velocity at the contact
 /// and k_i, b_i stiffness and damping times weight: the law of RigidStep. Physics' own contact wrench is compared with
 /// it; weight and coupling are in neither. The torque is divided by the root mean square of the levers, weighted with
@@ -41,11 +41,13 @@ enum class FitOutcome : std::uint8_t {
 /// it is an unknown force in the plane of the contact, whose variance adds to that of the wrench. Only if it is more
 /// than the friction of the model could hold does it raise e, along the direction in which the contacts creep.
 ///
-/// Both numbers may drift, by 0.4 % and 0.004, with each result that tells of them to better than that, and with
-/// nothing else. A result that lies beyond three standard deviations of what is expected begins anew with the
-/// uncertainty of the start, 1 and 0.5, so that a change is followed at once. 0.1 <= a <= 10, -max_i mu_i <= e <= 2. It
-/// begins at (1, 0) again where what pushes has no material (stiffness, damping and friction as declared) in common
-/// with the last result that was used.
+/// Both numbers may drift, by 0.4 % and 0.004, with each result that tells of them to better than a half, and with
+/// nothing else. A result that lies beyond three standard deviations of what is expected finds both unknown, so that a
+/// change is followed at once. 0.1 <= a <= 10, -max_i mu_i <= e <= 2.
+///
+/// The estimate is of the materials (stiffness, damping and friction as declared) that pushed in the last result that
+/// was used, all of them together. Contacts of others are left as they are, and it begins at (1, 0) again with the
+/// first result that is of others alone.
 ///
 /// Allocates nothing and throws nothing.
 class ContactFit {
@@ -60,7 +62,7 @@ class ContactFit {
                   const Wrench& contact_T_W, int touching);
 
   [[nodiscard]] const ContactError& error() const { return error_; }
-  /// Writes the estimate into the contacts of the tool, which must be of a message whose counts fit.
+  /// Writes the estimate into the contacts of the tool, as declared, of a message whose counts fit.
   void correct(LocalContacts& contacts) const;
 
   [[nodiscard]] std::int64_t used() const { return used_; }
@@ -82,6 +84,7 @@ class ContactFit {
   struct Materials {
     std::array<Material, most_materials> of{};
     int count = 0;
+    [[nodiscard]] bool has(const Material& material) const;
     void add(const Material& material);
     [[nodiscard]] bool any_of(const Materials& others) const;
   };
@@ -103,7 +106,6 @@ class ContactFit {
   bool raise_by_sticking(const Vector6& measured, double base, Eigen::Vector2d& x, Eigen::Matrix2d& P) const;
   bool fuse(const Vector6& measured, const Eigen::Matrix<double, 6, 6>& weight, bool all_slide, Eigen::Vector2d& x,
             Eigen::Matrix2d& P) const;
-  void begin_anew();
 
   static Eigen::Matrix2d start_variance() { return Eigen::Matrix2d::Identity(); }
 

@@ -120,12 +120,18 @@ BOOST_AUTO_TEST_CASE(what_was_found_is_written_into_the_contacts_of_the_tool_alo
   BOOST_TEST(contacts.contact[1][0].stiffness == k);
   BOOST_TEST(contacts.contact[1][0].damping == b);
   BOOST_TEST(contacts.contact[1][0].friction == 0.3);
-  // A rougher contact keeps its difference, a smoother one has no negative friction.
-  contacts.contact[0][0].friction = 0.5;
-  contacts.contact[2][0].friction = 0.1;
-  subject.fit.correct(contacts);
-  BOOST_TEST(std::abs(contacts.contact[0][0].friction - 0.2) < 0.01);
-  BOOST_TEST(contacts.contact[2][0].friction == 0.0);
+  // Of two materials together the rougher keeps its difference, and the smoother has no negative friction.
+  LocalContacts both = wall.contacts();
+  both.count = 2;
+  both.contact[1] = both.contact[0];
+  both.contact[0][0].friction = 0.5;
+  both.contact[1][0].friction = 0.1;
+  for (int i = 0; i < 5; ++i) {
+    subject.take(both, wall.bodies(), wall.wrench(2, 0.3) + wall.wrench(2, 0), 2);  // 0.2 less, as far as there is any
+  }
+  subject.fit.correct(both);
+  BOOST_TEST(std::abs(both.contact[0][0].friction - 0.3) < 0.02);
+  BOOST_TEST(both.contact[1][0].friction == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_contact_that_sticks_tells_of_the_stiffness_and_of_the_least_friction_only) {
@@ -259,6 +265,15 @@ BOOST_AUTO_TEST_CASE(another_material_begins_anew_and_a_shared_one_does_not) {
   subject.take(steel, rubber.bodies(), 3 * w);
   BOOST_TEST(subject.fit.resets() == 0);
   BOOST_TEST(subject.scale() == 2.0, tt::tolerance(0.02));
+  // A touch of rubber that is too light to tell leaves what is known of steel, and rubber as it is.
+  const Wall light{.mu = 0.3, .v = {0, 0.05, 0}, .deep = 1e-6};
+  subject.take(light, light.wrench(1, 0.3));
+  BOOST_TEST(subject.fit.resets() == 0);
+  LocalContacts corrected = both;
+  subject.fit.correct(corrected);
+  BOOST_TEST(corrected.contact[0][0].stiffness == k);
+  BOOST_TEST(corrected.contact[0][0].friction == 0.3);
+  BOOST_TEST(corrected.contact[1][0].stiffness == 6 * k, tt::tolerance(0.02));
   // Rubber after steel alone: nothing is known.
   subject.take(rubber, rubber.wrench(1, 0.3));
   BOOST_TEST(subject.fit.resets() == 1);
