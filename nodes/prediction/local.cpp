@@ -22,6 +22,14 @@ NodeInfo LocalPredictor::declare() {
           "With the edge `dynamics.expected -> collision.expected` the contacts are looked for where the tool is by "
           "now "
           "and not where it last was, which makes them a period younger.\n"
+          "With the edge `dynamics.state -> local.state` physics' own contact force is compared with that of the "
+          "contacts "
+          "known, and a Kalman filter of two numbers, a scale of stiffness and damping and an excess of friction, "
+          "corrects "
+          "the tool's contacts before they are used and sent on. Sticking contacts tell of the friction only that it "
+          "is at "
+          "least so large; without contact nothing is learnt or forgotten. The report has the estimate at the end "
+          "(`local.fit.stiffness_scale`, `local.fit.friction_excess`).\n"
           "Its time for a result is that of a few dozen steps; it is not for the real-time lane. Coupling, contact law "
           "and sub-steps are those of dynamics: give `stick_velocity` the value that dynamics has.\n"
           "This project's own; the going back to the stamp is that of a Smith predictor (O. Smith, 1957), local models "
@@ -43,7 +51,7 @@ NodeInfo LocalPredictor::declare() {
                "go back to the stamp; false, for comparison: the bodies are taken as they were then")
       .boolean("curvature", &Params::curvature, true, "let contacts bend; false, for comparison: planes")
       .boolean("fit", &Params::fit, true,
-               "where `state` is connected, learn from physics' contact force how stiff and how rough contacts are")
+               "where `state` is connected, learn from physics' contact force how stiff and rough contacts are")
       .real("stiffness_scale", &Params::stiffness_scale,
             {.doc = "multiplies stiffness and damping of contacts, to see what a wrong model does",
              .default_value = 1,
