@@ -53,7 +53,7 @@ NodeInfo LocalPredictor::declare() {
       .boolean("fit", &Params::fit, true,
                "where `state` is connected, learn from physics' contact force how stiff and rough contacts are")
       .real("stiffness_scale", &Params::stiffness_scale,
-            {.doc = "multiplies stiffness and damping of contacts, to see what a wrong model does",
+            {.doc = "multiplies stiffness and damping of contacts before the fit, to see what a wrong model does",
              .default_value = 1,
              .min = 0,
              .max = 100})
