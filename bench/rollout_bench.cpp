@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -88,6 +89,25 @@ LocalContacts contacts_at(double t, int count) {
   return local;
 }
 
+/// What physics would feel of these contacts at their first anchor, where all of them slide.
+PhysicsState felt_at(double t, const LocalContacts& local) {
+  PhysicsState state;
+  state.X_WT = tool_at(t).X_WB[0];
+  state.V_WT = tool_at(t).V_WB[0];
+  state.contacts = local.count;
+  const Vec3 v = state.V_WT.v;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(local.count); ++i) {
+    const Contact& c = local.contact[i][0];
+    const double N = std::max(0.0, -c.weight * (c.stiffness * c.distance + c.damping * dot(c.n_W, v)));
+    const Vec3 sliding = v - dot(c.n_W, v) * c.n_W;
+    const double speed = norm(sliding);
+    const Vec3 force = N * c.n_W - (speed > 0 ? c.friction * N / speed : 0) * sliding;
+    state.contact_T_W.force += force;
+    state.contact_T_W.torque += cross(rotate(state.X_WT.R, c.p_TC), force);
+  }
+  return state;
+}
+
 struct Times {
   LatencyHistogram tick, result;
   std::int64_t heap_calls = 0;
@@ -100,6 +120,7 @@ void run(int contacts, Duration duration, Times& times) {
   Rollout rollout(default_params<Rollout>(), context_for(scene));
   predictor.bodies.configure({});
   predictor.contacts.configure({});
+  predictor.state.configure({});
   predictor.law.configure({});
   predictor.device.configure({QueuePolicy::drop_oldest, 512});
   rollout.model.configure({});
@@ -121,6 +142,8 @@ void run(int contacts, Duration duration, Times& times) {
                         const Time then{now.ns - period * 1'000'000};
                         const BodyStates bodies = tool_at(then.seconds());
                         const LocalContacts around = contacts_at(then.seconds(), contacts);
+                        const PhysicsState felt = felt_at(then.seconds(), around);
+                        predictor.state.push({then, now, results}, &felt);
                         predictor.bodies.push({then, now, results}, &bodies);
                         predictor.contacts.push({then, now, results}, &around);
                         const Instant begin = MonotonicClock::now();

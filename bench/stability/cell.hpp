@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "framework/core/stability.hpp"
+
 namespace tactor::bench {
 
 /// The four things that a map varies.
@@ -15,21 +17,10 @@ struct Cell {
   double coupling_stiffness = 0;  ///< N/m
 };
 
-/// What became of a cell, the worst first.
-enum class Verdict {
-  not_finite,      ///< a state was NaN or infinite, or the stepper gave up
-  energy,          ///< energy came from nowhere
-  pushed_through,  ///< the tool rested where the static balance does not allow it
-  limit_cycle,     ///< the tool swung on while hand and balance stood still
-  stable,
-};
-
-const char* name_of(Verdict verdict);
-
 /// The figures behind a verdict.
 struct Finding {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  Verdict verdict = Verdict::stable;
+  StabilityVerdict verdict = StabilityVerdict::stable;
   double generated = none;         ///< the most energy beyond what came in, as a share of what came in
   double swing = none;             ///< m, there and back at rest
   double rest_error = none;        ///< m, from the static balance where it is known

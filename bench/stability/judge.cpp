@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "nodes/coupling/law.hpp"
 #include "nodes/mechanics/coupling_wrench.hpp"
@@ -17,32 +18,8 @@ Eigen::Vector3d eigen(const Vec3& v) {
 
 }  // namespace
 
-const char* name_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::not_finite:
-      return "not_finite";
-    case Verdict::energy:
-      return "energy";
-    case Verdict::pushed_through:
-      return "pushed_through";
-    case Verdict::limit_cycle:
-      return "limit_cycle";
-    case Verdict::stable:
-      return "stable";
-  }
-  return "";
-}
-
-void Swing::see(double x) {
-  if (!begun_) low_ = high_ = x;
-  begun_ = true;
-  low_ = std::min(low_, x);
-  high_ = std::max(high_, x);
-  rise_ = std::max(rise_, x - low_);
-  fall_ = std::max(fall_, high_ - x);
-}
-
-Judge::Judge(const Trial& trial) : trial_(trial), rotates_(trial.scene.rotates()), rests_(trial.rests.size()) {
+Judge::Judge(const Trial& trial)
+    : trial_(trial), rotates_(trial.scene.rotates()), judge_({.swing_max = trial.swing_max}, trial.rests) {
   for (const std::size_t i : trial.scene.moving()) {
     const Body& body = trial.scene.bodies[i];
     const bool turns = body.motion == Motion::rigid;
@@ -73,86 +50,60 @@ void Judge::begin(const ContactSet& set) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(set.count); ++i) {
     const Contact& c = set.contact[i];
     const double depth = std::max(0.0, -c.distance);
-    came_in_ += 0.5 * c.stiffness * c.weight * depth * depth;
+    judge_.add_stored(0.5 * c.stiffness * c.weight * depth * depth);
   }
 }
 
-bool Judge::see(const Reached& state) {
+bool Judge::is_finite_state(const Reached& state) const {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Pose& X = state.bodies.X_WB[i];
     const Twist& V = state.bodies.V_WB[i];
     const double turn = X.R.w + X.R.x + X.R.y + X.R.z;
-    finite_ = finite_ && is_finite(X.p) && std::isfinite(turn) && is_finite(V.v) && is_finite(V.w);
+    if (!is_finite(X.p) || !std::isfinite(turn) || !is_finite(V.v) || !is_finite(V.w)) return false;
   }
-  const double now = energy(state);
-  if (!begun_ && finite_) {
+  return true;
+}
+
+double Judge::given(const Reached& state) const {
+  CouplingLaw law = trial_.law;
+  law.force_max = law.torque_max = std::numeric_limits<double>::infinity();
+  const PhysicsState physics{
+      .X_WT = state.bodies.X_WB[0], .V_WT = state.bodies.V_WB[0], .X_WD = state.device.X_WD, .V_WD = state.device.V_WD};
+  const Wrench on_device = coupling_wrench(law, physics, rotates_);
+  double given = -dot(on_device.force, state.device.X_WD.p - last_.device.X_WD.p);
+  if (rotates_) {
+    given -= dot(on_device.torque, to_rotation_vector(state.device.X_WD.R * inverse(last_.device.X_WD.R)));
+  }
+  return given;
+}
+
+bool Judge::see(const Reached& state) {
+  StabilitySample sample{.t = state.t.seconds(), .p_WT = state.bodies.X_WB[0].p, .finite = is_finite_state(state)};
+  if (sample.finite) {
+    sample.stored = energy(state);
+    if (rotates_) {
+      sample.arm = trial_.lever * to_rotation_vector(state.bodies.X_WB[0].R * inverse(state.device.X_WD.R));
+    }
+    if (begun_) {
+      sample.given = given(state);
+      for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        const Vec3 fallen = state.bodies.X_WB[i].p - last_.bodies.X_WB[i].p;
+        sample.released += std::max(0.0, bodies_[i].mass * dot(trial_.scene.gravity_W, fallen));
+      }
+    }
     begun_ = true;
-    start_ = now + came_in_;
-  } else if (finite_) {
-    CouplingLaw law = trial_.law;
-    law.force_max = law.torque_max = std::numeric_limits<double>::infinity();
-    const PhysicsState physics{.X_WT = state.bodies.X_WB[0],
-                               .V_WT = state.bodies.V_WB[0],
-                               .X_WD = state.device.X_WD,
-                               .V_WD = state.device.V_WD};
-    const Wrench on_device = coupling_wrench(law, physics, rotates_);
-    const Vec3 way = state.device.X_WD.p - last_.device.X_WD.p;
-    double given = -dot(on_device.force, way);
-    if (rotates_) {
-      given -= dot(on_device.torque, to_rotation_vector(state.device.X_WD.R * inverse(last_.device.X_WD.R)));
-    }
-    given_ += given;
-    came_in_ += std::max(0.0, given);
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const Vec3 fallen = state.bodies.X_WB[i].p - last_.bodies.X_WB[i].p;
-      came_in_ += std::max(0.0, bodies_[i].mass * dot(trial_.scene.gravity_W, fallen));
-    }
-    surplus_ = std::max(surplus_, now - start_ - given_);
-    finite_ = std::isfinite(now) && std::isfinite(given_);
+    last_ = state;
   }
-  last_ = state;
-  for (std::size_t k = 0; k < rests_.size(); ++k) {
-    const double t = state.t.seconds();
-    if (t < trial_.rests[k].begin || t > trial_.rests[k].end + 1e-9) continue;
-    const Pose& X = state.bodies.X_WB[0];
-    for (int i = 0; i < 3; ++i) rests_[k].swing[i].see(X.p[i]);
-    if (rotates_) {
-      const Vec3 arm = trial_.lever * to_rotation_vector(X.R * inverse(state.device.X_WD.R));
-      for (int i = 0; i < 3; ++i) rests_[k].swing[3 + i].see(arm[i]);
-    }
-    rests_[k].last = X.p;
-    rests_[k].seen = true;
-  }
-  return finite_;
+  return judge_.see(sample);
 }
 
 void Judge::finish(Finding& finding) const {
-  finding.verdict = Verdict::stable;
-  finding.generated = came_in_ > 0 ? surplus_ / came_in_ : 0;
-  if (!finite_) {
-    finding.verdict = Verdict::not_finite;
-    return;
-  }
-  finding.swing = 0;
-  bool through = false;
-  for (std::size_t k = 0; k < rests_.size(); ++k) {
-    const AtRest& found = rests_[k];
-    if (!found.seen) continue;
-    for (const Swing& s : found.swing) finding.swing = std::max(finding.swing, s.size());
-    const Rest& rest = trial_.rests[k];
-    if (!rest.p_WT) continue;
-    const Vec3 off = found.last - *rest.p_WT;
-    const double error = norm({off.x * rest.known.x, off.y * rest.known.y, off.z * rest.known.z});
-    finding.rest_error = std::isnan(finding.rest_error) ? error : std::max(finding.rest_error, error);
-    through = through || error > rest.tolerance;
-  }
-  if (surplus_ > surplus_min && surplus_ > generated_max * came_in_) {
-    finding.verdict = Verdict::energy;
-  } else if (through) {
-    finding.verdict = Verdict::pushed_through;
-  } else if (finding.swing > trial_.swing_max) {
-    finding.verdict = Verdict::limit_cycle;
-  }
+  const StabilityFinding found = judge_.finish();
+  finding.verdict = found.verdict;
+  finding.generated = found.generated_share;
+  if (found.verdict == StabilityVerdict::not_finite) return;
+  finding.swing = found.swing_m;
+  if (found.off_m) finding.rest_error = *found.off_m;
 }
 
 }  // namespace tactor::bench

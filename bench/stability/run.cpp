@@ -54,7 +54,7 @@ Finding run_cell(const TrialScene& scene, const Cell& cell, const Contender& con
       stepper->advance(set, until, reached);
     } catch (const RunError& e) {
       finding.why = e.what();
-      finding.verdict = Verdict::not_finite;
+      finding.verdict = StabilityVerdict::not_finite;
       return finding;
     }
     finding.step_s += seconds_since(step);

@@ -86,7 +86,7 @@ int main(int argc, char** argv) try {
     for (const Cell& cell : cells) {
       for (const Contender& contender : chosen) {
         const Finding finding = run_cell(scene, cell, contender);
-        stable += finding.verdict == Verdict::stable ? 1 : 0;
+        stable += finding.verdict == StabilityVerdict::stable ? 1 : 0;
         found.push_back(json_of(cell, contender.name, finding));
       }
     }

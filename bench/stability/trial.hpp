@@ -16,12 +16,7 @@ namespace tactor::bench {
 using Query = std::function<void(const BodyStates& bodies, ContactSet& set)>;
 
 /// A stretch in which hand and tool are to stand still.
-struct Rest {
-  double begin = 0, end = 0;  ///< s
-  std::optional<Vec3> p_WT;   ///< m, where static balance puts the tool, by the axes that `known` names
-  Vec3 known{1, 1, 1};        ///< 1 or 0 an axis
-  double tolerance = 1e-3;    ///< m, beyond which the tool was pushed through something
-};
+using Rest = StabilityRest;
 
 /// What a cell runs.
 struct Trial {

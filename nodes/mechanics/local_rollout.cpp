@@ -96,17 +96,25 @@ Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStat
   return result;
 }
 
-bool LocalRollout::restart(const LocalModel& model) {
-  const LocalContacts& contacts = model.contacts;
-  const bool ours = model.bodies.count == bodies_ && contacts.count >= 0 && contacts.count <= LocalContacts::capacity &&
-                    (contacts.count == 0 || (contacts.bodies == bodies_ && contacts.anchors >= 1 &&
+bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count) {
+  const bool ours = count >= 1 && count <= BodyStates::capacity && bodies.count == count && contacts.count >= 0 &&
+                    contacts.count <= LocalContacts::capacity &&
+                    (contacts.count == 0 || (contacts.bodies == count && contacts.anchors >= 1 &&
                                              contacts.anchors <= LocalContacts::max_anchors));
-  if (!ours || !finite(model.bodies) || !is_usable(model.device) || !usable(model.law)) return false;
-  const auto foreign = [this](const ContactPair& pair) {
-    return pair.body < 0 || pair.body >= bodies_ || pair.other < ContactPair::fixed || pair.other >= bodies_;
+  if (!ours || !finite(bodies)) return false;
+  const auto foreign = [count](const ContactPair& pair) {
+    return pair.body < 0 || pair.body >= count || pair.other < ContactPair::fixed || pair.other >= count;
   };
   const std::span pairs = std::span(contacts.pair).first(static_cast<std::size_t>(contacts.count));
-  if (std::any_of(pairs.begin(), pairs.end(), foreign)) return false;
+  return std::none_of(pairs.begin(), pairs.end(), foreign);
+}
+
+bool LocalRollout::accepts(const LocalModel& model) const {
+  return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.law);
+}
+
+bool LocalRollout::restart(const LocalModel& model) {
+  if (!accepts(model)) return false;
   local_ = model;
   last_ = {};
   return true;

@@ -22,20 +22,26 @@ namespace tactor {
 /// contact point is taken along, which is wrong by some r a^2 / 2 (see Contact::H_W).
 Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStates& bodies);
 
+/// True where these are `count` moving bodies at finite places, and contacts between bodies that there are.
+bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count);
+
 /// The local rollout: dynamics' own step (RigidStep) on the planes of contact_now, from device sample to device sample.
 /// Allocates nothing and throws nothing; its work is bounded by contacts and iterations.
 class LocalRollout {
  public:
   explicit LocalRollout(const SystemModel& model) : bodies_(model.count), step_(model) {}
 
+  /// False where the model is not of this scene, or has bodies, a handle or a spring that are not finite.
+  [[nodiscard]] bool accepts(const LocalModel& model) const;
   /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
-  /// changes, where the model is not of this scene, or has bodies, a handle or a spring that are not finite.
+  /// changes, where the model is not one that it accepts.
   bool restart(const LocalModel& model);
   /// Moves the bodies on to the time of `sample` in one step; nothing happens where that is not later. False where the
   /// step did not converge: then the bodies are where a damped step has them, or where they were.
   bool advance(const Stamped<DeviceState>& sample);
 
   [[nodiscard]] const LocalModel& model() const { return local_; }
+  [[nodiscard]] bool tool_rotates() const { return step_.model().body[0].rotates; }
   /// The tool and the handle, with the contacts' force of the last step.
   [[nodiscard]] PhysicsState state() const;
   /// m/s^2 and rad/s^2, of the tool over the last step, be it before the last restart.

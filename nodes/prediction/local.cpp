@@ -22,6 +22,14 @@ NodeInfo LocalPredictor::declare() {
           "With the edge `dynamics.expected -> collision.expected` the contacts are looked for where the tool is by "
           "now "
           "and not where it last was, which makes them a period younger.\n"
+          "With the edge `dynamics.state -> local.state` physics' own contact force is compared with that of the "
+          "contacts "
+          "known, and a Kalman filter of two numbers, a scale of stiffness and damping and an excess of friction, "
+          "corrects "
+          "the tool's contacts before they are used and sent on. Sticking contacts tell of the friction only that it "
+          "is at "
+          "least so large; without contact nothing is learnt or forgotten. The report has the estimate at the end "
+          "(`local.fit.stiffness_scale`, `local.fit.friction_excess`).\n"
           "Its time for a result is that of a few dozen steps; it is not for the real-time lane. Coupling, contact law "
           "and sub-steps are those of dynamics: give `stick_velocity` the value that dynamics has.\n"
           "This project's own; the going back to the stamp is that of a Smith predictor (O. Smith, 1957), local models "
@@ -30,6 +38,11 @@ NodeInfo LocalPredictor::declare() {
              {.doc = "the moving bodies of a physics result, as dynamics sends them", .trigger = Trigger::yes})
       .input("contacts", &LocalPredictor::contacts,
              {.doc = "the contacts around them; without, nothing touches", .required = false})
+      .input("state", &LocalPredictor::state,
+             {.doc = "the same result's contact force, as dynamics sends it, for the fit", .required = false})
+      .ignored_when([](const Params& p) {
+        return p.fit ? std::string() : std::string("fit is false: contacts are taken as they come");
+      })
       .input("law", &LocalPredictor::law, {.doc = "the spring and damper between handle and tool"})
       .input("device", &LocalPredictor::device,
              {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 512}})
@@ -37,8 +50,10 @@ NodeInfo LocalPredictor::declare() {
       .boolean("resimulate", &Params::resimulate, true,
                "go back to the stamp; false, for comparison: the bodies are taken as they were then")
       .boolean("curvature", &Params::curvature, true, "let contacts bend; false, for comparison: planes")
+      .boolean("fit", &Params::fit, true,
+               "where `state` is connected, learn from physics' contact force how stiff and rough contacts are")
       .real("stiffness_scale", &Params::stiffness_scale,
-            {.doc = "multiplies stiffness and damping of contacts, to see what a wrong model does",
+            {.doc = "multiplies stiffness and damping of contacts before the fit, to see what a wrong model does",
              .default_value = 1,
              .min = 0,
              .max = 100})
@@ -50,7 +65,9 @@ NodeInfo LocalPredictor::declare() {
 }
 
 LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
-    : params_(params), rollout_(rollout_model("prediction.local", params, context)) {}
+    : params_(params),
+      rollout_(rollout_model("prediction.local", params, context)),
+      fit_(rollout_.tool_rotates(), params.stick_velocity) {}
 
 void LocalPredictor::take_samples() {
   Stamped<DeviceState> sample;
@@ -82,6 +99,20 @@ void LocalPredictor::take_contacts() {
   }
 }
 
+/// Learns from the result, which must be one that the rollout accepts, and corrects its contacts.
+void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
+  if (!params_.fit || !state.connected()) return;
+  const Stamped<PhysicsState>* physics = state.latest();
+  if (physics == nullptr || physics->stamp.valid != result.stamp.valid) {
+    ++left_out_of_fit_;
+  } else {
+    const FitOutcome outcome = fit_.take(result.stamp.valid, start_.contacts, result.value, start_.law.massless != 0,
+                                         physics->value.contact_T_W, physics->value.contacts);
+    if (outcome == FitOutcome::unusable || outcome == FitOutcome::repeated) ++left_out_of_fit_;
+  }
+  fit_.correct(start_.contacts);
+}
+
 void LocalPredictor::step(StepContext&) {
   take_samples();
   const Stamped<BodyStates>* result = bodies.latest();
@@ -97,10 +128,12 @@ void LocalPredictor::step(StepContext&) {
   // As dynamics stepped, whatever the spring would be for a tool with mass.
   if (result->value.massless != 0) start_.law.massless = 1;
   take_contacts();
-  if (!rollout_.restart(start_)) {
+  if (!rollout_.accepts(start_)) {
     ++rejected_results_;
     return;
   }
+  fit_contacts(*result);
+  rollout_.restart(start_);
   if (params_.resimulate) {
     for (; age > 0; --age) {
       // What goes on from a step that failed is nobody's truth; the display goes on with the model before.
@@ -124,6 +157,14 @@ void LocalPredictor::report(Report& report) const {
   report.add("prediction.rejected_results", static_cast<double>(rejected_results_));
   report.add("prediction.rejected_samples", static_cast<double>(rejected_samples_));
   report.add("prediction.failed_steps", static_cast<double>(failed_));
+  if (!params_.fit || !state.connected()) return;
+  report.set("local.fit.stiffness_scale", fit_.error().stiffness_scale);
+  report.set("local.fit.friction_excess", fit_.error().friction_excess);
+  report.set("local.fit.results", static_cast<double>(fit_.used()));
+  report.set("local.fit.friction_results", static_cast<double>(fit_.used_for_friction()));
+  report.set("local.fit.left_out", static_cast<double>(left_out_of_fit_));
+  report.set("local.fit.surprises", static_cast<double>(fit_.surprises()));
+  report.set("local.fit.resets", static_cast<double>(fit_.resets()));
 }
 
 }  // namespace tactor

@@ -4,13 +4,15 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/mechanics/contact_fit.hpp"
 #include "nodes/mechanics/local_rollout.hpp"
 #include "nodes/prediction/sample_window.hpp"
 
 namespace tactor {
 
 /// For each physics result: puts the bodies where it has them, moves them through the device samples since its stamp
-/// against the contacts around them (LocalRollout), and sends what to go on from.
+/// against the contacts around them (LocalRollout), and sends what to go on from. With physics' own contact force it
+/// learns how stiff and how rough these are (ContactFit), and corrects them before they are used.
 class LocalPredictor final : public Node {
  public:
   struct Params {
@@ -18,6 +20,7 @@ class LocalPredictor final : public Node {
     double stick_velocity = 0;  // m/s
     bool resimulate = true;
     bool curvature = true;
+    bool fit = true;
     double stiffness_scale = 0;
     double friction_scale = 0;
   };
@@ -25,11 +28,15 @@ class LocalPredictor final : public Node {
   static NodeInfo declare();
   void step(StepContext& context) override;
   /// `prediction.resimulated_samples` (mean of a result), `prediction.rejected_results`, `prediction.rejected_samples`
-  /// and `prediction.failed_steps` (results not sent, because a step did not converge).
+  /// and `prediction.failed_steps` (results not sent, because a step did not converge). Where it learns, the estimate
+  /// at the end (`local.fit.stiffness_scale`, `local.fit.friction_excess`), the results it came from
+  /// (`local.fit.results`, `local.fit.friction_results`), those whose contact force was not there or of no use
+  /// (`local.fit.left_out`), and how often it began anew (`local.fit.surprises`, `local.fit.resets`).
   void report(Report& report) const override;
 
   Input<BodyStates> bodies;
   Input<LocalContacts> contacts;
+  Input<PhysicsState> state;
   Input<CouplingLaw> law;
   Input<DeviceState> device;
   Output<LocalModel> model;
@@ -37,13 +44,16 @@ class LocalPredictor final : public Node {
  private:
   void take_samples();
   void take_contacts();
+  void fit_contacts(const Stamped<BodyStates>& result);
 
   Params params_;
   LocalRollout rollout_;
+  ContactFit fit_;
   LocalModel start_;
   NewMessages<DeviceState> new_states_;
   SampleWindow<Stamped<DeviceState>> track_{512};
   std::int64_t results_ = 0, resimulated_ = 0, rejected_results_ = 0, rejected_samples_ = 0, failed_ = 0;
+  std::int64_t left_out_of_fit_ = 0;
 };
 
 }  // namespace tactor

@@ -57,7 +57,15 @@ NodeInfo Metrics::declare() {
           "the ghost what still pushes away from it late in the window. one_step.*: the predicted force against the "
           "next physics force, and what a hold errs. physics.*: how often `force` comes, and its error at its own "
           "stamp "
-          "against the reference at that time, which no delay is in. contacts.*: contacts that carried force. Without "
+          "against the reference at that time, which no delay is in. contacts.*: contacts that carried force. "
+          "stability.*: energy where hand and device meet, and the tool at rest. passivity_violation is the most "
+          "energy "
+          "that the hand has got from the device beyond what it had given and what the tool's weight gave; "
+          "peak_energy the tool's most kinetic energy and height above its start; oscillation the amplitude (half of "
+          "the way there and back, a drift in one direction is none) and frequency of the tool over `rest`. The "
+          "verdict is 0 stable, 1 limit cycle (more than `rest_swing` there and back), 3 energy from nowhere (over "
+          "10 % of what came in and 1 uJ), 4 not finite. Other moving bodies than the tool are not counted, and a "
+          "massless tool counts with the weight that the scene gives it. Without "
           "a reference the figures that need one are left out.")
       .input("commanded", &Metrics::commanded,
              {.doc = "what the device is told to display, at its rate", .trigger = Trigger::yes, .queue = every})
@@ -98,10 +106,28 @@ NodeInfo Metrics::declare() {
              .unit = "s",
              .default_value = 0.2,
              .min = 0})
+      .real("rest", &Params::rest,
+            {.doc = "time at the end of the run over which the tool is to be at rest, for stability.*; 0: nothing is "
+                    "asked of it",
+             .unit = "s",
+             .default_value = 0,
+             .min = 0})
+      .real("rest_swing", &Params::rest_swing,
+            {.doc = "how far the tool may swing at rest, from peak to peak; more is a limit cycle. The tremor of a "
+                    "trajectory counts",
+             .unit = "m",
+             .default_value = 1e-4,
+             .min = 0})
       .info();
 }
 
 Metrics::Metrics(const Params& params, const NodeContext& context) : params_(params), torque_(context.torque) {
+  if (params.rest > context.duration && context.duration.ns > 0) {
+    throw InputError("rest: expected at most the duration, " + std::to_string(context.duration.seconds()) +
+                     " s, found " + std::to_string(params.rest.seconds()) + " s");
+  }
+  if (const Body* tool = context.scene->tool()) mass_ = tool->mass;
+  gravity_W_ = context.scene->gravity_W;
   // Room for ten minutes of a 1 kHz device and 250 Hz physics; longer runs and faster ones make the vectors grow.
   const auto ms = static_cast<std::size_t>(std::clamp(context.duration.milliseconds(), 0.0, 6e5)) + 64;
   commands_.reserve(ms);
@@ -109,6 +135,7 @@ Metrics::Metrics(const Params& params, const NodeContext& context) : params_(par
   forces_.reserve(ms / 4);
   forecasts_.reserve(ms / 4);
   contacts_.reserve(ms / 4);
+  tools_.reserve(ms / 4);
 }
 
 void Metrics::step(StepContext&) {
@@ -117,8 +144,9 @@ void Metrics::step(StepContext&) {
   drain(new_forecast_, forecast, [this](const auto& m) { forecasts_.push_back(m); });
   drain(new_state_, state, [this](const auto& m) {
     contacts_.push_back({m.stamp.produced, m.stamp.valid, m.value.contacts});
+    tools_.push_back({m.stamp.valid, m.value.X_WT.p, m.value.V_WT.v});
   });
-  drain(new_device_, device, [this](const auto& m) { positions_.push_back({m.stamp.valid, m.value.X_WD.p}); });
+  drain(new_device_, device, [this](const auto& m) { positions_.push_back({m.stamp.valid, m.value.X_WD}); });
 }
 
 void Metrics::report(Report& report) const {
@@ -133,6 +161,7 @@ void Metrics::report(Report& report) const {
   if (torque_) report_physics_error(report, torque_part);
   report_contacts(report);
   report_displacement(report);
+  report_stability(report);
 }
 
 void Metrics::report_delivered(Report& report, const Part& part) const {
@@ -279,11 +308,23 @@ void Metrics::report_contacts(Report& report) const {
 void Metrics::report_displacement(Report& report) const {
   if (positions_.empty()) return;
   Series displacement{"displacement", "m", {}, {}};
-  for (const Position& p : positions_) {
+  for (const HandleSample& p : positions_) {
     displacement.time.push_back(p.valid.seconds());
-    displacement.value.push_back(norm(p.p_WD - positions_.front().p_WD));
+    displacement.value.push_back(norm(p.X_WD.p - positions_.front().X_WD.p));
   }
   report.add_series(std::move(displacement));
+}
+
+void Metrics::report_stability(Report& report) const {
+  const RunSignals signals{commands_, positions_, tools_, mass_, gravity_W_, torque_};
+  const auto found = run_stability(signals, params_.rest, params_.rest_swing);
+  if (!found) return;
+  report.set("stability.verdict", static_cast<double>(found->verdict));
+  report.set("stability.peak_energy_J", found->peak_energy_J);
+  report.set("stability.passivity_violation_J", found->generated_J);
+  if (params_.rest.ns == 0) return;
+  report.set("stability.oscillation_amplitude_m", found->amplitude_m);
+  report.set("stability.oscillation_frequency_Hz", found->frequency_Hz);
 }
 
 Wrench value_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor) {

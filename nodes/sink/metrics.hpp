@@ -7,6 +7,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/sink/run_stability.hpp"
 
 namespace tactor {
 
@@ -22,6 +23,8 @@ class Metrics final : public Node {
     double loss_force = 0;   // N
     double loss_torque = 0;  // N m
     Duration loss_window;
+    Duration rest;
+    double rest_swing = 0;  // m
   };
   Metrics(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -40,10 +43,6 @@ class Metrics final : public Node {
     Time valid;
     std::int32_t count = 0;
   };
-  struct Position {
-    Time valid;
-    Vec3 p_WD;
-  };
   /// One part of a wrench, with the name, the unit and the thresholds its figures have.
   struct Part {
     const char* name;
@@ -59,9 +58,12 @@ class Metrics final : public Node {
   void report_physics_error(Report& report, const Part& part) const;
   void report_contacts(Report& report) const;
   void report_displacement(Report& report) const;
+  void report_stability(Report& report) const;
 
   Params params_;
   bool torque_;
+  double mass_ = 0;  // kg, of the tool
+  Vec3 gravity_W_;   // m/s^2
   NewMessages<Wrench> new_commanded_;
   NewMessages<Wrench> new_force_;
   NewMessages<Forecast> new_forecast_;
@@ -71,7 +73,8 @@ class Metrics final : public Node {
   std::vector<Stamped<Wrench>> forces_;
   std::vector<Stamped<Forecast>> forecasts_;
   std::vector<Contacts> contacts_;
-  std::vector<Position> positions_;
+  std::vector<ToolSample> tools_;
+  std::vector<HandleSample> positions_;
 };
 
 /// The value at `t` on the lines between the samples, by their valid stamps; the first before, the last after them.

@@ -64,6 +64,26 @@ class LocalRollout(CommandTest):
                 # At the start, while the first results say little of the contacts around.
                 self.assertLess(local["fallbacks"], 0.01 * local["rollout"]["ticks"])
 
+    def test_what_physics_force_teaches_halves_the_error_of_a_wrong_model_of_contacts(self):
+        for scene, method in (("duck", "soft"), ("wall", "stiff"), ("wall", "slippery"), ("duck", "rough")):
+            with self.subTest(scene=scene, method=method):
+                arguments = GRAPHS / f"{scene}.yaml", "--duration", "4", "--seed", SEED
+                fitted = self.run_graph(*arguments, "--over", GRAPHS / f"methods/local_{method}.yaml")
+                without = self.run_graph(*arguments, "--over", GRAPHS / f"methods/local_no_fit_{method}.yaml")
+                self.assertLess(fitted["delivered"]["force"]["rms_error_N"],
+                                0.5 * without["delivered"]["force"]["rms_error_N"])
+                self.assertGreater(fitted["local"]["fit"]["results"], 10)
+                self.assertNotIn("local", without)
+
+    def test_an_exact_model_of_contacts_is_left_as_it_is(self):
+        arguments = GRAPHS / "wall.yaml", "--duration", "4", "--seed", SEED
+        fitted = self.run_graph(*arguments, "--over", GRAPHS / "methods/local.yaml")
+        without = self.run_graph(*arguments, "--over", GRAPHS / "methods/local_no_fit.yaml")
+        self.assertLess(fitted["delivered"]["force"]["rms_error_N"],
+                        1.05 * without["delivered"]["force"]["rms_error_N"])
+        self.assertLess(abs(fitted["local"]["fit"]["stiffness_scale"] - 1), 0.1)
+        self.assertLess(abs(fitted["local"]["fit"]["friction_excess"]), 0.05)
+
 
 @needs_collision
 class Forecasts(CommandTest):

@@ -54,6 +54,8 @@ class Physics {
     BOOST_REQUIRE(rig_.step(ms) == 1U);
     return bodies_ = sent(rig_.node.bodies);
   }
+  /// The last result as the coupling gets it.
+  [[nodiscard]] const PhysicsState& state() const { return rig_.state(); }
   /// Of the last result: of the last sample up to its time.
   [[nodiscard]] int valid_ms() const { return static_cast<int>(rig_.valid_ms()); }
   [[nodiscard]] Contact contact(const Pose& X) const {
@@ -82,16 +84,19 @@ class Physics {
 
 class Subject {
  public:
-  explicit Subject(const LocalPredictor::Params& params = default_params<LocalPredictor>(), bool with_contacts = true)
+  explicit Subject(const LocalPredictor::Params& params = default_params<LocalPredictor>(), bool with_contacts = true,
+                   bool with_state = false)
       : scene_(ball_scene(Motion::translation)), node_(params, context_for(scene_)) {
     node_.bodies.configure({});
     if (with_contacts) node_.contacts.configure({});
+    if (with_state) node_.state.configure({});
     node_.law.configure({});
     node_.device.configure({QueuePolicy::drop_oldest, 512});
     node_.law.push({}, &law);
   }
   void sample(double ms, const DeviceState& state) { node_.device.push(stamped(ms), &state); }
   void contacts(const LocalContacts& local) { node_.contacts.push({}, &local); }
+  void physics(int stamp, const PhysicsState& state) { node_.state.push(stamped(stamp), &state); }
   /// A result of `stamp` that comes at `now`; true where a model is sent.
   bool result(int stamp, int now, const BodyStates& bodies) {
     node_.bodies.push(stamped(stamp, sequence_++), &bodies);
@@ -292,6 +297,87 @@ BOOST_AUTO_TEST_CASE(scales_are_those_of_dynamics_with_such_a_wall) {
   BOOST_TEST(subject.model.contacts.contact[0][2].stiffness == 1000.0);
 }
 
+namespace {
+
+/// How far a model of the wall that is wrong by these factors is from dynamics, m: the mean over results while the tool
+/// touches, but for the first two. `state`: what becomes of physics' contact force.
+enum class State { none, there, late, not_finite };
+struct Run {
+  double error = 0;
+  Contact last;
+  std::map<std::string, double> figures;
+};
+Run wrong_wall(double stiffness, double friction, State state, bool fit = true) {
+  auto params = default_params<LocalPredictor>();
+  params.stiffness_scale = stiffness;
+  params.friction_scale = friction;
+  params.fit = fit;
+  Physics physics(true), ahead(true);
+  Subject subject(params, true, state != State::none);
+  Run run;
+  int touching = 0;
+  for (int ms = 0; ms <= 900; ++ms) {
+    physics.sample(ms, handle(ms));
+    ahead.sample(ms, handle(ms));
+    subject.sample(ms, handle(ms));
+    if (ms < 30 || ms % 20 != 0) continue;
+    const BodyStates then = physics.step(ms - 17);
+    const BodyStates& now = ahead.step(ms);
+    PhysicsState told = physics.state();
+    const bool touches = told.contacts > 0;
+    if (state == State::not_finite) told.contact_T_W.force.x = std::nan("");
+    if (state != State::none) subject.physics(physics.valid_ms() - (state == State::late ? 1 : 0), told);
+    subject.contacts(wall_for(physics, then.X_WB[0].p));
+    BOOST_REQUIRE(subject.result(physics.valid_ms(), ms, then));
+    if (!touches || ++touching <= 2) continue;
+    run.error += norm(subject.model.bodies.X_WB[0].p - now.X_WB[0].p);
+  }
+  BOOST_REQUIRE(touching > 10);
+  run.error /= touching - 2;
+  run.last = subject.model.contacts.contact[0][2];
+  for (const char* name : {"stiffness_scale", "friction_excess", "results", "left_out"}) {
+    run.figures[name] = subject.figure(std::string("local.fit.") + name);
+  }
+  return run;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(with_physics_force_a_wrong_model_of_the_wall_comes_to_where_dynamics_does) {
+  const struct { double stiffness, friction; } models[] = {{0.5, 1}, {2, 1}, {1, 0}, {1, 2}, {0.5, 2}};
+  for (const auto& m : models) {
+    const Run wrong = wrong_wall(m.stiffness, m.friction, State::none);
+    const Run fitted = wrong_wall(m.stiffness, m.friction, State::there);
+    BOOST_TEST(wrong.error > 1e-6);
+    BOOST_TEST(fitted.error < wrong.error / 10);
+    BOOST_TEST(fitted.last.stiffness == 2000, tt::tolerance(0.03));
+    BOOST_TEST(fitted.last.damping == 3, tt::tolerance(0.03));
+    BOOST_TEST(std::abs(fitted.last.friction - 0.3) < 0.03);
+    BOOST_TEST(fitted.figures.at("stiffness_scale") == 1 / m.stiffness, tt::tolerance(0.03));
+    BOOST_TEST(std::abs(fitted.figures.at("friction_excess") - 0.3 * (1 - m.friction)) < 0.03);
+    BOOST_TEST(fitted.figures.at("results") > 10.0);
+    BOOST_TEST(fitted.figures.at("left_out") == 0.0);
+  }
+  const Run exact = wrong_wall(1, 1, State::there);
+  BOOST_TEST(exact.error < rounding);
+  BOOST_TEST(std::abs(exact.figures.at("stiffness_scale") - 1) < 1e-3);
+}
+
+BOOST_AUTO_TEST_CASE(a_force_of_another_time_or_not_finite_or_that_is_not_asked_for_is_not_used) {
+  const Run without = wrong_wall(0.5, 1, State::none);
+  for (const State state : {State::late, State::not_finite}) {
+    const Run run = wrong_wall(0.5, 1, state);
+    BOOST_TEST(run.error == without.error);
+    BOOST_TEST(run.last.stiffness == 1000);
+    BOOST_TEST(run.figures.at("left_out") > 10.0);
+    BOOST_TEST(run.figures.at("results") == 0.0);
+  }
+  const Run off = wrong_wall(0.5, 1, State::there, false);
+  BOOST_TEST(off.error == without.error);
+  BOOST_TEST(off.last.stiffness == 1000);
+  BOOST_TEST(off.figures.at("stiffness_scale") == -1.0);  // not reported
+}
+
 BOOST_AUTO_TEST_CASE(without_curvature_contacts_are_planes) {
   auto params = default_params<LocalPredictor>();
   params.curvature = false;
@@ -306,16 +392,21 @@ BOOST_AUTO_TEST_CASE(without_curvature_contacts_are_planes) {
 
 BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
   if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
-  Subject subject;
+  Subject subject(default_params<LocalPredictor>(), true, true);
   subject.contacts(wall_around({{0.009, 0, 0}, {0.0088, 0, 0}, {0.0086, 0, 0}}));
+  PhysicsState state;
+  state.contact_T_W.force = {0.9, 0.2, 0};
+  state.contacts = 1;
   std::int64_t calls = 0;
   for (int ms = 0; ms < 700; ++ms) {
     subject.sample(ms, handle(ms));
     if (ms % 10 != 9) continue;
-    const BodyStates bodies = one_body({0.0095, 0, 0});
+    const BodyStates bodies = one_body({0.0095, 0, 0}, {0, 0.05, 0});
+    subject.physics(ms - 9, state);
     const std::int64_t before = thread_heap_calls();
     subject.result(ms - 9, ms, bodies);
     calls += thread_heap_calls() - before;
   }
   BOOST_TEST(calls == 0);
+  BOOST_TEST(subject.figure("local.fit.results") == 70.0);
 }

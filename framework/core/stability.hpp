@@ -1,0 +1,125 @@
+// Judges from the signals of a run whether it was stable: energy from nowhere, swinging at rest, balance at rest.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/core/spatial.hpp"
+
+namespace tactor {
+
+/// What became of a run, the worse the larger. The numbers are those of the figure `stability.verdict`.
+enum class StabilityVerdict : int {
+  stable = 0,
+  limit_cycle = 1,     ///< the tool swung on while it was to be at rest
+  pushed_through = 2,  ///< the tool rested where the static balance does not allow it
+  energy = 3,          ///< energy came from nowhere
+  not_finite = 4,      ///< a signal was NaN or infinite
+  refused = 5,         ///< the run ended before it could be judged
+};
+
+/// `stable`, `limit_cycle`, ...
+const char* name_of(StabilityVerdict verdict);
+
+/// The most that a sequence rises and falls again, or falls and rises: the smaller of its largest rise and its largest
+/// fall. Zero for a motion in one direction, the height of a swing from peak to peak for one that goes on.
+class Swing {
+ public:
+  void see(double x);
+  [[nodiscard]] double size() const { return std::min(rise_, fall_); }
+
+ private:
+  bool begun_ = false;
+  double low_ = 0, high_ = 0, rise_ = 0, fall_ = 0;
+};
+
+/// The frequency in Hz of a sequence `x` at times `t` (s): from the times at which it crosses the line that fits it
+/// best, where a crossing counts if the sequence then goes beyond a quarter of its largest distance from the line.
+/// Zero where there are fewer than three of them, which are one period. `t` increases; both have the same length.
+double swing_frequency(const std::vector<double>& t, const std::vector<double>& x);
+
+/// A stretch in which the tool is to stand still.
+struct StabilityRest {
+  double begin = 0, end = 0;  ///< s
+  std::optional<Vec3> p_WT;   ///< m, where static balance puts the tool, by the axes that `known` names
+  Vec3 known{1, 1, 1};        ///< 1 or 0 an axis
+  double tolerance = 1e-3;    ///< m, beyond which the tool was pushed through something
+};
+
+/// Beyond what a run is not stable.
+struct StabilityLimits {
+  double generated_share = 0.1;  ///< energy beyond what came in, as a share of all that came in
+  double generated_min = 1e-6;   ///< J, below which nothing is said of energy
+  double swing_max = 1e-6;       ///< m, at rest, from peak to peak
+};
+
+/// The signals at one instant.
+struct StabilitySample {
+  double t = 0;         ///< s
+  Vec3 p_WT;            ///< m, the tool
+  Vec3 arm{};           ///< m, its rotation vector from where it is to be, times a lever; zero where nothing turns
+  double stored = 0;    ///< J, the energy that is known to be stored: kinetic, gravity, springs
+  double given = 0;     ///< J, put in from outside since the sample before; negative where it was taken out
+  double released = 0;  ///< J, not negative: what fell since the sample before, which is stored and counts as come in
+  bool finite = true;   ///< false: a signal that is not among these was NaN or infinite
+};
+
+/// The verdict and the figures behind it.
+struct StabilityFinding {
+  StabilityVerdict verdict = StabilityVerdict::stable;
+  std::string reason;           ///< a sentence; empty where the run is stable
+  double peak_energy_J = 0;     ///< the most that was stored
+  double generated_J = 0;       ///< the largest surplus of what was stored over what had been put in: never negative
+  double generated_share = 0;   ///< of all that came in; 0 where nothing came in
+  double swing_m = 0;           ///< there and back at rest, the largest
+  double amplitude_m = 0;       ///< half of it
+  double frequency_Hz = 0;      ///< of that swing; 0 where it has no whole period
+  std::optional<double> off_m;  ///< from the balance at rest, the largest; absent where none is known
+};
+
+/// Sees the samples of a run in the order of time, the first at its beginning.
+///
+/// Energy from nowhere: `generated_J` is the largest over time of stored(t) - stored(0) - given(0..t). A system that is
+/// passive never has more than it was given; one that has made energy by a hold, a delay or a step that is too long
+/// has. The verdict is `energy` where that is more than `generated_min` and than `generated_share` of all that came
+/// in: what was given and not taken, what fell, and what `add_stored` says.
+class StabilityJudge {
+ public:
+  explicit StabilityJudge(StabilityLimits limits, std::vector<StabilityRest> rests = {});
+
+  /// Energy in J that lay in the system at the beginning and that the samples do not tell of, such as in contacts.
+  void add_stored(double energy);
+  /// False where a signal is not finite, from then on.
+  bool see(const StabilitySample& sample);
+  /// The run ended early, and why: its verdict is `refused`.
+  void refuse(std::string why);
+  [[nodiscard]] StabilityFinding finish() const;
+
+ private:
+  struct AtRest {
+    Swing swing[6];
+    std::vector<double> t;
+    std::vector<double> x[6];
+    Vec3 last;
+  };
+  void see_rest(const StabilitySample& sample);
+  void judge_rests(StabilityFinding& finding, bool& through) const;
+
+  StabilityLimits limits_;
+  std::vector<StabilityRest> rests_;
+  std::vector<AtRest> at_rest_;
+  bool begun_ = false, finite_ = true;
+  double not_finite_at_ = 0;  // s
+  std::string refusal_;
+  double extra_ = 0;    // J, of add_stored
+  double start_ = 0;    // J, stored at the beginning
+  double given_ = 0;    // J, put in less taken out
+  double came_in_ = 0;  // J, all that came in, at any time
+  double surplus_ = 0, surplus_at_ = 0;
+  double peak_ = -std::numeric_limits<double>::infinity();
+};
+
+}  // namespace tactor

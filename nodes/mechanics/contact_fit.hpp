@@ -1,0 +1,127 @@
+// Learns from physics' own contact force how stiff and how rough the contacts of the tool really are.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "framework/core/messages.hpp"
+
+namespace tactor {
+
+/// What is wrong with a model of contacts, as two numbers for all contacts of the tool.
+struct ContactError {
+  double stiffness_scale = 1;  ///< multiplies stiffness and damping
+  double friction_excess = 0;  ///< is added to each Coulomb coefficient; what comes out is 0 at least
+};
+
+/// What a result of physics was to the fit.
+enum class FitOutcome : std::uint8_t {
+  used,
+  silent,    ///< nothing pushes in physics or in the model, or too little: it says nothing
+  repeated,  ///< no later than one that was used
+  unusable,  ///< not finite, or not of these bodies
+};
+
+/// A Kalman filter of (a, e), the stiffness scale and the friction excess. At a result of physics the contacts of the
+/// model, where the bodies are then, would push the tool by
+///   h(a, e) = a sum_i N_i (n_i + max(0, mu_i + e) t_i),   N_i = max(0, -k_i d_i - b_i n_i . u_i),
+///   t_i = -u_ti / |u_ti|,
+/// a force and a torque about the tool's origin, with d_i the distance there, u_i the relative velocity at the contact
+/// and k_i, b_i stiffness and damping times weight: the law of RigidStep. Physics' own contact wrench is compared with
+/// it; weight and coupling are in neither. The torque is divided by the root mean square of the levers, weighted with
+/// N_i, so that all is in N; of a tool that does not rotate it is left out.
+///
+/// The wrench's standard deviation is taken for r, r^2 = (20 mN)^2 + (5 % of sum_i |f_i|)^2 + sum_i (k_i 2 um)^2, so a
+/// small force tells little, and a result that tells neither number to better than a half is not used; where h cannot
+/// explain a result, whatever a and e, it counts as much less.
+///
+/// A contact that creeps at less than twice the stick velocity sticks: its friction is anything within the cone. Then
+/// it is an unknown force in the plane of the contact, whose variance adds to that of the wrench. Only if it is more
+/// than the friction of the model could hold does it raise e, along the direction in which the contacts creep.
+///
+/// Both numbers may drift, by 0.4 % and 0.004, with each result that tells of them to better than a half, and with
+/// nothing else. A result that lies beyond three standard deviations of what is expected finds both unknown, so that a
+/// change is followed at once. 0.1 <= a <= 10, -max_i mu_i <= e <= 2.
+///
+/// The estimate is of the materials (stiffness, damping and friction as declared) that pushed in the last result that
+/// was used, all of them together. Contacts of others are left as they are, and it begins at (1, 0) again with the
+/// first result that is of others alone.
+///
+/// Allocates nothing and throws nothing.
+class ContactFit {
+ public:
+  /// `rotates`: the tool has 6 degrees of freedom. `stick_velocity`: m/s, as dynamics has it.
+  ContactFit(bool rotates, double stick_velocity) : rotates_(rotates), stick_velocity_(stick_velocity) {}
+
+  /// `contacts`: as declared, around `bodies`, those of the result that is valid at `valid`; `massless`: the tool was
+  /// moved without its inertia, hence without dampers. `contact_T_W`, N and N m about the tool's origin: of
+  /// `touching` contacts.
+  FitOutcome take(Time valid, const LocalContacts& contacts, const BodyStates& bodies, bool massless,
+                  const Wrench& contact_T_W, int touching);
+
+  [[nodiscard]] const ContactError& error() const { return error_; }
+  /// Writes the estimate into the contacts of the tool, as declared, of a message whose counts fit.
+  void correct(LocalContacts& contacts) const;
+
+  [[nodiscard]] std::int64_t used() const { return used_; }
+  /// Those used results that told of friction.
+  [[nodiscard]] std::int64_t used_for_friction() const { return used_for_friction_; }
+  /// How often a result was so far off that the uncertainty began anew, and how often the materials did.
+  [[nodiscard]] std::int64_t surprises() const { return surprises_; }
+  [[nodiscard]] std::int64_t resets() const { return resets_; }
+
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+ private:
+  struct Material {
+    double stiffness = 0, damping = 0, friction = 0;
+    bool operator==(const Material&) const = default;
+  };
+  static constexpr int most_materials = 8;
+  /// Distinct ones of what pushes; further ones are left out.
+  struct Materials {
+    std::array<Material, most_materials> of{};
+    int count = 0;
+    [[nodiscard]] bool has(const Material& material) const;
+    void add(const Material& material);
+    [[nodiscard]] bool any_of(const Materials& others) const;
+  };
+  /// A contact that pushes, as the model has it.
+  struct Push {
+    double N = 0;         // N, normal force
+    double friction = 0;  // Coulomb coefficient
+    bool slides = false;
+    Vector6 normal = Vector6::Zero();  // N, wrench of the normal force
+    Vector6 rub = Vector6::Zero();     // N, wrench of a friction of coefficient 1
+    Vec3 n, lever;
+  };
+  struct Model;
+
+  int collect(const LocalContacts& contacts, const BodyStates& bodies, bool massless, Materials& materials);
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> noise(const Vector6& measured, double& base) const;
+  [[nodiscard]] Model model(const Eigen::Vector2d& at, bool all_slide) const;
+  FitOutcome update(const Vector6& measured);
+  bool raise_by_sticking(const Vector6& measured, double base, Eigen::Vector2d& x, Eigen::Matrix2d& P) const;
+  bool fuse(const Vector6& measured, const Eigen::Matrix<double, 6, 6>& weight, bool all_slide, Eigen::Vector2d& x,
+            Eigen::Matrix2d& P) const;
+
+  static Eigen::Matrix2d start_variance() { return Eigen::Matrix2d::Identity(); }
+
+  bool rotates_;
+  double stick_velocity_;
+  ContactError error_;
+  Eigen::Matrix2d P_ = start_variance();
+  Materials materials_;
+  bool any_ = false;
+  Time last_;
+  std::array<Push, LocalContacts::capacity> pushes_;
+  int push_count_ = 0;
+  double lever_ = 1;        // m, root mean square
+  double depth_noise_ = 0;  // N, of the distances
+  double lowest_ = 0;       // of the excess
+  std::int64_t used_ = 0, used_for_friction_ = 0, surprises_ = 0, resets_ = 0;
+};
+
+}  // namespace tactor
