@@ -1,0 +1,640 @@
+#include "devices/modbus/profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/units.hpp"
+#include "framework/yaml/yaml_values.hpp"
+
+namespace tactor::modbus {
+
+namespace {
+
+const YamlFileKind profile_file{"a profile of a Modbus device", "line, registers, identify, axes, ..."};
+constexpr int last_address = 65535;
+constexpr double longest_wait_s = 60;
+
+class ProfileReader {
+ public:
+  explicit ProfileReader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
+
+  Profile read(const Tree& tree);
+
+ private:
+  void error(const Tree& at, const std::string& message) { diagnostics_.error(at.place, message); }
+  /// The value of a key that must be there; null, with an error, where it is not.
+  const Tree* needed(const Tree& map, const std::string& path, const std::string& key) {
+    const Tree* value = map.value(key);
+    if (value == nullptr) error(map, path + ": expected the key " + key + ", found none");
+    return value;
+  }
+  template <class Take>
+  void number(const Tree& map, const std::string& path, const std::string& key, const NumberRule& rule,
+              const Take& take) {
+    if (const Tree* value = map.value(key)) {
+      if (const auto read = read_number(*value, path + "." + key, rule, diagnostics_)) take(*read);
+    }
+  }
+  template <class Take>
+  void integer(const Tree& map, const std::string& path, const std::string& key, std::int64_t min, std::int64_t max,
+               const Take& take) {
+    if (const Tree* value = map.value(key)) {
+      if (const auto read = read_integer(*value, path + "." + key, min, max, diagnostics_)) {
+        take(static_cast<int>(*read));
+      }
+    }
+  }
+  void duration(const Tree& map, const std::string& path, const std::string& key, double most_s, bool above_zero,
+                Duration& into) {
+    const NumberRule rule{.unit = "s", .min = 0, .max = most_s, .above_min = above_zero};
+    number(map, path, key, rule, [&into](double s) { into = Duration::from_seconds(s); });
+  }
+  Order order(const Tree& map, const std::string& path, const std::string& key, Order otherwise) {
+    const Tree* value = map.value(key);
+    if (value == nullptr) return otherwise;
+    const auto word =
+        read_choice(*value, path.empty() ? key : path + "." + key, {"high_first", "low_first"}, diagnostics_);
+    return !word ? otherwise : *word == "high_first" ? Order::high_first : Order::low_first;
+  }
+
+  void line(const Tree& tree);
+  void registers(const Tree& tree);
+  void one_register(const TreeEntry& entry, const Tree& defaults);
+  void functions(const Tree& tree, const std::string& path, RegisterInfo& info);
+  void field(const Tree& tree, const std::string& path, RegisterInfo& info);
+  std::optional<std::size_t> register_named(const Tree& name, const std::string& path, bool read, bool write);
+  std::optional<double> value_of(const Tree& tree, const std::string& path, std::size_t index);
+  std::optional<Expectation> expectation(const Tree& tree, const std::string& path, bool read = true);
+  void identify(const Tree& tree);
+  void steps(const Tree& tree, const std::string& path, std::vector<Step>& into);
+  void one_step(const Tree& tree, const std::string& path, std::vector<Step>& into);
+  void each_cycle(const Tree& tree);
+  void status(const Tree& tree);
+  void buttons(const Tree& tree);
+  void watchdog(const Tree& tree);
+  void fence(const Tree& tree);
+  void axes(const Tree& tree);
+  void one_axis(const Tree& tree, const std::string& path);
+  void emulated(const Tree& tree);
+  void reactions(const Tree& map);
+  void values_of(const Tree& map, const std::string& path, bool write,
+                 std::vector<std::pair<std::size_t, double>>& into);
+  void overlaps();
+
+  Diagnostics& diagnostics_;
+  Profile profile_;
+};
+
+void ProfileReader::line(const Tree& tree) {
+  if (!expect_map(tree, "line", "a map", diagnostics_)) return;
+  check_keys(tree, "line", "key",
+             {"baud", "parity", "stop_bits", "unit", "response_timeout", "turnaround", "silence", "rate_max"},
+             diagnostics_);
+  LineSettings& l = profile_.line;
+  integer(tree, "line", "baud", 1200, 4'000'000, [&](int v) { l.baud = v; });
+  if (const Tree* value = tree.value("parity")) {
+    if (const auto word = read_choice(*value, "line.parity", {"none", "even", "odd"}, diagnostics_)) {
+      l.parity = *word == "none" ? 'N' : *word == "even" ? 'E' : 'O';
+    }
+  }
+  integer(tree, "line", "stop_bits", 1, 2, [&](int v) { l.stop_bits = v; });
+  integer(tree, "line", "unit", 1, 247, [&](int v) { l.unit = v; });
+  duration(tree, "line", "response_timeout", 5, true, l.response_timeout);
+  duration(tree, "line", "turnaround", 1, false, l.turnaround);
+  if (tree.value("silence") != nullptr) {
+    l.silence.emplace();
+    duration(tree, "line", "silence", 1, false, *l.silence);
+  }
+  number(tree, "line", "rate_max", {.unit = "Hz", .min = 0, .max = 1e4, .above_min = true},
+         [&](double v) { l.rate_max = v; });
+}
+
+void ProfileReader::functions(const Tree& tree, const std::string& path, RegisterInfo& info) {
+  const auto one = [&](const Tree& value) {
+    const auto code = read_integer(value, path + ".function", 3, 23, diagnostics_);
+    if (!code) return;
+    const bool reads = *code == 3 || *code == 4 || *code == 23, writes = *code == 6 || *code == 16 || *code == 23;
+    if (!reads && !writes) {
+      error(value, path + ".function: expected 3, 4, 6, 16 or 23, found " + describe(value));
+    } else if (*code != 23 && ((reads && !info.readable) || (writes && !info.writable))) {
+      error(value, path + ".function: expected a function of its access, found " + describe(value));
+    } else if (*code == 6 && info.width() == 2) {
+      error(value, path + ".function: expected 16 or 23 for a value of 32 bits, found 6, which writes 16 at a time");
+    } else {
+      if (reads && *code != 23) info.read_function = static_cast<int>(*code);
+      if (writes) info.write_function = static_cast<int>(*code);
+    }
+  };
+  const Tree* value = tree.value("function");
+  if (value == nullptr) return;
+  if (!value->is_sequence()) {
+    one(*value);
+  } else {
+    for (const Tree& item : value->items) one(item);
+  }
+}
+
+void ProfileReader::field(const Tree& tree, const std::string& path, RegisterInfo& info) {
+  const Tree* value = tree.value("bits");
+  if (value == nullptr) return;
+  const std::string expected = path + ".bits: expected [lowest bit, number of bits] within 16, found ";
+  if (!value->is_sequence() || value->items.size() != 2) {
+    error(*value, expected + describe(*value));
+    return;
+  }
+  if (info.type != RegisterType::uint16) {
+    error(*value, path + ".bits: expected them in a uint16, found " + to_string(info.type));
+    return;
+  }
+  const auto low = read_integer(value->items[0], path + ".bits[0]", 0, 15, diagnostics_);
+  const auto bits = read_integer(value->items[1], path + ".bits[1]", 1, 16, diagnostics_);
+  if (!low || !bits) return;
+  if (*low + *bits > 16) {
+    error(*value, expected + std::to_string(*low) + " and " + std::to_string(*bits));
+    return;
+  }
+  info.low_bit = static_cast<int>(*low);
+  info.bits = static_cast<int>(*bits);
+}
+
+void ProfileReader::one_register(const TreeEntry& entry, const Tree& defaults) {
+  const std::string path = "registers." + entry.key;
+  const Tree& tree = entry.value;
+  if (!expect_map(tree, path, "a map", diagnostics_)) return;
+  check_keys(tree, path, "key", {"address", "type", "scale", "access", "function", "bits", "word_order", "byte_order"},
+             diagnostics_);
+  RegisterInfo info;
+  info.name = entry.key;
+  info.place = entry.place;
+  if (const Tree* type = needed(tree, path, "type")) {
+    static const std::vector<std::string> names{"int16", "uint16", "int32", "uint32", "float32"};
+    if (const auto word = read_choice(*type, path + ".type", names, diagnostics_)) {
+      info.type = static_cast<RegisterType>(std::find(names.begin(), names.end(), *word) - names.begin());
+    }
+  }
+  needed(tree, path, "address");
+  integer(tree, path, "address", 0, last_address - (info.width() - 1), [&](int v) { info.address = v; });
+  if (const Tree* access = needed(tree, path, "access")) {
+    const auto word = read_choice(*access, path + ".access", {"read", "write", "read_write"}, diagnostics_);
+    info.readable = word && *word != "write";
+    info.writable = word && *word != "read";
+    if (word) functions(tree, path, info);
+  }
+  if (const Tree* scale = tree.value("scale")) {
+    const auto parsed = scale->is_scalar() ? parse_quantity(scale->text) : std::variant<Quantity, std::string>("");
+    const auto* quantity = std::get_if<Quantity>(&parsed);
+    if (quantity == nullptr || quantity->value_si == 0) {
+      error(*scale, path + ".scale: expected what one count is, such as 1 um, found " + describe(*scale));
+    } else {
+      info.scale = quantity->value_si;
+      info.unit = tactor::describe(quantity->dimension);
+    }
+  }
+  field(tree, path, info);
+  info.words = order(tree, path, "word_order", order(defaults, "", "word_order", Order::high_first));
+  info.bytes = order(tree, path, "byte_order", order(defaults, "", "byte_order", Order::high_first));
+  profile_.registers.push_back(std::move(info));
+}
+
+void ProfileReader::registers(const Tree& tree) {
+  const Tree* list = needed(tree, "the profile", "registers");
+  if (list == nullptr || !expect_map(*list, "registers", "a map of names to registers", diagnostics_)) return;
+  for (const TreeEntry& entry : list->entries) one_register(entry, tree);
+}
+
+std::optional<std::size_t> ProfileReader::register_named(const Tree& name, const std::string& path, bool read,
+                                                         bool write) {
+  const auto text = read_text(name, path, diagnostics_);
+  if (!text) return std::nullopt;
+  std::vector<std::string> names;
+  for (const RegisterInfo& info : profile_.registers) names.push_back(info.name);
+  const auto found = std::find(names.begin(), names.end(), *text);
+  if (found == names.end()) {
+    error(name, path + ": expected one of the registers (" + list_of(names) + "), found " + describe(name) +
+                    did_you_mean(*text, names));
+    return std::nullopt;
+  }
+  const auto index = static_cast<std::size_t>(found - names.begin());
+  const RegisterInfo& info = profile_.registers[index];
+  if ((read && !info.readable) || (write && !info.writable)) {
+    error(name, path + ": expected a register that can be " + (read ? "read" : "written") + ", found " + *text +
+                    ", whose access says otherwise");
+    return std::nullopt;
+  }
+  return index;
+}
+
+std::optional<double> ProfileReader::value_of(const Tree& tree, const std::string& path, std::size_t index) {
+  const auto value = read_number(tree, path, {.unit = profile_.registers[index].unit}, diagnostics_);
+  if (!value) return std::nullopt;
+  const RegisterInfo& info = profile_.registers[index];
+  std::uint16_t words[2] = {0, 0};
+  encode(info, *value, words);
+  // Read back, so that a value beyond the register is no other value silently.
+  if (std::abs(decode(info, words) - *value) <= std::abs(info.scale) * 0.5000001 + std::abs(*value) * 1e-6)
+    return value;
+  error(tree, path + ": expected a value that " + info.name + " (" + to_string(info.type) + ") can hold, found " +
+                  describe(tree));
+  return std::nullopt;
+}
+
+std::optional<Expectation> ProfileReader::expectation(const Tree& tree, const std::string& path, bool read) {
+  if (!expect_map(tree, path, "a map of register and value, or min and max", diagnostics_)) return std::nullopt;
+  check_keys(tree, path, "key", {"register", "value", "min", "max"}, diagnostics_);
+  const Tree* name = needed(tree, path, "register");
+  if (name == nullptr) return std::nullopt;
+  const auto index = register_named(*name, path + ".register", read, !read);
+  if (!index) return std::nullopt;
+  Expectation result{*index, -HUGE_VAL, HUGE_VAL};
+  const Tree *value = tree.value("value"), *min = tree.value("min"), *max = tree.value("max");
+  if ((value == nullptr) == (min == nullptr && max == nullptr)) {
+    error(tree, path + ": expected either value, or min and max");
+    return std::nullopt;
+  }
+  if (value != nullptr) {
+    const auto v = value_of(*value, path + ".value", *index);
+    if (!v) return std::nullopt;
+    const double half = 0.5 * std::abs(profile_.registers[*index].scale);
+    result.min = *v - half;
+    result.max = *v + half;
+  }
+  if (min != nullptr) result.min = value_of(*min, path + ".min", *index).value_or(result.min);
+  if (max != nullptr) result.max = value_of(*max, path + ".max", *index).value_or(result.max);
+  if (result.min > result.max) {
+    error(tree, path + ": expected min at or below max");
+    return std::nullopt;
+  }
+  return result;
+}
+
+void ProfileReader::identify(const Tree& tree) {
+  const Tree* list = needed(tree, "the profile", "identify");
+  if (list == nullptr) return;
+  if (!list->is_sequence() || list->items.empty()) {
+    error(*list, "identify: expected a list of registers that tell the device from another, found " + describe(*list));
+    return;
+  }
+  for (std::size_t i = 0; i < list->items.size(); ++i) {
+    const auto e = expectation(list->items[i], "identify[" + std::to_string(i) + "]");
+    if (e) profile_.identify.push_back(*e);
+  }
+}
+
+void ProfileReader::one_step(const Tree& tree, const std::string& path, std::vector<Step>& into) {
+  if (!expect_map(tree, path, "a map with write, wait or expect", diagnostics_)) return;
+  check_keys(tree, path, "key", {"write", "wait", "expect", "value", "within"}, diagnostics_);
+  const Tree *write = tree.value("write"), *wait = tree.value("wait"), *expect = tree.value("expect");
+  if ((write != nullptr) + (wait != nullptr) + (expect != nullptr) != 1) {
+    error(tree, path + ": expected one of write, wait and expect");
+    return;
+  }
+  Step step;
+  if (wait != nullptr) {
+    step.kind = Step::Kind::wait;
+    duration(tree, path, "wait", longest_wait_s, true, step.time);
+    into.push_back(step);
+    return;
+  }
+  step.kind = write != nullptr ? Step::Kind::write : Step::Kind::expect;
+  const auto index = write != nullptr ? register_named(*write, path + ".write", false, true)
+                                      : register_named(*expect, path + ".expect", true, false);
+  const Tree* value = needed(tree, path, "value");
+  if (!index || value == nullptr) return;
+  step.index = *index;
+  const auto v = value_of(*value, path + ".value", *index);
+  if (!v) return;
+  step.value = *v;
+  step.time = Duration{1'000'000'000};
+  duration(tree, path, "within", longest_wait_s, true, step.time);
+  into.push_back(step);
+}
+
+void ProfileReader::steps(const Tree& tree, const std::string& path, std::vector<Step>& into) {
+  const Tree* list = tree.value(path);
+  if (list == nullptr) return;
+  if (!list->is_sequence()) {
+    error(*list, path + ": expected a list of steps, found " + describe(*list));
+    return;
+  }
+  for (std::size_t i = 0; i < list->items.size(); ++i) {
+    one_step(list->items[i], path + "[" + std::to_string(i) + "]", into);
+  }
+}
+
+void ProfileReader::values_of(const Tree& map, const std::string& path, bool write,
+                              std::vector<std::pair<std::size_t, double>>& into) {
+  if (!expect_map(map, path, "a map of registers to values", diagnostics_)) return;
+  for (const TreeEntry& entry : map.entries) {
+    Tree name;
+    name.kind = Tree::Kind::scalar;
+    name.text = entry.key;
+    name.place = entry.place;
+    const std::string one = path + "." + entry.key;
+    const auto index = register_named(name, one, false, write);
+    if (!index) continue;
+    if (const auto v = value_of(entry.value, one, *index)) into.emplace_back(*index, *v);
+  }
+}
+
+void ProfileReader::each_cycle(const Tree& tree) {
+  if (const Tree* map = tree.value("each_cycle")) values_of(*map, "each_cycle", true, profile_.each_cycle);
+}
+
+void ProfileReader::status(const Tree& tree) {
+  const Tree* map = tree.value("status");
+  if (map == nullptr || !expect_map(*map, "status", "a map of registers", diagnostics_)) return;
+  for (const TreeEntry& entry : map->entries) {
+    const std::string path = "status." + entry.key;
+    Tree name;
+    name.kind = Tree::Kind::scalar;
+    name.text = entry.key;
+    name.place = entry.place;
+    const auto index = register_named(name, path, true, false);
+    if (!index || !expect_map(entry.value, path, "a map", diagnostics_)) continue;
+    check_keys(entry.value, path, "key", {"every", "faults", "notes", "others"}, diagnostics_);
+    Status result;
+    result.index = *index;
+    integer(entry.value, path, "every", 1, 1000, [&](int v) { result.every = v; });
+    for (const bool fault : {true, false}) {
+      const std::string key = fault ? "faults" : "notes";
+      const Tree* bits = entry.value.value(key);
+      if (bits == nullptr || !expect_map(*bits, path + "." + key, "a map of bits to texts", diagnostics_)) continue;
+      for (const TreeEntry& bit : bits->entries) {
+        Tree number = name;
+        number.text = bit.key;
+        number.place = bit.place;
+        const auto b =
+            read_integer(number, path + "." + key, 0, 16 * profile_.registers[*index].width() - 1, diagnostics_);
+        const auto means = read_text(bit.value, path + "." + key + "." + bit.key, diagnostics_);
+        if (b && means) result.bits.push_back({static_cast<int>(*b), *means, fault});
+      }
+    }
+    if (const Tree* others = entry.value.value("others")) {
+      const auto word = read_choice(*others, path + ".others", {"fault", "ignore"}, diagnostics_);
+      result.others_are_faults = word && *word == "fault";
+    }
+    profile_.status.push_back(std::move(result));
+  }
+}
+
+void ProfileReader::buttons(const Tree& tree) {
+  const Tree* list = tree.value("buttons");
+  if (list == nullptr) return;
+  if (!list->is_sequence() || list->items.size() > 31) {
+    error(*list, "buttons: expected a list of at most 31, found " + describe(*list));
+    return;
+  }
+  for (std::size_t i = 0; i < list->items.size(); ++i) {
+    const std::string path = "buttons[" + std::to_string(i) + "]";
+    const Tree& item = list->items[i];
+    if (!expect_map(item, path, "a map of register and bit", diagnostics_)) continue;
+    check_keys(item, path, "key", {"register", "bit"}, diagnostics_);
+    const Tree* name = needed(item, path, "register");
+    needed(item, path, "bit");
+    const auto index = name == nullptr ? std::nullopt : register_named(*name, path + ".register", true, false);
+    if (!index) continue;
+    Button button{*index, 0};
+    integer(item, path, "bit", 0, 15, [&](int v) { button.bit = v; });
+    profile_.buttons.push_back(button);
+  }
+}
+
+void ProfileReader::watchdog(const Tree& tree) {
+  const Tree* map = tree.value("watchdog");
+  if (map == nullptr || !expect_map(*map, "watchdog", "a map of register and time", diagnostics_)) return;
+  check_keys(*map, "watchdog", "key", {"register", "time"}, diagnostics_);
+  const Tree *name = needed(*map, "watchdog", "register"), *time = needed(*map, "watchdog", "time");
+  if (name == nullptr || time == nullptr) return;
+  const auto index = register_named(*name, "watchdog.register", false, true);
+  if (!index) return;
+  if (profile_.registers[*index].unit != "s") {
+    error(*name, "watchdog.register: expected a register whose scale is a time, found one in " +
+                     profile_.registers[*index].unit);
+    return;
+  }
+  const auto seconds = value_of(*time, "watchdog.time", *index);
+  if (seconds && *seconds > 0) profile_.watchdog = {*index, Duration::from_seconds(*seconds)};
+  if (seconds && *seconds <= 0) error(*time, "watchdog.time: expected a time above zero, found " + describe(*time));
+}
+
+void ProfileReader::fence(const Tree& tree) {
+  const Tree* map = tree.value("fence");
+  if (map == nullptr || !expect_map(*map, "fence", "a map of address, count and function", diagnostics_)) return;
+  check_keys(*map, "fence", "key", {"address", "count", "function"}, diagnostics_);
+  needed(*map, "fence", "address");
+  needed(*map, "fence", "count");
+  Fence result;
+  integer(*map, "fence", "function", 3, 4, [&](int v) { result.function = v; });
+  integer(*map, "fence", "address", 0, last_address, [&](int v) { result.address = v; });
+  integer(*map, "fence", "count", 1, 125, [&](int v) { result.count = v; });
+  profile_.fence = result;
+}
+
+void ProfileReader::one_axis(const Tree& tree, const std::string& path) {
+  if (!expect_map(tree, path, "a map", diagnostics_)) return;
+  check_keys(tree, path, "key",
+             {"position", "effort", "direction", "effort_max", "speed_max", "jump_tolerance", "effort_as", "sign"},
+             diagnostics_);
+  Axis axis;
+  const Tree *position = needed(tree, path, "position"), *effort = needed(tree, path, "effort");
+  const auto p = position == nullptr ? std::nullopt : register_named(*position, path + ".position", true, false);
+  const auto e = effort == nullptr ? std::nullopt : register_named(*effort, path + ".effort", false, true);
+  const auto in_unit = [&](const std::optional<std::size_t>& index, const Tree* at, const char* unit,
+                           const char* what) {
+    if (!index || profile_.registers[*index].unit == unit) return;
+    error(*at, path + "." + what + ": expected a register whose scale is in " + unit + ", found one in " +
+                   profile_.registers[*index].unit);
+  };
+  in_unit(p, position, "m", "position");
+  in_unit(e, effort, "N", "effort");
+  axis.position = p.value_or(0);
+  axis.effort = e.value_or(0);
+  if (const Tree* direction = tree.value("direction")) {
+    if (const auto v = read_numbers(*direction, path + ".direction", 3, {}, diagnostics_)) {
+      axis.direction = {(*v)[0], (*v)[1], (*v)[2]};
+      if (!(norm(axis.direction) > 1e-9)) error(*direction, path + ".direction: expected a length above zero");
+    }
+  }
+  needed(tree, path, "effort_max");
+  needed(tree, path, "speed_max");
+  needed(tree, path, "jump_tolerance");
+  number(tree, path, "effort_max", {.unit = "N", .min = 0, .max = 1e5, .above_min = true},
+         [&](double v) { axis.effort_max = v; });
+  number(tree, path, "speed_max", {.unit = "m/s", .min = 0, .max = 100, .above_min = true},
+         [&](double v) { axis.speed_max = v; });
+  number(tree, path, "jump_tolerance", {.unit = "m", .min = 0, .max = 1}, [&](double v) { axis.jump_tolerance = v; });
+  if (const Tree* as = tree.value("effort_as")) {
+    const auto word = read_choice(*as, path + ".effort_as", {"signed", "magnitude"}, diagnostics_);
+    axis.magnitude = word && *word == "magnitude";
+  }
+  if (const Tree* sign = tree.value("sign")) {
+    const std::string sign_path = path + ".sign";
+    if (expect_map(*sign, sign_path, "a map of register, positive, negative and zero", diagnostics_)) {
+      check_keys(*sign, sign_path, "key", {"register", "positive", "negative", "zero"}, diagnostics_);
+      const Tree* name = needed(*sign, sign_path, "register");
+      axis.sign = name == nullptr ? std::nullopt : register_named(*name, sign_path + ".register", false, true);
+      const auto take = [&](const char* key, double& into) {
+        const Tree* value = needed(*sign, sign_path, key);
+        if (value != nullptr && axis.sign) into = value_of(*value, sign_path + "." + key, *axis.sign).value_or(0);
+      };
+      take("positive", axis.positive);
+      take("negative", axis.negative);
+      take("zero", axis.zero);
+    }
+  }
+  profile_.axes.push_back(axis);
+}
+
+void ProfileReader::axes(const Tree& tree) {
+  const Tree* list = needed(tree, "the profile", "axes");
+  if (list == nullptr) return;
+  if (!list->is_sequence() || list->items.empty() || list->items.size() > 3) {
+    error(*list, "axes: expected a list of one to three axes, found " +
+                     (list->is_sequence() ? "a list of " + std::to_string(list->items.size()) : describe(*list)));
+    return;
+  }
+  for (std::size_t i = 0; i < list->items.size(); ++i) one_axis(list->items[i], "axes[" + std::to_string(i) + "]");
+  for (std::size_t i = 0; i < profile_.axes.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const Vec3 &a = profile_.axes[i].direction, &b = profile_.axes[j].direction;
+      if (std::abs(dot(a, b)) > 1e-6 * norm(a) * norm(b)) {
+        error(list->items[i],
+              "axes[" + std::to_string(i) + "].direction: expected directions at right angles to one another");
+      }
+    }
+  }
+}
+
+void ProfileReader::emulated(const Tree& tree) {
+  const Tree* map = tree.value("emulated");
+  if (map == nullptr || !expect_map(*map, "emulated", "a map", diagnostics_)) return;
+  check_keys(*map, "emulated", "key",
+             {"mass", "damping", "stiffness", "travel", "rest", "swing", "swing_rate", "enabled", "error",
+              "watchdog_bit", "initial", "reacts"},
+             diagnostics_);
+  EmulatedDynamics& e = profile_.emulated;
+  const auto take = [&](const char* key, const char* unit, double min, double max, bool above, double& into) {
+    number(*map, "emulated", key, {.unit = unit, .min = min, .max = max, .above_min = above},
+           [&into](double v) { into = v; });
+  };
+  take("mass", "kg", 1e-3, 1e3, false, e.mass);
+  take("damping", "N s/m", 0, 1e4, false, e.damping);
+  take("stiffness", "N/m", 0, 1e5, false, e.stiffness);
+  take("travel", "m", 0, 10, true, e.travel);
+  take("rest", "m", 0, 10, false, e.rest);
+  take("swing", "m", 0, 10, false, e.swing);
+  take("swing_rate", "Hz", 0, 20, true, e.swing_rate);
+  if (const Tree* enabled = map->value("enabled")) e.enabled = expectation(*enabled, "emulated.enabled", false);
+  if (const Tree* fault = map->value("error")) e.error = register_named(*fault, "emulated.error", true, false);
+  integer(*map, "emulated", "watchdog_bit", 0, 15, [&](int v) { e.watchdog_bit = v; });
+  if (const Tree* initial = map->value("initial")) values_of(*initial, "emulated.initial", false, e.initial);
+  reactions(*map);
+}
+
+void ProfileReader::reactions(const Tree& map) {
+  const Tree* list = map.value("reacts");
+  if (list == nullptr) return;
+  if (!list->is_sequence()) {
+    error(*list, "emulated.reacts: expected a list, found " + describe(*list));
+    return;
+  }
+  for (std::size_t i = 0; i < list->items.size(); ++i) {
+    const std::string path = "emulated.reacts[" + std::to_string(i) + "]";
+    const Tree& item = list->items[i];
+    if (!expect_map(item, path, "a map of when, value, sets and to", diagnostics_)) continue;
+    check_keys(item, path, "key", {"when", "value", "sets", "to"}, diagnostics_);
+    const Tree *when = needed(item, path, "when"), *value = needed(item, path, "value");
+    const Tree *sets = needed(item, path, "sets"), *to = needed(item, path, "to");
+    if (when == nullptr || value == nullptr || sets == nullptr || to == nullptr) continue;
+    const auto w = register_named(*when, path + ".when", false, true);
+    const auto s = register_named(*sets, path + ".sets", true, false);
+    const auto v = w ? value_of(*value, path + ".value", *w) : std::nullopt;
+    const auto t = s ? value_of(*to, path + ".to", *s) : std::nullopt;
+    if (v && t) profile_.emulated.reacts.push_back({*w, *v, *s, *t});
+  }
+}
+
+// Two registers that share a word must be fields of it, else writing one would change the other.
+void ProfileReader::overlaps() {
+  const std::vector<RegisterInfo>& list = profile_.registers;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const RegisterInfo &a = list[i], &b = list[j];
+      const bool apart = a.address + a.width() <= b.address || b.address + b.width() <= a.address;
+      const bool spaces =
+          (a.readable && b.readable && a.read_function == b.read_function) || (a.writable && b.writable);
+      if (apart || !spaces || !a.writable || !b.writable) continue;
+      const bool fields =
+          a.bits > 0 && b.bits > 0 && (a.low_bit + a.bits <= b.low_bit || b.low_bit + b.bits <= a.low_bit);
+      if (!fields) {
+        diagnostics_.error(a.place, "registers." + a.name + ": expected words of its own, found those of " + b.name +
+                                        "; give both their bits where they are fields of one register");
+      }
+    }
+  }
+}
+
+Profile ProfileReader::read(const Tree& tree) {
+  check_keys(tree, "", "key",
+             {"title", "line", "word_order", "byte_order", "registers", "identify", "start_up", "shut_down",
+              "calibrate", "each_cycle", "cycle", "status", "buttons", "watchdog", "fence", "axes", "emulated"},
+             diagnostics_);
+  if (const Tree* title = tree.value("title")) profile_.title = read_text(*title, "title", diagnostics_).value_or("");
+  if (const Tree* l = tree.value("line")) line(*l);
+  order(tree, "", "word_order", Order::high_first);
+  order(tree, "", "byte_order", Order::high_first);
+  registers(tree);
+  // What refers to registers is read where all of them are known, so that one mistake is told once.
+  if (diagnostics_.any()) return std::move(profile_);
+  identify(tree);
+  steps(tree, "start_up", profile_.start_up);
+  steps(tree, "shut_down", profile_.shut_down);
+  steps(tree, "calibrate", profile_.calibrate);
+  each_cycle(tree);
+  if (const Tree* cycle = tree.value("cycle")) {
+    const auto word = read_choice(*cycle, "cycle", {"combined", "separate"}, diagnostics_);
+    profile_.combined = word && *word == "combined";
+  }
+  status(tree);
+  buttons(tree);
+  watchdog(tree);
+  fence(tree);
+  axes(tree);
+  emulated(tree);
+  overlaps();
+  return std::move(profile_);
+}
+
+Profile finish(const std::optional<Tree>& tree, const std::string& file, Diagnostics& diagnostics) {
+  Profile profile;
+  if (tree) profile = ProfileReader(diagnostics).read(*tree);
+  diagnostics.throw_if_any();
+  profile.name = std::filesystem::path(file).stem().string();
+  return profile;
+}
+
+}  // namespace
+
+Duration LineSettings::silent() const {
+  if (silence) return *silence;
+  const Duration most_of_a_character{3 * character().ns + character().ns / 2};
+  return baud > 19200 ? Duration{1'750'000} : most_of_a_character;
+}
+
+Profile read_profile(const std::filesystem::path& file) {
+  Diagnostics diagnostics;
+  const auto tree = read_yaml(file, file.string(), profile_file, diagnostics);
+  return finish(tree, file.string(), diagnostics);
+}
+
+Profile parse_profile(const std::string& text, const std::string& file) {
+  Diagnostics diagnostics;
+  auto tree = parse_yaml(text, file, diagnostics);
+  if (tree && !tree->is_map()) {
+    diagnostics.error(tree->place, "expected a map with the keys " + profile_file.keys + ", found " + describe(*tree));
+    tree.reset();
+  }
+  return finish(tree, file, diagnostics);
+}
+
+}  // namespace tactor::modbus
