@@ -19,8 +19,6 @@ namespace tactor::modbus {
 
 namespace {
 
-constexpr int longest_frame = 256;  // characters of a serial frame
-
 void sleep_for(Duration length) {
   MonotonicClock::sleep_until(MonotonicClock::now() + length);
 }
@@ -90,27 +88,42 @@ void Client::Free::operator()(void* context) const {
   modbus_free(static_cast<modbus_t*>(context));
 }
 
-Client::Client(Endpoint endpoint, LineSettings line, Fence fence)
-    : endpoint_(std::move(endpoint)), line_(line), fence_(fence) {}
+Client::Client(Endpoint endpoint, LineSettings line, Fence fence, int longest_answer)
+    : endpoint_(std::move(endpoint)),
+      line_(line),
+      fence_(fence),
+      longest_answer_{longest_answer * line.character().ns} {}
 
 Client::~Client() = default;
 
-bool Client::connect(LinkFailure& failure) {
-  disconnect();
+bool Client::make_context() {
   modbus_t* context = endpoint_.serial
                           ? modbus_new_rtu(endpoint_.path.c_str(), line_.baud, line_.parity, 8, line_.stop_bits)
                           : modbus_new_tcp_pi(endpoint_.host.c_str(), std::to_string(endpoint_.port).c_str());
-  if (context == nullptr) {
-    failure = {LinkError::disconnected, std::string("cannot be opened: ") + modbus_strerror(errno), true};
-    return false;
-  }
+  if (context == nullptr) return false;
   context_.reset(context);
   modbus_set_error_recovery(context, MODBUS_ERROR_RECOVERY_NONE);
   modbus_set_response_timeout(context, whole_seconds(line_.response_timeout), microseconds(line_.response_timeout));
   // Zero: the whole answer must be there by the response timeout, so that dripping bytes do not prolong it.
   modbus_set_byte_timeout(context, 0, 0);
   modbus_set_slave(context, line_.unit);
-  if (modbus_connect(context) != 0) {
+  return true;
+}
+
+void Client::attach(int file) {
+  disconnect();
+  TACTOR_DEMAND(make_context());
+  modbus_set_socket(static_cast<modbus_t*>(context_.get()), file);
+  unclear_ = false;
+}
+
+bool Client::connect(LinkFailure& failure) {
+  disconnect();
+  if (!make_context()) {
+    failure = {LinkError::disconnected, std::string("cannot be opened: ") + modbus_strerror(errno), true};
+    return false;
+  }
+  if (modbus_connect(static_cast<modbus_t*>(context_.get())) != 0) {
     const int error = errno;
     context_.reset();
     failure = {LinkError::disconnected, std::string("no connection: ") + modbus_strerror(error), true};
@@ -134,8 +147,7 @@ bool Client::drain() {
   auto* context = static_cast<modbus_t*>(context_.get());
   const int file = modbus_get_socket(context);
   const Duration look = std::max(Duration{2'000'000}, line_.silent() + Duration{2 * line_.character().ns});
-  const Instant give_up =
-      MonotonicClock::now() + line_.response_timeout + Duration{longest_frame * line_.character().ns};
+  const Instant give_up = MonotonicClock::now() + line_.response_timeout + longest_answer_;
   // Silent twice in a row.
   for (int silent = 0; silent < 2;) {
     int waiting = 0;
@@ -155,7 +167,7 @@ bool Client::drain() {
 bool Client::clear_line(LinkFailure& failure) {
   ++fences_;
   if (endpoint_.serial) {
-    sleep_for(line_.response_timeout + Duration{longest_frame * line_.character().ns});
+    sleep_for(line_.response_timeout + longest_answer_);
   }
   if (!drain()) {
     failure = {LinkError::protocol, "the line does not fall silent", true};

@@ -125,6 +125,10 @@ CyclePlan plan_cycle(const Profile& profile) {
     plan.seldom_every = std::max(1, plan.seldom_every / static_cast<int>(plan.seldom.size()));
   }
   plan.fence = choose_fence(profile, plan);
+  plan.longest_answer = std::max(plan.longest_answer, 5 + 2 * plan.fence.count);
+  for (const auto* list : {&plan.each, &plan.seldom}) {
+    for (const Transaction& t : *list) plan.longest_answer = std::max(plan.longest_answer, 5 + 2 * t.read_count);
+  }
   return plan;
 }
 

@@ -23,6 +23,8 @@ struct CyclePlan {
   std::vector<Transaction> seldom;  ///< one of them, in turn, in every `seldom_every`-th cycle
   int seldom_every = 1;
   Fence fence;
+  int longest_answer =
+      9;  ///< characters on a serial line, of all answers to this plan, to the fence and to single registers
 };
 
 /// Throws InputError where no fence can be found that no read of the cycle looks like; the profile must name one then.

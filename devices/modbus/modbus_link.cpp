@@ -32,7 +32,7 @@ ModbusLink::ModbusLink(Profile profile, Endpoint endpoint)
     : profile_(std::move(profile)),
       name_(profile_.name + " at " + endpoint.text() + ", unit " + std::to_string(profile_.line.unit)),
       plan_(plan_cycle(profile_)),
-      client_(std::move(endpoint), profile_.line, plan_.fence),
+      client_(std::move(endpoint), profile_.line, plan_.fence, plan_.longest_answer),
       written_(addresses + 2),
       read3_(addresses + 2),
       read4_(addresses + 2) {}

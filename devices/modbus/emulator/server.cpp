@@ -324,6 +324,7 @@ std::vector<std::uint8_t> Emulator::reply_to(const std::uint8_t* request, int le
     modbus_reply_exception(context_, request, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
   } else {
     if (good && (writes || function == 23)) {
+      ++writes_;
       write_n = std::clamp(write_n, 0, 123);
       std::vector<std::uint16_t> written(static_cast<std::size_t>(write_n));
       for (int i = 0; i < write_n; ++i)

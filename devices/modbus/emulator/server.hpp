@@ -51,6 +51,7 @@ class Emulator {
   [[nodiscard]] EmulatedState state() const;
   [[nodiscard]] std::uint64_t answers() const { return answers_; }
   [[nodiscard]] std::uint64_t fault_answers() const { return fault_answers_; }  ///< answers changed or left out
+  [[nodiscard]] std::uint64_t writes() const { return writes_; }                ///< requests that wrote
   [[nodiscard]] std::uint64_t connections() const { return connections_; }
 
  private:
@@ -94,7 +95,7 @@ class Emulator {
   bool drop_clients_ = false;
   std::ofstream log_;
   std::atomic<bool> stop_{false};
-  std::atomic<std::uint64_t> answers_{0}, fault_answers_{0}, connections_{0};
+  std::atomic<std::uint64_t> answers_{0}, fault_answers_{0}, writes_{0}, connections_{0};
   std::thread mover_, server_;
 };
 
