@@ -55,7 +55,7 @@ async def main():
     if kind == "tcp":
         await StartAsyncTcpServer(context, address=("127.0.0.1", int(where)))
     else:
-        await StartAsyncSerialServer(context, framer=ModbusRtuFramer, port=where, baudrate=19200, parity="E", timeout=0.1)
+        await StartAsyncSerialServer(context, framer=ModbusRtuFramer, port=where, baudrate=19200, parity="N", timeout=0.1)
 
 asyncio.run(main())
 """
@@ -167,7 +167,6 @@ class Mbpoll(Peer):
         process = self.start(EMULATOR, profile, *line, stdin=subprocess.PIPE)
         ready = process.stdout.readline()
         self.assertTrue(ready.startswith("ready "), ready)
-        self.addCleanup(process.stdin.close)
         return ready.split()[1]
 
     def mbpoll(self, endpoint, *arguments):
@@ -181,7 +180,8 @@ class Mbpoll(Peer):
             target = [rest]
         values = arguments[arguments.index("--") + 1:] if "--" in arguments else ()
         options = arguments[:arguments.index("--")] if "--" in arguments else arguments
-        return subprocess.run(["mbpoll", "-0", "-1", "-a", "1", "-o", "5", *where, *options, *target, *values],
+        return subprocess.run(["mbpoll", "-0", *([] if values else ["-1"]), "-a", "1", "-o", "5", *where, *options, "--", *target,
+                               *values],
                               capture_output=True, text=True, timeout=PATIENCE, check=False)
 
     def read(self, endpoint, *arguments):
