@@ -187,7 +187,7 @@ class ModbusRun(CommandTest):
     def test_an_encoder_that_stands_still_under_a_force(self):
         # A fifth of the motor's 20 N is more than this wall gives, so what counts as driven is set by a weaker motor.
         self.profile.write_text(self.profile.read_text().replace("effort_max: 20 N", "effort_max: 2 N"))
-        self.fails_by("stuck@driven+0.2", "it is stuck", more=EASY.replace("stuck_after: 3 s", "stuck_after: 0.3 s"))
+        self.fails_by("stuck@driven+0.6", "it is stuck", more=EASY.replace("stuck_after: 3 s", "stuck_after: 0.3 s"))
 
     def test_a_fault_of_the_motor(self):
         self.fails_by("status@driven+0.2:6", "the device reports: bit 6 of errors")
