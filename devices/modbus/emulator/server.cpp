@@ -18,6 +18,7 @@
 
 #include "devices/modbus/cycle_plan.hpp"
 #include "framework/core/check.hpp"
+#include "framework/realtime/thread_policy.hpp"
 
 namespace tactor::modbus {
 
@@ -26,6 +27,9 @@ namespace {
 constexpr int poll_ms = 5;
 constexpr Duration move_period{500'000};
 constexpr int moves_a_log_line = 4;
+// A device keeps its time whatever else the computer does; below the loops that are tried on it. Refused, it does
+// without.
+const ThreadSettings punctual{SchedulingPolicy::fifo, 40, std::nullopt};
 
 [[noreturn]] void fail(const std::string& what) {
   throw RunError("the emulator: " + what + ": " + std::strerror(errno));
@@ -141,6 +145,7 @@ void Emulator::pause(double seconds) const {
 }
 
 void Emulator::move() {
+  apply_thread_settings(punctual, "emulated-device");
   for (std::int64_t k = 0; !stop_; ++k) {
     MonotonicClock::sleep_until(MonotonicClock::now() + move_period);
     const Time now = Time{} + (MonotonicClock::now() - origin_);
@@ -217,6 +222,7 @@ Emulator::Waiting* Emulator::active(FaultKind kind) {
 }
 
 void Emulator::serve() {
+  apply_thread_settings(punctual, "emulated-line");
   while (!stop_) {
     bool drops = false;
     {
