@@ -33,6 +33,8 @@ class UsbFunction {
   /// What an IN endpoint has to send now; nothing: not ready, ask again. It may be longer than the host has room for,
   /// which the host sees as an overflow.
   virtual std::optional<std::vector<std::uint8_t>> in(std::uint8_t endpoint) = 0;
+  /// A frame of USB passes, `dt` seconds after the last one; only while the device is open.
+  virtual void tick(double dt) { static_cast<void>(dt); }
   /// The host has opened or closed the device.
   virtual void opened() {}
   virtual void closed() {}

@@ -111,9 +111,10 @@ int UsbfsNode::submit(usbdevfs_urb& urb) {
   }
 }
 
-void UsbfsNode::frame() {
+void UsbfsNode::frame(double dt) {
   const std::lock_guard lock(mutex_);
   if (fd_ < 0 || gone_) return;
+  function_.tick(dt);
   std::vector<std::uint8_t> answered;  // interrupt endpoints that have had their transfer of this frame
   std::deque<usbdevfs_urb*> still;
   while (!pending_.empty()) {

@@ -32,7 +32,8 @@ class UsbfsNode {
 
   /// Moves time on by a frame of USB, a millisecond: hands over what was sent, and answers one transfer of each
   /// interrupt IN endpoint and all that can be answered of bulk ones.
-  void frame();
+  /// `dt` in s, that passed since the last one.
+  void frame(double dt = 1e-3);
   /// The cable is pulled: transfers end with ESHUTDOWN, all else fails with ENODEV until the descriptor is closed, and
   /// the path is not there until `plug`.
   void unplug();
