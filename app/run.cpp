@@ -169,6 +169,7 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
   report.set("drops", drops);
   result.figures = report.figures();
   result.series = report.series();
+  result.remarks = report.remarks();
 }
 
 /// Does what may fail while running; the first failure is the run's, which keeps what it has up to there.

@@ -54,6 +54,7 @@ struct RunResult {
   ReferenceCost reference;
   std::vector<std::pair<std::string, double>> figures;  ///< by dotted name
   std::vector<Series> series;
+  std::vector<std::string> remarks;  ///< of the nodes, in words
   std::vector<NodeCost> nodes;
   std::vector<EdgeResult> edges;
   std::vector<Chosen> chosen;

@@ -49,6 +49,7 @@ Json to_json(const RunResult& result) {
   json["clock"] = result.live ? "real" : "virtual";
   json["interrupted"] = result.interrupted;
   if (result.failure) json["failure"] = *result.failure;
+  if (!result.remarks.empty()) json["remarks"] = result.remarks;
   json["wall_s"] = result.wall_s;
   json["cpu_s"] = result.cpu_s;
   json["realtime_factor"] = number(result.duration_s / result.wall_s);
@@ -109,6 +110,8 @@ std::string summary_table(const RunResult& result) {
                        result.graph, result.seed, pretty(result.duration_s), result.wall_s,
                        result.duration_s / result.wall_s, result.peak_memory_MB);
   }
+  for (const std::string& text : result.remarks) out += fmt::format("  {}\n", text);
+  if (!result.remarks.empty()) out += "\n";
   std::size_t width = 20;
   for (const auto& [name, value] : result.figures) width = std::max(width, name.size());
   for (const auto& [name, value] : result.figures) out += fmt::format("  {:<{}}  {:>12}\n", name, width, pretty(value));

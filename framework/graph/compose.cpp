@@ -41,7 +41,7 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
     }
   }
   chain.push_back(identity);
-  std::optional<Tree> tree = read_yaml(file, file.string(), diagnostics);
+  std::optional<Tree> tree = read_yaml(file, file.string(), graph_file, diagnostics);
   if (!tree) return std::nullopt;
   const TreeEntry* extends = tree->find("extends");
   if (extends == nullptr) return tree;

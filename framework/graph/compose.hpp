@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "framework/graph/spec.hpp"
-#include "framework/graph/yaml_tree.hpp"
+#include "framework/yaml/yaml_tree.hpp"
 
 namespace tactor {
 

@@ -6,9 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "framework/graph/yaml_tree.hpp"
+#include "framework/yaml/yaml_tree.hpp"
 
 namespace tactor {
+
+/// What errors call a file with a graph.
+inline const YamlFileKind graph_file{"a graph file", "nodes, edges, duration, ..."};
 
 /// Where relative paths are looked for: beside the file that holds the text, beside the graph, then in `folders`.
 class FileFinder {

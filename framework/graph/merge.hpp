@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "framework/graph/yaml_tree.hpp"
+#include "framework/yaml/yaml_tree.hpp"
 
 namespace tactor {
 

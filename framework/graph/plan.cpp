@@ -76,6 +76,24 @@ void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const s
                                     (inputs.empty() ? "it has none" : inputs) + "), found none that is kept");
 }
 
+// What hardware asks of the graph, and what only a node itself can say of its parameters.
+void check_node(const GraphSpec& graph, const NodeSpec& node, bool reference, Diagnostics& diagnostics) {
+  // A reference run drives no hardware: there a device goes along the path of the judged run.
+  if (reference) return;
+  if (node.info->hardware && graph.clock != Clock::real) {
+    diagnostics.error(node.place, "nodes." + node.name + ": expected clock: real, because " + node.info->type +
+                                      " drives hardware; found clock: virtual");
+  }
+  if (!node.info->check_params) return;
+  try {
+    node.info->check_params(node.params);
+  } catch (const YamlError& error) {
+    diagnostics.add(error);
+  } catch (const InputError& error) {
+    diagnostics.error(node.place, "nodes." + node.name + ": " + error.what());
+  }
+}
+
 void check_cycle(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
                  const std::vector<bool>& triggers, Diagnostics& diagnostics) {
   const std::vector<std::size_t> cycle = find_trigger_cycle(graph, wires, kept, triggers);
@@ -104,6 +122,7 @@ Plan build(GraphSpec graph, bool reference) {
     const std::size_t before = diagnostics.list().size();
     check_required(graph, wires, kept, n, diagnostics);
     if (diagnostics.list().size() == before) check_steps(graph, wires, triggers, n, diagnostics);
+    check_node(graph, graph.nodes[n], reference, diagnostics);
   }
   check_refused(graph, wires, kept, diagnostics);
   check_cycle(graph, wires, kept, triggers, diagnostics);

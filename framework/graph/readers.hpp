@@ -7,7 +7,7 @@
 
 #include "framework/graph/files.hpp"
 #include "framework/graph/spec.hpp"
-#include "framework/graph/yaml_tree.hpp"
+#include "framework/yaml/yaml_tree.hpp"
 
 namespace tactor {
 

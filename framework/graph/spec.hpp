@@ -9,10 +9,13 @@
 
 #include "framework/core/scene.hpp"
 #include "framework/core/time.hpp"
-#include "framework/graph/diagnostics.hpp"
 #include "framework/node/info.hpp"
+#include "framework/yaml/diagnostics.hpp"
 
 namespace tactor {
+
+/// A graph cannot be used: an error of its file, or of one that it names.
+using GraphError = YamlError;
 
 /// What drives a run.
 enum class Clock : std::uint8_t {

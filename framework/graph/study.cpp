@@ -74,7 +74,7 @@ StudySpec load_study(const fs::path& file) {
   Diagnostics diagnostics;
   StudySpec study;
   study.name = file.stem().string();
-  const std::optional<Tree> tree = read_yaml(file, file.string(), diagnostics);
+  const std::optional<Tree> tree = read_yaml(file, file.string(), graph_file, diagnostics);
   diagnostics.throw_if_any();
   check_keys(*tree, "study", "key of a study", {"title", "graphs", "methods", "set", "vary", "seeds", "first_seed"},
              diagnostics);

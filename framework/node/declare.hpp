@@ -79,6 +79,30 @@ class Declare {
     info_.lane = Lane::realtime;
     return realtime_safe();
   }
+  /// It talks to hardware, so that it runs with `clock: real` alone.
+  Declare& hardware() {
+    info_.hardware = true;
+    return actuator();
+  }
+  /// Which devices are attached: a line for each.
+  Declare& discover(std::function<std::vector<std::string>()> list) {
+    info_.discover = std::move(list);
+    return *this;
+  }
+  /// How the device is calibrated (see NodeInfo::calibrate).
+  Declare& calibrate(std::function<std::string(const P&, const Ask&)> work) {
+    auto params = params_;
+    info_.calibrate = [params, work](const std::vector<ParamValue>& values, const Ask& ask) {
+      return work(assign_all(*params, values), ask);
+    };
+    return *this;
+  }
+  /// What of the parameters only the node can check (see NodeInfo::check_params).
+  Declare& check_params(std::function<void(const P&)> check) {
+    auto params = params_;
+    info_.check_params = [params, check](const std::vector<ParamValue>& values) { check(assign_all(*params, values)); };
+    return *this;
+  }
   /// Its steps allocate, lock and wait for nothing, so that a graph may put it into the real-time lane.
   Declare& realtime_safe() {
     info_.realtime_safe = true;

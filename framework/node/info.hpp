@@ -116,6 +116,9 @@ struct Resolution {
   std::string reason;              ///< `the moving body tool is a sphere`
 };
 
+/// Shows a person a text and waits for the answer: true for yes.
+using Ask = std::function<bool(const std::string& text)>;
+
 /// A node type.
 struct NodeInfo {
   std::string type;     ///< `library.name`
@@ -127,6 +130,7 @@ struct NodeInfo {
   bool sink = false;                          ///< it is what a run is made for; never left out for lack of readers
   bool needs_torque = false;                  ///< it makes no sense in a translation-only scene
   bool actuator = false;                      ///< it drives a device: a run starts and stops around it
+  bool hardware = false;                      ///< it talks to hardware: it needs `clock: real`
   bool realtime_safe = false;                 ///< its steps allocate, lock and wait for nothing
   Lane lane = Lane::pool;                     ///< where it steps when the clock is real, unless the graph says
   std::string thread;                         ///< for Lane::thread: the thread it shares, unless the graph says
@@ -139,6 +143,14 @@ struct NodeInfo {
   /// Throws InputError where the node would refuse the bodies of the scene, and tells notes as NodeContext does,
   /// without making it; empty: the node reads no files of bodies.
   std::function<void(const Scene&, std::vector<std::string>* notes)> check_bodies;
+  /// Throws InputError (YamlError for errors inside a file that a parameter names) where the node would refuse these
+  /// values, without making it; asked when a graph is planned. Empty: nothing but the declaration says what is good.
+  std::function<void(const std::vector<ParamValue>&)> check_params{};
+  /// Of hardware: a line for each attached device that the type recognises, asked without opening any for long.
+  std::function<std::vector<std::string>()> discover{};
+  /// Of hardware: does what the device needs to know where it is, asks before anything moves, and returns what was
+  /// done. Throws InputError or RunError. Empty: the device needs none.
+  std::function<std::string(const std::vector<ParamValue>&, const Ask&)> calibrate{};
   /// Makes the node from values in the order of `params`; null where there is `resolve`.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;
 

@@ -82,6 +82,10 @@ class Report {
     series_.push_back(std::move(series));
   }
 
+  /// Says something in words (`iris_orca at ...: 3 timeouts, the last ...`); a remark names what it is about.
+  void remark(std::string text) { remarks_.push_back(std::move(text)); }
+
+  [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }
   [[nodiscard]] const std::vector<std::pair<std::string, double>>& figures() const { return figures_; }
   [[nodiscard]] const std::vector<Series>& series() const { return series_; }
 
@@ -97,6 +101,7 @@ class Report {
   std::map<std::string, std::string> owners_;  // figure -> the node that set it
   std::vector<std::pair<std::string, double>> figures_;
   std::vector<Series> series_;
+  std::vector<std::string> remarks_;
 };
 
 /// A node. Its ports are members of the derived class; its constructor gets checked parameters and throws InputError

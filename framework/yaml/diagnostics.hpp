@@ -1,4 +1,4 @@
-// Errors of a graph file: collected with their places, so that one load names all of them.
+// Errors of a YAML file: collected with their places, so that one load names all of them.
 #pragma once
 
 #include <cstddef>
@@ -24,10 +24,11 @@ struct Diagnostic {
   std::string message;
 };
 
-/// A graph cannot be used. what() holds one line for each error, `file:line:col: message`, in order of the file.
-class GraphError : public InputError {
+/// A file (a graph, a profile) cannot be used. what() holds one line for each error, `file:line:col: message`, in order
+/// of the file.
+class YamlError : public InputError {
  public:
-  explicit GraphError(std::vector<Diagnostic> diagnostics);
+  explicit YamlError(std::vector<Diagnostic> diagnostics);
   [[nodiscard]] const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
 
  private:
@@ -38,9 +39,13 @@ class GraphError : public InputError {
 class Diagnostics {
  public:
   void error(const Place& place, std::string message) { list_.push_back({place, std::move(message)}); }
+  /// Takes over the errors of another file.
+  void add(const YamlError& error) {
+    list_.insert(list_.end(), error.diagnostics().begin(), error.diagnostics().end());
+  }
   [[nodiscard]] bool any() const { return !list_.empty(); }
   [[nodiscard]] const std::vector<Diagnostic>& list() const { return list_; }
-  /// Throws GraphError if there was any error.
+  /// Throws YamlError if there was any error.
   void throw_if_any() const;
 
  private:

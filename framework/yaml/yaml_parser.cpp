@@ -1,4 +1,4 @@
-#include "framework/graph/yaml_tree.hpp"
+#include "framework/yaml/yaml_tree.hpp"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>

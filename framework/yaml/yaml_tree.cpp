@@ -1,4 +1,4 @@
-#include "framework/graph/yaml_tree.hpp"
+#include "framework/yaml/yaml_tree.hpp"
 
 #include <fstream>
 
@@ -52,7 +52,8 @@ void set_places(Tree& tree, const Place& place) {
   }
 }
 
-std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, Diagnostics& diagnostics) {
+std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, const YamlFileKind& kind,
+                              Diagnostics& diagnostics) {
   std::error_code ignored;
   const Place whole{name, 0, 0};
   if (!fs::exists(file, ignored)) {
@@ -60,7 +61,7 @@ std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, Dia
     return std::nullopt;
   }
   if (fs::is_directory(file, ignored)) {
-    diagnostics.error(whole, "expected a graph file, found a folder");
+    diagnostics.error(whole, "expected " + kind.noun + ", found a folder");
     return std::nullopt;
   }
   std::ifstream stream(file, std::ios::binary);
@@ -80,7 +81,7 @@ std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, Dia
   if (tree && !tree->is_map()) {
     const std::string found = tree->is_null() ? "an empty file" : describe(*tree);
     diagnostics.error(tree->place.line > 0 ? tree->place : whole,
-                      "expected a map with the keys nodes, edges, duration, ..., found " + found);
+                      "expected a map with the keys " + kind.keys + ", found " + found);
     return std::nullopt;
   }
   return tree;

@@ -1,4 +1,4 @@
-#include "framework/graph/diagnostics.hpp"
+#include "framework/yaml/diagnostics.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -57,11 +57,11 @@ std::string Place::text() const {
   return file + ":" + std::to_string(line) + ":" + std::to_string(column);
 }
 
-GraphError::GraphError(std::vector<Diagnostic> diagnostics)
+YamlError::YamlError(std::vector<Diagnostic> diagnostics)
     : InputError(join(in_order(diagnostics))), diagnostics_(in_order(std::move(diagnostics))) {}
 
 void Diagnostics::throw_if_any() const {
-  if (any()) throw GraphError(list_);
+  if (any()) throw YamlError(list_);
 }
 
 std::string did_you_mean(std::string_view given, const std::vector<std::string>& names) {

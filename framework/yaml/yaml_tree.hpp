@@ -1,4 +1,4 @@
-// A YAML file as a plain tree with places, after aliases are expanded and what graphs do not allow is refused.
+// A YAML file as a plain tree with places, after aliases are expanded and what we do not allow is refused.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "framework/graph/diagnostics.hpp"
+#include "framework/yaml/diagnostics.hpp"
 
 namespace tactor {
 
@@ -48,7 +48,7 @@ std::string describe(const Tree& tree);
 /// Sets every place of the tree to `place`.
 void set_places(Tree& tree, const Place& place);
 
-/// Bounds on what a graph file may be; beyond them nothing sensible is meant.
+/// Bounds on what a file may be; beyond them nothing sensible is meant.
 inline constexpr std::uintmax_t max_yaml_bytes = std::uintmax_t{1} << 20;
 inline constexpr std::size_t max_yaml_values = 100'000;  ///< after aliases are expanded
 inline constexpr std::size_t max_yaml_keys = 2'000;      ///< of one map
@@ -59,7 +59,14 @@ inline constexpr std::size_t max_yaml_depth = 64;
 /// further.
 std::optional<Tree> parse_yaml(const std::string& text, const std::string& file, Diagnostics& diagnostics);
 
+/// What a file is, for error texts.
+struct YamlFileKind {
+  std::string noun;  ///< `a graph file`
+  std::string keys;  ///< of its map: `nodes, edges, duration, ...`
+};
+
 /// The same for a file, which must hold a map; `name` is what errors call it.
-std::optional<Tree> read_yaml(const std::filesystem::path& file, const std::string& name, Diagnostics& diagnostics);
+std::optional<Tree> read_yaml(const std::filesystem::path& file, const std::string& name, const YamlFileKind& kind,
+                              Diagnostics& diagnostics);
 
 }  // namespace tactor

@@ -1,0 +1,61 @@
+// What the declarations of devices of hardware have in common.
+#pragma once
+
+#include "devices/hardware/hardware_device.hpp"
+#include "framework/realtime/declare_device.hpp"
+
+namespace tactor {
+
+/// Adds the ports of DeviceNode and the parameters of HardwareParams to the declaration of device N; `defaults` are
+/// those of the device. Marks N as hardware.
+template <class N>
+void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = {}) {
+  using P = typename N::Params;
+  declare_device(declaration, defaults);
+  const auto time = [&](const char* name, Duration P::*member, const char* doc, Duration value, double min,
+                        double max) {
+    declaration.real(name, member, {.doc = doc, .unit = "s", .default_value = value.seconds(), .min = min, .max = max});
+  };
+  declaration.hardware();
+  time("link_timeout", static_cast<Duration P::*>(&P::link_timeout), "a sample that is older fails the device",
+       defaults.link_timeout, 1e-3, 10);
+  time("connect_timeout", static_cast<Duration P::*>(&P::connect_timeout),
+       "without a first sample for so long the device fails", defaults.connect_timeout, 0.1, 600);
+  time("stuck_after", static_cast<Duration P::*>(&P::stuck_after),
+       "an encoder that shows no change for so long under a fifth of the largest force is stuck; 0: it may",
+       defaults.stuck_after, 0, 600);
+  declaration
+      .real("workspace_scale", static_cast<double P::*>(&P::workspace_scale),
+            {.doc = "motion in the scene a motion of the device",
+             .default_value = defaults.workspace_scale,
+             .min = 0,
+             .max = 1e4,
+             .above_min = true})
+      .real("force_scale", static_cast<double P::*>(&P::force_scale),
+            {.doc = "force at the device a force in the scene; equal to workspace_scale it keeps the power",
+             .default_value = defaults.force_scale,
+             .min = 0,
+             .max = 1e4,
+             .above_min = true})
+      .reals("rotation", static_cast<std::vector<double> P::*>(&P::rotation), 3, defaults.rotation,
+             {.doc = "rotation vector of the device's base in the scene", .unit = "rad", .min = -7, .max = 7})
+      .reals("origin", static_cast<std::vector<double> P::*>(&P::origin), 3, defaults.origin,
+             {.doc = "where the device's zero is in the scene", .unit = "m", .min = -1e3, .max = 1e3})
+      .real("velocity_departure", static_cast<double P::*>(&P::velocity_departure),
+            {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
+                    "velocity: less is smoother and later",
+             .unit = "m",
+             .default_value = defaults.velocity_departure,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .real("velocity_departure_angle", static_cast<double P::*>(&P::velocity_departure_angle),
+            {.doc = "the same of its rotation",
+             .unit = "rad",
+             .default_value = defaults.velocity_departure_angle,
+             .min = 0,
+             .max = 10,
+             .above_min = true});
+}
+
+}  // namespace tactor

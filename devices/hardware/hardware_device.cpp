@@ -1,0 +1,227 @@
+#include "devices/hardware/hardware_device.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <numbers>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// Room for the path of half an hour at 1 kHz.
+constexpr double max_path_samples = 2e6;
+
+Vec3 as_vector(const std::vector<double>& v) {
+  TACTOR_DEMAND(v.size() == 3);
+  return {v[0], v[1], v[2]};
+}
+
+double noise_of(double resolution) {
+  return std::max(resolution, 1e-9) / std::sqrt(12.0);
+}
+
+/// Of the poles of MotionFilter where samples come at `rate`: s^6 = -q / (noise^2 T), with q = 20 departure^2 / (10
+/// ms)^5.
+double cutoff(double departure, double noise, double rate) {
+  const double density = 20 * departure * departure / std::pow(0.01, 5);
+  return std::pow(density * rate / (noise * noise), 1.0 / 6.0) / (2 * std::numbers::pi);
+}
+
+AxisLimits with(AxisLimits limits, Duration stuck_after) {
+  limits.stuck_after = stuck_after;
+  return limits;
+}
+
+LinkRunnerSettings runner_settings(const HardwareParts& parts, const NodeContext& context) {
+  LinkRunnerSettings settings;
+  settings.rate = parts.rate;
+  settings.thread_name = "link-" + context.name;
+  return settings;
+}
+
+}  // namespace
+
+HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& context, HardwareParts parts)
+    : DeviceNode(params, context),
+      params_(params),
+      workspace_{params.workspace_scale, params.force_scale, from_rotation_vector(as_vector(params.rotation)),
+                 as_vector(params.origin)},
+      kinematics_(std::move(parts.kinematics)),
+      limits_(with(parts.limits, params.stuck_after)),
+      plausibility_(limits_),
+      filter_(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale),
+              params.velocity_departure_angle, noise_of(parts.resolution_angle), context.torque),
+      cutoff_Hz_(cutoff(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale), parts.rate)),
+      age_(std::make_unique<LatencyHistogram>()) {
+  TACTOR_DEMAND(kinematics_->axes() == limits_.axes && limits_.axes >= 1 && limits_.axes <= max_axes);
+  runner_ = std::make_unique<LinkRunner>(std::move(parts.link), runner_settings(parts, context));
+  const double samples = context.duration.seconds() * params.rate + 2;
+  path_.resize(static_cast<std::size_t>(std::min(samples, max_path_samples)));
+  path_.clear();
+}
+
+HardwareDevice::~HardwareDevice() = default;
+
+void HardwareDevice::start(StepContext&) {
+  started_ = MonotonicClock::now();
+  if (!follows_) runner_->start();
+}
+
+void HardwareDevice::follow(const Node& judged) {
+  const auto* device = dynamic_cast<const HardwareDevice*>(&judged);
+  TACTOR_DEMAND(device != nullptr);
+  followed_ = device->path_;
+  follows_ = true;
+}
+
+DeviceState HardwareDevice::followed_at(Time now) noexcept {
+  while (followed_leg_ + 1 < followed_.size() && followed_[followed_leg_ + 1].t <= now) ++followed_leg_;
+  const PathSample& a = followed_[followed_leg_];
+  DeviceState between = a.state;
+  if (followed_leg_ + 1 >= followed_.size() || now <= a.t) return between;
+  const PathSample& b = followed_[followed_leg_ + 1];
+  const double share = (now - a.t).seconds() / (b.t - a.t).seconds();
+  between.X_WD.p = (1 - share) * a.state.X_WD.p + share * b.state.X_WD.p;
+  const Vec3 turn = to_rotation_vector(b.state.X_WD.R * inverse(a.state.X_WD.R));
+  between.X_WD.R = from_rotation_vector(share * turn) * a.state.X_WD.R;
+  return between;
+}
+
+ReadResult HardwareDevice::fail(const char* format, ...) noexcept {
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(failure_.data(), failure_.size(), format, arguments);
+  va_end(arguments);
+  return ReadResult::failed;
+}
+
+ReadResult HardwareDevice::not_connected(Instant clock) noexcept {
+  if (clock - started_ < params_.connect_timeout) return ReadResult::not_yet;
+  const char* why = report_.text[0] != '\0' ? report_.text.data() : runner_->name().c_str();
+  return fail("no sample within %.3g s of the start: %s", params_.connect_timeout.seconds(), why);
+}
+
+void HardwareDevice::take_in(Time now, Instant clock) noexcept {
+  if (report_.samples == samples_seen_) return;
+  const bool first = samples_seen_ == 0;
+  samples_seen_ = report_.samples;
+  verdict_ = plausibility_.judge(report_.sample.q, report_.sampled, effort_);
+  Pose X_BD;
+  has_pose_ = kinematics_->forward(report_.sample.q, X_BD);
+  if (verdict_ == Plausibility::Verdict::jumped || !has_pose_) return;
+  // A sample's time in the run; a tick that woke late must not turn the order round.
+  Time t{std::max<std::int64_t>(0, now.ns - (clock - report_.sampled).ns)};
+  if (!first) t = std::max(t, newest_.time + Duration{1});
+  newest_.time = t;
+  newest_.state.X_WD = workspace_.to_scene(X_BD);
+  filter_.take(newest_.state.X_WD, t);
+  newest_.state.V_WD = filter_.velocity();
+  newest_.state.buttons = static_cast<std::int32_t>(report_.sample.buttons);
+}
+
+ReadResult HardwareDevice::judged() noexcept {
+  const Plausibility::Finding& f = plausibility_.finding();
+  const char* name = runner_->name().c_str();
+  if (report_.sample.faults != 0) return fail("%s", report_.text.data());
+  if (verdict_ == Plausibility::Verdict::jumped) {
+    return fail("%s: the encoder of axis %d jumped from %.6g to %.6g in %.3g ms and is not believed", name, f.axis + 1,
+                f.from, f.to, f.time.seconds() * 1e3);
+  }
+  if (verdict_ == Plausibility::Verdict::stuck) {
+    return fail("%s: the encoder of axis %d has stood at %.6g for %.3g s under a force: it is stuck", name, f.axis + 1,
+                f.from, f.time.seconds());
+  }
+  if (!has_pose_) return fail("%s: its axes show a position that the device cannot be in", name);
+  return ReadResult::sample;
+}
+
+ReadResult HardwareDevice::read(Time now, DeviceSample& sample) noexcept {
+  if (follows_) {
+    if (followed_.empty()) return ReadResult::not_yet;
+    sample = {followed_at(now), now};
+    return ReadResult::sample;
+  }
+  const Instant clock = MonotonicClock::now();
+  if (runner_->newest(report_)) take_in(now, clock);
+  if (samples_seen_ == 0) return not_connected(clock);
+  const Duration age = clock - report_.sampled;
+  age_->record(age);
+  if (age > params_.link_timeout) {
+    // A line whose newest cycle was well is late, not at fault.
+    const bool told = report_.error != LinkError::none && report_.text[0] != '\0';
+    const char* why = told ? report_.text.data() : runner_->name().c_str();
+    return fail("the newest sample is %.0f ms old: %s", age.seconds() * 1e3, why);
+  }
+  if (report_.cuts != cuts_seen_) {
+    const bool first = cuts_seen_ == 0;
+    cuts_seen_ = report_.cuts;
+    if (!first) return fail("%s: the line was opened anew", runner_->name().c_str());
+  }
+  if (const ReadResult verdict = judged(); verdict != ReadResult::sample) return verdict;
+  sample = newest_;
+  if (path_.size() < path_.capacity() && (path_.empty() || path_.back().t < newest_.time)) {
+    path_.push_back({newest_.time, newest_.state});
+  }
+  return ReadResult::sample;
+}
+
+bool HardwareDevice::write(Time, const Wrench& commanded_D_W) noexcept {
+  if (follows_) return true;
+  LinkCommand command;
+  if (samples_seen_ > 0) {
+    kinematics_->efforts(report_.sample.q, workspace_.to_device(commanded_D_W), command.effort);
+    double share = 1;
+    for (int i = 0; i < limits_.axes; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      const double size = std::abs(command.effort[a]);
+      if (!std::isfinite(size)) share = 0;
+      if (size > limits_.effort_max[a]) share = std::min(share, limits_.effort_max[a] / size);
+    }
+    if (share < 1) ++limited_ticks_;
+    for (int i = 0; i < limits_.axes; ++i) {
+      const auto a = static_cast<std::size_t>(i);
+      // Clamped too, because the product may round to beyond the limit.
+      const double most = limits_.effort_max[a];
+      command.effort[a] = share == 0 ? 0 : std::clamp(share * command.effort[a], -most, most);
+    }
+  }
+  effort_ = command.effort;
+  runner_->command(MonotonicClock::now(), command);
+  return true;
+}
+
+void HardwareDevice::report(Report& report) const {
+  DeviceNode::report(report);
+  if (follows_) return;
+  const auto count = [&](const std::string& name, auto value) {
+    report.set("device." + name, static_cast<double>(value));
+  };
+  count("link.cycles", runner_->cycles());
+  count("link.reconnects", runner_->reconnects());
+  count("link.skipped", runner_->skipped());
+  for (int i = 1; i < link_error_count; ++i) {
+    const auto error = static_cast<LinkError>(i);
+    count("link.errors." + std::string(name_of(error)), runner_->errors(error));
+  }
+  const auto latency = [&](const std::string& name, const LatencyHistogram& histogram) {
+    if (histogram.count() == 0) return;
+    report.set("device.link." + name + ".p50", histogram.quantile(0.5).microseconds());
+    report.set("device.link." + name + ".p99", histogram.quantile(0.99).microseconds());
+    report.set("device.link." + name + ".max", histogram.max().microseconds());
+  };
+  latency("age_us", *age_);
+  latency("cycle_us", runner_->cycle_time());
+  count("jumps", plausibility_.jumps());
+  count("stuck", plausibility_.times_stuck());
+  count("limited_ticks", limited_ticks_);
+  report.set("device.velocity_cutoff_Hz", cutoff_Hz_);
+  if (const std::string last = runner_->last_failure(); !last.empty()) report.remark("last failure: " + last);
+  if (failure_[0] != '\0') report.remark("last failed reading: " + std::string(failure_.data()));
+  for (const std::string& text : runner_->refused()) report.remark(runner_->name() + ": its line's thread: " + text);
+}
+
+}  // namespace tactor

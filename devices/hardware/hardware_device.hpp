@@ -1,0 +1,114 @@
+// The base of every device of hardware: what its line shows becomes a state in the scene, and a wrench its efforts.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "devices/hardware/kinematics.hpp"
+#include "devices/hardware/link_runner.hpp"
+#include "devices/hardware/plausibility.hpp"
+#include "devices/hardware/workspace.hpp"
+#include "framework/realtime/device_node.hpp"
+#include "framework/realtime/latency_histogram.hpp"
+#include "framework/realtime/motion_filter.hpp"
+
+namespace tactor {
+
+/// The parameters that all devices of hardware have; `declare_hardware` declares them.
+struct HardwareParams : DeviceParams {
+  Duration link_timeout{50'000'000};        ///< a sample that is older fails the device
+  Duration connect_timeout{5'000'000'000};  ///< so long the first sample may take
+  double workspace_scale = 1;
+  double force_scale = 1;
+  std::vector<double> rotation{0, 0, 0};   ///< rad, rotation vector of R_WB
+  std::vector<double> origin{0, 0, 0};     ///< m, p_WB
+  double velocity_departure = 2e-6;        ///< m, in 10 ms, see MotionFilter
+  double velocity_departure_angle = 2e-5;  ///< rad, in 10 ms
+  Duration stuck_after{1'000'000'000};
+};
+
+/// What a concrete device is made of.
+struct HardwareParts {
+  std::unique_ptr<Link> link;
+  std::unique_ptr<Kinematics> kinematics;
+  AxisLimits limits;               ///< `stuck_after` is taken from the parameters
+  double rate = 1000;              ///< Hz, of the line's cycles
+  double resolution = 1e-5;        ///< m, a step of the position at the handle, for the filter of the velocity
+  double resolution_angle = 1e-4;  ///< rad
+};
+
+/// A device of hardware. Its line runs on a LinkRunner's thread; the loop takes the newest sample there is.
+///
+/// Reading fails, so the gate lets no force through and comes back by its ramp after recovery_time, where the newest
+/// sample is older than link_timeout, where the device reports a fault of its own, where an encoder has jumped or is
+/// stuck (see Plausibility), where the kinematics knows no pose, and for one tick after every cut of the line (see
+/// LinkRunner). The state carries the time of its sample, not that of the tick; between samples it is repeated.
+///
+/// The velocity is that of a PoseFilter over the samples in the scene, with the departure of the parameters and the
+/// noise of a step of resolution, sqrt(1/12) of it. At a constant rate 1/T it is a third-order low-pass on differences
+/// whose poles have the frequency (q / (noise^2 T))^(1/6) / (2 pi), which is reported as device.velocity_cutoff_Hz.
+///
+/// A wrench goes through the workspace and J^T, and is then shortened, all efforts alike, until none is beyond the
+/// device's own effort_max.
+///
+/// In a reference run nothing is driven: the device goes along the states that it showed in the judged run.
+class HardwareDevice : public DeviceNode {
+ public:
+  ~HardwareDevice() override;
+  void start(StepContext& context) override;
+  void follow(const Node& judged) override;
+  [[nodiscard]] bool must_be_followed() const override { return true; }
+  /// That of DeviceNode, and device.link.*: cycles, errors.KIND (see LinkError), reconnects, skipped,
+  /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99; device.jumps, device.stuck,
+  /// device.limited_ticks: efforts that were shortened; device.velocity_cutoff_Hz; and as remarks the last failure and
+  /// what the system refused to the line's thread.
+  void report(Report& report) const override;
+
+ protected:
+  HardwareDevice(const HardwareParams& params, const NodeContext& context, HardwareParts parts);
+
+  ReadResult read(Time now, DeviceSample& sample) noexcept final;
+  bool write(Time now, const Wrench& commanded_D_W) noexcept final;
+  [[nodiscard]] const char* failure() const noexcept final { return failure_.data(); }
+
+ private:
+  struct PathSample {
+    Time t;
+    DeviceState state;
+  };
+
+  void take_in(Time now, Instant clock) noexcept;
+  [[nodiscard]] ReadResult fail(const char* format, ...) noexcept __attribute__((format(printf, 2, 3)));
+  [[nodiscard]] ReadResult not_connected(Instant clock) noexcept;
+  [[nodiscard]] ReadResult judged() noexcept;
+  [[nodiscard]] DeviceState followed_at(Time now) noexcept;
+
+  HardwareParams params_;
+  Workspace workspace_;
+  std::unique_ptr<Kinematics> kinematics_;
+  AxisLimits limits_;
+  Plausibility plausibility_;
+  PoseFilter filter_;
+  double cutoff_Hz_ = 0;
+  std::unique_ptr<LinkRunner> runner_;
+  Instant started_;
+
+  LinkReport report_;
+  std::uint64_t samples_seen_ = 0;
+  std::uint64_t cuts_seen_ = 0;
+  bool has_pose_ = false;
+  Plausibility::Verdict verdict_ = Plausibility::Verdict::good;
+  DeviceSample newest_;
+  AxisValues effort_{};  // commanded last
+  std::array<char, 320> failure_{};
+  std::uint64_t limited_ticks_ = 0;
+  std::unique_ptr<LatencyHistogram> age_;
+
+  std::vector<PathSample> path_;  // what it showed, for the reference run; never beyond its reserve
+  std::vector<PathSample> followed_;
+  std::size_t followed_leg_ = 0;
+  bool follows_ = false;
+};
+
+}  // namespace tactor

@@ -1,0 +1,67 @@
+// Whether what the encoders of a device show can be: jumps, and encoders that stand still under a force.
+#pragma once
+
+#include <cstdint>
+
+#include "devices/hardware/link.hpp"
+#include "framework/core/time.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+
+namespace tactor {
+
+/// What the axes of a device can do.
+struct AxisLimits {
+  int axes = 1;
+  AxisValues effort_max{};              ///< N or N m, of the device itself
+  AxisValues speed_max{};               ///< m/s or rad/s, faster than which no hand moves it
+  AxisValues jump_tolerance{};          ///< m or rad, beside the speed: noise and steps of the encoder
+  Duration stuck_after{1'000'000'000};  ///< 0: encoders may stand still for ever
+  double stuck_share = 0.2;             ///< of effort_max: what counts as driven
+};
+
+/// Judges samples one by one.
+///
+/// A jump: between two samples an axis went further than speed_max times the time between them plus its tolerance. From
+/// then on nothing is believed, however often it repeats, until all axes are back within the reach that was exceeded,
+/// around the last sample that was believed: a wild value passes, an encoder that has lost its count does not.
+///
+/// A stuck encoder: while an axis was driven with at least stuck_share of its effort_max its coordinate stayed the same
+/// to the last bit for stuck_after. It is believed again when it has changed.
+class Plausibility {
+ public:
+  enum class Verdict : std::uint8_t { good, jumped, stuck };
+
+  explicit Plausibility(const AxisLimits& limits) : limits_(limits) {}
+
+  /// `effort` is what has been commanded to the axes when the sample was taken.
+  Verdict judge(const AxisValues& q, Instant sampled, const AxisValues& effort) noexcept;
+
+  /// What the last verdict that was not good is about.
+  struct Finding {
+    int axis = 0;
+    double from = 0, to = 0;  ///< m or rad
+    Duration time;            ///< of the jump, or for which it has stood still
+  };
+  [[nodiscard]] const Finding& finding() const { return finding_; }
+  [[nodiscard]] std::uint64_t jumps() const { return jumps_; }
+  [[nodiscard]] std::uint64_t times_stuck() const { return times_stuck_; }
+
+ private:
+  bool jumped(const AxisValues& q, Instant sampled) noexcept;
+  bool stuck(const AxisValues& q, Instant sampled, const AxisValues& effort) noexcept;
+
+  AxisLimits limits_;
+  bool any_ = false;
+  AxisValues believed_{};  // the last sample without a jump
+  Instant believed_at_;
+  bool distrusted_ = false;
+  Duration reach_time_;  // of the jump
+  AxisValues last_{};
+  std::array<bool, max_axes> driven_{};
+  std::array<bool, max_axes> stands_{};  // found stuck, and not changed since
+  std::array<Instant, max_axes> still_since_{};
+  Finding finding_;
+  std::uint64_t jumps_ = 0, times_stuck_ = 0;
+};
+
+}  // namespace tactor

@@ -1,0 +1,236 @@
+// A device of hardware over a scripted line: states, efforts, and everything that must keep a force out.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+
+#include "devices/hardware/declare_hardware.hpp"
+#include "framework/core/check.hpp"
+#include "framework/core/segment.hpp"
+#include "tests/devices/hardware/scripted_link.hpp"
+
+using namespace tactor;
+using tactor::test::eventually;
+using tactor::test::LinkScript;
+
+namespace {
+
+LinkScript* script = nullptr;
+
+/// One axis along z, 10 N and 2 m/s.
+class TestDevice final : public HardwareDevice {
+ public:
+  struct Params : HardwareParams {};
+  TestDevice(const Params& params, const NodeContext& context) : HardwareDevice(params, context, parts()) {}
+  static NodeInfo declare() {
+    Declare<TestDevice> declaration("test.hardware", "A scripted line.");
+    HardwareParams defaults;
+    defaults.link_timeout = Duration{500'000'000};  // a machine with much else to do is late
+    defaults.recovery_time = Duration{50'000'000};
+    declare_hardware(declaration, defaults);
+    return declaration.info();
+  }
+
+ private:
+  static HardwareParts parts() {
+    HardwareParts parts;
+    parts.link = std::make_unique<test::ScriptedLink>(*script);
+    parts.kinematics = std::make_unique<LinearKinematics>(std::vector<Vec3>{{0, 0, 1}});
+    parts.limits.effort_max = {6};
+    parts.limits.speed_max = {2};
+    parts.limits.jump_tolerance = {1e-3};
+    return parts;
+  }
+};
+
+class Bench {
+ public:
+  explicit Bench(const std::map<std::string, ParamValue>& given = {}) {
+    script = &line;
+    line.q = base;
+    const NodeInfo info = TestDevice::declare();
+    BOOST_TEST(info.hardware);
+    std::vector<ParamValue> values;
+    for (const ParamInfo& param : info.params) {
+      const auto it = given.find(param.name);
+      values.push_back(it == given.end() ? param.default_value.value() : it->second);
+    }
+    NodeContext context;
+    context.name = "arm";
+    context.scene = &scene_;
+    context.torque = false;
+    context.duration = Duration{10'000'000'000};
+    node = info.create(values, context);
+    device().segment.configure({QueuePolicy::latest, 1});
+    origin_ = MonotonicClock::now();
+    StepContext start(Time{}, Phase::starting);
+    device().start(start);
+  }
+  TestDevice& device() { return dynamic_cast<TestDevice&>(*node); }
+  /// One tick of a loop at 1 kHz in wall time, wanting `force` along z.
+  void tick(double force) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const Time now{(MonotonicClock::now() - origin_).ns};
+    const ForceSegment segment = constant_segment(now, {{0, 0, force}, {}});
+    device().segment.push({now, now, ++sequence_}, &segment);
+    StepContext context(now, Phase::running);
+    try {
+      device().step(context);
+    } catch (const RunError& error) {
+      ended = error.what();
+    }
+    if (device().state.pending() > 0) state = *static_cast<const DeviceState*>(device().state.pending_value(0));
+    commanded = static_cast<const Wrench*>(device().commanded.pending_value(0))->force.z;
+    safety = *static_cast<const SafetyState*>(device().safety.pending_value(0));
+    for (OutputBase* output : std::initializer_list<OutputBase*>{&device().state, &device().interpolated,
+                                                                 &device().commanded, &device().safety})
+      output->clear_pending();
+    // Each sample differs by a micrometre, as a real encoder's does.
+    if (moves) line.q = base + 1e-6 * static_cast<double>(sequence_ % 2);
+  }
+  bool ticking(double force, const std::function<bool()>& condition) {
+    for (int i = 0; i < 30'000; ++i) {
+      tick(force);
+      if (condition()) return true;
+    }
+    return false;
+  }
+  bool engaged(double force) {
+    return ticking(force, [this] { return safety.engagement == Engagement::engaged; });
+  }
+  double figure(const std::string& name) {
+    Report report;
+    report.begin("arm");
+    device().report(report);
+    remarks = report.remarks();
+    for (const auto& [key, value] : report.figures()) {
+      if (key == name) return value;
+    }
+    return NAN;
+  }
+
+  LinkScript line;
+  std::unique_ptr<Node> node;
+  DeviceState state;
+  double commanded = 0;
+  SafetyState safety;
+  std::string ended;
+  bool moves = true;
+  double base = 0.02;
+  std::vector<std::string> remarks;
+
+ private:
+  Scene scene_;
+  Instant origin_;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(the_handle_is_where_the_workspace_puts_it_and_its_force_goes_back) {
+  Bench bench({{"workspace_scale", 2.0},
+               {"force_scale", 0.5},
+               {"origin", std::vector<double>{0.1, 0, 0}},
+               {"rotation", std::vector<double>{0, M_PI, 0}}});
+  BOOST_TEST(bench.engaged(4));
+  BOOST_TEST(std::abs(bench.state.X_WD.p.x - 0.1) < 1e-6);
+  BOOST_TEST(std::abs(bench.state.X_WD.p.z + 0.04) < 1e-5);
+  BOOST_TEST(bench.ticking(4, [&] { return std::abs(bench.line.effort + 2) < 1e-12; }));
+}
+
+BOOST_AUTO_TEST_CASE(efforts_stay_within_the_limits_of_the_device_itself) {
+  Bench bench({{"force_scale", 10.0}});
+  BOOST_TEST(bench.engaged(4));
+  BOOST_TEST(bench.ticking(4, [&] { return bench.line.effort == 6.0; }));
+  for (const double effort : bench.line.given()) BOOST_TEST((effort <= 6 || effort == test::opening_mark));
+  BOOST_TEST(bench.figure("device.limited_ticks") > 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_line_opened_anew_brings_the_force_down_and_back_by_the_ramp) {
+  Bench bench;
+  BOOST_TEST(bench.engaged(4));
+  BOOST_TEST(bench.ticking(4, [&] { return bench.line.effort == 4.0; }));
+  bench.line.reopen = true;
+  bench.line.error = LinkError::reset;
+  bench.line.fails = 1;
+  BOOST_TEST(bench.ticking(4, [&] { return bench.safety.engagement == Engagement::fault; }));
+  BOOST_TEST(bench.engaged(4));
+  BOOST_TEST(bench.ticking(4, [&] { return bench.line.effort == 4.0; }));
+  const std::vector<double> given = bench.line.given();
+  std::size_t opened = given.size();
+  while (given[--opened] != test::opening_mark) {
+  }
+  // It comes back through values in between, not at once.
+  BOOST_TEST(given.at(opened + 1) == 0.0);
+  int between = 0;
+  for (std::size_t i = opened + 1; i < given.size(); ++i) between += given[i] > 0 && given[i] < 3 ? 1 : 0;
+  BOOST_TEST(between > 0);
+  BOOST_TEST(bench.figure("device.link.reconnects") == 1);
+  BOOST_TEST(bench.figure("device.link.errors.reset") == 1);
+}
+
+BOOST_AUTO_TEST_CASE(a_position_that_has_jumped_gets_no_force_and_ends_the_run_with_the_devices_name) {
+  Bench bench({{"failure_timeout", 0.3}});
+  BOOST_TEST(bench.engaged(4));
+  bench.base = 0.2;
+  BOOST_TEST(bench.ticking(4, [&] { return bench.safety.cause == SafetyCause::read_failed; }));
+  BOOST_TEST(bench.ticking(4, [&] { return !bench.ended.empty(); }));
+  BOOST_TEST(bench.ended.find("test rig at port 7: the encoder of axis 1 jumped from 0.02") != std::string::npos,
+             bench.ended);
+  BOOST_TEST(bench.commanded == 0.0);
+  BOOST_TEST(bench.figure("device.jumps") == 1);
+}
+
+BOOST_AUTO_TEST_CASE(an_encoder_that_stands_still_under_force_faults) {
+  Bench bench({{"stuck_after", 0.2}, {"failure_timeout", 0.3}});
+  bench.moves = false;
+  bench.line.q = 0.02;
+  BOOST_TEST(bench.ticking(4, [&] { return !bench.ended.empty(); }));
+  BOOST_TEST(bench.ended.find("it is stuck") != std::string::npos, bench.ended);
+  BOOST_TEST(bench.figure("device.stuck") == 1);
+}
+
+BOOST_AUTO_TEST_CASE(a_fault_of_the_device_is_told_in_its_words) {
+  Bench bench({{"failure_timeout", 0.2}});
+  BOOST_TEST(bench.engaged(4));
+  bench.line.faults = 4;
+  BOOST_TEST(bench.ticking(4, [&] { return !bench.ended.empty(); }));
+  BOOST_TEST(bench.ended.find("test rig at port 7: it is too hot") != std::string::npos, bench.ended);
+  BOOST_TEST(bench.figure("device.link.errors.device_fault") > 0);
+  BOOST_TEST(!bench.remarks.empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_device_that_never_answers_ends_the_run) {
+  script = nullptr;
+  Bench bench({{"connect_timeout", 0.1}, {"failure_timeout", 0.1}});
+  bench.line.opens = false;
+  // The first opening may have come before the script said no.
+  bench.line.reopen = true;
+  bench.line.fails = 1 << 30;
+  BOOST_TEST(bench.ticking(4, [&] { return !bench.ended.empty(); }));
+  BOOST_TEST(bench.ended.find("test rig at port 7") != std::string::npos, bench.ended);
+}
+
+BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_states_and_drives_nothing) {
+  Bench judged;
+  BOOST_TEST(judged.engaged(1));
+  LinkScript unused;
+  script = &unused;
+  const NodeInfo info = TestDevice::declare();
+  std::vector<ParamValue> values;
+  for (const ParamInfo& param : info.params) values.push_back(param.default_value.value());
+  Scene scene;
+  NodeContext context;
+  context.name = "arm";
+  context.scene = &scene;
+  context.torque = false;
+  const std::unique_ptr<Node> reference = info.create(values, context);
+  auto& device = dynamic_cast<TestDevice&>(*reference);
+  device.segment.configure({QueuePolicy::latest, 1});
+  device.follow(judged.device());
+  StepContext start(Time{}, Phase::starting);
+  device.start(start);
+  StepContext step(Time{1'000'000'000}, Phase::running);
+  device.step(step);
+  BOOST_TEST(device.state.pending() == 1U);
+  BOOST_TEST(std::abs(static_cast<const DeviceState*>(device.state.pending_value(0))->X_WD.p.z - 0.02) < 2e-6);
+  BOOST_TEST(unused.attempts == 0);
+}
