@@ -111,8 +111,8 @@ Vec3 EmulatedArm::on_path(double time) const {
   if (hand_.points.empty()) return start_;
   const double length = hand_.times.back();
   const double t = length > 0 ? std::fmod(time, length) : 0;
-  const auto after = static_cast<std::size_t>(std::upper_bound(hand_.times.begin(), hand_.times.end(), t) -
-                                              hand_.times.begin());
+  const auto after =
+      static_cast<std::size_t>(std::upper_bound(hand_.times.begin(), hand_.times.end(), t) - hand_.times.begin());
   if (after == 0) return hand_.points.front();
   if (after == hand_.times.size()) return hand_.points.back();
   const double share = (t - hand_.times[after - 1]) / (hand_.times[after] - hand_.times[after - 1]);
@@ -132,7 +132,8 @@ void EmulatedArm::step(double dt, const std::array<double, 6>& torque) {
   Vec3 v;
   for (int i = 0; i < axes(); ++i) v += rate_[static_cast<std::size_t>(i)] * J_[static_cast<std::size_t>(i)];
   const Vec3 wanted = target(time_), soon = target(time_ + dt);
-  const Vec3 F = hand_.stiffness * (wanted - p_) + hand_.damping * ((1 / dt) * (soon - wanted) - v) - hand_.friction * v;
+  const Vec3 F =
+      hand_.stiffness * (wanted - p_) + hand_.damping * ((1 / dt) * (soon - wanted) - v) - hand_.friction * v;
   std::array<double, 6> q = q_;
   for (int i = 0; i < axes(); ++i) {
     const auto a = static_cast<std::size_t>(i);

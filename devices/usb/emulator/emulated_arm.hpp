@@ -27,12 +27,12 @@ std::unique_ptr<ArmGeometry> make_arm_geometry(const std::string& kind, const st
 
 /// A hand on the handle.
 struct HandModel {
-  double mass = 0.6;       ///< kg, of handle and hand
-  double damping = 6.5;    ///< N s/m, between hand and its target
-  double stiffness = 135;  ///< N/m, the same
-  double friction = 0.2;   ///< N s/m, viscous, of the handle
-  double hold = 0.5;       ///< s, in which the hand keeps the handle where it began
-  double approach = 1.0;   ///< s, from there to the path
+  double mass = 0.6;          ///< kg, of handle and hand
+  double damping = 6.5;       ///< N s/m, between hand and its target
+  double stiffness = 135;     ///< N/m, the same
+  double friction = 0.2;      ///< N s/m, viscous, of the handle
+  double hold = 0.5;          ///< s, in which the hand keeps the handle where it began
+  double approach = 1.0;      ///< s, from there to the path
   std::vector<double> times;  ///< s, of the path, rising; after its last point it begins anew
   std::vector<Vec3> points;   ///< m, in the base
 };

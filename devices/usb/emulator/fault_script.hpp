@@ -10,18 +10,18 @@ namespace tactor {
 
 /// What can go wrong with an emulated USB device.
 enum class UsbFault : std::uint8_t {
-  unplug,      ///< the cable is pulled; the device loses its power, and what it knew with it
-  replug,      ///< it is put back
-  silent,      ///< no more reports
+  unplug,  ///< the cable is pulled; the device loses its power, and what it knew with it
+  replug,  ///< it is put back
+  silent,  ///< no more reports
   short_report,
   long_report,
   empty_report,
-  jump,        ///< all encoders are off by a quarter of their range from now on
-  stuck,       ///< all encoders stand still
-  status,      ///< the device reports a fault of its own
-  garbage,     ///< reports of random bytes
-  unhomed,     ///< a Falcon says that its encoders have no zero
-  well,        ///< an end to all of them
+  jump,     ///< all encoders are off by a quarter of their range from now on
+  stuck,    ///< all encoders stand still
+  status,   ///< the device reports a fault of its own
+  garbage,  ///< reports of random bytes
+  unhomed,  ///< a Falcon says that its encoders have no zero
+  well,     ///< an end to all of them
 };
 
 /// When a fault happens.
@@ -56,9 +56,9 @@ class FaultScript {
  private:
   std::vector<FaultOrder> orders_;
   std::size_t next_ = 0;
-  double time_ = 0;          // since the device was opened first
-  double since_fault_ = 0;   // since the one before
-  double since_driven_ = -1; // since it was driven first after the one before; below zero: not yet
+  double time_ = 0;           // since the device was opened first
+  double since_fault_ = 0;    // since the one before
+  double since_driven_ = -1;  // since it was driven first after the one before; below zero: not yet
   bool began_ = false;
 };
 

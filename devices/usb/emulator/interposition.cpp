@@ -20,6 +20,8 @@ struct Slot {
   std::atomic<int> fd{-1};
 };
 std::array<Slot, 8> slots;  // zero-initialised before any constructor runs
+std::atomic<const char*> later_path{nullptr};
+std::atomic<UsbfsNode* (*)()> later_make{nullptr};
 
 /// The function of that name that stands behind ours.
 template <class F>
@@ -42,6 +44,11 @@ UsbfsNode* node_of(int fd) {
 }
 
 Slot* slot_of(const char* path) {
+  const char* later = later_path.load(std::memory_order_acquire);
+  if (later != nullptr && path != nullptr && std::strcmp(later, path) == 0 &&
+      later_path.compare_exchange_strong(later, nullptr)) {
+    interpose(*later_make.load()());
+  }
   for (Slot& slot : slots) {
     const UsbfsNode* node = slot.node.load(std::memory_order_acquire);
     if (node != nullptr && path != nullptr && node->path() == path) return &slot;
@@ -79,6 +86,11 @@ void withdraw(UsbfsNode& node) {
     slot.fd.store(-1);
     slot.node.store(nullptr);
   }
+}
+
+void interpose_when_opened(const char* path, UsbfsNode* (*make)()) {
+  later_make.store(make);
+  later_path.store(path, std::memory_order_release);
 }
 
 }  // namespace tactor

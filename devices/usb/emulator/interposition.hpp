@@ -10,4 +10,8 @@ namespace tactor {
 void interpose(UsbfsNode& node);
 void withdraw(UsbfsNode& node);
 
+/// The same for a node that is made when its path is opened first: programs that never do have no emulator in them.
+/// `path` and what `make` returns stay for good.
+void interpose_when_opened(const char* path, UsbfsNode* (*make)());
+
 }  // namespace tactor

@@ -24,7 +24,8 @@ std::uint16_t word(const std::uint8_t* bytes) {
 
 }  // namespace
 
-UsbfsNode::UsbfsNode(std::string path, UsbFunction& function) : path_(std::move(path)), function_(function) {}
+UsbfsNode::UsbfsNode(std::string path, UsbFunction& function, std::uint32_t address)
+    : path_(std::move(path)), function_(function), address_(address) {}
 
 UsbfsNode::~UsbfsNode() {
   if (fd_ >= 0) syscall(SYS_close, fd_);
@@ -33,6 +34,11 @@ UsbfsNode::~UsbfsNode() {
 bool UsbfsNode::plugged() const {
   const std::lock_guard lock(mutex_);
   return plugged_;
+}
+
+bool UsbfsNode::is_open() const {
+  const std::lock_guard lock(mutex_);
+  return fd_ >= 0;
 }
 
 int UsbfsNode::open() {

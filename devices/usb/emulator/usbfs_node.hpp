@@ -22,8 +22,8 @@ namespace tactor {
 /// to be reaped. One open descriptor at a time. Thread-safe.
 class UsbfsNode {
  public:
-  /// `function` outlives the node.
-  UsbfsNode(std::string path, UsbFunction& function);
+  /// `function` outlives the node; `address` is that on the bus until it is plugged in anew.
+  UsbfsNode(std::string path, UsbFunction& function, std::uint32_t address = 2);
   ~UsbfsNode();
   UsbfsNode(const UsbfsNode&) = delete;
   UsbfsNode& operator=(const UsbfsNode&) = delete;
@@ -39,6 +39,14 @@ class UsbfsNode {
   void unplug();
   void plug();
   [[nodiscard]] bool plugged() const;
+  [[nodiscard]] bool is_open() const;
+
+  /// Does something with the function while nothing else does.
+  template <class F>
+  auto locked(F&& work) {
+    const std::lock_guard lock(mutex_);
+    return work();
+  }
 
   // The system calls; they return what the call does, or a negative errno.
   int open();
@@ -62,8 +70,8 @@ class UsbfsNode {
   mutable std::mutex mutex_;
   int fd_ = -1;
   bool plugged_ = true;
-  std::uint32_t address_ = 2;  // on the bus; another one each time it is plugged in
-  bool gone_ = false;          // the open descriptor belongs to a device that was unplugged
+  std::uint32_t address_;  // on the bus; another one each time it is plugged in
+  bool gone_ = false;      // the open descriptor belongs to a device that was unplugged
   std::vector<std::uint8_t> descriptors_;
   std::size_t position_ = 0;
   std::deque<usbdevfs_urb*> pending_, finished_;
