@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 #include "framework/core/check.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
@@ -42,13 +41,6 @@ const char* words(UsbResult result) {
 }
 
 }  // namespace
-
-UsbSelector selector_of(std::uint16_t vendor, std::uint16_t product, const UsbChoice& choice) {
-  UsbSelector selector{vendor, product, choice.serial, choice.file};
-  const char* file = std::getenv("TACTOR_USB_FILE");
-  if (selector.file.empty() && file != nullptr) selector.file = file;
-  return selector;
-}
 
 UsbLink::UsbLink(UsbProfile profile, UsbChoice choice, CalibrationStore store)
     : profile_(std::move(profile)),
@@ -165,6 +157,8 @@ bool UsbLink::open(LinkFailure& failure) {
   failure = {};
   if (open_port(failure) && find_zero(failure)) {
     send({});
+    // Reports come with the frames of the bus. Cycles that begin between them, and not with them, find one each.
+    MonotonicClock::sleep_until(MonotonicClock::now() + Duration::from_seconds(0.5 / profile_.rate));
     return true;
   }
   port_.reset();
@@ -194,8 +188,15 @@ void UsbLink::read_sample(LinkSample& sample, LinkFailure& failure) const {
 bool UsbLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) {
   TACTOR_DEMAND(port_ != nullptr);
   failure = {};
+  const Instant began = MonotonicClock::now();
+  // What went out in the last cycle is taken note of, so that there is room.
+  if (port_->wait(Duration{}) == UsbResult::disconnected) return lost(failure);
   send(command);
   if (!wait_for_report(profile_.report_timeout, failure)) return false;
+  // A device that only answers is asked again before its answer has come, or each answer would take two frames. Where
+  // that got out of step it is asked once more.
+  const bool late = MonotonicClock::now() - began > Duration::from_seconds(1 / profile_.rate);
+  if (profile_.asks_first && late) send(command);
   fresh_ = false;
   read_sample(sample, failure);
   return true;

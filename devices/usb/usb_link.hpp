@@ -13,15 +13,6 @@
 
 namespace tactor {
 
-/// Which of the devices that the profile fits.
-struct UsbChoice {
-  std::string serial;          ///< empty: any
-  std::filesystem::path file;  ///< /dev/bus/usb/..., instead of a search; empty: that of TACTOR_USB_FILE, or a search
-};
-
-/// The file that TACTOR_USB_FILE names where `choice` has none.
-UsbSelector selector_of(std::uint16_t vendor, std::uint16_t product, const UsbChoice& choice);
-
 /// Opening waits for a first report for at most ten report timeouts, and makes sure by it, by the endpoints and by the
 /// text of the profile that the right device answers, before anything but zero is sent; nothing is sent before that
 /// where the device speaks first. A cycle sends a command and takes the newest report, for which it waits for one

@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
@@ -133,6 +134,13 @@ class DeviceList {
 };
 
 }  // namespace
+
+UsbSelector selector_of(std::uint16_t vendor, std::uint16_t product, const UsbChoice& choice) {
+  UsbSelector selector{vendor, product, choice.serial, choice.file};
+  const char* file = std::getenv("TACTOR_USB_FILE");
+  if (selector.file.empty() && file != nullptr) selector.file = file;
+  return selector;
+}
 
 /// The handle and its transfers, which libusb knows by their addresses.
 struct UsbPort::Impl {

@@ -41,6 +41,15 @@ struct UsbSelector {
   std::filesystem::path file;  ///< of the device (/dev/bus/usb/...), instead of a search; empty: search
 };
 
+/// Which of the devices of a kind.
+struct UsbChoice {
+  std::string serial;          ///< empty: any
+  std::filesystem::path file;  ///< /dev/bus/usb/..., instead of a search; empty: that of TACTOR_USB_FILE, or a search
+};
+
+/// The file that TACTOR_USB_FILE names where `choice` has none.
+UsbSelector selector_of(std::uint16_t vendor, std::uint16_t product, const UsbChoice& choice);
+
 /// The transfers of a port.
 struct UsbTransfers {
   enum class Kind : std::uint8_t { interrupt, bulk };

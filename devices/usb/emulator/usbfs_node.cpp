@@ -90,6 +90,16 @@ bool UsbfsNode::answer_control(usbdevfs_urb& urb) {
   return true;
 }
 
+/// Hands over what a transfer of that type brings to the device; false where it is another.
+bool UsbfsNode::take_out(usbdevfs_urb& urb, unsigned char type) {
+  if (urb.type != type || (urb.endpoint & 0x80U) != 0) return false;
+  const auto* bytes = static_cast<const std::uint8_t*>(urb.buffer);
+  function_.out(urb.endpoint, {bytes, static_cast<std::size_t>(urb.buffer_length)});
+  urb.actual_length = urb.buffer_length;
+  finish(urb, 0);
+  return true;
+}
+
 bool UsbfsNode::answer_in(usbdevfs_urb& urb) {
   const auto bytes = function_.in(urb.endpoint);
   if (!bytes) return false;
@@ -121,23 +131,22 @@ void UsbfsNode::frame(double dt) {
   const std::lock_guard lock(mutex_);
   if (fd_ < 0 || gone_) return;
   function_.tick(dt);
-  std::vector<std::uint8_t> answered;  // interrupt endpoints that have had their transfer of this frame
   std::deque<usbdevfs_urb*> still;
-  while (!pending_.empty()) {
-    usbdevfs_urb& urb = *pending_.front();
-    pending_.pop_front();
-    const bool to_host = (urb.endpoint & 0x80U) != 0;
-    const bool interrupt = urb.type == USBDEVFS_URB_TYPE_INTERRUPT;
-    if (!to_host) {
-      const auto* bytes = static_cast<const std::uint8_t*>(urb.buffer);
-      function_.out(urb.endpoint, {bytes, static_cast<std::size_t>(urb.buffer_length)});
-      urb.actual_length = urb.buffer_length;
-      finish(urb, 0);
-    } else if ((interrupt && std::find(answered.begin(), answered.end(), urb.endpoint) != answered.end()) ||
-               !answer_in(urb)) {
-      still.push_back(&urb);
+  // Bulk transfers follow one another within a frame, so what is sent can be answered in it.
+  for (usbdevfs_urb* urb : pending_) {
+    if (!take_out(*urb, USBDEVFS_URB_TYPE_BULK)) still.push_back(urb);
+  }
+  pending_ = std::move(still);
+  still.clear();
+  std::vector<std::uint8_t> answered;  // interrupt endpoints that have had their transfer of this frame
+  for (usbdevfs_urb* urb : pending_) {
+    if (take_out(*urb, USBDEVFS_URB_TYPE_INTERRUPT)) continue;
+    const bool interrupt = urb->type == USBDEVFS_URB_TYPE_INTERRUPT;
+    const bool done = std::find(answered.begin(), answered.end(), urb->endpoint) != answered.end();
+    if (done || !answer_in(*urb)) {
+      still.push_back(urb);
     } else if (interrupt) {
-      answered.push_back(urb.endpoint);
+      answered.push_back(urb->endpoint);
     }
   }
   pending_ = std::move(still);

@@ -61,6 +61,7 @@ class UsbfsNode {
   int reap(usbdevfs_urb** urb);
   int control(usbdevfs_ctrltransfer& transfer);
   bool answer_control(usbdevfs_urb& urb);
+  bool take_out(usbdevfs_urb& urb, unsigned char type);
   bool answer_in(usbdevfs_urb& urb);
   void finish(usbdevfs_urb& urb, int status);
   void show_ready();
