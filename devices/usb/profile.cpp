@@ -394,7 +394,11 @@ class Reader {
 UsbProfile checked(const std::optional<Tree>& tree, const std::filesystem::path& file, Diagnostics& diagnostics) {
   UsbProfile profile;
   profile.name = file.stem().string();
-  if (tree) Reader(profile, diagnostics).read(*tree);
+  if (tree && !tree->is_null()) {
+    Reader(profile, diagnostics).read(*tree);
+  } else if (!diagnostics.any()) {
+    diagnostics.error({file.string(), 1, 1}, "expected a profile of a USB device, found nothing");
+  }
   diagnostics.throw_if_any();
   profile.transfers.in_size = profile.input.size;
   profile.transfers.out_size = profile.output.size;

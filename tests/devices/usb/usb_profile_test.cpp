@@ -122,8 +122,7 @@ BOOST_AUTO_TEST_CASE(files_that_are_no_profiles_are_refused) {
                            "title: a\nkinematics: {type: linear, directions: []}\n",
                            "title: a\nkinematics: {type: linear, directions: [[0, 0, 0]]}\n",
                            "title: a\nkinematics: {type: linear, directions: [[1, 0, 0], [1, 0, 1e-3]]}\n"}) {
-    BOOST_TEST_INFO(text);
-    BOOST_TEST(wrong(text).starts_with("p.yaml"));
+    BOOST_TEST(wrong(text).starts_with("p.yaml"), "<" << text << "> " << wrong(text));
   }
   BOOST_CHECK_THROW(read_usb_profile(folder + "/none.yaml"), InputError);
   BOOST_CHECK_THROW(find_usb_profile("none"), InputError);
