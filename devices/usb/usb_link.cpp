@@ -75,30 +75,26 @@ void UsbLink::send(const LinkCommand& command) {
   port_->send(command_);
 }
 
+/// Lets transfers end; false, with why, where one has failed.
+bool UsbLink::wait(Duration most, LinkFailure& failure) {
+  const UsbResult result = port_->wait(most);
+  if (result == UsbResult::ok) return true;
+  if (result == UsbResult::disconnected) return lost(failure);
+  failure = {LinkError::protocol, words(result)};
+  return false;
+}
+
 bool UsbLink::wait_for_report(Duration most, LinkFailure& failure) {
   const Instant end = MonotonicClock::now() + most;
-  while (true) {
-    const UsbResult result = port_->wait(Duration{});
-    if (result == UsbResult::disconnected) return lost(failure);
+  for (Duration left = most; left.ns >= 0; left = end - MonotonicClock::now()) {
     if (any_wrong_) {
       any_wrong_ = false;
       failure = {LinkError::protocol,
                  "a report of " + std::to_string(wrong_size_) + " bytes, expected " + std::to_string(newest_.size())};
       return false;
     }
-    if (result != UsbResult::ok) {
-      failure = {LinkError::protocol, words(result)};
-      return false;
-    }
     if (fresh_) return true;
-    const Duration left = end - MonotonicClock::now();
-    if (left.ns <= 0) break;
-    const UsbResult waited = port_->wait(left);
-    if (waited == UsbResult::disconnected) return lost(failure);
-    if (waited != UsbResult::ok) {
-      failure = {LinkError::protocol, words(waited)};
-      return false;
-    }
+    if (!wait(left, failure)) return false;
   }
   char text[64];
   std::snprintf(text, sizeof text, "no report within %.3g ms", most.milliseconds());
@@ -190,7 +186,7 @@ bool UsbLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailu
   failure = {};
   const Instant began = MonotonicClock::now();
   // What went out in the last cycle is taken note of, so that there is room.
-  if (port_->wait(Duration{}) == UsbResult::disconnected) return lost(failure);
+  if (!wait(Duration{}, failure)) return false;
   send(command);
   if (!wait_for_report(profile_.report_timeout, failure)) return false;
   // A device that only answers is asked again before its answer has come, or each answer would take two frames. Where

@@ -42,6 +42,7 @@ class UsbLink final : public Link, private UsbListener {
   void received(std::span<const std::uint8_t> bytes) override;
   bool open_port(LinkFailure& failure);
   bool find_zero(LinkFailure& failure);
+  bool wait(Duration most, LinkFailure& failure);
   bool wait_for_report(Duration most, LinkFailure& failure);
   void send(const LinkCommand& command);
   void read_sample(LinkSample& sample, LinkFailure& failure) const;

@@ -95,7 +95,7 @@ class UsbRun(CommandTest):
         return self.emulate(device, *arguments, command=(TACTOR, "run", graph, "--out", self.out), code=code)
 
     def summary(self):
-        return json.loads((self.out / "summary.json").read_text())
+        return json.loads((self.out / "summary.json").read_text())["device"]
 
     def efforts(self):
         """What the emulated motors held, a row a frame: efforts and faults."""
@@ -119,7 +119,7 @@ class UsbRun(CommandTest):
         self.assertTrue((change <= FORCE_SLEW * elapsed * (1 + 1e-9)).all())
         self.assertEqual(norm[-1], 0)
         if pressed:
-            self.assertGreater(norm.max(), 0.2)
+            self.assertGreater(norm.max(), 0.02)
         return commanded["valid_ns"] * 1e-9, norm, safety["engagement"]
 
     def test_the_wall_is_felt_and_the_motors_rest_at_the_end(self):
@@ -128,18 +128,18 @@ class UsbRun(CommandTest):
         efforts = self.efforts()
         self.assertGreater(abs(efforts[:, :3]).max(), 0.01)
         self.assertTrue((efforts[-1, :3] == 0).all())
-        figures = self.summary()["figures"]
-        self.assertGreater(figures["device.link.cycles"], 100)
-        self.assertEqual(figures["device.link.reconnects"], 0)
-        self.assertEqual(figures["device.jumps"], 0)
+        device = self.summary()
+        self.assertGreater(device["link"]["cycles"], 100)
+        self.assertEqual(device["link"]["reconnects"], 0)
+        self.assertEqual(device["jumps"], 0)
 
     def test_the_shipped_graphs_run_beside_their_emulators(self):
         for device, extra in (("polhem", ()), ("falcon", ("--firmware",))):
             with self.subTest(device):
                 self.emulate(device, *extra, code=0, command=(
                     TACTOR, "run", GRAPHS / f"duck_{device}.yaml", "--duration", "2", "--out", self.out, "--set",
-                    "device.link_timeout=2 s"))
-                self.assertGreater(self.summary()["figures"]["device.link.cycles"], 10)
+                    "device.link_timeout=2 s", "--set", "device.failure_timeout=20 s", "--set", "live.on_stall=recover"))
+                self.assertGreater(self.summary()["link"]["cycles"], 10)
                 self.recorded(pressed=False)
 
     def test_without_a_calibration_nothing_begins(self):
@@ -156,30 +156,30 @@ class UsbRun(CommandTest):
         run = f"{TACTOR} run {graph} --out {self.out}"
         error = self.emulate("polhem", "--uncalibrated", "--control", str(self.folder / "control"), code=2, command=(
             "sh", "-c", f"{TACTOR} device calibrate {graph} --yes && {run} && ({lost}; {TACTOR} devices >/dev/null; {run})"))
-        self.assertEqual(self.summary()["figures"]["device.link.reconnects"], 0)
+        self.assertEqual(self.summary()["link"]["reconnects"], 0)
         self.assertIn("tactor device calibrate", error)
 
     def test_a_pulled_cable_ends_the_force_and_the_run(self):
-        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+0.2", code=1)
+        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+0.5", code=1)
         self.assertIn(POLHEM, error)
         self.recorded()
         self.assertTrue((self.efforts()[-1, :3] == 0).all())
 
     def test_a_lost_zero_is_not_used_after_the_cable_was_put_back(self):
-        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+0.2", "--fault",
+        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+0.5", "--fault",
                                   "replug@+0.1", code=1)
         self.assertIn(POLHEM, error)
         self.assertIn("calibrate", error)
-        self.assertEqual(self.summary()["figures"]["device.link.reconnects"], 0)
+        self.assertEqual(self.summary()["link"]["reconnects"], 0)
         self.recorded()
 
     def test_a_falcon_that_was_plugged_in_again_is_homed_and_engages_anew(self):
         firmware = self.write("image.bin", "x" * 3000)
         graph = self.graph(f"type: falcon.device, firmware: {firmware}, origin: [0, 0, -115 mm]", duration="25 s",
                            more="failure_timeout: 60 s, stuck_after: 0 s")
-        self.run_emulated("falcon", graph, "--fault", "unplug@driven+0.2", "--fault", "replug@+0.2")
+        self.run_emulated("falcon", graph, "--fault", "unplug@driven+0.5", "--fault", "replug@+0.2")
         t, norm, engagement = self.recorded()
-        self.assertGreaterEqual(self.summary()["figures"]["device.link.reconnects"], 1)
+        self.assertGreaterEqual(self.summary()["link"]["reconnects"], 1)
         first = numpy.flatnonzero(engagement == ENGAGED)[0]
         out = first + numpy.flatnonzero(engagement[first:] != ENGAGED)[0]
         again = out + numpy.flatnonzero(engagement[out:] == ENGAGED)[0]
@@ -201,25 +201,24 @@ class UsbRun(CommandTest):
         self.assertTrue((norm[t > t[-1] - 0.4] == 0).all())
 
     def test_a_silent_device_ends_the_run(self):
-        self.fails("silent@driven+0.2", "no report")
+        self.fails("silent@driven+0.5", "no report")
 
     def test_short_reports_end_the_run(self):
-        self.fails("short@driven+0.2", "a report of 7 bytes, expected 14", ("report_timeout: 400 ms", "report_timeout: 401 ms"),
-                   more="failure_timeout: 1 s, stuck_after: 0 s")
+        self.fails("short@driven+0.5", "a report of 7 bytes, expected 14")
 
     def test_long_reports_end_the_run(self):
-        self.fails("long@driven+0.2", "a report of 21 bytes, expected 14")
+        self.fails("long@driven+0.5", "a report of 21 bytes, expected 14")
 
     def test_a_position_that_has_jumped_is_not_believed_however_often_it_repeats(self):
-        self.fails("jump@driven+0.2", "jumped")
+        self.fails("jump@driven+0.5", "jumped")
 
     def test_an_encoder_that_stands_still_under_a_force_is_stuck(self):
         # Weak motors, of whose torque the wall takes more than a fifth.
-        self.fails("stuck@driven+0.2", "stuck", ("limit: 1999", "limit: 200"),
+        self.fails("stuck@driven+0.5", "stuck", ("limit: 1999", "limit: 60"),
                    more="failure_timeout: 1 s, stuck_after: 0.5 s")
 
     def test_a_fault_that_the_device_reports_is_told_in_its_words(self):
-        self.fails("status@driven+0.2", "a motor that is too hot",
+        self.fails("status@driven+0.5", "a motor that is too hot",
                    ("buttons:", "faults:\n  - {field: info, bit: 3, meaning: a motor that is too hot}\nbuttons:"))
 
     def test_another_device_under_the_same_numbers_gets_nothing(self):

@@ -13,7 +13,8 @@ namespace tactor {
 
 namespace {
 
-constexpr double longest_tick = 0.02;  // s; what a stopped process has missed is not made up
+constexpr double driven_above = 0.005;  // N or N m
+constexpr double longest_tick = 0.02;   // s; what a stopped process has missed is not made up
 constexpr std::uint8_t human_interface = 3, of_its_maker = 0xff;
 
 }  // namespace
@@ -89,7 +90,7 @@ void EmulatedDevice::drive(const std::array<double, 6>& effort) {
 }
 
 bool EmulatedDevice::is_driven() const {
-  return std::any_of(effort_.begin(), effort_.end(), [](double e) { return e != 0; });
+  return std::any_of(effort_.begin(), effort_.end(), [](double e) { return std::abs(e) > driven_above; });
 }
 
 void EmulatedDevice::begin(UsbFault fault) {

@@ -48,6 +48,7 @@ int UsbfsNode::open() {
   fd_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (fd_ < 0) return -errno;
   gone_ = false;
+  shows_ready_ = true;  // as an eventfd is that was just made
   position_ = 0;
   descriptors_ = function_.descriptors();
   show_ready();
@@ -67,11 +68,15 @@ void UsbfsNode::close() {
 
 /// Makes the descriptor writable where something waits to be reaped.
 void UsbfsNode::show_ready() {
-  if (fd_ < 0) return;
+  if (fd_ < 0 || shows_ready_ == !finished_.empty()) return;
+  shows_ready_ = !finished_.empty();
   // The calls go round the C library, because `read` there leads back here.
   std::uint64_t drained = 0;
-  static_cast<void>(syscall(SYS_read, fd_, &drained, sizeof drained));
-  if (finished_.empty()) static_cast<void>(syscall(SYS_write, fd_, &full, sizeof full));
+  if (shows_ready_) {
+    static_cast<void>(syscall(SYS_read, fd_, &drained, sizeof drained));
+  } else {
+    static_cast<void>(syscall(SYS_write, fd_, &full, sizeof full));
+  }
 }
 
 void UsbfsNode::finish(usbdevfs_urb& urb, int status) {

@@ -73,6 +73,7 @@ class UsbfsNode {
   bool plugged_ = true;
   std::uint32_t address_;  // on the bus; another one each time it is plugged in
   bool gone_ = false;      // the open descriptor belongs to a device that was unplugged
+  bool shows_ready_ = true;
   std::vector<std::uint8_t> descriptors_;
   std::size_t position_ = 0;
   std::deque<usbdevfs_urb*> pending_, finished_;
