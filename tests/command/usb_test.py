@@ -19,6 +19,7 @@ EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-usb"
 PATIENCE = 150  # s, for what takes a few seconds on an idle machine
 FORCE_MAX, FORCE_SLEW, PERIOD = 5.0, 2000.0, 1e-3
 ENGAGED = 2
+PRESSED = "    - [0 s, 0, 0, -25 mm]\n    - [1000 s, 0, 0, -25 mm]\n"
 POLHEM = "polhem (USB 1234:0006)"
 # A ball on a wall that the emulated hand presses it into; both cheap, so that a busy machine is enough.
 GRAPH = """clock: real
@@ -70,9 +71,11 @@ class UsbRun(CommandTest):
         self.trace = self.folder / "trace.csv"
 
     def profile(self, *changes):
-        """The Polhem's profile with a long patience for a busy machine, and with parts of its text replaced."""
+        """The Polhem's profile with a long patience for a busy machine, a hand that goes down and stays there, and parts of its
+        text replaced."""
         text = (ROOT / "devices/usb/profiles/polhem.yaml").read_text()
-        for old, new in (("report_timeout: 50 ms", "report_timeout: 400 ms"), *changes):
+        path = text[text.index("    - [0 s, 0, 0, 20 mm]"):]
+        for old, new in (("report_timeout: 50 ms", "report_timeout: 400 ms"), (path, PRESSED), *changes):
             self.assertIn(old, text)
             text = text.replace(old, new)
         return self.write("polhem.yaml", text)
@@ -119,7 +122,7 @@ class UsbRun(CommandTest):
         self.assertTrue((change <= FORCE_SLEW * elapsed * (1 + 1e-9)).all())
         self.assertEqual(norm[-1], 0)
         if pressed:
-            self.assertGreater(norm.max(), 0.02)
+            self.assertGreater(norm.max(), 0.1)
         return commanded["valid_ns"] * 1e-9, norm, safety["engagement"]
 
     def test_the_wall_is_felt_and_the_motors_rest_at_the_end(self):
@@ -160,13 +163,13 @@ class UsbRun(CommandTest):
         self.assertIn("tactor device calibrate", error)
 
     def test_a_pulled_cable_ends_the_force_and_the_run(self):
-        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+0.5", code=1)
+        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+1.5", code=1)
         self.assertIn(POLHEM, error)
         self.recorded()
         self.assertTrue((self.efforts()[-1, :3] == 0).all())
 
     def test_a_lost_zero_is_not_used_after_the_cable_was_put_back(self):
-        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+0.5", "--fault",
+        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+1.5", "--fault",
                                   "replug@+0.1", code=1)
         self.assertIn(POLHEM, error)
         self.assertIn("calibrate", error)
@@ -201,24 +204,24 @@ class UsbRun(CommandTest):
         self.assertTrue((norm[t > t[-1] - 0.4] == 0).all())
 
     def test_a_silent_device_ends_the_run(self):
-        self.fails("silent@driven+0.5", "no report")
+        self.fails("silent@driven+1.5", "no report")
 
     def test_short_reports_end_the_run(self):
-        self.fails("short@driven+0.5", "a report of 7 bytes, expected 14")
+        self.fails("short@driven+1.5", "a report of 7 bytes, expected 14")
 
     def test_long_reports_end_the_run(self):
-        self.fails("long@driven+0.5", "a report of 21 bytes, expected 14")
+        self.fails("long@driven+1.5", "a report of 21 bytes, expected 14")
 
     def test_a_position_that_has_jumped_is_not_believed_however_often_it_repeats(self):
-        self.fails("jump@driven+0.5", "jumped")
+        self.fails("jump@driven+1.5", "jumped")
 
     def test_an_encoder_that_stands_still_under_a_force_is_stuck(self):
         # Weak motors, of whose torque the wall takes more than a fifth.
-        self.fails("stuck@driven+0.5", "stuck", ("limit: 1999", "limit: 60"),
+        self.fails("stuck@driven+1.5", "stuck", ("limit: 1999", "limit: 60"),
                    more="failure_timeout: 1 s, stuck_after: 0.5 s")
 
     def test_a_fault_that_the_device_reports_is_told_in_its_words(self):
-        self.fails("status@driven+0.5", "a motor that is too hot",
+        self.fails("status@driven+1.5", "a motor that is too hot",
                    ("buttons:", "faults:\n  - {field: info, bit: 3, meaning: a motor that is too hot}\nbuttons:"))
 
     def test_another_device_under_the_same_numbers_gets_nothing(self):
