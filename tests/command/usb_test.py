@@ -155,11 +155,12 @@ class UsbRun(CommandTest):
         graph = self.polhem(self.profile(), duration="1 s")
         if "calibrate" not in tactor("device", "--help").stdout:
             self.skipTest("this build has no command for devices")
-        lost = f"echo unplug > {self.folder}/control; echo replug > {self.folder}/control"
         run = f"{TACTOR} run {graph} --out {self.out}"
-        error = self.emulate("polhem", "--uncalibrated", "--control", str(self.folder / "control"), code=2, command=(
-            "sh", "-c", f"{TACTOR} device calibrate {graph} --yes && {run} && ({lost}; {TACTOR} devices >/dev/null; {run})"))
+        self.emulate("polhem", "--uncalibrated", code=0, command=(
+            "sh", "-c", f"{TACTOR} device calibrate {graph} --yes && {run}"))
         self.assertEqual(self.summary()["link"]["reconnects"], 0)
+        # The same kind of device, plugged in since: the record of the first is still there, and is not for this one.
+        error = self.run_emulated("polhem", graph, "--uncalibrated", code=2)
         self.assertIn("tactor device calibrate", error)
 
     def test_a_pulled_cable_ends_the_force_and_the_run(self):
