@@ -165,14 +165,30 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Di
   std::size_t files = 0;
   std::optional<Tree> graph = load_chain(file, nullptr, {}, files, diagnostics);
   if (!graph) return std::nullopt;
-  for (const fs::path& over : overrides.over) {
+  const auto lay_file = [&](const fs::path& over) {
     const std::optional<Tree> layer = load_chain(over, nullptr, {}, files, diagnostics);
-    if (!layer) return std::nullopt;
-    merge_graph(*graph, *layer);
+    if (layer) merge_graph(*graph, *layer);
+    return layer.has_value();
+  };
+  const auto lay = [&](const std::vector<Overlay>& layers) {
+    for (const Overlay& layer : layers) {
+      if (layer.tree) {
+        merge_graph(*graph, *layer.tree);
+      } else if (!lay_file(layer.file)) {
+        return false;
+      }
+    }
+    return true;
+  };
+  if (!lay(overrides.layers)) return std::nullopt;
+  for (const fs::path& over : overrides.over) {
+    if (!lay_file(over)) return std::nullopt;
   }
   for (const std::string& text : overrides.set) apply_set(*graph, text, diagnostics);
   if (overrides.seed) apply_scalar(*graph, "--seed", "seed", std::to_string(*overrides.seed));
   if (overrides.duration_s) apply_scalar(*graph, "--duration", "duration", number_text(*overrides.duration_s));
+  if (!lay(overrides.top_layers)) return std::nullopt;
+  for (const std::string& text : overrides.top_set) apply_set(*graph, text, diagnostics);
   return graph;
 }
 

@@ -10,6 +10,7 @@
 #include "framework/core/scene.hpp"
 #include "framework/core/time.hpp"
 #include "framework/graph/diagnostics.hpp"
+#include "framework/graph/yaml_tree.hpp"
 #include "framework/node/info.hpp"
 
 namespace tactor {
@@ -80,12 +81,22 @@ struct GraphSpec {
   [[nodiscard]] const NodeSpec* node(std::string_view name) const;
 };
 
+/// Something to lay over a graph like a file that extends it: such a file, or a map that another file holds.
+struct Overlay {
+  std::string name;            ///< for tables
+  std::filesystem::path file;  ///< absolute; empty where there is a tree
+  std::optional<Tree> tree;    ///< without `extends`; relative paths in it are looked for beside its file
+};
+
 /// What the command line or a study lays over a graph file.
 struct Overrides {
   std::vector<std::string> set;  ///< `node.parameter=value`, `duration=3 s`, `scene.bodies.tool.mass=50 g`
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;
   std::vector<std::filesystem::path> over;  ///< laid over the graph before the rest, like files that extend it
+  std::vector<Overlay> layers;              ///< what a study lays over, before `over`
+  std::vector<Overlay> top_layers;   ///< what is laid over everything above: what makes a reference another graph
+  std::vector<std::string> top_set;  ///< and over that, like `set`
 };
 
 class Registry;

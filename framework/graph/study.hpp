@@ -1,32 +1,97 @@
-// A study file: which graphs are run by which methods, with which values and seeds.
+// A study file: which graphs are run with which methods, values and seeds, against what, and what is told of them.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "framework/graph/spec.hpp"
+
 namespace tactor {
+
+/// One value of an axis.
+struct StudyValue {
+  std::string text;                ///< YAML, as after --set path=; of a swap its name
+  std::optional<Overlay> overlay;  ///< of a swap: what is laid over the graph
+  Place place;                     ///< in the study file
+};
+
+/// A range of numbers, which a design may draw from anywhere.
+struct StudyRange {
+  double from = 0, to = 0;  ///< in `unit`
+  std::string unit;         ///< as written behind both numbers, or empty
+  bool log = false;         ///< equal ratios instead of equal steps; both ends are above zero
+  bool whole = false;       ///< whole numbers
+  /// The value at the share q in [0, 1] of the way, as YAML.
+  [[nodiscard]] std::string at(double q) const;
+};
 
 /// Values that are tried one after the other.
 struct StudyAxis {
-  std::vector<std::string> paths;   ///< `node.parameter`; all of them get the same value
-  std::vector<std::string> values;  ///< YAML, as after --set path=
+  std::string name;                 ///< heads a column: the paths, or the name of a swap
+  std::vector<std::string> paths;   ///< `node.parameter`; all of them get the same value; none for a swap
+  std::vector<StudyValue> values;   ///< not empty, all different
+  std::optional<StudyRange> range;  ///< where the values were made from one
+  [[nodiscard]] bool swaps() const { return paths.empty(); }
 };
+
+/// Which combinations of values are run.
+enum class StudyDesign : std::uint8_t {
+  grid,             ///< every combination, the last axis fastest
+  one_at_a_time,    ///< the first value of every axis, then each axis' others with the rest at their first
+  latin_hypercube,  ///< `samples` combinations; each axis is cut into that many slices of which each is met once
+};
+
+/// What is made of the runs.
+enum class StudyReport : std::uint8_t { table, work_precision, stability };
 
 /// A checked study file. Paths of files are absolute.
 struct StudySpec {
   std::string name;   ///< the file's stem
   std::string title;  ///< one line of prose, or empty
+  std::filesystem::path file;
+  std::string text;       ///< of the file, byte by byte
+  bool is_short = false;  ///< the settings under `short` were laid over the rest
   std::vector<std::filesystem::path> graphs;
-  std::vector<std::filesystem::path> methods;  ///< laid over every graph, one at a time; none: the graphs as they are
-  std::vector<std::string> set;                ///< `path=value` of every run
-  std::vector<StudyAxis> vary;                 ///< every combination is run, the last axis fastest
+  std::vector<Overlay> methods;   ///< laid over every graph, one at a time; none: the graphs as they are
+  std::vector<std::string> set;   ///< `path=value` of every run
+  std::vector<Place> set_places;  ///< of each
+  std::vector<StudyAxis> vary;
+  StudyDesign design = StudyDesign::grid;
+  std::int64_t samples = 0;       ///< of a Latin hypercube
+  std::uint64_t design_seed = 1;  ///< of its draws
   std::int64_t seeds = 20;
   std::uint64_t first_seed = 1001;
+  std::optional<double> duration_s;  ///< of every run; absent: the graphs' own
+  /// Laid over each graph to make its reference run; both empty: the judged graph's own reference run.
+  std::vector<Overlay> reference_over;
+  std::vector<std::string> reference_set;
+  std::vector<Place> reference_set_places;
+  std::vector<std::string> metrics;  ///< figures that tables show; none: the usual ones
+  StudyReport report = StudyReport::table;
+  std::string error = "delivered.force.rms_error_N";  ///< the figure that work-precision diagrams show as error
+  std::int64_t worst = 3;           ///< cells of a map of stability that are run anew with a recording
+  std::vector<std::string> record;  ///< outputs that are recorded there; none: motion and force
+  std::int64_t repeats = 1;         ///< of every run, for its run time
+  std::int64_t warm_up = 0;         ///< runs before these whose run time does not count
 };
 
-/// Reads a study. Throws GraphError with every error of the file itself; the graphs are not looked into.
-StudySpec load_study(const std::filesystem::path& file);
+/// One combination: an index into each axis' values, or for drawn values the values themselves.
+struct StudyPoint {
+  std::vector<StudyValue> values;  ///< one an axis
+};
+
+/// Reads a study; `use_short` lays what it says under `short` over the rest. Throws GraphError with every error of the
+/// file itself, those under `short` included; the graphs are not looked into.
+StudySpec load_study(const std::filesystem::path& file, bool use_short = false);
+
+/// The combinations of the study's design, in order; one without values where nothing varies.
+std::vector<StudyPoint> study_points(const StudySpec& spec);
+
+/// Where the study says what an error of a graph is about: errors whose file is `--set path=value` get the place of
+/// that value in the study. Others stay as they are.
+GraphError with_places_of_study(const GraphError& error, const StudySpec& spec);
 
 }  // namespace tactor

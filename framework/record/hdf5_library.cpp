@@ -1,5 +1,6 @@
 // The entry of libtactor_record.so.
 #include "framework/record/hdf5_reader.hpp"
+#include "framework/record/hdf5_table.hpp"
 #include "framework/record/hdf5_writer.hpp"
 #include "framework/record/recorder.hpp"
 
@@ -15,6 +16,7 @@ constexpr RecordLibrary library{
       return std::make_unique<Hdf5Reader>(path);
     },
     .mend = mend_recording,
+    .write_table = write_hdf5_table,
 };
 
 }  // namespace

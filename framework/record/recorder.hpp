@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "framework/core/message.hpp"
+#include "framework/record/table.hpp"
 
 namespace tactor {
 
@@ -74,6 +75,8 @@ struct RecordLibrary {
   /// Clears the marks that a killed run leaves in its file and that keep other HDF5 programs from opening it plainly.
   /// Throws InputError where a run is still writing it.
   void (*mend)(const std::filesystem::path& path);
+  /// Writes a table; one that was there is replaced. Throws RunError where the disk refuses.
+  void (*write_table)(const std::filesystem::path& path, const TableFile& table);
 };
 
 /// Loads libtactor_record.so, once, from the folder of the program, ../lib or the folder of the framework's library.
@@ -83,5 +86,5 @@ const RecordLibrary& load_record_library();
 }  // namespace tactor
 
 /// The one symbol that libtactor_record.so exports, and the version that keeps another build's library out.
-#define TACTOR_RECORD_ABI 1
+#define TACTOR_RECORD_ABI 2
 extern "C" const tactor::RecordLibrary* tactor_record_library(int abi);
