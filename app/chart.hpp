@@ -20,6 +20,10 @@ struct Curve {
   bool dashed = false;
   bool steps = false;  ///< hold each value until the next
   double width = 1.4;
+  bool joined = false;  ///< marks with a line through them
+  bool ring = false;    ///< marks are large rings, to be laid round others
+  /// Ends of error bars, as long as x and y, or empty.
+  std::vector<double> x_low, x_high, y_low, y_high;
 };
 
 struct Chart {
@@ -34,6 +38,25 @@ struct Chart {
 
 /// The charts under each other, `width` by `height` pixels each. Throws RunError where gnuplot is missing or fails.
 std::string draw_svg(const std::vector<Chart>& charts, int width, int height);
+/// The same as the bytes of a PNG file, with twice the pixels each way.
+std::string draw_png(const std::vector<Chart>& charts, int width, int height);
+
+/// A kind of cell of a map.
+struct CellKind {
+  std::string name;  ///< for the key
+  std::string color;
+  std::string letter;  ///< in the cell, so that kinds can be told apart without colour
+};
+
+/// A map of cells: a column for each name of `x`, a row for each of `y`, upwards.
+struct CellMap {
+  std::string title, x_label, y_label;
+  std::vector<std::string> x, y;
+  std::vector<CellKind> kinds;
+  std::vector<std::vector<int>> kind;  ///< [row][column], an index into `kinds`; -1: no cell
+};
+std::string draw_map_svg(const CellMap& map, int width, int height);
+std::string draw_map_png(const CellMap& map, int width, int height);
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), by index; they repeat after `series_colors`.
 inline constexpr std::size_t series_colors = 7;

@@ -2,19 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
+#include <algorithm>
 #include <cmath>
-#include <exception>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <thread>
 
 #include "app/summary.hpp"
 
 namespace tactor {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 namespace {
@@ -49,6 +45,7 @@ const std::vector<Column>& error_columns() {
 double method_us(const RunResult& run, bool per_tick) {
   double total_s = 0;
   double ticks = 0;
+  if (run.nodes.empty()) return std::nan("");
   for (const NodeCost& node : run.nodes) {
     const std::string_view stage = std::string_view(node.type).substr(0, node.type.find('.'));
     if (stage == "prediction" || stage == "interpolation" || stage == "forcefield") total_s += node.total_s;
@@ -72,28 +69,24 @@ double value_of(const RunResult& run, const std::string& name) {
   return run.figure(name);
 }
 
-/// Runs `work(i)` for i in [0, count) on `jobs` threads; the first exception is thrown again.
-template <class Work>
-void in_parallel(std::size_t count, unsigned jobs, Work work) {
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr failure;
-  std::mutex mutex;
-  const auto loop = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      try {
-        work(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!failure) failure = std::current_exception();
-        next = count;
-      }
+/// The values of every column; a column that nothing reports is no column.
+void fill_columns(Comparison& comparison) {
+  for (CompareRow& row : comparison.rows) {
+    for (const Column& column : comparison.columns) {
+      std::vector<double> values;
+      for (const RunResult& run : row.runs) values.push_back(value_of(run, column.figure));
+      row.values.push_back(std::move(values));
     }
-  };
-  std::vector<std::thread> threads;
-  for (unsigned t = 1; t < jobs; ++t) threads.emplace_back(loop);
-  loop();
-  for (std::thread& thread : threads) thread.join();
-  if (failure) std::rethrow_exception(failure);
+  }
+  for (std::size_t c = comparison.columns.size(); c-- > 0;) {
+    bool any = false;
+    for (const CompareRow& row : comparison.rows) {
+      any = any || std::any_of(row.values[c].begin(), row.values[c].end(), [](double v) { return std::isfinite(v); });
+    }
+    if (any) continue;
+    comparison.columns.erase(comparison.columns.begin() + static_cast<std::ptrdiff_t>(c));
+    for (CompareRow& row : comparison.rows) row.values.erase(row.values.begin() + static_cast<std::ptrdiff_t>(c));
+  }
 }
 
 void judge(Comparison& comparison) {
@@ -134,106 +127,50 @@ std::span<const double> CompareRow::figure(std::string_view name, const std::vec
   return {};
 }
 
-Comparison compare(const std::vector<CompareCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
-                   const CompareOptions& options) {
+Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
+                           std::vector<RunRecord> records, const std::vector<std::string>& metrics) {
   Comparison comparison;
-  for (int s = 0; s < options.seeds; ++s) comparison.seeds.push_back(options.first_seed + static_cast<unsigned>(s));
-  const std::size_t seeds = comparison.seeds.size();
-  std::mutex mutex;
-  const auto plan_of = [&](std::size_t c, std::size_t s) {
-    Overrides overrides = cases[c].overrides;
-    overrides.seed = comparison.seeds[s];
-    const std::lock_guard lock(mutex);
-    return make_plan(load_graph(cases[c].graph, registry, overrides, mesh_folders));
-  };
-  // All graphs are checked before anything runs.
-  for (std::size_t c = 0; c < cases.size(); ++c) {
-    const GraphSpec graph = plan_of(c, 0).graph;
-    comparison.rows.push_back(
-        {graph.name, cases[c].setting, graph.title, cases[c].against, std::vector<RunResult>(seeds), {}, {}, {}, {}});
+  comparison.seeds = seeds;
+  for (const RunCase& c : cases) {
+    CompareRow row;
+    row.graph = c.graph.stem().string();
+    row.setting = c.setting;
+    row.against = c.against;
+    row.runs.resize(seeds.size());
+    row.status.assign(seeds.size(), RunStatus::failed);
+    row.message.assign(seeds.size(), "it has not run");
+    row.spread.assign(seeds.size(), std::nan(""));
+    row.control_us.assign(seeds.size(), std::nan(""));
+    comparison.rows.push_back(std::move(row));
   }
-
-  std::size_t done = 0;
-  const auto tell = [&](const std::string& what) {
-    const std::lock_guard lock(mutex);
-    const double share = static_cast<double>(done++) / static_cast<double>(2 * cases.size() * seeds);
-    if (options.progress && !options.progress(share, what)) throw RunError("interrupted");
-  };
-  // Asked by several threads at once, so it only looks whether the user has had enough.
-  const auto go_on = [&options](double) { return !options.interrupted || !options.interrupted(); };
-  std::mutex notes;
-  const auto note = [&](const std::string& text) {
-    const std::lock_guard lock(notes);
-    if (options.note) options.note(text);
-  };
-  const auto run_name = [&](std::size_t c, std::size_t s) {
-    const CompareRow& row = comparison.rows[c];
-    return fmt::format("{}{}{}, seed {}: ", row.graph, row.setting.empty() ? "" : " ", row.setting,
-                       comparison.seeds[s]);
-  };
-  // An error of a run says which it was.
-  const auto at_run = [&](std::size_t c, std::size_t s, const auto& work) {
-    try {
-      return work();
-    } catch (const InputError& error) {
-      throw InputError(run_name(c, s) + error.what());
-    } catch (const RunError& error) {
-      throw RunError(run_name(c, s) + error.what());
+  for (RunRecord& record : records) {
+    CompareRow& row = comparison.rows[record.number / seeds.size()];
+    const std::size_t s = record.number % seeds.size();
+    if (row.title.empty()) row.title = record.result.title;
+    row.status[s] = record.status;
+    row.message[s] = record.message;
+    row.control_us[s] = record.control_us;
+    if (record.cpu_s.size() > 1) {
+      const auto [low, high] = std::minmax_element(record.cpu_s.begin(), record.cpu_s.end());
+      row.spread[s] = (*high - *low) / median(record.cpu_s);
     }
-  };
-  // Graphs that differ in what comes after physics share a reference, so one graph a seed is prepared at a time and
-  // the others find it.
-  for (std::size_t c = 0; c < cases.size(); ++c) {
-    in_parallel(seeds, options.jobs, [&](std::size_t s) {
-      tell("reference runs");
-      at_run(c, s, [&] { return prepare_reference(plan_of(c, s), options.cache_folder, go_on, note); });
-    });
+    row.runs[s] = std::move(record.result);
   }
-  in_parallel(seeds * cases.size(), options.run_jobs, [&](std::size_t i) {
-    const std::size_t s = i / cases.size();
-    const std::size_t c = i % cases.size();
-    tell(comparison.rows[c].graph + " " + comparison.rows[c].setting);
-    RunOptions run_options;
-    run_options.cache_folder = options.cache_folder;
-    run_options.note = note;
-    run_options.progress = [&](double, const char*) { return go_on(0); };
-    RunResult result = at_run(c, s, [&] { return execute(plan_of(c, s), run_options); });
-    if (result.interrupted) throw RunError("interrupted");
-    if (result.failure) throw RunError(run_name(c, s) + *result.failure);
-    if (s > 0 || !options.curves) {
-      std::erase_if(result.series, [](const Series& curve) { return curve.name != "one_step_error"; });
-    }
-    comparison.rows[c].runs[s] = std::move(result);
-  });
-  if (options.progress) options.progress(1.0, "done");
-
-  comparison.columns = error_columns();
+  for (const std::string& metric : metrics) comparison.columns.push_back({metric, metric});
+  if (metrics.empty()) comparison.columns = error_columns();
   comparison.columns.push_back({"cpu_ms_per_s", "CPU ms per s", true});
   comparison.columns.push_back({"method_us_per_result", "method us a result", true});
   comparison.columns.push_back({"method_us_per_tick", "method us a tick", true});
   std::set<std::string> seen;
   for (const CompareRow& row : comparison.rows) {
-    for (const NodeCost& node : row.runs.front().nodes) {
-      if (seen.insert(node.node).second) {
+    for (const RunResult& run : row.runs) {
+      for (const NodeCost& node : run.nodes) {
+        if (!seen.insert(node.node).second) continue;
         comparison.columns.push_back({fmt::format("cost_us.{}.median", node.node), node.node + " us", true});
       }
     }
   }
-  for (CompareRow& row : comparison.rows) {
-    for (const Column& column : comparison.columns) {
-      std::vector<double> values;
-      for (const RunResult& run : row.runs) values.push_back(value_of(run, column.figure));
-      row.values.push_back(std::move(values));
-    }
-  }
-  // A column that nothing reports is no column.
-  for (std::size_t c = comparison.columns.size(); c-- > 0;) {
-    bool any = false;
-    for (const CompareRow& row : comparison.rows) any = any || std::isfinite(mean(row.values[c]));
-    if (any) continue;
-    comparison.columns.erase(comparison.columns.begin() + static_cast<std::ptrdiff_t>(c));
-    for (CompareRow& row : comparison.rows) row.values.erase(row.values.begin() + static_cast<std::ptrdiff_t>(c));
-  }
+  fill_columns(comparison);
   judge(comparison);
   return comparison;
 }

@@ -1,8 +1,7 @@
 // Several graphs, or one in several settings, over several seeds: errors and run times side by side.
 #pragma once
 
-#include <filesystem>
-#include <functional>
+#include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
@@ -10,19 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "app/run.hpp"
+#include "app/run_cases.hpp"
 #include "app/statistics.hpp"
-#include "framework/graph/spec.hpp"
 
 namespace tactor {
-
-/// What is run with every seed.
-struct CompareCase {
-  std::filesystem::path graph;
-  Overrides overrides;      ///< its seed is replaced
-  std::string setting;      ///< how it differs from other cases of the same graph, or empty
-  std::size_t against = 0;  ///< the case that it is judged against; itself where there is none
-};
 
 /// A figure that every graph of a comparison reports.
 struct Column {
@@ -39,6 +29,10 @@ struct CompareRow {
   std::size_t against = 0;
   std::vector<RunResult> runs;              ///< one a seed, without curves except the first's
   std::vector<std::vector<double>> values;  ///< [column][seed]
+  std::vector<RunStatus> status;            ///< one a seed
+  std::vector<std::string> message;         ///< one a seed; empty where it is done
+  std::vector<double> spread;               ///< one a seed: (longest - shortest) / median CPU time of its repeats
+  std::vector<double> control_us;           ///< one a seed, see RunRecord
   /// Against the row `against`; absent for that row itself.
   std::optional<Anova> one_step_anova;        ///< over the single one-step errors of all seeds, as in the paper
   std::optional<PairedDifference> one_step;   ///< of the one-step RMS error over seeds, in N
@@ -49,27 +43,15 @@ struct CompareRow {
 };
 
 struct Comparison {
-  std::vector<std::uint64_t> seeds;
+  std::vector<std::uint64_t> seeds;  ///< of every row
   std::vector<Column> columns;
   std::vector<CompareRow> rows;
 };
 
-struct CompareOptions {
-  int seeds = 6;
-  std::uint64_t first_seed = 1;
-  unsigned jobs = 2;  ///< reference runs at once
-  unsigned run_jobs =
-      1;               ///< judged runs at once; figures do not depend on it, run times are fairest one after the other
-  bool curves = true;  ///< keep those of the first seed
-  std::filesystem::path cache_folder;
-  std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts
-  std::function<void(const std::string& note)> note;  ///< as RunOptions::note, by one thread at a time
-  std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once
-};
-
-/// Runs every case with every seed. Throws what the runs throw; an interrupt throws RunError.
-Comparison compare(const std::vector<CompareCase>& cases, Registry& registry,
-                   const std::vector<std::filesystem::path>& mesh_folders, const CompareOptions& options);
+/// Puts the runs of the cases side by side. Runs that are not there, or failed, have no figures. `metrics`: the figures
+/// that columns show beside the run times; none: the usual ones.
+Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
+                           std::vector<RunRecord> records, const std::vector<std::string>& metrics = {});
 
 nlohmann::ordered_json to_json(const Comparison& comparison);
 /// One row of it, with mean, deviation and the values by seed of every figure, and what it is against another.

@@ -17,20 +17,19 @@
 #include <set>
 #include <thread>
 
-#include "app/compare.hpp"
 #include "app/doctor.hpp"
 #include "app/html_report.hpp"
 #include "app/live.hpp"
 #include "app/live_view.hpp"
 #include "app/node_reference.hpp"
 #include "app/output.hpp"
+#include "app/progress_bar.hpp"
 #include "app/run.hpp"
-#include "app/study.hpp"
+#include "app/study_command.hpp"
 #include "app/summary.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/graph/plan.hpp"
-#include "framework/graph/study.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
 #include "framework/record/recorder.hpp"
@@ -51,39 +50,6 @@ std::vector<fs::path> mesh_folders() {
   folders.push_back(program.parent_path() / "meshes");
   folders.push_back(program.parent_path() / "share" / "tactor" / "meshes");
   return folders;
-}
-
-/// A bar on the last line of a terminal; nothing where standard error is none.
-class ProgressBar {
- public:
-  ~ProgressBar() { clear(); }
-  bool operator()(double share, const std::string& what) {
-    const auto now = std::chrono::steady_clock::now();
-    if (terminal_ && now - drawn_ > std::chrono::milliseconds(50)) {
-      drawn_ = now;
-      constexpr int width = 30;
-      const int full = std::clamp(static_cast<int>(std::lround(share * width)), 0, width);
-      tell(fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<28.28}", "", full, "", width - full, 100 * share, what));
-      shown_ = true;
-    }
-    return interrupted == 0;
-  }
-  void clear() {
-    if (shown_) tell(fmt::format("\r{: <78}\r", ""));
-    shown_ = false;
-  }
-
- private:
-  const bool terminal_ = isatty(STDERR_FILENO) == 1;
-  bool shown_ = false;
-  std::chrono::steady_clock::time_point drawn_;
-};
-
-fs::path make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw InputError("--out " + folder.string() + ": cannot make this folder: " + error.message());
-  return folder;
 }
 
 /// Options that several verbs share.
@@ -144,7 +110,10 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   run_options.cache_folder = default_cache_folder();
   run_options.note = tell_note;
   ProgressBar bar;
-  run_options.progress = [&bar](double share, const char* what) { return bar(share, what); };
+  run_options.progress = [&bar](double share, const char* what) {
+    bar.draw(share, what);
+    return interrupted == 0;
+  };
   LiveView view(plan);
   run_options.live_progress = [&view](const LiveStatus& status) {
     view.draw(status);
@@ -180,66 +149,8 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
 
-/// Refuses cases that cannot be compared, makes the folder for the results, runs the cases and tells each note once.
-Comparison compare_cases(const std::vector<CompareCase>& cases, CompareOptions options, const fs::path& folder) {
-  Registry registry(default_node_folders());
-  // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
-  std::set<std::string> told;
-  const auto tell_once = [&told](const std::string& note) {
-    if (told.insert(note).second) tell_note(note);
-  };
-  for (const CompareCase& c : cases) {
-    const Plan plan = load_plan(c.graph, registry, c.overrides);
-    if (plan.graph.clock == Clock::real) {
-      throw InputError(c.graph.string() +
-                       ": clock: real: expected clock: virtual, under which all pipelines meet the same "
-                       "conditions; add --set clock=virtual");
-    }
-    for (const std::string& note : check_bodies(plan)) tell_once(note);
-  }
-  make_folder(folder);
-  options.cache_folder = default_cache_folder();
-  ProgressBar bar;
-  options.note = tell_once;
-  options.interrupted = [] { return interrupted != 0; };
-  options.progress = [&bar](double share, const std::string& what) { return bar(share, what); };
-  return compare(cases, registry, mesh_folders(), options);
-}
-
-int run_compare(const std::vector<fs::path>& graphs, const GraphOptions& options, const CompareOptions& compare_options,
-                const fs::path& folder) {
-  std::vector<CompareCase> cases;
-  for (const fs::path& graph : graphs) cases.push_back({graph, options.overrides(), {}, 0});
-  const Comparison comparison = compare_cases(cases, compare_options, folder);
-  fmt::print("{}\n", comparison_table(comparison));
-  // A file that cannot be written leaves the table.
-  std::fflush(stdout);
-  write_file(folder / "compare.json", to_json(comparison).dump(2) + "\n");
-  write_file(folder / "report.html", compare_report(comparison));
-  fmt::print("  {}\n", (folder / "report.html").string());
-  return 0;
-}
-
-int run_study(const fs::path& file, const GraphOptions& options, std::optional<int> seeds,
-              std::optional<std::uint64_t> first_seed, unsigned jobs, const std::optional<fs::path>& out) {
-  StudySpec spec = load_study(file);
-  if (seeds) spec.seeds = *seeds;
-  if (first_seed) spec.first_seed = *first_seed;
-  CompareOptions compare_options;
-  compare_options.seeds = static_cast<int>(spec.seeds);
-  compare_options.first_seed = spec.first_seed;
-  compare_options.jobs = jobs;
-  compare_options.run_jobs = jobs;
-  compare_options.curves = false;
-  const fs::path folder = out.value_or(fs::path("out") / spec.name);
-  const Study study = make_study(spec, compare_cases(study_cases(spec, options.overrides()), compare_options, folder));
-  fmt::print("{}\n", study_table(study));
-  std::fflush(stdout);
-  write_file(folder / "study.csv", study_csv(study));
-  write_file(folder / "study.json", to_json(study).dump(2) + "\n");
-  write_file(folder / "report.html", study_report(study));
-  fmt::print("  {}\n", (folder / "report.html").string());
-  return 0;
+StudyConsole console() {
+  return {mesh_folders(), [] { return interrupted != 0; }};
 }
 
 int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool explained) {
@@ -344,39 +255,47 @@ int main_checked(int argc, char** argv) {
   run_verb->callback([&] { result = run(graph, options, out, record_costs); });
 
   std::vector<fs::path> graphs;
-  CompareOptions compare_options;
-  fs::path compare_out = "out/compare";
+  const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+  CompareRequest comparison;
+  comparison.out = "out/compare";
+  comparison.jobs = cores;
   CLI::App* compare_verb = app.add_subcommand("compare", "Run several graphs over several seeds, side by side");
-  compare_verb->add_option("graphs", graphs, "Graph files; the first is what the others are compared with")->required();
+  compare_verb->add_option("graphs", comparison.graphs, "Graph files; the first is what the others are compared with")
+      ->required();
   options.add_to(*compare_verb, false);
-  compare_verb->add_option("--seeds", compare_options.seeds, "Number of seeds")
+  compare_verb->add_option("--seeds", comparison.seeds, "Number of seeds")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
-  compare_verb->add_option("--first-seed", compare_options.first_seed, "The first seed")
+  compare_verb->add_option("--first-seed", comparison.first_seed, "The first seed")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  compare_options.jobs = std::max(1U, std::thread::hardware_concurrency());
-  compare_verb->add_option("--jobs", compare_options.jobs, "Reference runs at once (default: the cores)")
+  compare_verb->add_option("--jobs", comparison.jobs, "Reference runs at once (default: the cores)")
       ->check(CLI::Range(1, 1024));
-  compare_verb->add_option("--out", compare_out, "Folder for the results")->capture_default_str();
-  compare_verb->callback([&] { result = run_compare(graphs, options, compare_options, compare_out); });
+  compare_verb->add_option("--out", comparison.out, "Folder for the results")->capture_default_str();
+  compare_verb->callback([&] {
+    comparison.overrides = options.overrides();
+    result = run_compare(comparison, console());
+  });
 
-  fs::path study;
-  std::optional<int> study_seeds;
-  std::optional<std::uint64_t> study_first_seed;
-  CLI::App* study_verb =
-      app.add_subcommand("study", "Run graphs by methods by values over seeds, into one table of errors and run times");
-  study_verb->add_option("study", study, "The study file (YAML)")->required();
+  StudyRequest study;
+  study.jobs = cores;
+  CLI::App* study_verb = app.add_subcommand(
+      "study", "Run graphs by methods by values over seeds, into one table that survives anything, and report on it");
+  study_verb->add_option("study", study.file, "The study file (YAML)")->required();
   options.add_to(*study_verb, false);
-  study_verb->add_option("--seeds", study_seeds, "Number of seeds (default: the study's)")->check(CLI::Range(1, 10000));
-  study_verb->add_option("--first-seed", study_first_seed, "The first seed (default: the study's)")
+  study_verb->add_option("--seeds", study.seeds, "Number of seeds (default: the study's)")->check(CLI::Range(1, 10000));
+  study_verb->add_option("--first-seed", study.first_seed, "The first seed (default: the study's)")
       ->check(CLI::NonNegativeNumber);
-  study_verb
-      ->add_option("--jobs", compare_options.jobs, "Runs at once (default: the cores); only run times depend on it")
+  study_verb->add_option("--jobs", study.jobs, "Runs at once (default: the cores); only run times depend on it")
       ->check(CLI::Range(1, 1024));
-  study_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
-  study_verb->callback(
-      [&] { result = run_study(study, options, study_seeds, study_first_seed, compare_options.jobs, out); });
+  study_verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)");
+  CLI::Option* resume = study_verb->add_flag("--resume", study.resume, "Go on with the runs that the folder has");
+  study_verb->add_flag("--overwrite", study.overwrite, "Begin anew where the folder has runs")->excludes(resume);
+  study_verb->add_flag("--short", study.is_short, "Use what the study says under `short`");
+  study_verb->callback([&] {
+    study.overrides = options.overrides();
+    result = run_study(study, console());
+  });
 
   bool explained = false;
   CLI::App* check_verb = app.add_subcommand("check", "Check graphs without running them");

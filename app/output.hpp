@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <system_error>
 
 #include "framework/core/check.hpp"
 
@@ -22,6 +23,14 @@ inline void write_file(const std::filesystem::path& path, const std::string& tex
   std::ofstream file(path, std::ios::binary);
   file << text;
   if (!file.flush()) throw RunError("cannot write " + path.string());
+}
+
+/// Makes the folder of the option --out; throws InputError where that cannot be.
+inline std::filesystem::path make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw InputError("--out " + folder.string() + ": cannot make this folder: " + error.message());
+  return folder;
 }
 
 }  // namespace tactor

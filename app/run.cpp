@@ -8,11 +8,14 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <memory>
 
 #include "app/live.hpp"
 #include "app/statistics.hpp"
+#include "framework/core/disk_cache.hpp"
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/texts.hpp"
@@ -118,7 +121,7 @@ std::vector<fs::path> code_files() {
 /// The reference run, or the one in the cache. Sets `interrupted`, and throws RunError, where it is told not to go on.
 void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost,
                     bool& interrupted) {
-  const Plan reference_plan = make_reference_plan(plan);
+  const Plan reference_plan = make_reference_plan(options.reference != nullptr ? *options.reference : plan);
   if (reference_plan.nodes.empty()) return;
   const auto go_on = [&options, &interrupted](double share) {
     interrupted = options.progress && !options.progress(share, "reference run");
@@ -293,9 +296,9 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   return result;
 }
 
-bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std::function<bool(double)>& go_on,
-                       const std::function<void(const std::string&)>& note) {
-  const Plan reference_plan = make_reference_plan(plan);
+bool prepare_reference(const Plan& plan, const Plan* reference, const fs::path& cache_folder,
+                       const std::function<bool(double)>& go_on, const std::function<void(const std::string&)>& note) {
+  const Plan reference_plan = make_reference_plan(reference != nullptr ? *reference : plan);
   if (reference_plan.nodes.empty()) return false;
   const ReferenceCache cache(cache_folder);
   const std::string key = reference_key(reference_plan, code_files());
@@ -308,6 +311,21 @@ bool prepare_reference(const Plan& plan, const fs::path& cache_folder, const std
   // Where it cannot be kept, the run that asks for it makes it again and says so.
   static_cast<void>(cache.store(key, run_reference(reference_plan, nullptr, go_on)));
   return true;
+}
+
+std::string reference_id(const Plan& plan) {
+  const Plan reference_plan = make_reference_plan(plan);
+  return reference_plan.nodes.empty() ? "" : reference_key(reference_plan, {});
+}
+
+std::string program_hash() {
+  std::string text;
+  for (const fs::path& file : code_files()) {
+    std::ifstream stream(file, std::ios::binary);
+    const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    text += file.filename().string() + " " + content_key({bytes}) + "\n";
+  }
+  return content_key({text});
 }
 
 }  // namespace tactor

@@ -1,4 +1,4 @@
-// One run of a planned graph with its reference run: what `tactor run` and `tactor compare` are made of.
+// One run of a planned graph with its reference run: what `tactor run` and the engine of studies are made of.
 #pragma once
 
 #include <filesystem>
@@ -69,6 +69,8 @@ struct RunResult {
 struct RunOptions {
   std::optional<std::filesystem::path> recording;  ///< where to record what the graph asks for; absent: nowhere
   std::filesystem::path cache_folder;
+  /// The plan whose reference run judges this one, with the same sinks; null: the plan itself.
+  const Plan* reference = nullptr;
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;
   /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.
@@ -87,9 +89,16 @@ struct RunOptions {
 RunResult execute(const Plan& plan, const RunOptions& options);
 
 /// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a
-/// run was made. `go_on` as in run_reference; `note` is told why what the cache held was not used.
-bool prepare_reference(const Plan& plan, const std::filesystem::path& cache_folder,
+/// run was made. `reference`: the plan that it is the reference run of, or null for `plan` itself. `go_on` as in
+/// run_reference; `note` is told why what the cache held was not used.
+bool prepare_reference(const Plan& plan, const Plan* reference, const std::filesystem::path& cache_folder,
                        const std::function<bool(double share)>& go_on,
                        const std::function<void(const std::string& note)>& note);
+
+/// What the cache calls the reference run of a plan; empty where it asks for none.
+std::string reference_id(const Plan& plan);
+
+/// A hash of the program and the libraries of ours that it has loaded.
+std::string program_hash();
 
 }  // namespace tactor

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -21,14 +22,6 @@ std::string joined(const std::vector<std::string>& parts, std::string_view betwe
   std::string text;
   for (const std::string& part : parts) text.append(text.empty() ? "" : between).append(part);
   return text;
-}
-
-/// How a setting is called in tables.
-std::string label(const StudySetting& setting) {
-  std::vector<std::string> parts;
-  if (!setting.method.empty()) parts.push_back(setting.method);
-  for (const auto& [path, value] : setting.values) parts.push_back(fmt::format("{}={}", path, value));
-  return parts.empty() ? "as it is" : joined(parts, " ");
 }
 
 /// log(b_i / a_i) for each seed; none where a value is not above zero.
@@ -96,26 +89,58 @@ double Study::over_graphs(std::size_t setting, std::string_view figure) const {
   return mean(means);
 }
 
+std::string label(const StudySetting& setting) {
+  std::vector<std::string> parts;
+  if (!setting.method.empty()) parts.push_back(setting.method);
+  for (const auto& [path, value] : setting.values) parts.push_back(fmt::format("{}={}", path, value));
+  return parts.empty() ? "as it is" : joined(parts, " ");
+}
+
 std::vector<StudySetting> study_settings(const StudySpec& spec) {
+  std::vector<StudySetting> methods;
+  if (spec.methods.empty()) methods.emplace_back();
+  for (const Overlay& method : spec.methods) methods.push_back({method.name, {}, {}, {method}, {}});
+  const std::vector<StudyPoint> points = study_points(spec);
   std::vector<StudySetting> settings;
-  if (spec.methods.empty()) settings.emplace_back();
-  for (const auto& method : spec.methods) settings.push_back({method.stem().string(), {}, {}});
-  for (const StudyAxis& axis : spec.vary) {
-    std::vector<StudySetting> more;
-    for (const StudySetting& setting : settings) {
-      for (const std::string& value : axis.values) {
-        more.push_back(setting);
-        more.back().values.emplace_back(joined(axis.paths, ", "), value);
+  for (const StudySetting& method : methods) {
+    for (const StudyPoint& point : points) {
+      StudySetting setting = method;
+      for (std::size_t a = 0; a < spec.vary.size(); ++a) {
+        const StudyValue& value = point.values[a];
+        setting.values.emplace_back(spec.vary[a].name, value.text);
+        if (value.overlay) setting.layers.push_back(*value.overlay);
+        for (const std::string& path : spec.vary[a].paths) setting.set.push_back(path + "=" + value.text);
       }
+      settings.push_back(std::move(setting));
     }
-    settings = std::move(more);
   }
   return settings;
 }
 
-std::vector<CompareCase> study_cases(const StudySpec& spec, const Overrides& overrides) {
+std::vector<std::string> shown_figures(const StudySpec& spec) {
+  std::vector<std::string> figures = spec.metrics;
+  const auto add = [&](const char* name) {
+    if (std::find(figures.begin(), figures.end(), name) == figures.end()) figures.emplace_back(name);
+  };
+  if (spec.report == StudyReport::stability) {
+    for (const char* name : {"stability.verdict", "stability.peak_energy_J", "stability.passivity_violation_J",
+                             "stability.oscillation_amplitude_m", "stability.oscillation_frequency_Hz"}) {
+      add(name);
+    }
+    if (spec.metrics.empty()) add("delivered.force.rms_error_N");
+  } else if (spec.report == StudyReport::work_precision &&
+             (!spec.metrics.empty() || spec.error != "delivered.force.rms_error_N")) {
+    for (const char* name : {"delivered.force.rms_error_N", spec.error.c_str()}) add(name);
+  }
+  return figures;
+}
+
+std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrides) {
   for (const StudyAxis& axis : spec.vary) {
     for (const std::string& path : axis.paths) {
+      if (overrides.duration_s && path == "duration") {
+        throw InputError("--duration: the study varies duration; take it out of the study's `vary` first");
+      }
       for (const std::string& set : overrides.set) {
         if (trimmed(set.substr(0, set.find('='))) != path) continue;
         throw InputError("--set " + set + ": the study varies " + path + "; take it out of the study's `vary` first");
@@ -123,20 +148,22 @@ std::vector<CompareCase> study_cases(const StudySpec& spec, const Overrides& ove
     }
   }
   const std::vector<StudySetting> settings = study_settings(spec);
-  std::vector<CompareCase> cases;
+  std::vector<RunCase> cases;
   for (const auto& graph : spec.graphs) {
     const std::size_t first = cases.size();
     for (const StudySetting& setting : settings) {
-      CompareCase c{graph, overrides, label(setting), first};
-      // What the command line lays over comes last, so that it wins, as with its values.
-      for (const auto& method : spec.methods) {
-        if (method.stem() == setting.method) c.overrides.over.insert(c.overrides.over.begin(), method);
-      }
+      RunCase c{graph, overrides, label(setting), first, {}};
+      // What the command line says comes last, so that it wins.
+      c.overrides.layers = setting.layers;
       std::vector<std::string> set = spec.set;
-      for (std::size_t a = 0; a < spec.vary.size(); ++a) {
-        for (const std::string& path : spec.vary[a].paths) set.push_back(path + "=" + setting.values[a].second);
-      }
+      set.insert(set.end(), setting.set.begin(), setting.set.end());
       c.overrides.set.insert(c.overrides.set.begin(), set.begin(), set.end());
+      if (!c.overrides.duration_s) c.overrides.duration_s = spec.duration_s;
+      if (!spec.reference_over.empty() || !spec.reference_set.empty()) {
+        c.reference = c.overrides;
+        c.reference->top_layers = spec.reference_over;
+        c.reference->top_set = spec.reference_set;
+      }
       cases.push_back(std::move(c));
     }
   }
@@ -156,22 +183,112 @@ Study make_study(const StudySpec& spec, Comparison comparison) {
   return study;
 }
 
-std::string study_csv(const Study& study) {
-  const Comparison& comparison = study.comparison;
+namespace {
+
+/// A line a run: what it is, then a cell for each of the columns.
+template <class Cells>
+std::string csv_of(const Study& study, std::vector<std::string> more_head, const Cells& cells_of) {
   std::vector<std::string> head{"graph", "method"};
-  for (const StudyAxis& axis : study.spec.vary) head.push_back(quoted_where_needed(joined(axis.paths, ", ")));
+  for (const StudyAxis& axis : study.spec.vary) head.push_back(quoted_where_needed(axis.name));
   head.emplace_back("seed");
-  for (const Column& column : comparison.columns) head.push_back(column.figure);
+  for (std::string& name : more_head) head.push_back(std::move(name));
   std::string out = joined(head, ",") + "\n";
+  const Comparison& comparison = study.comparison;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
-      std::vector<std::string> cells{comparison.rows[row].graph, study.setting(row).method};
+      std::vector<std::string> cells{comparison.rows[row].graph, quoted_where_needed(study.setting(row).method)};
       for (const auto& [path, value] : study.setting(row).values) cells.push_back(quoted_where_needed(value));
       cells.push_back(std::to_string(comparison.seeds[s]));
-      for (const std::vector<double>& values : comparison.rows[row].values) {
-        cells.push_back(std::isfinite(values[s]) ? fmt::format("{}", values[s]) : "");
-      }
+      cells_of(comparison.rows[row], s, cells);
       out += fmt::format("{}\n", fmt::join(cells, ","));
+    }
+  }
+  return out;
+}
+
+std::string csv_number(double value) {
+  return std::isfinite(value) ? fmt::format("{}", value) : "";
+}
+
+void add_values(const Study& study, const CompareRow& row, std::size_t seed, bool run_times,
+                std::vector<std::string>& cells) {
+  for (std::size_t c = 0; c < study.comparison.columns.size(); ++c) {
+    if (study.comparison.columns[c].run_time == run_times) cells.push_back(csv_number(row.values[c][seed]));
+  }
+}
+
+std::vector<std::string> figures_of(const Study& study, bool run_times) {
+  std::vector<std::string> names;
+  for (const Column& column : study.comparison.columns) {
+    if (column.run_time == run_times) names.push_back(column.figure);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::string word_of(RunStatus status) {
+  return status == RunStatus::done ? "done" : status == RunStatus::failed ? "failed" : "refused";
+}
+
+std::string study_csv(const Study& study) {
+  std::vector<std::string> head{"status"};
+  for (std::string& name : figures_of(study, false)) head.push_back(std::move(name));
+  return csv_of(study, std::move(head), [&](const CompareRow& row, std::size_t s, std::vector<std::string>& cells) {
+    cells.push_back(word_of(row.status[s]));
+    add_values(study, row, s, false, cells);
+  });
+}
+
+std::string run_times_csv(const Study& study) {
+  std::vector<std::string> head = figures_of(study, true);
+  head.insert(head.end(), {"spread_of_repeats", "control_us"});
+  return csv_of(study, std::move(head), [&](const CompareRow& row, std::size_t s, std::vector<std::string>& cells) {
+    add_values(study, row, s, true, cells);
+    cells.push_back(csv_number(row.spread[s]));
+    cells.push_back(csv_number(row.control_us[s]));
+  });
+}
+
+TimingNote timing_note(const Study& study) {
+  std::vector<double> control, spreads;
+  for (const CompareRow& row : study.comparison.rows) {
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] != RunStatus::done) continue;
+      control.push_back(row.control_us[s]);
+      if (std::isfinite(row.spread[s])) spreads.push_back(row.spread[s]);
+    }
+  }
+  TimingNote note;
+  if (control.empty()) return note;
+  note.control_us = median(control);
+  note.control_spread = (quantile(control, 0.95) - quantile(control, 0.05)) / note.control_us;
+  note.text = study.spec.repeats > 1
+                  ? fmt::format(
+                        "Run times are CPU times, the median of {} repeats after {} that did not count; the "
+                        "repeats of a run spread by {:.1f} % in the median and {:.1f} % at most. ",
+                        study.spec.repeats, study.spec.warm_up, 100 * median(spreads), 100 * quantile(spreads, 1))
+                  : "Run times are CPU times of a single run each. ";
+  note.text += fmt::format(
+      "A fixed computation before each run took {:.0f} us in the median and spread by {:.1f} % (5th to 95th "
+      "percentile).",
+      note.control_us, 100 * note.control_spread);
+  const double worst = std::max(note.control_spread, spreads.empty() ? 0 : quantile(spreads, 0.5));
+  if (worst > 0.1) {
+    note.warning = fmt::format(
+        "The machine was not quiet: run times spread by {:.0f} %, more than 10 %. Compare them with "
+        "care, or run the study anew with --jobs 1 on an idle machine.",
+        100 * worst);
+  }
+  return note;
+}
+
+std::string failures_text(const Study& study) {
+  std::string out;
+  for (const CompareRow& row : study.comparison.rows) {
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] == RunStatus::done) continue;
+      out += fmt::format("{}: {}\n", run_name(row.graph, row.setting, study.comparison.seeds[s]), row.message[s]);
     }
   }
   return out;
@@ -183,6 +300,12 @@ Json to_json(const Study& study) {
   json["study"] = study.spec.name;
   json["title"] = study.spec.title;
   json["seeds"] = study.comparison.seeds;
+  const TimingNote timing = timing_note(study);
+  json["timing"] = {{"repeats", study.spec.repeats},
+                    {"warm_up", study.spec.warm_up},
+                    {"control_us", timing.control_us},
+                    {"control_spread", timing.control_spread},
+                    {"warning", timing.warning}};
   json["settings"] = Json::array();
   for (const StudySetting& setting : study.settings) {
     Json one = to_json(setting);
@@ -194,6 +317,8 @@ Json to_json(const Study& study) {
     Json one = to_json(study.setting(row));
     one.update(to_json(study.comparison.rows[row], study.comparison.columns));
     one["against_first"]["ratio"] = to_json(study.ratios[row]);
+    one["status"] = Json::array();
+    for (const RunStatus status : study.comparison.rows[row].status) one["status"].push_back(word_of(status));
     json["rows"].push_back(std::move(one));
   }
   return json;
@@ -229,6 +354,8 @@ std::string study_table(const Study& study) {
                   [&](std::string_view figure) { return study.over_graphs(s, figure); });
     }
   }
+  const TimingNote timing = timing_note(study);
+  out += fmt::format("\n{}\n{}{}", timing.text, timing.warning, timing.warning.empty() ? "" : "\n");
   if (settings > 1) out += "\nagainst the first line of the graph\n" + judged_text(comparison);
   return out;
 }

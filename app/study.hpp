@@ -23,9 +23,11 @@ struct ErrorRatio {
 
 /// One combination of method and varied values.
 struct StudySetting {
-  std::string method;  ///< the stem of its file, or empty
-  std::vector<std::pair<std::string, std::string>> values;
+  std::string method;                                       ///< its name, or empty
+  std::vector<std::pair<std::string, std::string>> values;  ///< by axis
   ErrorRatio over_graphs;
+  std::vector<Overlay> layers;   ///< method and swaps
+  std::vector<std::string> set;  ///< `path=value` of the varied parameters
 };
 
 /// A study that has run. The rows of `comparison` are, for each graph, the settings in order; each is judged against
@@ -43,14 +45,34 @@ struct Study {
 
 /// What the settings of a study are, without having run.
 std::vector<StudySetting> study_settings(const StudySpec& spec);
+/// The figures that the tables of the study show; none: the usual ones.
+std::vector<std::string> shown_figures(const StudySpec& spec);
 /// What is to be run, in the order of Study's rows; `overrides` are laid over what the study says. Throws
 /// InputError where they set what it varies.
-std::vector<CompareCase> study_cases(const StudySpec& spec, const Overrides& overrides);
-/// Judges what compare() made of the cases.
+std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrides);
+/// Judges the runs of the cases.
 Study make_study(const StudySpec& spec, Comparison comparison);
 
-/// A line a run: graph, method, varied values, seed, then all figures, errors first and run times after them.
+/// How a setting is called in tables.
+std::string label(const StudySetting& setting);
+
+/// A line a run: graph, method, varied values, seed, status, then the figures, which no run time is among: the same
+/// bytes whatever the machine did beside.
 std::string study_csv(const Study& study);
+/// A line a run in the same order: what took how long.
+std::string run_times_csv(const Study& study);
+/// What the tables say of how the run times were taken and how far they can be trusted; `warning` tells where they
+/// spread by more than 10 %.
+struct TimingNote {
+  std::string text;
+  std::string warning;        ///< or empty
+  double control_us = 0;      ///< median of the fixed computation
+  double control_spread = 0;  ///< (95th - 5th percentile) / median of it
+};
+TimingNote timing_note(const Study& study);
+std::string word_of(RunStatus status);
+/// A line for every run that failed or was refused.
+std::string failures_text(const Study& study);
 nlohmann::ordered_json to_json(const Study& study);
 /// What `tactor study` prints: every graph's settings, then the settings over all graphs.
 std::string study_table(const Study& study);

@@ -44,7 +44,17 @@ Comparison comparison() {
   c.columns = {{"delivered.force.rms_error_N", "error"}, {"one_step.force.rms_error_N", "one step"}};
   const auto row = [&](const char* graph, std::size_t against, std::vector<double> delivered,
                        std::vector<double> next) {
-    c.rows.push_back({graph, "s", "", against, {}, {std::move(delivered), std::move(next)}, {}, {}, {}});
+    CompareRow one;
+    one.graph = graph;
+    one.setting = "s";
+    one.against = against;
+    one.runs.resize(2);
+    one.values = {std::move(delivered), std::move(next)};
+    one.status.assign(2, RunStatus::done);
+    one.message.assign(2, "");
+    one.spread.assign(2, std::numeric_limits<double>::quiet_NaN());
+    one.control_us.assign(2, 1000);
+    c.rows.push_back(std::move(one));
   };
   row("a", 0, {0.2, 0.4}, {1, 1});
   row("a", 0, {0.1, 0.1}, {0, 1});
@@ -65,16 +75,16 @@ BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
   BOOST_TEST(spec.first_seed == 5U);
   Overrides overrides;
   overrides.set = {"x.p=4 mm"};
-  const std::vector<CompareCase> cases = study_cases(spec, overrides);
+  const std::vector<RunCase> cases = study_cases(spec, overrides);
   BOOST_REQUIRE(cases.size() == 2U * 2U * 2U * 2U);
   BOOST_TEST(cases[0].graph.filename() == "a.yaml");
   BOOST_TEST(cases[8].graph.filename() == "b.yaml");
   BOOST_TEST(cases[7].against == 0U);
   BOOST_TEST(cases[8].against == 8U);
   // The last axis goes fastest, methods slowest; the command line comes last, so that it wins.
-  const CompareCase& c = cases[8 + 4 + 2 + 0];
-  BOOST_REQUIRE(c.overrides.over.size() == 1U);
-  BOOST_TEST(c.overrides.over[0].filename() == "line.yaml");
+  const RunCase& c = cases[8 + 4 + 2 + 0];
+  BOOST_REQUIRE(c.overrides.layers.size() == 1U);
+  BOOST_TEST(c.overrides.layers[0].file.filename() == "line.yaml");
   const std::vector<std::string> set{"x.p=3 mm", "x.q='2'", "y.q='2'", "x.r=[1, 2]", "x.p=4 mm"};
   BOOST_TEST(c.overrides.set == set, boost::test_tools::per_element());
   BOOST_TEST(c.setting == "line x.q, y.q='2' x.r=[1, 2]");
@@ -82,9 +92,9 @@ BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
 
 BOOST_AUTO_TEST_CASE(without_methods_and_values_the_graphs_run_as_they_are) {
   const StudyFile file;
-  const std::vector<CompareCase> cases = study_cases(file.load("graphs: [a.yaml]\n"), {});
+  const std::vector<RunCase> cases = study_cases(file.load("graphs: [a.yaml]\n"), {});
   BOOST_REQUIRE(cases.size() == 1U);
-  BOOST_TEST(cases[0].overrides.over.empty());
+  BOOST_TEST(cases[0].overrides.layers.empty());
   BOOST_TEST(cases[0].overrides.set.empty());
 }
 
@@ -120,10 +130,12 @@ BOOST_AUTO_TEST_CASE(the_command_line_lies_over_the_methods_and_may_not_set_what
   const StudySpec spec = file.load("graphs: [a.yaml]\nmethods: [hold.yaml]\nvary: {x.p: [1, 2]}\n");
   Overrides overrides;
   overrides.over = {"b.yaml"};
-  const std::vector<CompareCase> cases = study_cases(spec, overrides);
-  BOOST_REQUIRE(cases[1].overrides.over.size() == 2U);
-  BOOST_TEST(cases[1].overrides.over[0].filename() == "hold.yaml");
-  BOOST_TEST(cases[1].overrides.over[1].filename() == "b.yaml");
+  const std::vector<RunCase> cases = study_cases(spec, overrides);
+  // Layers come before `over`.
+  BOOST_REQUIRE(cases[1].overrides.layers.size() == 1U);
+  BOOST_TEST(cases[1].overrides.layers[0].file.filename() == "hold.yaml");
+  BOOST_REQUIRE(cases[1].overrides.over.size() == 1U);
+  BOOST_TEST(cases[1].overrides.over[0].filename() == "b.yaml");
   overrides.set = {"x.q=1", "x.p = 3"};
   BOOST_CHECK_EXCEPTION(study_cases(spec, overrides), InputError, [](const InputError& e) {
     return std::string(e.what()).find("--set x.p = 3: the study varies x.p") != std::string::npos;
@@ -133,7 +145,7 @@ BOOST_AUTO_TEST_CASE(the_command_line_lies_over_the_methods_and_may_not_set_what
 BOOST_AUTO_TEST_CASE(ratios_are_geometric_means_over_seeds_and_over_graphs) {
   StudySpec spec;
   spec.graphs = {"a.yaml", "b.yaml"};
-  spec.methods = {"hold.yaml", "line.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
   const Study study = make_study(spec, comparison());
   BOOST_REQUIRE(study.ratios.size() == 4U);
   BOOST_TEST(study.ratios[0].delivered->ratio == 1.0);
@@ -155,12 +167,34 @@ BOOST_AUTO_TEST_CASE(ratios_are_geometric_means_over_seeds_and_over_graphs) {
 BOOST_AUTO_TEST_CASE(the_table_file_has_a_line_a_run_with_its_values_quoted_where_needed) {
   StudySpec spec;
   spec.graphs = {"a.yaml", "b.yaml"};
-  spec.vary = {{{"x.p", "y.p"}, {"[1, 2]", "3"}}};
+  spec.vary = {{"x.p, y.p", {"x.p", "y.p"}, {{"[1, 2]", {}, {}}, {"3", {}, {}}}, {}}};
   Comparison figures = comparison();
-  figures.rows[3].values[1][1] = std::numeric_limits<double>::quiet_NaN();
-  const std::string csv = study_csv(make_study(spec, figures));
-  BOOST_TEST(csv ==
-             "graph,method,\"x.p, y.p\",seed,delivered.force.rms_error_N,one_step.force.rms_error_N\n"
-             "a,,\"[1, 2]\",7,0.2,1\na,,\"[1, 2]\",8,0.4,1\na,,3,7,0.1,0\na,,3,8,0.1,1\n"
-             "b,,\"[1, 2]\",7,1,1\nb,,\"[1, 2]\",8,1,1\nb,,3,7,4,1\nb,,3,8,2,\n");
+  figures.columns[1].run_time = true;
+  figures.rows[3].values[0][1] = std::numeric_limits<double>::quiet_NaN();
+  figures.rows[3].status[1] = RunStatus::failed;
+  const Study study = make_study(spec, figures);
+  BOOST_TEST(study_csv(study) ==
+             "graph,method,\"x.p, y.p\",seed,status,delivered.force.rms_error_N\n"
+             "a,,\"[1, 2]\",7,done,0.2\na,,\"[1, 2]\",8,done,0.4\na,,3,7,done,0.1\na,,3,8,done,0.1\n"
+             "b,,\"[1, 2]\",7,done,1\nb,,\"[1, 2]\",8,done,1\nb,,3,7,done,4\nb,,3,8,failed,\n");
+  BOOST_TEST(run_times_csv(study).find("seed,one_step.force.rms_error_N,spread_of_repeats,control_us\n"
+                                       "a,,\"[1, 2]\",7,1,,1000\n") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(run_times_that_spread_by_more_than_a_tenth_are_warned_of) {
+  StudySpec spec;
+  spec.graphs = {"a.yaml", "b.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
+  spec.repeats = 3;
+  Comparison figures = comparison();
+  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.02);
+  BOOST_TEST(timing_note(make_study(spec, figures)).warning.empty());
+  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.3);
+  BOOST_TEST(timing_note(make_study(spec, figures)).warning.find("30 %") != std::string::npos);
+  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.02);
+  for (std::size_t row = 0; row < 4; ++row) figures.rows[row].control_us = {1000, row < 2 ? 1000 : 1500.0};
+  const TimingNote note = timing_note(make_study(spec, figures));
+  BOOST_TEST(note.control_us == 1000);
+  BOOST_TEST(note.control_spread == 0.5);
+  BOOST_TEST(!note.warning.empty());
 }

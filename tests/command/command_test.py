@@ -168,7 +168,7 @@ class Outputs(CommandTest):
         self.assertTrue(self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")["reference_run"]["cached"])
 
     def study(self, out, *options):
-        """The parsed lines of the table, errors and run times apart."""
+        """The parsed lines of the tables: errors with run times, and errors alone."""
         self.write("small_study.yaml", f"""
 graphs: [{GRAPHS / "recorded.yaml"}]
 methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/burg.yaml"}]
@@ -177,9 +177,8 @@ seeds: 3
 """)
         folder = self.folder / out
         self.run_ok("study", self.folder / "small_study.yaml", "--duration", "1.5", "--out", folder, *options)
-        lines = list(csv.DictReader((folder / "study.csv").read_text().splitlines()))
-        timed = [name for name in lines[0] if name.startswith(("cost_us", "cpu_", "method_us"))]
-        return lines, [{k: v for k, v in line.items() if k not in timed} for line in lines]
+        errors, times = (list(csv.DictReader((folder / name).read_text().splitlines())) for name in ("study.csv", "run_times.csv"))
+        return [line | time for line, time in zip(errors, times)], errors
 
     def test_a_study_gives_a_line_a_run_the_same_by_any_number_of_jobs(self):
         lines, alone = self.study("one", "--jobs", "1")

@@ -30,22 +30,6 @@ class ShippedGraphs(CommandTest):
                 self.assertGreater(summary["contacts"]["max"], 0)
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
 
-    def test_every_study_runs(self):
-        studies = sorted((GRAPHS / "studies").glob("*.yaml"))
-        self.assertGreater(len(studies), 2)
-        for study in studies:
-            with self.subTest(study=study.name):
-                said = yaml.safe_load(study.read_text())
-                for key in {"graphs", "methods"} & said.keys():
-                    said[key] = [str((study.parent / name).resolve()) for name in said[key]]
-                # Three of its graphs at most, so that the scenes with meshes need not be made ready for every method.
-                said["graphs"] = list(dict.fromkeys(said["graphs"][:2] + said["graphs"][-1:]))
-                self.run_ok("study", self.write(study.name, yaml.safe_dump(said)), "--seeds", "1", "--duration", "0.3",
-                            "--out", self.folder / study.stem)
-                lines = (self.folder / study.stem / "study.csv").read_text().splitlines()
-                values = [len(axis) for axis in said.get("vary", {}).values()]
-                self.assertEqual(len(lines) - 1, len(said["graphs"]) * len(said.get("methods", [None])) * math.prod(values))
-
     def test_every_graph_runs(self):
         for graph in shipped(clock="virtual"):
             with self.subTest(graph=graph.name):

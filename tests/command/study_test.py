@@ -1,0 +1,295 @@
+"""Studies: the same table by any number of jobs, kept through kills and interrupts, and refused with the place of what is wrong."""
+import csv
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import unittest
+
+import yaml
+
+from harness import GRAPHS, HAS_HDF5, TACTOR, CommandTest, needs_collision, needs_hdf5, tactor
+
+RECORDED = GRAPHS / "recorded.yaml"
+
+
+class StudyTest(CommandTest):
+    def study(self, text, out, *options, code=0, **more):
+        file = self.folder / "study.yaml"
+        if text is not None:
+            file.write_text(text)
+        result = tactor("study", file, "--out", self.folder / out, *options, environment=self.environment, **more)
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        return result
+
+    def table(self, out, query):
+        with sqlite3.connect(f"file:{self.folder / out / 'study.sqlite'}?mode=ro", uri=True) as db:
+            return db.execute(query).fetchall()
+
+    def bytes_of(self, out, name="study.csv"):
+        return (self.folder / out / name).read_bytes()
+
+    def lines(self, out, name="study.csv"):
+        return list(csv.DictReader(self.bytes_of(out, name).decode().splitlines()))
+
+    def start(self, out, *options):
+        """The command in the background, once its table has some runs and is not yet whole."""
+        process = subprocess.Popen([TACTOR, "study", self.folder / "study.yaml", "--out", self.folder / out, *options],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=dict(os.environ, **self.environment))
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+
+        def some():
+            try:
+                return self.table(out, "SELECT count(*) FROM runs")[0][0] >= 3
+            except sqlite3.OperationalError:  # not made yet
+                return False
+
+        self.wait_until(some, process, "its table had three runs")
+        return process
+
+
+MANY = f"""
+graphs: [{RECORDED}]
+methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/kalman.yaml"}]
+vary: {{device.force_max: [4 N, 6 N, 8 N]}}
+seeds: 60
+duration: 1 s
+"""
+
+
+class Table(StudyTest):
+    def test_any_number_of_jobs_gives_the_same_bytes(self):
+        text = MANY.replace("seeds: 60", "seeds: 4")
+        self.study(text, "one", "--jobs", "1")
+        self.study(text, "three", "--jobs", "3")
+        self.assertEqual(self.bytes_of("one"), self.bytes_of("three"))
+        lines = self.lines("one")
+        self.assertEqual(len(lines), 2 * 3 * 4)
+        self.assertEqual({line["status"] for line in lines}, {"done"})
+        for line, times in zip(lines, self.lines("one", "run_times.csv")):
+            self.assertEqual([line[k] for k in ("method", "device.force_max", "seed")],
+                             [times[k] for k in ("method", "device.force_max", "seed")])
+            self.assertGreater(float(times["cpu_ms_per_s"]), 0)
+            self.assertGreater(float(times["control_us"]), 0)
+            self.assertNotIn("cpu_ms_per_s", line)
+
+    def test_a_killed_study_goes_on_with_nothing_lost_and_nothing_run_twice(self):
+        (self.folder / "study.yaml").write_text(MANY)
+        process = self.start("killed", "--jobs", "2")
+        process.kill()
+        process.communicate()
+        before = dict(self.table("killed", "SELECT run, cpu_s FROM runs"))
+        self.assertLess(len(before), 360)
+        result = self.study(None, "killed", code=2)
+        self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
+        self.study(None, "killed", "--resume")
+        after = dict(self.table("killed", "SELECT run, cpu_s FROM runs"))
+        self.assertEqual(len(after), 360)
+        # A run that were made again would have taken another time.
+        self.assertEqual({run: after[run] for run in before}, before)
+        engine = json.loads(self.bytes_of("killed", "study.json"))["engine"]
+        self.assertEqual([engine["runs_found"], engine["runs"]], [len(before), 360 - len(before)])
+        self.study(None, "whole")
+        self.assertEqual(self.bytes_of("killed"), self.bytes_of("whole"))
+
+    def test_an_interrupt_keeps_what_there_is(self):
+        (self.folder / "study.yaml").write_text(MANY)
+        process = self.start("out", "--jobs", "2")
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1)
+        self.assertRegex(stderr.decode(), r"interrupted: \d+ of 360 runs are kept in .*study.sqlite; .* --resume goes on")
+        kept = self.table("out", "SELECT count(*) FROM runs")[0][0]
+        self.assertGreaterEqual(kept, 3)
+        self.study(None, "out", "--resume")
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs_found"], kept)
+
+    def test_two_at_once_are_refused(self):
+        (self.folder / "study.yaml").write_text(MANY)
+        process = self.start("out", "--jobs", "1")
+        result = self.study(None, "out", "--resume", code=2)
+        self.assertIn("found another tactor at it", result.stderr)
+        process.kill()
+
+    def test_what_has_changed_is_refused_by_name(self):
+        graph = self.write("mine.yaml", f"extends: {RECORDED}\n")
+        text = f"graphs: [{graph}]\nseeds: 2\nduration: 0.6 s\n"
+        self.study(text, "out")
+        first = self.bytes_of("out")
+        self.assertIn("--overwrite begins anew", self.study(text, "out", code=2).stderr)
+        self.study(text, "out", "--resume")
+        self.assertEqual(self.bytes_of("out"), first)
+        for change, options, said in ((text + "# more\n", (), "the study has changed since"),
+                                      (text, ("--seeds", "3"), "the options of the command line were others")):
+            self.assertIn(said, self.study(change, "out", "--resume", *options, code=2).stderr)
+        graph.write_text(f"extends: {RECORDED}\nnodes: {{device: {{force_max: 3 N}}}}\n")
+        result = self.study(text, "out", "--resume", code=2)
+        self.assertIn("the graph, or a file that it names, has changed since: mine as it is, seed 1001", result.stderr)
+        self.study(text, "out", "--overwrite")
+
+    def test_repeats_are_medians_of_run_times_alone(self):
+        self.study(f"graphs: [{RECORDED}]\nseeds: 2\nduration: 0.6 s\ntiming: {{repeats: 3, warm_up: 1}}\n", "out")
+        for run in (0, 1):
+            repeats = sorted(v for v, in self.table("out", f"SELECT cpu_s FROM repeats WHERE run = {run}"))
+            self.assertEqual(len(repeats), 3)
+            self.assertEqual(self.table("out", f"SELECT cpu_s FROM runs WHERE run = {run}")[0][0], repeats[1])
+        self.study(f"graphs: [{RECORDED}]\nseeds: 2\nduration: 0.6 s\n", "once")
+        self.assertEqual(self.bytes_of("out"), self.bytes_of("once"))
+
+    @needs_hdf5
+    def test_the_table_is_there_as_hdf5(self):
+        import h5py  # noqa: PLC0415
+        self.study(f"title: mine\ngraphs: [{RECORDED}]\nvary: {{device.force_max: [4 N, 8 N]}}\nseeds: 2\nduration: 0.6 s\n", "out")
+        lines = self.lines("out")
+        with h5py.File(self.folder / "out" / "study.h5") as file:
+            self.assertEqual(file.attrs["title"], "mine")
+            self.assertEqual([v.decode() for v in file["device.force_max"]], ["4 N", "4 N", "8 N", "8 N"])
+            self.assertEqual(list(file["delivered.force.rms_error_N"]),
+                             [float(line["delivered.force.rms_error_N"]) for line in lines])
+            self.assertTrue((file["cpu_ms_per_s"][...] > 0).all())
+
+
+class Designs(StudyTest):
+    def test_a_hypercube_a_swap_and_a_range_run(self):
+        self.study(f"""
+graphs: [{RECORDED}]
+methods: [{{inline: {{nodes: {{prediction: {{type: prediction.kalman}}, interpolation: {{type: interpolation.linear}}}}}}}}]
+vary:
+  device.force_max: {{from: 2 N, to: 8 N, count: 2}}
+  show: {{swap: {{as_is: {{title: one}}, soft: {{nodes: {{device: {{force_slew: 500 N/s}}}}}}}}}}
+design: {{latin_hypercube: {{samples: 6, seed: 1}}}}
+seeds: 1
+duration: 0.6 s
+""", "out")
+        lines = self.lines("out")
+        self.assertEqual(len(lines), 6)
+        forces = sorted(float(line["device.force_max"].removesuffix(" N")) for line in lines)
+        for i, force in enumerate(forces):  # one in each slice of 1 N
+            self.assertTrue(2 + i <= force < 3 + i, forces)
+        self.assertEqual(sorted(line["show"] for line in lines), ["as_is"] * 3 + ["soft"] * 3)
+        self.assertEqual({line["method"] for line in lines}, {"inline"})
+
+    def test_another_graph_can_be_the_reference(self):
+        # A lever of half the length makes the recorded torque twice the force.
+        text = f"graphs: [{RECORDED}]\nseeds: 1\nduration: 1 s\n"
+        self.study(text, "own")
+        self.study(text + "reference: {over: [{double: {nodes: {recording: {columns: {force.x: Fe_Nm / 0.0375 m}}}}}]}\n", "other")
+        own, other = (float(self.lines(out)[0]["reference.force.rms_N"]) for out in ("own", "other"))
+        self.assertAlmostEqual(other / own, 2, places=6)
+
+
+class Failures(StudyTest):
+    def bad(self, text, *said):
+        result = self.study(text, "bad", code=2)
+        for one in said:
+            self.assertIn(one, result.stderr)
+        self.assertFalse((self.folder / "bad" / "study.sqlite").exists())
+
+    def test_what_a_graph_does_not_have_is_refused_at_its_place_in_the_study(self):
+        graph = f"graphs: [{RECORDED}]\n"
+        self.bad(graph + "vary: {devise.force_max: [3]}\n", "study.yaml:2:27: ", "devise: expected a node of the graph",
+                 'did you mean "device"')
+        self.bad(graph + "vary:\n  device.force_maks: [3, 4]\n", "study.yaml:3:23: ", 'did you mean "force_max"')
+        self.bad(graph + "vary:\n  device.force_max: [3, -4 N]\n", "study.yaml:3:25: ", "device.force_max: expected a force")
+        self.bad(graph + "set: {device.force_max: 3 m}\n", "study.yaml:2:7: ", "device.force_max: expected a force")
+        self.bad(graph + "methods: [{mine: {nodes: {device: {typo: 3}}}}]\n", "study.yaml:2:36: ", "nodes.device.typo: expected a parameter")
+
+    def test_bad_files_are_refused_with_their_place(self):
+        graph = f"graphs: [{RECORDED}]\n"
+        self.bad(graph + "sedes: 3\n", "study.yaml:2:1: study.sedes", 'did you mean "seeds"?')
+        self.bad(graph + "vary: {device.force_max: []}\n", "study.yaml:2:26: vary.device.force_max", "an empty list")
+        self.bad(graph + "vary: {device.force_max: {from: 0 N, to: 3 N, count: 3, scale: log}}\n", "study.yaml:2:33: ",
+                 "cannot begin at, or go through, 0")
+        self.bad(graph + "vary: {device.force_max: [1]}\ndesign: {grid: {}, latin_hypercube: {samples: 3}}\n",
+                 "study.yaml:3:9: design", "found grid, latin_hypercube together")
+        self.bad(graph + "seeds: [1, 2\n", "study.yaml:")
+        result = self.study(graph, "bad", "--short", code=2)
+        self.assertIn("expected the key short, which --short asks for", result.stderr)
+        result = self.study(graph, "bad", "--resume", "--overwrite", code=2)
+        self.assertIn("--resume", result.stderr)
+
+    def test_a_metric_that_nothing_reports_is_told(self):
+        result = self.study(f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\nmetrics: [delivered.force.rms_eror_N]\n", "out")
+        self.assertIn('delivered.force.rms_eror_N: no run reports it; did you mean "delivered.force.rms_error_N"?', result.stderr)
+
+
+@needs_collision
+class Reports(StudyTest):
+    def test_a_work_precision_study_leaves_its_pictures_and_tables(self):
+        result = self.study(f"""
+graphs: [{GRAPHS / "wall.yaml"}, {RECORDED}]
+methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/kalman.yaml"}]
+seeds: 2
+duration: 1.2 s
+report: work_precision
+timing: {{repeats: 2, warm_up: 0}}
+""", "out")
+        self.assertIn("all 2 graphs", result.stdout)
+        for name in ("wall", "recorded", "all_2_graphs"):
+            self.assertTrue(self.bytes_of("out", f"work_precision_{name}.svg").startswith(b"<svg"))
+            self.assertTrue(self.bytes_of("out", f"work_precision_{name}.png").startswith(b"\x89PNG"))
+        page = self.bytes_of("out", "report.html").decode()
+        for text in ("<svg", "kalman", "A fixed computation before each run", "CPU ms a simulated second"):
+            self.assertIn(text, page)
+        for outside in ("http://cdn", "https://cdn", "<script src", "<link", "@import", "url(http"):
+            self.assertNotIn(outside, page)
+        json_points = json.loads(self.bytes_of("out", "study.json"))["work_precision"]["graphs"][0]["points"]
+        # The points are those of the table: of the first graph and method, the geometric mean of two seeds.
+        errors = [float(line["delivered.force.rms_error_N"]) for line in self.lines("out")[:2]]
+        self.assertAlmostEqual(json_points[0]["error"]["centre"], (errors[0] * errors[1]) ** 0.5)
+        self.assertTrue(any(p["front_run"] for p in json_points))
+
+    def test_a_map_tells_cells_of_every_kind_and_records_the_worst(self):
+        result = self.study(f"""
+graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+set: {{device.loop: open, metrics.rest: 0.5 s}}
+vary:
+  collision.cost.constant: [2 ms, 40 ms]
+  coupling.k_t: [100 N/m, -3 N/m]
+seeds: 1
+duration: 2.5 s
+report: {{kind: stability, worst: 1}}
+""", "out")
+        (stability,) = json.loads(self.bytes_of("out", "study.json"))["stability"]["maps"]
+        cells = {(c["x"], c["y"]): c for c in stability["cells"]}
+        self.assertEqual(len(cells), 4)
+        self.assertEqual(cells["2 ms", "100 N/m"]["verdict"], "stable")
+        # A force that is 40 ms late gives back on the way out what was never put in on the way in.
+        self.assertEqual(cells["40 ms", "100 N/m"]["verdict"], "energy")
+        self.assertGreater(cells["40 ms", "100 N/m"]["passivity_violation_J"], 1e-3)
+        self.assertEqual(cells["2 ms", "-3 N/m"]["verdict"], "refused")
+        self.assertIn("coupling.k_t: expected", cells["2 ms", "-3 N/m"]["reason"])
+        self.assertIn("energy growth", result.stdout)
+        worst = self.folder / "out" / cells["40 ms", "100 N/m"]["recording"]
+        self.assertTrue((worst / "graph.yaml").exists())
+        self.assertEqual(HAS_HDF5, (worst / "recording.h5").exists())
+        self.assertTrue(self.bytes_of("out", "stability_wall_closed_loop.png").startswith(b"\x89PNG"))
+        # A map in which nothing could run is a bad study.
+        refused = self.study(f"""
+graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+vary: {{coupling.kt: [1, 2], device.rate: [1000, 2000]}}
+report: stability
+""", "none", code=2)
+        self.assertIn('did you mean "k_t"?', refused.stderr)
+
+
+@needs_collision
+class Shipped(StudyTest):
+    def test_every_study_runs_in_short(self):
+        studies = sorted((GRAPHS / "studies").glob("*.yaml"))
+        self.assertGreater(len(studies), 10)
+        for study in studies:
+            with self.subTest(study=study.name):
+                self.assertIn("short", yaml.safe_load(study.read_text()))
+                out = self.folder / study.stem
+                self.run_ok("study", study, "--short", "--out", out)
+                lines = list(csv.DictReader((out / "study.csv").read_text().splitlines()))
+                self.assertGreaterEqual(len(lines), 2)
+                self.assertEqual({line["status"] for line in lines}, {"done"})
+                self.assertIn("<table", (out / "report.html").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
