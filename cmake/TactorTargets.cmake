@@ -70,3 +70,8 @@ function(tactor_test name)
   # What tests keep in the cache is not the user's.
   set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 ENVIRONMENT TACTOR_CACHE=${CMAKE_BINARY_DIR}/tests/cache)
 endfunction()
+
+# tactor_live_tests(NAME...): tests in real time. They get both cores, and `scripts/test` gives one that fails a second run.
+function(tactor_live_tests)
+  set_tests_properties(${ARGN} PROPERTIES LABELS live PROCESSORS 2)
+endfunction()
