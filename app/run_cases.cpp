@@ -146,9 +146,9 @@ class Engine {
     run_pending(table);
     outcome.cost = {seconds_of(CLOCK_PROCESS_CPUTIME_ID) - cpu, run_cpu_s_, reference_cpu_s_, waited_for_core_s_,
                     seconds_of(CLOCK_MONOTONIC) - wall};
-    if (options_.progress && !stopped_) options_.progress(1.0, "done");
     outcome.records = table.read();
     outcome.interrupted = outcome.records.size() < finished.size();
+    if (options_.progress && !outcome.interrupted) options_.progress(1.0, "done");
     for (RunRecord& record : outcome.records) {
       record.result.graph = graph_name(record.number / seeds());
       record.result.seed = options_.seeds[record.number % seeds()];
