@@ -1,12 +1,15 @@
 #include "app/chart.hpp"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -86,6 +89,35 @@ std::string gnuplot(const std::string& script_text, Format format, int width, in
   return format == Format::svg ? bytes.substr(bytes.find("<svg")) : bytes;
 }
 
+/// Ends near the values (above 0) and tics at 1, 2 and 5 for a logarithmic axis, `x` or `y`.
+std::string close_axis(const std::string& axis, const Chart& chart, std::vector<double> Curve::*values,
+                       std::vector<double> Curve::*lows, std::vector<double> Curve::*highs) {
+  double low = std::numeric_limits<double>::infinity(), high = 0;
+  for (const Curve& curve : chart.curves) {
+    for (const auto list : {values, lows, highs}) {
+      for (const double v : curve.*list) {
+        if (!(v > 0) || !std::isfinite(v)) continue;
+        low = std::min(low, v);
+        high = std::max(high, v);
+      }
+    }
+  }
+  if (!(high > 0)) return {};
+  // At least a factor of four, so that there are tics.
+  const double margin = std::max(1.25, std::sqrt(4 * low / high));
+  low /= margin;
+  high *= margin;
+  std::string list;
+  for (int decade = static_cast<int>(std::floor(std::log10(low))); std::pow(10, decade) <= high; ++decade) {
+    for (const int step : {1, 2, 5}) {
+      const double at = step * std::pow(10, decade);
+      if (at < low || at > high || (high / low > 300 && step != 1)) continue;
+      list += fmt::format("{}\"{:.6g}\" {:.6g}", list.empty() ? "" : ", ", at, at);
+    }
+  }
+  return fmt::format("set {0}range [{1:.9g}:{2:.9g}]\nset {0}tics ({3})\n", axis, low, high, list);
+}
+
 std::string script_of(const std::vector<Chart>& charts) {
   std::string script =
       "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
@@ -98,7 +130,11 @@ std::string script_of(const std::vector<Chart>& charts) {
     script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
     script += chart.x_range ? fmt::format("set xrange [{:.9g}:{:.9g}]\n", chart.x_range->first, chart.x_range->second)
                             : "set xrange [*:*]\n";
-    script += "unset yrange\nset autoscale y\n";
+    script += "unset yrange\nset autoscale y\nset xtics autofreq\nset ytics autofreq\n";
+    if (chart.close) {
+      script += close_axis("x", chart, &Curve::x, &Curve::x_low, &Curve::x_high) +
+                close_axis("y", chart, &Curve::y, &Curve::y_low, &Curve::y_high);
+    }
     std::string plot;
     std::size_t block = 0;
     for (const Curve& curve : chart.curves) {
@@ -131,10 +167,12 @@ std::string tics(const char* axis, const std::vector<std::string>& names, const 
 }
 
 std::string script_of(const CellMap& map) {
-  std::string script =
-      "set key outside right top vertical Left reverse\nset lmargin 14\nset rmargin 28\nset bmargin 7\nunset grid\n";
+  std::string script = "set key outside right top vertical Left reverse\nset rmargin 28\nset bmargin 7\nunset grid\n";
+  std::size_t widest = 0;
+  for (const std::string& name : map.y) widest = std::max(widest, name.size());
+  script += fmt::format("set lmargin {}\n", widest + 8);
   script += "set title " + quoted(map.title) + "\nset xlabel " + quoted(map.x_label) + "\nset ylabel " +
-            quoted(map.y_label) + " offset -2\n";
+            quoted(map.y_label) + "\n";
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n", static_cast<double>(map.x.size()) - 0.5,
                         static_cast<double>(map.y.size()) - 0.5);
   script += tics("xtics", map.x, "rotate by -30") + tics("ytics", map.y, "");

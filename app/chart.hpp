@@ -34,6 +34,7 @@ struct Chart {
   std::optional<std::pair<double, double>> x_range;
   bool log_x = false;
   bool log_y = false;
+  bool close = false;  ///< logarithmic axes end near the data, marked at 1, 2 and 5, instead of at powers of ten
 };
 
 /// The charts under each other, `width` by `height` pixels each. Throws RunError where gnuplot is missing or fails.

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "app/device_access.hpp"
+
 namespace tactor {
 
 namespace {
@@ -62,6 +64,18 @@ std::string grade_text(Grade grade, bool coloured, std::size_t columns = 0) {
   return fmt::format("\x1b[{}m{}\x1b[0m{}", colour, name, blanks);
 }
 
+std::string findings_text(const std::vector<Finding>& findings, bool coloured) {
+  std::string out;
+  for (const Finding& finding : findings) {
+    const std::string head =
+        fmt::format("  {}  {:<{}}", grade_text(finding.grade, coloured, 8), finding.title, title_width);
+    out += beside(head, grade_width + title_width, finding.found);
+    if (!finding.cost.empty()) out += beside("      cost  ", grade_width, finding.cost);
+    if (!finding.mend.empty()) out += beside_command("      mend  ", grade_width, finding.mend);
+  }
+  return out;
+}
+
 std::string trial_table(const Diagnosis& diagnosis) {
   std::string out = fmt::format("  A loop at {:g} Hz for {:g} s each, doing nothing; wake-up latency in us:\n\n",
                                 diagnosis.rate, diagnosis.length.seconds());
@@ -77,6 +91,18 @@ std::string trial_table(const Diagnosis& diagnosis) {
   out += fmt::format("\n  The loop itself costs {} ns a tick, {:.3f} % of a period.\n", diagnosis.bookkeeping.ns,
                      100 * diagnosis.bookkeeping.seconds() * diagnosis.rate);
   return out;
+}
+
+nlohmann::ordered_json to_json(const std::vector<Finding>& findings) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const Finding& finding : findings) {
+    json.push_back({{"id", finding.id},
+                    {"grade", to_string(finding.grade)},
+                    {"found", finding.found},
+                    {"cost", finding.cost},
+                    {"mend", finding.mend}});
+  }
+  return json;
 }
 
 /// What SCHED_FIFO is worth here, in the measured figures.
@@ -101,7 +127,7 @@ void measure_fifo(Diagnosis& diagnosis) {
 
 Diagnosis diagnose(Duration length) {
   const SystemFacts facts = probe_system();
-  Diagnosis diagnosis{.kernel = facts.kernel, .findings = judge(facts), .length = length};
+  Diagnosis diagnosis{.kernel = facts.kernel, .findings = judge(facts), .devices = device_findings(), .length = length};
   diagnosis.bookkeeping = measure_bookkeeping();
   std::vector<ThreadSettings> policies{{}};
   if (!facts.fifo_refused || facts.least_nice < 0) policies.push_back({SchedulingPolicy::fifo, 80, std::nullopt});
@@ -117,14 +143,8 @@ nlohmann::ordered_json to_json(const Diagnosis& diagnosis) {
   nlohmann::ordered_json json;
   json["grade"] = to_string(worst(diagnosis.findings));
   json["kernel"] = diagnosis.kernel;
-  json["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& finding : diagnosis.findings) {
-    json["findings"].push_back({{"id", finding.id},
-                                {"grade", to_string(finding.grade)},
-                                {"found", finding.found},
-                                {"cost", finding.cost},
-                                {"mend", finding.mend}});
-  }
+  json["findings"] = to_json(diagnosis.findings);
+  json["devices"] = to_json(diagnosis.devices);
   json["bookkeeping_ns"] = diagnosis.bookkeeping.ns;
   json["trials"] = nlohmann::ordered_json::array();
   for (const LoopTrial& trial : diagnosis.trials) {
@@ -147,13 +167,8 @@ nlohmann::ordered_json to_json(const Diagnosis& diagnosis) {
 std::string diagnosis_text(const Diagnosis& diagnosis, bool coloured) {
   std::string out = fmt::format("\n  Real time on this machine: {}\n  Linux {}\n\n",
                                 grade_text(worst(diagnosis.findings), coloured), diagnosis.kernel);
-  for (const Finding& finding : diagnosis.findings) {
-    const std::string head =
-        fmt::format("  {}  {:<{}}", grade_text(finding.grade, coloured, 8), finding.title, title_width);
-    out += beside(head, grade_width + title_width, finding.found);
-    if (!finding.cost.empty()) out += beside("      cost  ", grade_width, finding.cost);
-    if (!finding.mend.empty()) out += beside_command("      mend  ", grade_width, finding.mend);
-  }
+  out += findings_text(diagnosis.findings, coloured);
+  out += "\n  Devices\n\n" + findings_text(diagnosis.devices, coloured);
   return out + "\n" + trial_table(diagnosis);
 }
 

@@ -14,8 +14,9 @@ namespace tactor {
 struct Diagnosis {
   std::string kernel;
   std::vector<Finding> findings;
-  double rate = 1000;  ///< Hz, of the trials
-  Duration length;     ///< of each trial
+  std::vector<Finding> devices;  ///< whether devices can be reached; not part of the grade
+  double rate = 1000;            ///< Hz, of the trials
+  Duration length;               ///< of each trial
   std::vector<LoopTrial> trials;
   Duration bookkeeping;  ///< of the loop itself, a tick
 };

@@ -17,6 +17,7 @@
 #include <set>
 #include <thread>
 
+#include "app/devices.hpp"
 #include "app/doctor.hpp"
 #include "app/html_report.hpp"
 #include "app/live.hpp"
@@ -42,13 +43,15 @@ namespace {
 // Set by signals, read by several threads.
 std::atomic<int> interrupted = 0;
 
-/// Where meshes named in graphs are looked for after the graph's own folder.
+/// Where meshes and profiles of devices that graphs name are looked for after the graph's own folder.
 std::vector<fs::path> mesh_folders() {
   std::vector<fs::path> folders;
   if (const char* folder = std::getenv("TACTOR_MESH_PATH")) folders.emplace_back(folder);
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
   folders.push_back(program.parent_path() / "meshes");
   folders.push_back(program.parent_path() / "share" / "tactor" / "meshes");
+  folders.push_back(program.parent_path() / "profiles");
+  folders.push_back(program.parent_path() / "share" / "tactor" / "profiles");
   return folders;
 }
 
@@ -234,6 +237,45 @@ int doctor(double seconds, bool json) {
   return 0;
 }
 
+/// Becomes the emulator `kind`, a program of its own beside this one, because it links what the command does not.
+int emulate(const std::vector<std::string>& words) {
+  constexpr std::string_view prefix = "tactor-emulate-";
+  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
+  std::vector<std::string> kinds;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with(prefix)) kinds.push_back(name.substr(prefix.size()));
+  }
+  std::sort(kinds.begin(), kinds.end());
+  const std::string kind = words.empty() ? "" : words[0];
+  if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) {
+    throw InputError(fmt::format("emulate: expected one of {}, found {}{}", fmt::join(kinds, ", "),
+                                 kind.empty() ? "nothing" : kind, did_you_mean(kind, kinds)));
+  }
+  const std::string program = folder / (std::string(prefix) + kind);
+  std::vector<std::string> copies(words.begin() + 1, words.end());
+  std::vector<char*> arguments{const_cast<char*>(program.c_str())};
+  for (std::string& word : copies) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  execv(program.c_str(), arguments.data());
+  throw RunError("cannot start " + program);
+}
+
+int device(const std::string& what, const fs::path& graph, const GraphOptions& options, const std::string& node,
+           DeviceTrial trial) {
+  Registry registry(default_node_folders());
+  const GraphSpec spec = load_graph(graph, registry, options.overrides(), mesh_folders());
+  const NodeSpec& found = hardware_node(spec, node);
+  if (found.info->check_params) static_cast<void>(make_plan(spec));
+  if (what == "calibrate") {
+    calibrate_device(found, trial.yes);
+    return 0;
+  }
+  end_instead_of_stopping();
+  trial.interrupted = &interrupted;
+  return try_device(spec, found, trial, registry);
+}
+
 int main_checked(int argc, char** argv) {
   CLI::App app{"Tactor renders smooth force feedback from slow physics.", "tactor"};
   app.set_version_flag("--version", TACTOR_VERSION);
@@ -336,6 +378,40 @@ int main_checked(int argc, char** argv) {
   CLI::App* mend_verb = app.add_subcommand("mend", "Let other HDF5 programs open the recording of a killed run");
   mend_verb->add_option("recording", recording, "A recording (HDF5)")->required();
   mend_verb->callback([&] { load_record_library().mend(recording); });
+
+  CLI::App* devices_verb = app.add_subcommand("devices", "List the attached devices that Tactor recognises");
+  devices_verb->callback([&] {
+    Registry registry(default_node_folders());
+    fmt::print("{}", device_list(registry));
+  });
+
+  DeviceTrial trial;
+  std::string device_node;
+  CLI::App* device_verb = app.add_subcommand("device", "Try or calibrate the device of a graph");
+  device_verb->require_subcommand(1);
+  for (const std::string what : {"test", "calibrate"}) {
+    CLI::App* verb = device_verb->add_subcommand(
+        what, what == "test" ? "Show where it is, and on confirmation give it small forces" : "Calibrate it");
+    verb->add_option("graph", graph, "The graph file (YAML)")->required();
+    verb->add_option("--node", device_node, "The device, where the graph has several");
+    verb->add_flag("--yes", trial.yes, "Do not ask");
+    if (what == "test") {
+      verb->add_option("--force", trial.force, "The largest force, in N")
+          ->capture_default_str()
+          ->check(CLI::Range(0.0, 5.0));
+      verb->add_option("--seconds", trial.seconds, "Of the look at its position, and of each force, in s")
+          ->capture_default_str()
+          ->check(CLI::Range(0.1, 60.0));
+    }
+    options.add_to(*verb, false);
+    verb->callback([&, what] { result = device(what, graph, options, device_node, trial); });
+  }
+
+  CLI::App* emulate_verb = app.add_subcommand(
+      "emulate", "Serve an emulated device: `tactor emulate modbus --help`, and so on for other kinds");
+  emulate_verb->set_help_flag();
+  emulate_verb->prefix_command();
+  emulate_verb->callback([&] { result = emulate(emulate_verb->remaining()); });
 
   double seconds = 1;
   bool json = false;

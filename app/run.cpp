@@ -298,8 +298,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
 }
 
 bool prepare_reference(const Plan& plan, const Plan* reference, const fs::path& cache_folder,
-                       const std::function<bool(double)>& go_on,
-                       const std::function<void(const std::string&)>& note) {
+                       const std::function<bool(double)>& go_on, const std::function<void(const std::string&)>& note) {
   const Plan reference_plan = make_reference_plan(reference != nullptr ? *reference : plan);
   if (reference_plan.nodes.empty()) return false;
   const ReferenceCache cache(cache_folder);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <ctime>
 #include <exception>
+#include <fstream>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -49,13 +50,23 @@ double measure_control() {
   return 1e6 * (seconds_of(CLOCK_THREAD_CPUTIME_ID) - begin);
 }
 
-/// Runs `work(i)` for i in [0, count) on `jobs` threads until it says no; the first exception is thrown again.
+/// Seconds for which this thread was ready to run and had no core; 0 where the kernel does not tell.
+double waited_for_core() {
+  std::ifstream file("/proc/thread-self/schedstat");
+  double ran_ns = 0, waited_ns = 0;
+  file >> ran_ns >> waited_ns;
+  return 1e-9 * waited_ns;
+}
+
+/// Runs `work(i)` for i in [0, count) on `jobs` threads until it says no; the first exception is thrown again. Adds up
+/// what the threads waited for a core in `waited_s`.
 template <class Work>
-void in_parallel(std::size_t count, unsigned jobs, const Work& work) {
+void in_parallel(std::size_t count, unsigned jobs, double& waited_s, const Work& work) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::mutex mutex;
   const auto loop = [&] {
+    const double waited = waited_for_core();
     for (std::size_t i = next++; i < count; i = next++) {
       try {
         if (!work(i)) next = count;
@@ -65,6 +76,8 @@ void in_parallel(std::size_t count, unsigned jobs, const Work& work) {
         next = count;
       }
     }
+    const std::lock_guard lock(mutex);
+    waited_s += waited_for_core() - waited;
   };
   std::vector<std::thread> threads;
   for (unsigned t = 1; t < std::min<std::size_t>(jobs, count); ++t) threads.emplace_back(loop);
@@ -131,11 +144,11 @@ class Engine {
     const double cpu = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
     make_references();
     run_pending(table);
-    outcome.cost = {seconds_of(CLOCK_PROCESS_CPUTIME_ID) - cpu, run_cpu_s_, reference_cpu_s_,
+    outcome.cost = {seconds_of(CLOCK_PROCESS_CPUTIME_ID) - cpu, run_cpu_s_, reference_cpu_s_, waited_for_core_s_,
                     seconds_of(CLOCK_MONOTONIC) - wall};
-    if (options_.progress && !stopped_) options_.progress(1.0, "done");
     outcome.records = table.read();
     outcome.interrupted = outcome.records.size() < finished.size();
+    if (options_.progress && !outcome.interrupted) options_.progress(1.0, "done");
     for (RunRecord& record : outcome.records) {
       record.result.graph = graph_name(record.number / seeds());
       record.result.seed = options_.seeds[record.number % seeds()];
@@ -249,7 +262,7 @@ class Engine {
     std::set<std::string> seen;
     std::vector<std::size_t> first_uses;
     std::mutex mutex;
-    in_parallel(pending_.size(), options_.reference_jobs, [&](std::size_t i) {
+    in_parallel(pending_.size(), options_.reference_jobs, waited_for_core_s_, [&](std::size_t i) {
       const std::size_t run = pending_[i];
       if (!go_on()) return false;
       if (!planned_[run / seeds()].plan) return true;
@@ -262,7 +275,7 @@ class Engine {
     });
     std::sort(first_uses.begin(), first_uses.end());
     std::atomic<std::size_t> done{0};
-    in_parallel(first_uses.size(), options_.reference_jobs, [&](std::size_t i) {
+    in_parallel(first_uses.size(), options_.reference_jobs, waited_for_core_s_, [&](std::size_t i) {
       if (!go_on()) return false;
       const std::size_t run = first_uses[i];
       tell(done++, first_uses.size(), "reference runs");
@@ -289,7 +302,7 @@ class Engine {
     });
     std::mutex mutex;
     std::size_t done = 0;
-    in_parallel(pending_.size(), options_.jobs, [&](std::size_t i) {
+    in_parallel(pending_.size(), options_.jobs, waited_for_core_s_, [&](std::size_t i) {
       if (!go_on()) return false;
       {
         const std::size_t c = pending_[i] / seeds();
@@ -374,6 +387,7 @@ class Engine {
   std::mutex notes_, progress_;
   double run_cpu_s_ = 0;
   double reference_cpu_s_ = 0;
+  double waited_for_core_s_ = 0;
 };
 
 }  // namespace

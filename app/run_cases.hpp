@@ -47,9 +47,10 @@ struct CasesOptions {
 
 /// What the engine spent, for its overhead.
 struct CasesCost {
-  double total_cpu_s = 0;      ///< of the process, from the first run to the last
-  double run_cpu_s = 0;        ///< of these, in runs: planning, nodes made, warm-up, repeats, judging
-  double reference_cpu_s = 0;  ///< in reference runs made beforehand
+  double total_cpu_s = 0;        ///< of the process, from the first run to the last
+  double run_cpu_s = 0;          ///< of these, in runs: planning, nodes made, warm-up, repeats, judging
+  double reference_cpu_s = 0;    ///< in reference runs made beforehand
+  double waited_for_core_s = 0;  ///< in which threads were ready to run and other programs had the cores
   double wall_s = 0;
 };
 

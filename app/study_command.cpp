@@ -60,9 +60,13 @@ std::string options_text(const StudyRequest& request, const StudySpec& spec) {
 
 /// What the engine spent, for bench/study_overhead.py.
 nlohmann::ordered_json to_json(const CasesOutcome& outcome) {
-  return {{"runs", outcome.records.size() - outcome.found},  {"runs_found", outcome.found},
-          {"total_cpu_s", outcome.cost.total_cpu_s},         {"run_cpu_s", outcome.cost.run_cpu_s},
-          {"reference_cpu_s", outcome.cost.reference_cpu_s}, {"wall_s", outcome.cost.wall_s}};
+  return {{"runs", outcome.records.size() - outcome.found},
+          {"runs_found", outcome.found},
+          {"total_cpu_s", outcome.cost.total_cpu_s},
+          {"run_cpu_s", outcome.cost.run_cpu_s},
+          {"reference_cpu_s", outcome.cost.reference_cpu_s},
+          {"waited_for_core_s", outcome.cost.waited_for_core_s},
+          {"wall_s", outcome.cost.wall_s}};
 }
 
 /// Names of metrics that no run reports, as a line for standard error, or empty.

@@ -94,7 +94,7 @@ std::string label_of(const std::string& figure) {
 Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPoint::*time, bool WorkPoint::*front,
                const std::string& y_label) {
   Chart chart{graph.graph, label_of(found.error), y_label, {}, {}};
-  chart.log_x = chart.log_y = true;
+  chart.log_x = chart.log_y = chart.close = true;
   std::vector<std::string> names;
   for (const WorkPoint& p : graph.points) {
     if (std::find(names.begin(), names.end(), p.curve) == names.end()) names.push_back(p.curve);

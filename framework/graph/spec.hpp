@@ -98,8 +98,8 @@ struct Overrides {
   std::optional<double> duration_s;
   std::vector<std::filesystem::path> over;  ///< laid over the graph before the rest, like files that extend it
   std::vector<Overlay> layers;              ///< what a study lays over, before `over`
-  std::vector<Overlay> top_layers;          ///< what is laid over everything above: what makes a reference another graph
-  std::vector<std::string> top_set;         ///< and over that, like `set`
+  std::vector<Overlay> top_layers;   ///< what is laid over everything above: what makes a reference another graph
+  std::vector<std::string> top_set;  ///< and over that, like `set`
 };
 
 class Registry;

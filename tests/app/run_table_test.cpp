@@ -139,5 +139,6 @@ BOOST_AUTO_TEST_CASE(a_file_that_is_no_table_is_refused) {
   sqlite3_open(file.c_str(), &db);
   sqlite3_exec(db, "CREATE TABLE x(y)", nullptr, nullptr, nullptr);
   sqlite3_close(db);
-  BOOST_TEST(refusal(file, TableMode::resume, identity, names).find("it holds no runs of a study") != std::string::npos);
+  BOOST_TEST(refusal(file, TableMode::resume, identity, names).find("it holds no runs of a study") !=
+             std::string::npos);
 }

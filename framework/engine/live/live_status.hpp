@@ -21,8 +21,9 @@ struct LatencyFigures {
   std::vector<std::pair<Duration, std::uint64_t>> counts;
 };
 
-/// The figures of a histogram; `whole` with its counts.
-inline LatencyFigures figures_of(const LatencyHistogram& h, bool whole) {
+/// The figures of a histogram, all of one moment though its writer may go on; `whole` with its counts.
+inline LatencyFigures figures_of(const LatencyHistogram& counting, bool whole) {
+  const LatencyHistogram h(counting);
   LatencyFigures f{h.count(), h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.quantile(0.9999), h.max(), {}};
   if (whole) f.counts = h.counts();
   return f;

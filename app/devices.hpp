@@ -1,0 +1,40 @@
+// The verbs `devices` and `device`: what is attached, a try of one device, and its calibration.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/graph/spec.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+/// A line for each attached device that a node type recognises, with the type in front.
+std::string device_list(Registry& registry);
+
+/// The node of hardware that `name` says, or the only one of the graph. Throws InputError where there is none, or
+/// several and no name.
+const NodeSpec& hardware_node(const GraphSpec& graph, const std::string& name);
+
+/// Asks on the terminal; with `yes` without asking. False too where standard input is none.
+bool confirmed(const std::string& question, bool yes);
+
+/// What a try of a device does.
+struct DeviceTrial {
+  double force = 1;    ///< N, the largest
+  double seconds = 2;  ///< of the position before, and of each ramp
+  bool yes = false;    ///< do not ask
+  const std::atomic<int>* interrupted = nullptr;
+};
+
+/// Shows the device's position, and on confirmation gives it small forces, one direction of the scene after the other,
+/// through its safety gate. Returns the exit code.
+int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry);
+
+/// Calibrates it, as its node type does that. Throws InputError where the type has no calibration.
+void calibrate_device(const NodeSpec& device, bool yes);
+
+}  // namespace tactor

@@ -1,0 +1,99 @@
+#include "devices/falcon/device.hpp"
+
+#include "devices/falcon/delta_kinematics.hpp"
+#include "devices/falcon/falcon_link.hpp"
+#include "devices/falcon/protocol.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+std::vector<std::uint8_t> firmware_of(const Falcon::Params& params) {
+  return params.firmware.empty() ? std::vector<std::uint8_t>{} : read_falcon_firmware(params.firmware);
+}
+
+HardwareParts parts_of(std::unique_ptr<FalconLink> link) {
+  HardwareParts parts;
+  parts.link = std::move(link);
+  parts.kinematics = std::make_unique<DeltaKinematics>();
+  parts.limits.axes = 3;
+  parts.limits.effort_max = {0.4096, 0.4096, 0.4096};
+  parts.limits.speed_max = {40, 40, 40};
+  parts.limits.jump_tolerance = {0.05, 0.05, 0.05};
+  parts.rate = 1000;
+  parts.resolution = 4e-5;
+  return parts;
+}
+
+std::vector<std::string> discover() {
+  UsbBus bus;
+  std::vector<std::string> lines;
+  const auto tell = [&lines](const UsbDeviceInfo& info) {
+    std::string line = "falcon: Novint Falcon";
+    if (!info.path.empty()) line += ", at " + info.path;
+    if (!info.may_open) line += "; this user may not open it: install scripts/70-tactor.rules";
+    lines.push_back(line + " (type: falcon.device)");
+  };
+  for (const UsbDeviceInfo& info : bus.devices()) {
+    if (info.vendor == falcon::vendor && info.product == falcon::product) tell(info);
+  }
+  const UsbSelector selector = selector_of(falcon::vendor, falcon::product, {});
+  std::string ignored;
+  if (!selector.file.empty()) {
+    if (const auto port = bus.open(selector, ignored)) tell(port->info());
+  }
+  return lines;
+}
+
+}  // namespace
+
+/// What the base class is made of, and a way to the link in it.
+struct Falcon::Parts {
+  explicit Parts(const Params& params) {
+    auto made = std::make_unique<FalconLink>(firmware_of(params), UsbChoice{params.serial, params.file});
+    link = made.get();
+    hardware = parts_of(std::move(made));
+  }
+  FalconLink* link;
+  HardwareParts hardware;
+};
+
+Falcon::Falcon(const Params& params, const NodeContext& context) : Falcon(params, context, Parts(params)) {}
+
+Falcon::Falcon(const Params& params, const NodeContext& context, Parts parts)
+    : HardwareDevice(params, context, std::move(parts.hardware)), link_(parts.link) {}
+
+void Falcon::follow(const Node& judged) {
+  follows_ = true;
+  HardwareDevice::follow(judged);
+}
+
+void Falcon::start(StepContext& context) {
+  if (!follows_) {
+    if (const std::string missing = link_->missing_firmware(); !missing.empty()) throw InputError(missing);
+  }
+  HardwareDevice::start(context);
+}
+
+NodeInfo Falcon::declare() {
+  using P = Params;
+  Declare<Falcon> declaration("falcon.device", "A Novint Falcon.");
+  declaration.details(
+      "Through its FTDI chip by libusb, with packets at 1 kHz. The firmware is not ours to ship: `firmware` is the "
+      "path "
+      "of the image that came with the device's driver; a device that has it already needs none. After it was switched "
+      "on, a person homes it by pulling the handle out and pushing it in; until then, and whenever a packet says that "
+      "an encoder has no zero, its motors get nothing. Positions by the delta geometry that libnifalcon publishes, "
+      "with z along the handle's way out; torques J^T F. docs/usb.md tells more.");
+  declaration.file("firmware", &P::firmware, false, "the firmware image; empty: the device has it")
+      .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
+      .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");
+  HardwareParams defaults;
+  defaults.connect_timeout = Duration{60'000'000'000};  // firmware and homing by hand
+  declare_hardware(declaration, defaults);
+  declaration.check_params([](const P& params) { firmware_of(params); }).discover(discover);
+  return declaration.info();
+}
+
+}  // namespace tactor

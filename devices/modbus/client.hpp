@@ -1,0 +1,85 @@
+// A Modbus client over TCP or a serial line, by libmodbus, in which every call ends in bounded time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "devices/hardware/link.hpp"
+#include "devices/modbus/cycle_plan.hpp"
+#include "devices/modbus/profile.hpp"
+
+namespace tactor::modbus {
+
+/// Where a device is: `tcp:HOST:PORT` or `rtu:PATH`.
+struct Endpoint {
+  bool serial = false;
+  std::string host;
+  int port = 502;
+  std::string path;  ///< of the serial port
+  [[nodiscard]] std::string text() const;
+};
+/// Throws InputError, beginning with `connect`, for another text.
+Endpoint parse_endpoint(const std::string& text);
+
+/// Talks to one slave.
+///
+/// Bounds: an answer that is not complete by the response timeout has failed, however its bytes drip in. libmodbus'
+/// own recovery is off.
+///
+/// Late answers: a serial answer carries nothing that tells which request it belongs to, so that the answer to a
+/// request given up for lost would be taken for that to the next one, and show where the device was. After every
+/// failure that leaves an answer possible (time-out, check sum, wrong slave, wrong length) the next call therefore
+/// waits for a response timeout and the longest answer, throws away what has come until the line is silent, and then
+/// sends the fence: a read whose answer differs in length from all answers of the cycle. Answers come in the order of
+/// their requests; so after the fence has been answered no older one is under way, and before that an older answer is
+/// refused by its length. The same is done after a serial port was opened. Over TCP the transaction number does that
+/// too, and a new connection starts clean.
+class Client {
+ public:
+  /// `longest_answer` in characters, of all that will be asked.
+  Client(Endpoint endpoint, LineSettings line, Fence fence, int longest_answer);
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// Connects; over TCP within the response timeout.
+  bool connect(LinkFailure& failure);
+  /// Takes over a connection that was made elsewhere, for tests; the file is closed with the client.
+  void attach(int file);
+  void disconnect();
+  [[nodiscard]] bool connected() const { return context_ != nullptr; }
+
+  /// One request and its answer: writes `written` (write_count words), fills `read` (read_count words).
+  bool transfer(const Transaction& transaction, const std::uint16_t* written, std::uint16_t* read,
+                LinkFailure& failure);
+
+  /// How often the line had to be cleared by a fence.
+  [[nodiscard]] std::uint64_t fences() const { return fences_; }
+  [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
+
+ private:
+  struct Free {
+    void operator()(void* context) const;
+  };
+
+  bool make_context();
+  bool clear_line(LinkFailure& failure);
+  bool drain();
+  bool request(const Transaction& transaction, const std::uint16_t* written, std::uint16_t* read, LinkFailure& failure);
+  void explain(int error, const Transaction& transaction, LinkFailure& failure);
+  void keep_silence();
+
+  Endpoint endpoint_;
+  LineSettings line_;
+  Fence fence_;
+  Duration longest_answer_;              // on the line
+  std::unique_ptr<void, Free> context_;  // modbus_t
+  bool unclear_ = false;                 // an answer may still come
+  std::int64_t silent_from_ns_ = 0;      // monotonic, the end of the last frame
+  std::uint64_t fences_ = 0;
+};
+
+}  // namespace tactor::modbus

@@ -1,0 +1,167 @@
+#include "devices/modbus/cycle_plan.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+
+#include "framework/core/check.hpp"
+
+namespace tactor::modbus {
+
+namespace {
+
+constexpr int largest_gap = 8;     // words that are read for nothing rather than asked for apart
+constexpr int most_read = 125;     // words an answer may hold
+constexpr int most_written = 121;  // words that function 23 may write
+
+std::vector<std::size_t> by_address(const Profile& profile, const std::set<std::size_t>& registers) {
+  std::vector<std::size_t> list(registers.begin(), registers.end());
+  std::sort(list.begin(), list.end(),
+            [&](std::size_t a, std::size_t b) { return profile.registers[a].address < profile.registers[b].address; });
+  return list;
+}
+
+std::vector<Transaction> reads(const Profile& profile, const std::set<std::size_t>& registers) {
+  std::vector<Transaction> result;
+  for (const int function : {3, 4}) {
+    bool any = false;
+    for (const std::size_t r : by_address(profile, registers)) {
+      const RegisterInfo& info = profile.registers[r];
+      if (info.read_function != function) continue;
+      const int end = info.address + info.width();
+      if (any) {
+        Transaction& last = result.back();
+        const int last_end = last.read_address + last.read_count;
+        if (info.address - last_end <= largest_gap && end - last.read_address <= most_read) {
+          last.read_count = std::max(last.read_count, end - last.read_address);
+          continue;
+        }
+      }
+      result.push_back({.function = function, .read_address = info.address, .read_count = info.width()});
+      any = true;
+    }
+  }
+  return result;
+}
+
+std::vector<Transaction> writes(const Profile& profile, const std::set<std::size_t>& registers) {
+  std::vector<Transaction> result;
+  for (const std::size_t r : by_address(profile, registers)) {
+    const RegisterInfo& info = profile.registers[r];
+    const int end = info.address + info.width();
+    if (!result.empty()) {
+      Transaction& last = result.back();
+      if (info.address <= last.write_address + last.write_count && end - last.write_address <= most_written) {
+        last.write_count = std::max(last.write_count, end - last.write_address);
+        if (last.write_count > 1) last.function = 16;
+        continue;
+      }
+    }
+    const int function = info.write_function == 6 && info.width() == 1 ? 6 : 16;
+    result.push_back({.function = function, .write_address = info.address, .write_count = info.width()});
+  }
+  return result;
+}
+
+bool is_like(const Fence& fence, const Transaction& transaction) {
+  return transaction.function == fence.function && transaction.read_count == fence.count;
+}
+
+Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
+  std::vector<Transaction> all = plan.each;
+  all.insert(all.end(), plan.seldom.begin(), plan.seldom.end());
+  const auto taken = [&](const Fence& fence) {
+    return std::any_of(all.begin(), all.end(), [&](const Transaction& t) { return is_like(fence, t); });
+  };
+  const std::string why =
+      "a fence, a read that no read of the cycle looks like (function and count), by which late "
+      "answers on a serial line are told from new ones";
+  if (profile.fence) {
+    if (!taken(*profile.fence)) return *profile.fence;
+    throw InputError("fence: expected " + why + ", found function " + std::to_string(profile.fence->function) +
+                     " and count " + std::to_string(profile.fence->count) + ", which the cycle has");
+  }
+  for (const Transaction& t : all) {
+    for (int count = t.read_count; count >= 1; --count) {
+      // Function 23 answers as itself, so that function 3 is always free beside it.
+      const Fence fence{t.function == 4 ? 4 : 3, t.read_address, count};
+      if (!taken(fence)) return fence;
+    }
+  }
+  throw InputError("expected the key fence with " + why + ", found none, and none suggests itself");
+}
+
+}  // namespace
+
+CyclePlan plan_cycle(const Profile& profile) {
+  std::set<std::size_t> written, read, seldom;
+  for (const Axis& axis : profile.axes) {
+    read.insert(axis.position);
+    written.insert(axis.effort);
+    if (axis.sign) written.insert(*axis.sign);
+  }
+  for (const auto& [index, value] : profile.each_cycle) written.insert(index);
+  for (const Button& button : profile.buttons) read.insert(button.index);
+  CyclePlan plan;
+  for (const Status& status : profile.status) {
+    (status.every == 1 ? read : seldom).insert(status.index);
+    if (status.every > 1)
+      plan.seldom_every = plan.seldom_every == 1 ? status.every : std::min(plan.seldom_every, status.every);
+  }
+  std::vector<Transaction> first = writes(profile, written), then = reads(profile, read);
+  const auto by_23 = [](const Transaction& t) { return t.function == 3; };
+  const auto combined = std::find_if(then.begin(), then.end(), by_23);
+  if (profile.combined && !first.empty() && combined != then.end()) {
+    combined->function = 23;
+    combined->write_address = first.back().write_address;
+    combined->write_count = first.back().write_count;
+    first.pop_back();
+  }
+  plan.each = std::move(first);
+  plan.each.insert(plan.each.end(), then.begin(), then.end());
+  plan.seldom = reads(profile, seldom);
+  // In turn: each comes as often as it asks.
+  if (!plan.seldom.empty()) {
+    plan.seldom_every = std::max(1, plan.seldom_every / static_cast<int>(plan.seldom.size()));
+  }
+  plan.fence = choose_fence(profile, plan);
+  plan.longest_answer = std::max(plan.longest_answer, 5 + 2 * plan.fence.count);
+  for (const auto* list : {&plan.each, &plan.seldom}) {
+    for (const Transaction& t : *list) plan.longest_answer = std::max(plan.longest_answer, 5 + 2 * t.read_count);
+  }
+  return plan;
+}
+
+double seconds_of(const Transaction& t, const LineSettings& line, bool serial) {
+  if (!serial) return line.turnaround.seconds();
+  int request = 0, answer = 0;  // characters, address and check sum included
+  switch (t.function) {
+    case 6:
+      request = answer = 8;
+      break;
+    case 16:
+      request = 9 + 2 * t.write_count;
+      answer = 8;
+      break;
+    case 23:
+      request = 13 + 2 * t.write_count;
+      answer = 5 + 2 * t.read_count;
+      break;
+    default:
+      request = 8;
+      answer = 5 + 2 * t.read_count;
+  }
+  return (request + answer) * line.character().seconds() + 2 * line.silent().seconds() + line.turnaround.seconds();
+}
+
+LineRate line_rate(const CyclePlan& plan, const LineSettings& line, bool serial) {
+  LineRate result;
+  for (const Transaction& t : plan.each) result.cycle_s += seconds_of(t, line, serial);
+  double longest = 0;
+  for (const Transaction& t : plan.seldom) longest = std::max(longest, seconds_of(t, line, serial));
+  result.cycle_s += longest;
+  result.rate = result.cycle_s > 0 ? std::min(1 / result.cycle_s, line.rate_max) : line.rate_max;
+  return result;
+}
+
+}  // namespace tactor::modbus

@@ -1,0 +1,45 @@
+// The transactions that a profile's cycle takes, and how many cycles a second a line can carry.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "devices/modbus/profile.hpp"
+
+namespace tactor::modbus {
+
+/// One request and its answer.
+struct Transaction {
+  int function = 3;  ///< 3, 4, 6, 16 or 23
+  int read_address = 0, read_count = 0;
+  int write_address = 0, write_count = 0;
+};
+
+/// What a cycle does: first what it writes, then what it reads. Reads join registers that are up to 8 words apart;
+/// writes join neighbours alone, so that no word is written that the profile does not name.
+struct CyclePlan {
+  std::vector<Transaction> each;    ///< in every cycle
+  std::vector<Transaction> seldom;  ///< one of them, in turn, in every `seldom_every`-th cycle
+  int seldom_every = 1;
+  Fence fence;
+  int longest_answer =
+      9;  ///< characters on a serial line, of all answers to this plan, to the fence and to single registers
+};
+
+/// Throws InputError where no fence can be found that no read of the cycle looks like; the profile must name one then.
+CyclePlan plan_cycle(const Profile& profile);
+
+/// Seconds that a transaction takes on a serial line: all characters of both frames, the turnaround of the device, and
+/// the silence after each frame. Over TCP the turnaround alone.
+double seconds_of(const Transaction& transaction, const LineSettings& line, bool serial);
+
+/// The shortest time between two cycles: the longest one that the plan has, in s, and the rate that is reachable, Hz:
+/// its inverse, and at most the rate_max of the device.
+struct LineRate {
+  double cycle_s = 0;
+  double rate = 0;
+};
+LineRate line_rate(const CyclePlan& plan, const LineSettings& line, bool serial);
+
+}  // namespace tactor::modbus

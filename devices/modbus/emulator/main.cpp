@@ -1,0 +1,186 @@
+// The program behind `tactor emulate modbus`: an emulated Modbus actuator on TCP or a pseudo-terminal.
+#include <poll.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "devices/modbus/emulator/server.hpp"
+#include "framework/core/check.hpp"
+
+namespace fs = std::filesystem;
+using namespace tactor;
+using namespace tactor::modbus;
+
+namespace {
+
+volatile std::sig_atomic_t asked_to_end = 0;
+
+constexpr const char* usage =
+    "tactor emulate modbus PROFILE --tcp PORT | --pty [options]\n\n"
+    "Serves an emulated actuator with the registers of PROFILE (a file, or a name such as modbus/iris_orca.yaml), and "
+    "says\n"
+    "where: `ready tcp:127.0.0.1:PORT` or `ready rtu:/dev/pts/N`, which is what `connect` of a graph takes.\n\n"
+    "  --tcp PORT       on 127.0.0.1; 0 takes a free port\n"
+    "  --pty            on a pseudo-terminal, with the time that a serial line of the profile's baud rate takes\n"
+    "  --baud N         that baud rate instead\n"
+    "  --no-line-delay  a pseudo-terminal without that time\n"
+    "  --link PATH      a symbolic link to the pseudo-terminal\n"
+    "  --fault F        KIND[@TIME or @driven+TIME][:VALUE], any number of times: silent, slow, dribble, late, crc, "
+    "slave,\n"
+    "                   exception, reset, another, jump, stuck, status; TIME in s from the first request, or of an\n"
+    "                   unbroken force; VALUE in s, m or the bit\n"
+    "  --log FILE       writes time in ns, position, force, commanded force and watchdog, every 2 ms\n\n"
+    "On standard input `fault F` injects one at once, `quit` ends.\n";
+
+struct Arguments {
+  std::string profile;
+  EmulatorOptions options;
+  bool has_line = false;
+  int baud = 0;
+  std::string link;
+};
+
+int whole(const std::string& option, const std::string& text, int min, int max) {
+  int value = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (result.ec == std::errc{} && result.ptr == text.data() + text.size() && value >= min && value <= max) return value;
+  throw InputError(option + ": expected a whole number from " + std::to_string(min) + " to " + std::to_string(max) +
+                   ", found \"" + text + "\"");
+}
+
+Arguments parse(const std::vector<std::string>& words) {
+  Arguments a;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    const auto value = [&]() -> const std::string& {
+      if (i + 1 >= words.size()) throw InputError(word + ": expected a value after it");
+      return words[++i];
+    };
+    if (word == "--tcp") {
+      a.options.port = whole(word, value(), 0, 65535);
+      if (a.has_line) throw InputError("expected one of --tcp and --pty, found both");
+      a.has_line = true;
+    } else if (word == "--pty") {
+      if (a.has_line) throw InputError("expected one of --tcp and --pty, found both");
+      a.has_line = a.options.serial = true;
+    } else if (word == "--baud") {
+      a.baud = whole(word, value(), 1200, 4'000'000);
+    } else if (word == "--no-line-delay") {
+      a.options.line_delay = false;
+    } else if (word == "--link") {
+      a.link = value();
+    } else if (word == "--fault") {
+      a.options.faults.push_back(parse_fault(value()));
+    } else if (word == "--log") {
+      a.options.log = value();
+    } else if (word.starts_with("-")) {
+      throw InputError("unknown option " + word + "\n\n" + usage);
+    } else if (a.profile.empty()) {
+      a.profile = word;
+    } else {
+      throw InputError("expected one profile, found " + a.profile + " and " + word);
+    }
+  }
+  if (a.profile.empty() || !a.has_line) throw InputError(std::string("expected a profile and a line\n\n") + usage);
+  return a;
+}
+
+/// The file, or the profile of that name that comes with Tactor.
+fs::path find_profile(const std::string& name) {
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
+  std::vector<fs::path> folders{"", program.parent_path() / "profiles",
+                                program.parent_path() / "share" / "tactor" / "profiles"};
+  for (const fs::path& folder : folders) {
+    for (const std::string& text : {name, name + ".yaml", "modbus/" + name + ".yaml"}) {
+      if (fs::is_regular_file(folder / text)) return folder / text;
+    }
+  }
+  return name;  // whose reader says that it is not there
+}
+
+bool obey(Emulator& emulator, const std::string& line) {
+  if (line == "quit") return false;
+  if (line.starts_with("fault ")) {
+    try {
+      emulator.inject(parse_fault(line.substr(6)));
+      std::printf("injected %s\n", line.substr(6).c_str());
+    } catch (const InputError& error) {
+      std::printf("%s\n", error.what());
+    }
+    std::fflush(stdout);
+  }
+  return true;
+}
+
+void attend(Emulator& emulator) {
+  std::string pending;
+  bool listens = true;
+  while (asked_to_end == 0) {
+    pollfd input{listens ? STDIN_FILENO : -1, POLLIN, 0};
+    if (poll(&input, 1, 50) <= 0 || input.revents == 0) continue;
+    char buffer[256];
+    const ssize_t n = read(STDIN_FILENO, buffer, sizeof buffer);
+    if (n <= 0) {
+      // Nobody will say more; it serves until it is ended.
+      listens = false;
+      continue;
+    }
+    pending.append(buffer, static_cast<std::size_t>(n));
+    for (std::size_t end = 0; (end = pending.find('\n')) != std::string::npos; pending.erase(0, end + 1)) {
+      if (!obey(emulator, pending.substr(0, end))) return;
+    }
+  }
+}
+
+int run(const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    if (word == "--help" || word == "-h") {
+      std::fputs(usage, stdout);
+      return 0;
+    }
+  }
+  Arguments a = parse(words);
+  Profile profile = read_profile(find_profile(a.profile));
+  if (a.baud > 0) profile.line.baud = a.baud;
+  Emulator emulator(std::move(profile), a.options);
+  emulator.start();
+  std::string address = emulator.address();
+  if (!a.link.empty()) {
+    if (!a.options.serial) throw InputError("--link: expected --pty with it");
+    std::error_code error;
+    fs::remove(a.link, error);
+    fs::create_symlink(address.substr(4), a.link, error);
+    if (error) throw InputError("--link " + a.link + ": cannot make it: " + error.message());
+    address = "rtu:" + a.link;
+  }
+  std::printf("ready %s\n", address.c_str());
+  std::fflush(stdout);
+  attend(emulator);
+  emulator.stop();
+  if (!a.link.empty()) fs::remove(a.link);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { asked_to_end = 1; });
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return run({argv + 1, argv + argc});
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tactor-emulate-modbus: %s\n", error.what());
+    return 1;
+  }
+}

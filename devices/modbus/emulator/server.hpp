@@ -1,0 +1,102 @@
+// Serves an emulated device on TCP or a pseudo-terminal, by libmodbus, with the time that its line would take and
+// faults.
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "devices/modbus/emulator/device.hpp"
+#include "devices/modbus/emulator/faults.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+
+struct _modbus;
+
+namespace tactor::modbus {
+
+struct EmulatorOptions {
+  bool serial = false;     ///< a pseudo-terminal, else TCP
+  int port = 0;            ///< of TCP on 127.0.0.1; 0: any that is free
+  bool line_delay = true;  ///< on a pseudo-terminal, which ignores the baud rate: the time that the characters take
+  std::vector<Fault> faults;
+  std::string log;  ///< a file for `time position force commanded expired`, a line every 2 ms; empty: none
+};
+
+/// An emulated device on its line. The device moves on a thread of its own; another answers, one request at a time and
+/// those of one client after the other, as a device does: what waited while it was slow is answered afterwards.
+class Emulator {
+ public:
+  /// Opens the line. Throws RunError where that fails.
+  Emulator(Profile profile, EmulatorOptions options);
+  ~Emulator();
+  Emulator(const Emulator&) = delete;
+  Emulator& operator=(const Emulator&) = delete;
+
+  /// What `connect` of a graph is to be: `tcp:127.0.0.1:PORT` or `rtu:/dev/pts/N`.
+  [[nodiscard]] const std::string& address() const { return address_; }
+  void start();
+  void stop();
+  /// A fault from now on, or when its time comes.
+  void inject(const Fault& fault);
+
+  [[nodiscard]] EmulatedState state() const;
+  [[nodiscard]] std::uint64_t answers() const { return answers_; }
+  [[nodiscard]] std::uint64_t fault_answers() const { return fault_answers_; }  ///< answers changed or left out
+  [[nodiscard]] std::uint64_t writes() const { return writes_; }                ///< requests that wrote
+  [[nodiscard]] std::uint64_t connections() const { return connections_; }
+
+ private:
+  struct Waiting {
+    Fault fault;
+    bool begun = false;
+    bool over = false;
+    Instant began;
+  };
+
+  void open_tcp();
+  void open_pty();
+  void move();
+  void serve();
+  void accept_client();
+  void answer(int file);
+  std::vector<std::uint8_t> reply_to(const std::uint8_t* request, int length);
+  [[nodiscard]] double line_seconds(const std::uint8_t* request, int length) const;
+  void begin_faults();
+  void begin(Waiting& waiting);
+  void end_faults();
+  [[nodiscard]] Waiting* active(FaultKind kind);
+  void send(int file, std::vector<std::uint8_t> frame);
+  void disturb(std::vector<std::uint8_t>& frame);
+  void drop(int file);
+  void pause(double seconds) const;
+
+  EmulatorOptions options_;
+  mutable std::mutex mutex_;  // of the device and the faults
+  EmulatedDevice device_;
+  std::vector<Waiting> faults_;
+  std::string address_;
+  _modbus* context_ = nullptr;
+  void* mapping_ = nullptr;
+  int listen_ = -1, terminal_ = -1, kept_open_ = -1;
+  int reply_in_ = -1, reply_out_ = -1;  // libmodbus writes its answers here, so that they can be changed
+  std::vector<int> clients_;
+  Instant origin_;
+  bool any_request_ = false;
+  Instant first_request_;
+  bool drop_clients_ = false;
+  std::ofstream log_;
+  std::atomic<bool> stop_{false};
+  std::atomic<std::uint64_t> answers_{0}, fault_answers_{0}, writes_{0}, connections_{0};
+  std::thread mover_, server_;
+};
+
+}  // namespace tactor::modbus

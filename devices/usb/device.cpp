@@ -1,0 +1,121 @@
+#include "devices/usb/device.hpp"
+
+#include <cmath>
+
+#include "devices/usb/usb_link.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr Duration calibration_time{300'000'000};
+
+HardwareParts parts_of(const UsbProfile& profile, std::unique_ptr<UsbLink> link) {
+  HardwareParts parts;
+  parts.link = std::move(link);
+  parts.kinematics = profile.make_kinematics();
+  parts.limits.axes = static_cast<int>(profile.axes.size());
+  parts.limits.effort_max = profile.values(&UsbAxis::effort_max);
+  parts.limits.speed_max = profile.values(&UsbAxis::speed_max);
+  parts.limits.jump_tolerance = profile.values(&UsbAxis::jump_tolerance);
+  parts.rate = profile.rate;
+  parts.resolution = profile.resolution;
+  return parts;
+}
+
+UsbProfile profile_of(const UsbDevice::Params& params) {
+  return read_usb_profile(find_usb_profile(params.profile));
+}
+
+std::string calibrate(const UsbDevice::Params& params, const Ask& ask) {
+  const UsbProfile profile = profile_of(params);
+  if (profile.calibration.empty()) return profile.name + " needs no calibration";
+  UsbLink link(profile, {params.serial, params.file});
+  if (!ask("Put the handle of " + link.name() + " into its pose (" + profile.calibration + ") and hold it still.")) {
+    throw InputError(link.name() + ": not calibrated");
+  }
+  const std::vector<double> counts = link.calibrate(calibration_time);
+  std::string text = link.name() + " is calibrated until it is unplugged; its counters showed";
+  for (const double count : counts) text += " " + std::to_string(static_cast<long long>(std::llround(count)));
+  return text;
+}
+
+std::string line_of(const UsbProfile& profile, const UsbDeviceInfo& info) {
+  std::string text = profile.name + ": " + profile.title;
+  if (!info.path.empty()) text += ", at " + info.path;
+  if (!info.serial.empty()) text += ", serial number " + info.serial;
+  if (!info.may_open) text += "; this user may not open it: install scripts/70-tactor.rules";
+  return text + " (type: usb.device, profile: " + profile.name + ")";
+}
+
+std::vector<std::string> discover() {
+  const std::vector<UsbProfile> profiles = all_usb_profiles();
+  UsbBus bus;
+  std::vector<UsbDeviceInfo> devices = bus.devices();
+  std::string ignored;
+  // One that TACTOR_USB_FILE names is on no bus that can be searched.
+  for (const UsbProfile& profile : profiles) {
+    const UsbSelector selector = selector_of(profile.vendor, profile.product, {});
+    if (selector.file.empty()) break;
+    if (const auto port = bus.open(selector, ignored)) devices.push_back(port->info());
+  }
+  std::vector<std::string> lines;
+  for (const UsbDeviceInfo& info : devices) {
+    for (const UsbProfile& profile : profiles) {
+      const bool fits = info.vendor == profile.vendor && info.product == profile.product &&
+                        (profile.product_text.empty() || !info.may_open || profile.product_text == info.name);
+      if (fits) lines.push_back(line_of(profile, info));
+    }
+  }
+  return lines;
+}
+
+}  // namespace
+
+/// What the base class is made of, and a way to the link in it.
+struct UsbDevice::Parts {
+  explicit Parts(const Params& params) {
+    const UsbProfile profile = profile_of(params);
+    auto made = std::make_unique<UsbLink>(profile, UsbChoice{params.serial, params.file});
+    link = made.get();
+    hardware = parts_of(profile, std::move(made));
+  }
+  UsbLink* link;
+  HardwareParts hardware;
+};
+
+UsbDevice::UsbDevice(const Params& params, const NodeContext& context) : UsbDevice(params, context, Parts(params)) {}
+
+UsbDevice::UsbDevice(const Params& params, const NodeContext& context, Parts parts)
+    : HardwareDevice(params, context, std::move(parts.hardware)), link_(parts.link) {}
+
+void UsbDevice::follow(const Node& judged) {
+  follows_ = true;
+  HardwareDevice::follow(judged);
+}
+
+void UsbDevice::start(StepContext& context) {
+  if (!follows_) {
+    if (const std::string missing = link_->missing_calibration(); !missing.empty()) throw InputError(missing);
+  }
+  HardwareDevice::start(context);
+}
+
+NodeInfo UsbDevice::declare() {
+  using P = Params;
+  Declare<UsbDevice> declaration("usb.device", "A haptic device on the USB, described by a profile.");
+  declaration.details(
+      "Reports of fixed layout come by interrupt or bulk transfers (libusb) on a thread of their own; commands go the "
+      "other way. The profile (YAML) says which device, what the bytes mean, the geometry and what the motors take; "
+      "docs/usb.md has its format. Shipped: polhem. A device whose counters have no zero of their own is calibrated "
+      "by `tactor device calibrate` after it was plugged in; without that a run does not start.");
+  declaration.text("profile", &P::profile, std::nullopt, "the name of a shipped profile, or the path of a file")
+      .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
+      .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");
+  declare_hardware(declaration);
+  declaration.check_params([](const P& params) { profile_of(params); }).calibrate(calibrate).discover(discover);
+  return declaration.info();
+}
+
+}  // namespace tactor

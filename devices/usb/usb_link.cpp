@@ -1,0 +1,264 @@
+#include "devices/usb/usb_link.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "framework/core/check.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr Duration longest_goodbye{100'000'000};
+constexpr double still_counts = 3;
+
+std::string name_of(const UsbProfile& profile) {
+  char numbers[32];
+  std::snprintf(numbers, sizeof numbers, " (USB %04x:%04x)", profile.vendor, profile.product);
+  return profile.name + numbers;
+}
+
+std::string uncalibrated(const UsbProfile& profile) {
+  return "its counters have no zero since it was plugged in or switched on: run `tactor device calibrate GRAPH` and "
+         "put "
+         "the handle into its pose (" +
+         profile.calibration + ")";
+}
+
+const char* words(UsbResult result) {
+  switch (result) {
+    case UsbResult::timeout:
+      return "a transfer has run out of time";
+    case UsbResult::stalled:
+      return "an endpoint has stalled";
+    case UsbResult::overflow:
+      return "a report is longer than a packet";
+    default:
+      return "a transfer has failed";
+  }
+}
+
+}  // namespace
+
+UsbLink::UsbLink(UsbProfile profile, UsbChoice choice, CalibrationStore store)
+    : profile_(std::move(profile)),
+      selector_(selector_of(profile_.vendor, profile_.product, choice)),
+      store_(std::move(store)),
+      name_(name_of(profile_)),
+      zero_(profile_.input.axes.size(), 0.0),
+      newest_(profile_.input.size),
+      command_(profile_.output.size) {}
+
+UsbLink::~UsbLink() = default;
+
+void UsbLink::received(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() != newest_.size()) {
+    any_wrong_ = true;
+    wrong_size_ = bytes.size();
+    return;
+  }
+  std::copy(bytes.begin(), bytes.end(), newest_.begin());
+  fresh_ = true;
+}
+
+/// The device has gone: with its power it has lost its zero.
+bool UsbLink::lost(LinkFailure& failure) {
+  if (!profile_.calibration.empty()) store_.forget(port_->identity());
+  failure = {LinkError::reset, "the device has been unplugged", true};
+  return false;
+}
+
+void UsbLink::send(const LinkCommand& command) {
+  write_efforts(profile_.output, command.effort, command_);
+  port_->send(command_);
+}
+
+/// Lets transfers end; false, with why, where one has failed.
+bool UsbLink::wait(Duration most, LinkFailure& failure) {
+  const UsbResult result = port_->wait(most);
+  if (result == UsbResult::ok) return true;
+  if (result == UsbResult::disconnected) return lost(failure);
+  failure = {LinkError::protocol, words(result)};
+  return false;
+}
+
+bool UsbLink::wait_for_report(Duration most, LinkFailure& failure) {
+  const Instant end = MonotonicClock::now() + most;
+  for (Duration left = most; left.ns >= 0; left = end - MonotonicClock::now()) {
+    if (any_wrong_) {
+      any_wrong_ = false;
+      failure = {LinkError::protocol,
+                 "a report of " + std::to_string(wrong_size_) + " bytes, expected " + std::to_string(newest_.size())};
+      return false;
+    }
+    if (fresh_) return true;
+    if (!wait(left, failure)) return false;
+  }
+  char text[64];
+  std::snprintf(text, sizeof text, "no report within %.3g ms", most.milliseconds());
+  failure = {LinkError::timeout, text};
+  return false;
+}
+
+bool UsbLink::open_port(LinkFailure& failure) {
+  std::string why;
+  fresh_ = any_wrong_ = false;
+  port_ = bus_.open(selector_, why);
+  if (port_ == nullptr) {
+    failure = {LinkError::disconnected, why, true};
+    return false;
+  }
+  if (!profile_.product_text.empty() && port_->info().name != profile_.product_text) {
+    failure = {LinkError::identity,
+               "the device calls itself \"" + port_->info().name + "\", not \"" + profile_.product_text + "\"", true};
+    return false;
+  }
+  if (const std::string refusal = port_->start(profile_.transfers, *this); !refusal.empty()) {
+    failure = {LinkError::identity, refusal, true};
+    return false;
+  }
+  // A board that only answers may have sent its first report to somebody else: zero asks for one.
+  Duration most = profile_.report_timeout * 10;
+  if (profile_.asks_first) {
+    LinkFailure ignored;
+    if (!wait_for_report(profile_.report_timeout, ignored) && ignored.error == LinkError::timeout) send({});
+    if (ignored.error != LinkError::none && ignored.error != LinkError::timeout) {
+      failure = ignored;
+      most = Duration{};
+    }
+  }
+  if (failure.error == LinkError::none && wait_for_report(most, failure)) return true;
+  if (failure.error == LinkError::protocol) {
+    failure.error = LinkError::identity;
+    failure.text += ", so it is another device under the same numbers";
+  }
+  failure.reopen = true;
+  return false;
+}
+
+bool UsbLink::find_zero(LinkFailure& failure) {
+  if (profile_.calibration.empty()) return true;
+  const auto counts = store_.find(port_->identity(), zero_.size());
+  if (!counts) {
+    failure = {LinkError::identity, uncalibrated(profile_), true};
+    return false;
+  }
+  zero_ = *counts;
+  return true;
+}
+
+bool UsbLink::open(LinkFailure& failure) {
+  failure = {};
+  if (open_port(failure) && find_zero(failure)) {
+    send({});
+    // Reports come with the frames of the bus. Cycles that begin between them, and not with them, find one each.
+    MonotonicClock::sleep_until(MonotonicClock::now() + Duration::from_seconds(0.5 / profile_.rate));
+    return true;
+  }
+  port_.reset();
+  return false;
+}
+
+void UsbLink::read_sample(LinkSample& sample, LinkFailure& failure) const {
+  const InputLayout& in = profile_.input;
+  sample = {};
+  for (std::size_t i = 0; i < in.axes.size(); ++i) {
+    const AxisInput& axis = in.axes[i];
+    const ReportField& field = in.fields[axis.field];
+    // The counter of a calibrated device may begin anew between its zero and here.
+    const double span = profile_.calibration.empty() ? 0 : field.span();
+    sample.q[i] = axis.scale * count_from(zero_[i], field.read(newest_), span) + axis.offset;
+  }
+  for (std::size_t i = 0; i < in.buttons.size(); ++i) {
+    if (in.buttons[i].is_set(in.fields, newest_)) sample.buttons |= 1U << i;
+  }
+  for (std::size_t i = 0; i < in.faults.size(); ++i) {
+    if (!in.faults[i].is_set(in.fields, newest_)) continue;
+    sample.faults |= 1U << i;
+    failure.text += (failure.text.empty() ? "the device reports " : ", ") + in.faults[i].meaning;
+  }
+}
+
+bool UsbLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) {
+  TACTOR_DEMAND(port_ != nullptr);
+  failure = {};
+  const Instant began = MonotonicClock::now();
+  // What went out in the last cycle is taken note of, so that there is room.
+  if (!wait(Duration{}, failure)) return false;
+  send(command);
+  if (!wait_for_report(profile_.report_timeout, failure)) return false;
+  // A device that only answers is asked again before its answer has come, or each answer would take two frames. Where
+  // that got out of step it is asked once more.
+  const bool late = MonotonicClock::now() - began > Duration::from_seconds(1 / profile_.rate);
+  if (profile_.asks_first && late) send(command);
+  fresh_ = false;
+  read_sample(sample, failure);
+  return true;
+}
+
+void UsbLink::close() {
+  if (port_ == nullptr) return;
+  // Zero must be the last thing that is sent, after what is on its way.
+  const Instant end = MonotonicClock::now() + longest_goodbye;
+  bool sent = false, gone = false;
+  while (!gone && MonotonicClock::now() < end) {
+    if (!port_->sending()) {
+      if (sent) break;
+      send({});
+      sent = true;
+      if (!port_->sending()) break;
+    }
+    gone = port_->wait(Duration{10'000'000}) == UsbResult::disconnected;
+  }
+  port_.reset();
+}
+
+std::string UsbLink::missing_calibration() {
+  if (profile_.calibration.empty()) return {};
+  std::string why;
+  const auto port = bus_.open(selector_, why);
+  if (port == nullptr || store_.find(port->identity(), zero_.size())) return {};
+  return name_ + ": " + uncalibrated(profile_);
+}
+
+std::vector<double> UsbLink::calibrate(Duration still) {
+  LinkFailure failure;
+  if (!open_port(failure)) {
+    port_.reset();
+    throw RunError(name_ + ": " + failure.text);
+  }
+  const std::size_t n = profile_.input.axes.size();
+  const auto count = [&](std::size_t i) { return profile_.input.fields[profile_.input.axes[i].field].read(newest_); };
+  std::vector<double> first(n), least(n, 0.0), most(n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) first[i] = count(i);
+  const Instant end = MonotonicClock::now() + still;
+  while (MonotonicClock::now() < end) {
+    fresh_ = false;
+    send({});
+    if (!wait_for_report(profile_.report_timeout * 10, failure)) {
+      port_.reset();
+      throw RunError(name_ + ": " + failure.text);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const double span = profile_.input.fields[profile_.input.axes[i].field].span();
+      const double moved = count_from(first[i], count(i), span);
+      least[i] = std::min(least[i], moved);
+      most[i] = std::max(most[i], moved);
+    }
+  }
+  const std::string identity = port_->identity();
+  close();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (most[i] - least[i] > still_counts) {
+      throw InputError(name_ + ": the handle was moved while its zero was taken (axis " + profile_.axes[i].name +
+                       " by " + std::to_string(static_cast<int>(most[i] - least[i])) +
+                       " counts); hold it still in its pose (" + profile_.calibration + ") and calibrate again");
+    }
+  }
+  store_.keep(identity, first);
+  return first;
+}
+
+}  // namespace tactor

@@ -1,0 +1,64 @@
+// The line to a USB device that sends and takes reports of a known layout.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "devices/hardware/link.hpp"
+#include "devices/usb/calibration.hpp"
+#include "devices/usb/profile.hpp"
+#include "devices/usb/usb_port.hpp"
+
+namespace tactor {
+
+/// Opening waits for a first report for at most ten report timeouts, and makes sure by it, by the endpoints and by the
+/// text of the profile that the right device answers, before anything but zero is sent; nothing is sent before that
+/// where the device speaks first. A cycle sends a command and takes the newest report, for which it waits for one
+/// report timeout. Closing sends zero and waits for that to go, for at most a tenth of a second.
+///
+/// Where the profile has a pose of calibration the line does not open without the record of it, and forgets the record
+/// when the device goes.
+class UsbLink final : public Link, private UsbListener {
+ public:
+  /// Makes the connection to libusb, but opens no device.
+  UsbLink(UsbProfile profile, UsbChoice choice, CalibrationStore store = CalibrationStore());
+  ~UsbLink() override;
+
+  [[nodiscard]] std::string name() const override { return name_; }
+  bool open(LinkFailure& failure) override;
+  bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override;
+  void close() override;
+
+  /// Whether a device that is there lacks its calibration: what to tell the user, or empty. Opens and closes it.
+  std::string missing_calibration();
+  /// Reads the counters for `still`, during which the device must not be moved by more than three counts, and keeps
+  /// them as those of the pose of calibration; returns them. Throws InputError where it moved, RunError where it cannot
+  /// be read.
+  std::vector<double> calibrate(Duration still);
+
+ private:
+  void received(std::span<const std::uint8_t> bytes) override;
+  bool open_port(LinkFailure& failure);
+  bool find_zero(LinkFailure& failure);
+  bool wait(Duration most, LinkFailure& failure);
+  bool wait_for_report(Duration most, LinkFailure& failure);
+  void send(const LinkCommand& command);
+  void read_sample(LinkSample& sample, LinkFailure& failure) const;
+  bool lost(LinkFailure& failure);
+
+  UsbProfile profile_;
+  UsbSelector selector_;
+  CalibrationStore store_;
+  std::string name_;
+  UsbBus bus_;
+  std::unique_ptr<UsbPort> port_;
+  std::vector<double> zero_;  // counts, one an axis
+  std::vector<std::uint8_t> newest_, command_;
+  std::size_t wrong_size_ = 0;  // of a report that has not the size of the layout
+  bool any_wrong_ = false;
+  bool fresh_ = false;
+};
+
+}  // namespace tactor

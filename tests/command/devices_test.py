@@ -1,0 +1,120 @@
+"""The verbs `devices`, `device` and `emulate`, and the devices' section of `doctor`."""
+import json
+import pathlib
+import subprocess
+import unittest
+
+from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_collision, needs_live, tactor
+
+EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
+GRAPH = """clock: real
+duration: 1 s
+scene: {bodies: {}}
+nodes:
+  device: {type: modbus.actuator, profile: %s, connect: "%s", link_timeout: 2 s, stale_after: 2 s, stuck_after: 0}
+record: [device.state]
+"""
+
+
+class Devices(CommandTest):
+    def test_attached_devices_are_listed(self):
+        text = self.run_ok("devices").stdout
+        self.assertTrue(text)
+        for line in text.splitlines():
+            self.assertTrue(line.startswith("  ") or line == "no device is attached that Tactor recognises", line)
+
+    def test_doctor_tells_whether_devices_can_be_reached(self):
+        diagnosis = json.loads(self.run_ok("doctor", "--json", "--seconds", "0.1").stdout)
+        self.assertEqual([finding["id"] for finding in diagnosis["devices"]], ["ports", "serial_group", "udev_rule"])
+        for finding in diagnosis["devices"]:
+            self.assertEqual(bool(finding["mend"]), finding["grade"] != "ok", finding)
+        self.assertIn("Devices", self.run_ok("doctor", "--seconds", "0.1").stdout)
+
+    def test_an_emulator_that_is_not_there_is_told(self):
+        result = tactor("emulate", "modbsu")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("emulate: expected one of modbus", result.stderr)
+
+    def test_a_graph_without_hardware_has_nothing_to_try(self):
+        for verb in ("test", "calibrate"):
+            result = tactor("device", verb, self.judged_small_graph())
+            self.assertEqual(result.returncode, 2)
+            self.assertIn("expected a node that drives hardware, found none", result.stderr)
+
+
+@unittest.skipUnless(EMULATOR.exists(), "this build has no Modbus")
+class Emulated(CommandTest):
+    def setUp(self):
+        super().setUp()
+        text = (ROOT / "devices/modbus/profiles/iris_orca.yaml").read_text()
+        text = text.replace("response_timeout: 25 ms", "response_timeout: 400 ms").replace("time: 150 ms", "time: 5 s")
+        self.profile = self.write("orca.yaml", text)
+
+    def graph(self, *arguments):
+        emulator = subprocess.Popen([TACTOR, "emulate", "modbus", self.profile, "--tcp", "0", *arguments],
+                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+        def end():
+            if emulator.poll() is None:
+                emulator.kill()
+            emulator.communicate()
+        self.addCleanup(end)
+        ready = emulator.stdout.readline()
+        self.assertTrue(ready.startswith("ready tcp:127.0.0.1:"), ready)
+        return self.write("device.yaml", GRAPH % (self.profile, ready.split()[1]))
+
+    def answer(self, *arguments, text=""):
+        return subprocess.run([TACTOR, *map(str, arguments)], input=text, capture_output=True, text=True, timeout=300,
+                              check=False)
+
+    @needs_live
+    def test_a_device_is_tried_with_small_forces_on_confirmation(self):
+        graph = self.graph()
+        log = self.folder / "none"
+        result = self.answer("device", "test", graph, "--seconds", "0.5", text="n\n")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("position", result.stdout)
+        self.assertIn("Give it up to 1 N", result.stdout)
+        self.assertIn("no force was given", result.stdout)
+        self.assertFalse(log.exists())
+        result = self.answer("device", "test", graph, "--seconds", "0.5", "--yes")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn("moved by up to 1 N", result.stdout)
+
+    @needs_live
+    def test_forces_of_a_trial_stay_small_and_end_at_zero(self):
+        log = self.folder / "log"
+        graph = self.graph("--log", log)
+        result = self.answer("device", "test", graph, "--seconds", "0.5", "--force", "0.5", "--yes")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        forces = [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 5]
+        # One axis along z of the scene: it gets the third pair of forces alone.
+        self.assertLessEqual(max(map(abs, forces)), 0.5 + 1e-9)
+        self.assertGreater(max(forces), 0.1)
+        self.assertLess(min(forces), -0.1)
+        self.assertEqual(forces[-1], 0)
+
+    def test_a_device_is_calibrated(self):
+        graph = self.graph()
+        result = self.answer("device", "calibrate", graph, text="n\n")
+        self.assertIn("nothing done", result.stdout)
+        result = self.answer("device", "calibrate", graph, "--yes")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertIn(": calibrated", result.stdout)
+
+    def test_a_bad_emulator_call_is_bad_input(self):
+        for arguments in (["--tcp", "x"], ["--pty", "--tcp", "1"], ["--pty", "--fault", "slient@1"], ["--nonsense"], []):
+            result = tactor("emulate", "modbus", self.profile, *arguments)
+            self.assertEqual(result.returncode, 2, arguments)
+        self.assertIn("fault: expected KIND", tactor("emulate", "modbus", self.profile, "--pty", "--fault", "slient").stderr)
+        result = tactor("emulate", "modbus", "--help")
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("--pty", result.stdout)
+
+    @needs_collision
+    def test_the_shipped_graph_is_good(self):
+        self.assertIn("ok", self.run_ok("check", GRAPHS / "bunny_orca.yaml").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,271 @@
+"""Live runs with an emulated Modbus actuator, and what goes wrong on the way to it: the force stays within its limits, goes
+down to zero, and the report names the device."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import time
+import unittest
+
+from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_hdf5, needs_live, tactor
+
+try:
+    import h5py
+    import numpy
+except ImportError:
+    h5py = None
+
+EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
+PATIENCE = 150  # s, for what takes a few seconds on an idle machine
+FORCE_MAX = 8.0  # N, of the gate
+# A ball on a wall that the motor presses into; both cheap, so that a busy machine is enough.
+GRAPH = """clock: real
+duration: %(duration)s
+live: {on_missing_privilege: warn, on_stall: recover}
+scene:
+  gravity: [0, 0, 0]
+  bodies:
+    wall:
+      plane: {}
+      material: {stiffness: 0.4 N/mm, damping: 2 N s/m, friction: 0}
+    tool:
+      sphere: {radius: 4 mm}
+      motion: translation
+      mass: 50 g
+      pose: {p: [0, 0, 2 mm]}
+      material: {stiffness: 20 N/mm, damping: 2 N s/m, friction: 0}
+nodes:
+  device: {type: modbus.actuator, profile: %(profile)s, connect: "%(connect)s", origin: [0, 0, -50 mm], %(more)s}
+  collision: {type: collision.primitive}
+  dynamics: {type: dynamics.translation}
+  coupling: {type: coupling.adaptive}
+  prediction: {type: prediction.hold}
+  interpolation: {type: interpolation.linear}
+edges:
+  - device.state -> collision.device
+  - device.state -> dynamics.device
+  - collision.contacts -> dynamics.contacts
+  - dynamics.state -> collision.state
+  - coupling.law -> dynamics.law
+  - dynamics.state -> coupling.state
+  - coupling.force -> prediction.force
+  - prediction.forecast -> interpolation.forecast
+  - interpolation.segment -> device.segment
+record: [device.commanded, device.safety, device.state]
+"""
+# Late answers of a busy machine are not what these tests are about.
+EASY = "link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s, failure_timeout: 1 s, recovery_time: 0.2 s, stuck_after: 3 s"
+
+
+@needs_live
+@needs_hdf5
+@unittest.skipIf(h5py is None, "h5py is not installed")
+@unittest.skipUnless(EMULATOR.exists(), "this build has no Modbus")
+class ModbusRun(CommandTest):
+    def setUp(self):
+        super().setUp()
+        text = (ROOT / "devices/modbus/profiles/iris_orca.yaml").read_text()
+        text = text.replace("response_timeout: 25 ms", "response_timeout: 400 ms").replace("time: 150 ms", "time: 3 s")
+        self.profile = self.write("orca.yaml", text)
+        self.out = self.folder / "out"
+        self.log = self.folder / "emulator.log"
+
+    def emulate(self, *arguments, line=("--tcp", "0"), profile=None):
+        self.emulator = subprocess.Popen([TACTOR, "emulate", "modbus", profile or self.profile, *line, "--log", self.log,
+                                          *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+        def end():
+            if self.emulator.poll() is None:
+                self.emulator.kill()
+            self.emulator.communicate()
+        self.addCleanup(end)
+        ready = self.emulator.stdout.readline()
+        self.assertTrue(ready.startswith("ready "), ready)
+        return ready.split()[1]
+
+    def start(self, connect, duration="60 s", more=EASY, profile=None):
+        graph = self.write("run.yaml", GRAPH % {"profile": profile or self.profile, "connect": connect, "duration": duration,
+                                                "more": more})
+        process = subprocess.Popen([TACTOR, "run", graph, "--out", self.out], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True, env=dict(os.environ, **self.environment))
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        return process
+
+    def log_rows(self):
+        rows = []
+        for line in self.log.read_text().splitlines():
+            words = line.split()
+            if len(words) == 5:  # the last one may be cut
+                rows.append(tuple(map(float, words)))
+        return rows
+
+    def until_driven(self, process, after=0):
+        """Waits until the motor has been pushed with a force for a while, later than `after` (ns)."""
+        def driven():
+            pushed = 0
+            for row in self.log_rows():
+                pushed = pushed + 1 if row[2] != 0 and row[0] > after else 0
+                if pushed == 25:
+                    return True
+            return False
+        self.wait_until(driven, process, "the motor was pushed", timeout=PATIENCE)
+
+    def finish(self, process, code):
+        try:
+            self.stdout, stderr = process.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            self.fail("the run does not end")
+        self.assertEqual(process.returncode, code, self.stdout + stderr)
+        self.summary = json.loads((self.out / "summary.json").read_text())
+        return stderr
+
+    def check_forces(self):
+        """No force is beyond the limits, in the recording and at the motor, and both end at zero."""
+        with h5py.File(self.out / "recording.h5") as file:
+            force = file["streams/device.commanded/data"][...]["force"]
+        norm = numpy.linalg.norm(force, axis=1)
+        self.assertLessEqual(norm.max(), FORCE_MAX * (1 + 1e-9))
+        self.assertEqual(norm[-1], 0)
+        time.sleep(0.1)
+        rows = self.log_rows()
+        self.assertLessEqual(max(abs(row[2]) for row in rows), FORCE_MAX + 0.001)
+        self.assertEqual(rows[-1][2], 0)
+
+    def end_early(self, process):
+        process.send_signal(signal.SIGINT)
+        return self.finish(process, 0)
+
+    def fails_by(self, fault, says, more=EASY, **options):
+        """The fault comes when the motor is being pushed, and ends the run with a message that names the device."""
+        process = self.start(self.emulate("--fault", fault, **options), more=more)
+        stderr = self.finish(process, 1)
+        self.assertIn("orca at ", stderr)
+        self.assertRegex(stderr, says)
+        self.check_forces()
+        self.assertGreater(max(abs(row[2]) for row in self.log_rows()), 0, "the motor was never pushed")
+        self.assertEqual(self.summary["failure"].count("orca at "), 1)
+
+    def test_the_motor_is_pushed_and_shut_down_in_the_end(self):
+        for line in (("--tcp", "0"), ("--pty", "--baud", "115200")):
+            with self.subTest(line=line[0]):
+                self.log.unlink(missing_ok=True)
+                # A baud rate of its own, as on a motor that was set to it.
+                more = EASY + (", baud: 115200" if line[0] == "--pty" else "")
+                process = self.start(self.emulate(line=line), more=more)
+                self.until_driven(process)
+                self.end_early(process)
+                self.check_forces()
+                device = self.summary["device"]
+                self.assertGreater(device["link"]["cycles"], 5)
+                self.assertEqual(device["link"]["reconnects"], 0)
+                self.assertGreater(device["link"]["age_us"]["p99"], 0)
+                self.assertGreater(device["velocity_cutoff_Hz"], 1)
+                self.emulator.kill()
+
+    def test_a_silent_motor(self):
+        self.fails_by("silent@driven+0.2", "could not be read|no whole answer")
+
+    def test_a_motor_whose_answers_drip(self):
+        self.fails_by("dribble@driven+0.2:0.3", "could not be read|no whole answer")
+
+    def test_wrong_check_sums(self):
+        self.fails_by("crc@driven+0.2", "Invalid CRC|could not be read", line=("--pty", "--no-line-delay"))
+
+    def test_exceptions(self):
+        self.fails_by("exception@driven+0.2", "exception 4")
+
+    def test_another_device(self):
+        self.fails_by("another@driven+0.2", "another device answers: expected major_version")
+
+    def test_a_position_that_has_jumped_is_not_believed_again(self):
+        self.fails_by("jump@driven+0.2:0.1", "the encoder of axis 1 jumped from")
+        self.assertEqual(self.summary["device"]["jumps"], 1)
+
+    def test_an_encoder_that_stands_still_under_a_force(self):
+        # A fifth of the motor's 20 N is more than this wall gives, so what counts as driven is set by a weaker motor.
+        # Its hand stays on the wall, with a force of about 1.5 N, and trembles by a millimetre.
+        text = self.profile.read_text().replace("effort_max: 20 N", "effort_max: 2 N")
+        self.profile.write_text(text.replace("rest: 50 mm, swing: 30 mm, swing_rate: 0.4 Hz",
+                                             "rest: 40 mm, swing: 1 mm, swing_rate: 1 Hz"))
+        self.fails_by("stuck@driven+0.6", "it is stuck", more=EASY.replace("stuck_after: 3 s", "stuck_after: 0.3 s"))
+
+    def test_a_fault_of_the_motor(self):
+        self.fails_by("status@driven+0.2:6", "the device reports: bit 6 of errors")
+        self.assertGreater(self.summary["device"]["link"]["errors"]["device_fault"], 0)
+
+    def test_a_reset_is_survived_and_counted(self):
+        process = self.start(self.emulate())
+        self.until_driven(process)
+        self.emulator.stdin.write("fault reset\n")
+        self.emulator.stdin.flush()
+        self.assertEqual(self.emulator.stdout.readline(), "injected reset\n")
+        # What is commanded half a second from now on came over a new connection.
+        self.until_driven(process, after=time.monotonic_ns() + 5e8)
+        self.end_early(process)
+        self.check_forces()
+        self.assertGreaterEqual(self.summary["device"]["link"]["reconnects"], 1)
+        self.assertGreaterEqual(self.summary["device"]["link"]["errors"]["reset"], 1)
+        self.assertTrue(any("orca at tcp:127.0.0.1" in remark for remark in self.summary["remarks"]), self.summary)
+
+    def test_when_the_program_is_killed_the_motors_own_watchdog_lets_go(self):
+        profile = self.write("orca_quick.yaml", self.profile.read_text().replace("time: 3 s", "time: 1 s"))
+        process = self.start(self.emulate(profile=profile), profile=profile)
+        self.until_driven(process)
+        process.kill()
+        process.communicate()
+        killed = time.monotonic_ns()
+        end = time.monotonic() + PATIENCE
+        while not (rows := self.log_rows())[-1][4]:
+            self.assertLess(time.monotonic(), end, "the watchdog does not run out")
+            time.sleep(0.05)
+        expired = next(row for row in rows if row[4])
+        self.assertEqual(expired[2], 0)
+        # The last command came before the kill, so the second is over a second after it at the latest; the emulator's own
+        # thread may be held up on a busy machine, so what is asked is that no row beyond it has a force.
+        self.assertTrue(all(row[2] == 0 for row in rows if row[0] >= expired[0]))
+        late = [row for row in rows if row[0] > killed + 1.1e9 and row[2] != 0]
+        self.assertEqual(late, [])
+
+    def test_nobody_at_the_address(self):
+        process = self.start("tcp:127.0.0.1:9", more="connect_timeout: 0.3 s, failure_timeout: 0.3 s")
+        stderr = self.finish(process, 1)
+        self.assertIn("orca at tcp:127.0.0.1:9, unit 1: no connection", stderr)
+
+    def test_bad_requests_are_refused_before_anything_moves(self):
+        def refused(text, more="", connect="rtu:/dev/null", profile=None):
+            graph = self.write("bad.yaml", GRAPH % {"profile": profile or self.profile, "connect": connect, "duration": "1 s",
+                                                    "more": more or EASY})
+            for verb in ("check", "run"):
+                result = tactor(verb, graph, environment=self.environment, cwd=self.folder)
+                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                self.assertRegex(result.stderr, text)
+        refused(r"bad.yaml:\d+:\d+: nodes.device: link_rate: expected what the line of orca can carry, at most \d+\.\d+ Hz; "
+                r"a cycle takes .* ms at 19200 baud .*, found 900 Hz", more=EASY + ", link_rate: 900 Hz")
+        refused("nodes.device: connect: expected tcp:HOST:PORT or rtu:PATH", connect="udp:1")
+        broken = self.write("broken.yaml", self.profile.read_text().replace("address: 342, type", "address: 70000, type"))
+        refused(r"broken.yaml:\d+:\d+: registers.position.address: expected a whole number", profile=broken)
+        graph = self.write("virtual.yaml", (GRAPH % {"profile": self.profile, "connect": "tcp:a:1", "duration": "1 s",
+                                                     "more": EASY}).replace("clock: real", "clock: virtual"))
+        result = tactor("check", graph, environment=self.environment)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("expected clock: real, because modbus.actuator drives hardware", result.stderr)
+
+    def test_the_shipped_graph_runs_against_its_emulator(self):
+        connect = self.emulate()
+        process = subprocess.Popen([TACTOR, "run", GRAPHS / "bunny_orca.yaml", "--out", self.out, "--duration", "120",
+                                    "--set", f"device.profile={self.profile}", "--set", f"device.connect={connect}",
+                                    "--set", "device.link_timeout=2s", "--set", "device.stale_after=2s",
+                                    "--set", "device.sample_age_max=4s"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   env=dict(os.environ, **self.environment))
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.until_driven(process)
+        self.end_early(process)
+        self.check_forces()
+
+
+if __name__ == "__main__":
+    unittest.main()

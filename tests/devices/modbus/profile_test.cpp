@@ -1,0 +1,254 @@
+// Register maps: values and words, what a profile may say, and what a line can carry.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "devices/modbus/actuator.hpp"
+#include "framework/core/temporary_folder.hpp"
+
+using namespace tactor;
+using namespace tactor::modbus;
+
+namespace {
+
+const std::string good = R"(title: a test
+line: {baud: 115200, parity: even, unit: 3, turnaround: 1 ms}
+registers:
+  id:       {address: 1, type: uint16, access: read}
+  position: {address: 10, type: int32, access: read, scale: 1 um}
+  force:    {address: 20, type: int32, access: write, scale: 1 mN, function: 16}
+  mode:     {address: 30, type: uint16, access: write, function: 6}
+identify:
+  - {register: id, value: 7}
+start_up:
+  - {write: mode, value: 2}
+  - {wait: 1 ms}
+axes:
+  - {position: position, effort: force, effort_max: 5 N, speed_max: 1 m/s, jump_tolerance: 1 mm}
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  BOOST_REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
+}
+
+std::string error_of(const std::string& text) {
+  try {
+    parse_profile(text, "p.yaml");
+  } catch (const YamlError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+RegisterInfo info_of(RegisterType type, double scale, Order words = Order::high_first,
+                     Order bytes = Order::high_first) {
+  RegisterInfo info;
+  info.type = type;
+  info.scale = scale;
+  info.words = words;
+  info.bytes = bytes;
+  return info;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(words_and_values_agree_in_every_order) {
+  // 0x12345678 = 305419896.
+  const auto check = [](Order words, Order bytes, std::uint16_t first, std::uint16_t second) {
+    const std::uint16_t given[2] = {first, second};
+    const RegisterInfo info = info_of(RegisterType::int32, 1, words, bytes);
+    BOOST_TEST(decode(info, given) == 305419896.0);
+    std::uint16_t made[2] = {};
+    encode(info, 305419896.0, made);
+    BOOST_TEST(made[0] == first);
+    BOOST_TEST(made[1] == second);
+  };
+  check(Order::high_first, Order::high_first, 0x1234, 0x5678);
+  check(Order::low_first, Order::high_first, 0x5678, 0x1234);
+  check(Order::high_first, Order::low_first, 0x3412, 0x7856);
+  check(Order::low_first, Order::low_first, 0x7856, 0x3412);
+}
+
+BOOST_AUTO_TEST_CASE(each_type_holds_its_range_and_clamps_beyond) {
+  std::uint16_t w[2] = {};
+  const auto round_trip = [&](RegisterType type, double value, double scale = 1) {
+    encode(info_of(type, scale), value, w);
+    return decode(info_of(type, scale), w);
+  };
+  BOOST_TEST(round_trip(RegisterType::int16, -32768) == -32768);
+  BOOST_TEST(round_trip(RegisterType::int16, 40000) == 32767);
+  BOOST_TEST(round_trip(RegisterType::uint16, -3) == 0);
+  BOOST_TEST(round_trip(RegisterType::uint16, 65535) == 65535);
+  BOOST_TEST(round_trip(RegisterType::int32, -2147483648.0) == -2147483648.0);
+  BOOST_TEST(round_trip(RegisterType::int32, 1e20) == 2147483647.0);
+  BOOST_TEST(round_trip(RegisterType::uint32, 4294967295.0) == 4294967295.0);
+  BOOST_TEST(round_trip(RegisterType::float32, 0.1) == static_cast<double>(0.1F));
+  BOOST_TEST(round_trip(RegisterType::int32, 1.2345, 1e-3) == 1.235, boost::test_tools::tolerance(1e-12));
+  BOOST_TEST(round_trip(RegisterType::int32, std::numeric_limits<double>::quiet_NaN()) == 0);
+  BOOST_TEST(round_trip(RegisterType::float32, std::numeric_limits<double>::infinity()) ==
+             static_cast<double>(std::numeric_limits<float>::max()));
+  // A negative scale turns the direction round.
+  BOOST_TEST(round_trip(RegisterType::int16, -7, -1) == -7);
+  BOOST_TEST(static_cast<std::int16_t>(w[0]) == 7);
+}
+
+BOOST_AUTO_TEST_CASE(a_field_leaves_the_other_bits_of_its_word) {
+  RegisterInfo high = info_of(RegisterType::uint16, 1), low = high;
+  high.low_bit = 8;
+  high.bits = low.bits = 8;
+  std::uint16_t word = 0;
+  encode(high, 9, &word);
+  encode(low, 300, &word);
+  BOOST_TEST(word == 0x09ff);
+  BOOST_TEST(decode(high, &word) == 9);
+  BOOST_TEST(decode(low, &word) == 255);
+}
+
+BOOST_AUTO_TEST_CASE(a_profile_says_what_it_says) {
+  const Profile p = parse_profile(good, "folder/p.yaml");
+  BOOST_TEST(p.name == "p");
+  BOOST_TEST(p.line.unit == 3);
+  BOOST_TEST(p.registers.size() == 4U);
+  BOOST_TEST(p.registers[1].scale == 1e-6);
+  BOOST_TEST(p.axes.at(0).effort_max == 5);
+  BOOST_TEST(p.start_up.size() == 2U);
+}
+
+BOOST_AUTO_TEST_CASE(bad_profiles_are_refused_with_their_place) {
+  struct Bad {
+    const char* from;
+    const char* to;
+    const char* says;
+  };
+  const Bad corpus[] = {
+      {"address: 10, type: int32", "address: 65535, type: int32",
+       "p.yaml:5:23: registers.position.address: expected a whole number from 0 to 65534, found 65535"},
+      {"type: int32, access: read", "type: int64, access: read",
+       "p.yaml:5:33: registers.position.type: expected one of int16, uint16, int32, uint32, float32, found int64; did "
+       "you mean"},
+      {"type: int32, access: read", "type: int32, access: reed",
+       "p.yaml:5:48: registers.position.access: expected one of read, write, read_write, found reed"},
+      {"scale: 1 um", "scale: 0 um",
+       "p.yaml:5:61: registers.position.scale: expected what one count is, such as 1 um, found 0 um"},
+      {"scale: 1 um", "scale: 1 furlong", "registers.position.scale: expected what one count is"},
+      {"function: 16", "function: 6",
+       "p.yaml:6:78: registers.force.function: expected 16 or 23 for a value of 32 bits, found 6"},
+      {"function: 16", "function: 3", "registers.force.function: expected a function of its access, found 3"},
+      {"function: 16", "function: 5", "registers.force.function: expected 3, 4, 6, 16 or 23, found 5"},
+      {"register: id, value: 7", "register: ib, value: 7",
+       "p.yaml:9:16: identify[0].register: expected one of the registers (id, position, force, mode), found ib; did "
+       "you mean \"id\"?"},
+      {"register: id, value: 7", "register: id, value: 70000",
+       "identify[0].value: expected a value that id (uint16) can hold, found 70000"},
+      {"register: id, value: 7", "register: force, value: 7 N",
+       "identify[0].register: expected a register that can be read, found force"},
+      {"register: id, value: 7", "register: id", "identify[0]: expected either value, or min and max"},
+      {"register: id, value: 7", "register: id, min: 5, max: 4", "identify[0]: expected min at or below max"},
+      {"identify:\n  - {register: id, value: 7}\n", "", "expected the key identify, found none"},
+      {"write: mode, value: 2", "write: mode", "p.yaml:11:5: start_up[0]: expected the key value, found none"},
+      {"write: mode, value: 2", "write: position, value: 2 mm",
+       "start_up[0].write: expected a register that can be written"},
+      {"wait: 1 ms", "wait: 1 h", "start_up[1].wait: expected a time (s)"},
+      {"wait: 1 ms", "wait: 1 ms, write: mode", "start_up[1]: expected one of write, wait and expect"},
+      {"effort_max: 5 N", "effort_max: 5 m", "p.yaml:14:53: axes[0].effort_max: expected a force (N), found 5 m"},
+      {"effort_max: 5 N", "effort_max: 0 N", "axes[0].effort_max: expected a force (N) above 0"},
+      {"position: position, effort", "position: id, effort",
+       "axes[0].position: expected a register whose scale is in m, found one in 1"},
+      {", speed_max: 1 m/s", "", "axes[0]: expected the key speed_max, found none"},
+      {"baud: 115200", "baud: 115200, bauds: 3", "line.bauds: expected a key"},
+      {"parity: even", "parity: 8E1", "line.parity: expected one of none, even, odd, found 8E1"},
+      {"unit: 3", "unit: 0", "line.unit: expected a whole number from 1 to 247, found 0"},
+      {"title: a test", "titel: a test", "p.yaml:1:1: titel: expected a key"},
+      {"title: a test", "title: a test\ntitle: b", "the key \"title\" is there twice"},
+      {"address: 30", "address: 21", "registers.mode: expected words of its own, found those of force"},
+      {"registers:\n", "registers: 5\nx:\n", "registers: expected a map of names to registers, found 5"},
+  };
+  for (const Bad& bad : corpus) {
+    const std::string error = error_of(replaced(good, bad.from, bad.to));
+    BOOST_TEST(error.find(bad.says) != std::string::npos, std::string(bad.to) + " gave: " + error);
+    BOOST_TEST(error.starts_with("p.yaml:"), error);
+  }
+  BOOST_TEST(error_of("").starts_with("p.yaml"));
+  BOOST_TEST(error_of("- 1\n").find("expected a map with the keys") != std::string::npos);
+  BOOST_CHECK_THROW(read_profile("/does/not/exist.yaml"), YamlError);
+}
+
+BOOST_AUTO_TEST_CASE(a_cycle_joins_what_lies_together_and_writes_nothing_else) {
+  Profile p = parse_profile(good, "p.yaml");
+  const CyclePlan plan = plan_cycle(p);
+  BOOST_TEST(plan.each.size() == 2U);
+  BOOST_TEST(plan.each[0].function == 16);
+  BOOST_TEST(plan.each[0].write_address == 20);
+  BOOST_TEST(plan.each[0].write_count == 2);
+  BOOST_TEST(plan.each[1].function == 3);
+  BOOST_TEST(plan.each[1].read_count == 2);
+  // The only read of the cycle has two words, so the fence has one.
+  BOOST_TEST(plan.fence.count == 1);
+  p.combined = true;
+  const CyclePlan combined = plan_cycle(p);
+  BOOST_TEST(combined.each.size() == 1U);
+  BOOST_TEST(combined.each[0].function == 23);
+  p.combined = false;
+  p.fence = Fence{3, 10, 2};
+  BOOST_CHECK_THROW(plan_cycle(p), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(the_rate_of_a_line_is_that_of_its_characters) {
+  const Profile p = parse_profile(good, "p.yaml");
+  // 8E1 is 11 bits a character, 95.49 us at 115200. Function 16 with two words: 13 out, 8 back; function 3 with two
+  // words: 8 out, 9 back. Twice 1.75 ms of silence and 1 ms of turnaround each.
+  const double expected = (13 + 8 + 8 + 9) * 11.0 / 115200 + 2 * (2 * 1.75e-3 + 1e-3);
+  const LineRate rate = line_rate(plan_cycle(p), p.line, true);
+  BOOST_TEST(rate.cycle_s == expected, boost::test_tools::tolerance(1e-5));
+  BOOST_TEST(rate.rate == 1 / expected, boost::test_tools::tolerance(1e-5));
+  // Up to 19200 baud the silence is 3.5 characters.
+  LineSettings slow = p.line;
+  slow.baud = 9600;
+  const double of_slow = (13 + 8 + 8 + 9 + 4 * 3.5) * 11.0 / 9600 + 2e-3;
+  BOOST_TEST(line_rate(plan_cycle(p), slow, true).cycle_s == of_slow, boost::test_tools::tolerance(1e-5));
+  // The published figure for function 23 with 8 words read at 115200 baud, 8E1, is about 7.8 ms a cycle.
+  LineSettings quick = p.line;
+  quick.turnaround = {};
+  const double cycle = seconds_of({.function = 23, .read_count = 8, .write_count = 8}, quick, true);
+  BOOST_TEST(cycle == 50 * 11.0 / 115200 + 3.5e-3, boost::test_tools::tolerance(1e-5));
+}
+
+BOOST_AUTO_TEST_CASE(a_graph_that_asks_for_more_than_the_line_carries_is_refused_with_the_figure) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "p.yaml";
+  std::ofstream(file) << good;
+  Actuator::Params params;
+  params.profile = file;
+  params.connect = "rtu:/dev/ttyUSB0";
+  const double limit = make_setup(params).line.rate;
+  BOOST_TEST(make_setup(params).rate == 0.95 * limit);
+  params.link_rate = limit * 0.999;
+  BOOST_TEST(make_setup(params).rate == params.link_rate);
+  params.link_rate = limit * 1.001;
+  const auto says = [](const InputError& e) {
+    const std::string text = e.what();
+    return text.find("at most 79.") != std::string::npos && text.find("115200 baud") != std::string::npos;
+  };
+  BOOST_CHECK_EXCEPTION(make_setup(params), InputError, says);
+  params.connect = "tcp:host:1502";
+  BOOST_TEST(make_setup(params).rate == params.link_rate);
+  for (const char* text : {"", "tcp:", "tcp:host", "tcp:host:0", "tcp:host:70000", "tcp:host:x", "rtu:", "udp:a:1"}) {
+    BOOST_CHECK_THROW(parse_endpoint(text), InputError);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_profiles_that_come_with_tactor_are_good) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(TACTOR_SOURCE_DIR "/devices/modbus/profiles")) {
+    const Profile p = read_profile(entry.path());
+    BOOST_TEST(!p.identify.empty());
+    BOOST_TEST(line_rate(plan_cycle(p), p.line, true).rate > 20);
+    ++count;
+  }
+  BOOST_TEST(count == 3);
+}
