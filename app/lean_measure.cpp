@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/run.hpp"
+#include "app/step_times.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/plan.hpp"
 
@@ -28,27 +29,6 @@ std::optional<double> figure(const Report& report, const std::string& name) {
     if (key == name) return value;
   }
   return std::nullopt;
-}
-
-/// ns that a step seems to take where it does nothing: the least between two readings of the clock.
-std::uint32_t clock_cost_ns() {
-  std::int64_t least = INT64_MAX;
-  for (int i = 0; i < 1000; ++i) {
-    const std::int64_t begin = thread_cpu_ns();
-    least = std::min(least, thread_cpu_ns() - begin);
-  }
-  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(least, 0, 10000));
-}
-
-StepTimes step_times(const Plan& plan, const VirtualClock& engine) {
-  static const std::uint32_t reading = clock_cost_ns();
-  StepTimes times(plan.nodes.size());
-  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    if (plan.nodes[n].info->sink) continue;
-    times[n] = engine.node_figures(n).cpu_ns;
-    for (std::uint32_t& step : times[n]) step -= std::min(step, reading);
-  }
-  return times;
 }
 
 /// Keeps the least time of each step.
@@ -133,7 +113,10 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
         " force; expected a sink.metrics with edges into `commanded` and `force`, and a run that is longer "
         "than its `settle`");
   }
-  Run result{.times = step_times(plan, engine), .error = *error, .max_error = *most};
+  Run result{.times = step_times(engine, plan.nodes.size()), .error = *error, .max_error = *most};
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    if (plan.nodes[n].info->sink) result.times[n].clear();
+  }
   result.torque_error = figure(report, metric + ".torque.rms_error_Nm");
   result.reference_torque = figure(report, "reference.torque.rms_Nm");
   return result;

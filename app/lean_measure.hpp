@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/lean_search.hpp"
+#include "app/step_times.hpp"
 #include "framework/engine/reference.hpp"
 #include "framework/graph/spec.hpp"
 
@@ -33,9 +34,6 @@ struct LeanMeasureOptions {
   /// Asked every 10 ms of simulated time; true ends the work with LeanInterrupted.
   std::function<bool()> interrupted = [] { return false; };
 };
-
-/// CPU times of the steps of a run in ns, node by node, without what it takes to read the clock; sinks have none.
-using StepTimes = std::vector<std::vector<std::uint32_t>>;
 
 /// The work was interrupted by the user.
 class LeanInterrupted : public std::runtime_error {

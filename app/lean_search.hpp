@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -70,11 +71,11 @@ struct LeanPath {
 };
 
 /// Takes, as long as there is one, the move with the largest saving of those that keep the limits and save at least
-/// `min_saving` (one that leaves something out: that do not cost as much more). `moves(state)` gives the moves of a
-/// state, those of a group one after the other from fine to coarse. `measure(state, worth)` gives its figures; of a
-/// state whose cost seems to be above `worth` the cost need not be exact. A group ends at the first of its moves that
-/// is over the budget, for good. A move that saved nothing is measured again when nothing else is left to take, because
-/// its share has grown by then. The start must keep the limits.
+/// `min_saving`; one that leaves something out is taken in any case, after those that save more. `moves(state)` gives
+/// the moves of a state, those of a group one after the other from fine to coarse. `measure(state, worth)` gives its
+/// figures; of a state whose cost seems to be above `worth` the cost need not be exact. A group ends at the first of
+/// its moves that is over the budget, for good. A move that saved nothing is measured again when nothing else is left
+/// to take, because its share has grown by then. The start must keep the limits.
 template <class State>
 class LeanSearch {
  public:
@@ -125,7 +126,7 @@ class LeanSearch {
   }
 
   const LeanTrial& try_out(const LeanMove<State>& move, const LeanFigures& before) {
-    const double least = move.leaves_out ? -limits_.min_saving : limits_.min_saving;
+    const double least = move.leaves_out ? -std::numeric_limits<double>::infinity() : limits_.min_saving;
     // A first look at a busy machine errs upwards, by far.
     const double worth = before.cost * (1.25 - least);
     LeanTrial trial{.round = round_, .group = move.group, .what = move.what, .figures = measure_(move.state, worth)};

@@ -19,6 +19,7 @@
 
 #include "app/compare.hpp"
 #include "app/doctor.hpp"
+#include "app/explain.hpp"
 #include "app/html_report.hpp"
 #include "app/lean.hpp"
 #include "app/live.hpp"
@@ -260,6 +261,20 @@ int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool
   return bad ? 2 : 0;
 }
 
+int explain_costs(const fs::path& graph, GraphOptions options, bool json) {
+  Registry registry(default_node_folders());
+  const GraphSpec spec = load_graph(graph, registry, options.overrides(), mesh_folders());
+  if (spec.clock == Clock::real) {
+    throw InputError(graph.string() +
+                     ": expected clock: virtual, found clock: real; add --set clock=virtual, or see `tactor run`");
+  }
+  // A short run, unless the user says otherwise.
+  const double seconds = options.duration.value_or(std::min(2.0, spec.duration.seconds()));
+  const Explanation found = explain_measured(spec, seconds, registry, [] { return interrupted != 0; });
+  fmt::print("{}\n", json ? to_json(found).dump(2) : explanation_table(found));
+  return 0;
+}
+
 /// What the command line says of `tactor lean`.
 struct LeanWords {
   double budget = 0;
@@ -456,6 +471,14 @@ int main_checked(int argc, char** argv) {
   check_verb->add_flag("--explain", explained, "Show what runs, the queues, and what was left out and why");
   options.add_to(*check_verb, false);
   check_verb->callback([&] { result = check(graphs, options, explained); });
+
+  bool explain_json = false;
+  CLI::App* explain_verb =
+      app.add_subcommand("explain", "What a scene needs and what was left out, with what each costs, by a short run");
+  explain_verb->add_option("graph", graph, "The graph file")->required();
+  explain_verb->add_flag("--json", explain_json, "For programs");
+  options.add_to(*explain_verb, true);
+  explain_verb->callback([&] { result = explain_costs(graph, options, explain_json); });
 
   LeanWords lean_words;
   CLI::App* lean_verb = app.add_subcommand(
