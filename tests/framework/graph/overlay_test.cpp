@@ -1,6 +1,8 @@
 // What is written of the difference of two graphs loads to the second one.
 #include <boost/test/unit_test.hpp>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
@@ -65,15 +67,13 @@ BOOST_FIXTURE_TEST_CASE(parameters_bodies_types_and_edges_load_to_what_was_chang
   }
 }
 
-BOOST_FIXTURE_TEST_CASE(a_cost_and_a_lane_are_told, Fixture) {
+BOOST_FIXTURE_TEST_CASE(a_cost_is_told, Fixture) {
   const GraphSpec from = base();
   GraphSpec changed = from;
   changed.title = "changed";
   NodeSpec& hold = node(changed, "hold");
   hold.cost.kind = CostModel::Kind::constant;
   hold.cost.base = Duration::from_seconds(0.002);
-  hold.scheduling.lane = Lane::thread;
-  hold.scheduling.policy = SchedulingPolicy::other;
   const auto [text, loaded] = written(from, changed);
   BOOST_TEST(to_yaml(loaded) == to_yaml(changed));
 }
