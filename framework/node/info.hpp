@@ -78,8 +78,8 @@ enum class Trigger : std::uint8_t {
   when_alone,  ///< only where no input with `yes` is connected
 };
 
-/// The first value of `info.coarser` that lies beyond `value`: of numbers, in the direction in which they go; else the one
-/// after it, or the first where it is not among them. None where there is none.
+/// The first value of `info.coarser` that lies beyond `value`: of numbers, in the direction in which they go; else the
+/// one after it, or the first where it is not among them. None where there is none.
 std::optional<ParamValue> next_coarser(const ParamInfo& info, const ParamValue& value);
 
 struct InputInfo {
