@@ -132,19 +132,7 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
   if (must_be_followed(nodes)) {
     set_reference(nodes, run_reference(reference_plan, &nodes, go_on));
   } else {
-    const ReferenceCache cache(options.cache_folder);
-    const std::string key = reference_key(reference_plan, code_files());
-    const auto tell = [&options](const std::string& note) {
-      if (options.note && !note.empty()) options.note(note);
-    };
-    ReferenceCache::Found found = cache.load(key);
-    tell(found.note);
-    cost.cached = found.reference.has_value();
-    if (!found.reference) {
-      found.reference = run_reference(reference_plan, nullptr, go_on);
-      tell(cache.store(key, *found.reference));
-    }
-    set_reference(nodes, *found.reference);
+    set_reference(nodes, cached_reference(plan, options.cache_folder, go_on, options.note, &cost.cached));
   }
   cost.cpu_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
 }
@@ -295,6 +283,25 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   }
   result.peak_memory_MB = peak_memory_MB();
   return result;
+}
+
+Reference cached_reference(const Plan& plan, const fs::path& cache_folder, const std::function<bool(double)>& go_on,
+                           const std::function<void(const std::string&)>& note, bool* cached) {
+  const Plan reference_plan = make_reference_plan(plan);
+  if (reference_plan.nodes.empty()) return {};
+  const ReferenceCache cache(cache_folder);
+  const std::string key = reference_key(reference_plan, code_files());
+  const auto tell = [&note](const std::string& text) {
+    if (note && !text.empty()) note(text);
+  };
+  ReferenceCache::Found found = cache.load(key);
+  tell(found.note);
+  if (cached != nullptr) *cached = found.reference.has_value();
+  if (!found.reference) {
+    found.reference = run_reference(reference_plan, nullptr, go_on);
+    tell(cache.store(key, *found.reference));
+  }
+  return std::move(*found.reference);
 }
 
 bool prepare_reference(const Plan& plan, const Plan* reference, const fs::path& cache_folder,

@@ -89,6 +89,13 @@ struct RunOptions {
 /// running is the result's `failure`. Throws RunError only where nothing has run (`on_missing_privilege: fail`).
 RunResult execute(const Plan& plan, const RunOptions& options);
 
+/// The reference run of a plan whose nodes need not be followed, from the cache, or made and put there; empty where no
+/// sink asks for one. `go_on` as in run_reference; `note` is told why what the cache held was not used, and of trouble
+/// with keeping it. `cached`, where not null, becomes whether it came from the cache.
+Reference cached_reference(const Plan& plan, const std::filesystem::path& cache_folder,
+                           const std::function<bool(double share)>& go_on,
+                           const std::function<void(const std::string& note)>& note, bool* cached = nullptr);
+
 /// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a
 /// run was made. `reference`: the plan that it is the reference run of, or null for `plan` itself. `go_on` as in
 /// run_reference; `note` is told why what the cache held was not used.

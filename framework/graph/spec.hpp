@@ -114,4 +114,10 @@ GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, cons
 /// Files (meshes, data) are absolute paths.
 std::string to_yaml(const GraphSpec& spec);
 
+/// What makes `to` of `from`, as a file that extends `extends` (the paths of the files that `from` was loaded from, as
+/// the text is to name them): parameters, types, costs and lanes of nodes, edges that are gone, and the motion and
+/// material of bodies. What else differs is not told, so whoever needs all compares what the text loads to.
+std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::string& title,
+                       const std::vector<std::string>& extends);
+
 }  // namespace tactor

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -77,6 +78,10 @@ std::string write_cost(const CostModel& cost) {
   return text + "}";
 }
 
+std::string motion_word(Motion motion) {
+  return motion == Motion::fixed ? "static" : motion == Motion::rigid ? "rigid" : "translation";
+}
+
 std::string write_body(const Body& body) {
   std::string text = "    " + body.name + ":\n";
   const auto line = [&](const std::string& key, const std::string& value) {
@@ -102,7 +107,7 @@ std::string write_body(const Body& body) {
       body.shape);
   const Quat& R = body.X_WB.R;
   line("pose", "{p: " + list(body.X_WB.p) + ", quaternion: " + list(std::vector<double>{R.w, R.x, R.y, R.z}) + "}");
-  line("motion", body.motion == Motion::fixed ? "static" : body.motion == Motion::rigid ? "rigid" : "translation");
+  line("motion", motion_word(body.motion));
   line("mass", number_text(body.mass));
   if (body.inertia) line("inertia", list(*body.inertia));
   const Material& m = body.material;
@@ -131,11 +136,15 @@ std::string write_scheduling(const Scheduling& scheduling) {
   return text;
 }
 
+std::string write_value(const NodeSpec& node, std::size_t i) {
+  const std::string value = std::visit(WriteValue{}, node.params[i]);
+  return "    " + node.info->params[i].name + ":" + (value.starts_with('\n') ? "" : " ") + value + "\n";
+}
+
 std::string write_node(const NodeSpec& node) {
   std::string text = "  " + node.name + ":\n    type: " + node.info->type + "\n";
   for (std::size_t i = 0; i < node.params.size(); ++i) {
-    const std::string value = std::visit(WriteValue{}, node.params[i]);
-    text += "    " + node.info->params[i].name + ":" + (value.starts_with('\n') ? "" : " ") + value + "\n";
+    text += write_value(node, i);
   }
   return text + "    cost: " + write_cost(node.cost) + "\n" + write_scheduling(node.scheduling);
 }
@@ -148,7 +157,79 @@ std::string write_edge(const EdgeSpec& edge) {
   return text + "}\n";
 }
 
+/// A node whose type is another: a file that extends takes nothing over then.
+std::string overlay_new_type(const NodeSpec& to) {
+  std::string text = "    type: " + to.info->type + "\n";
+  for (std::size_t i = 0; i < to.params.size(); ++i) {
+    if (to.info->params[i].default_value != to.params[i]) text += write_value(to, i);
+  }
+  if (to.cost.kind != CostModel::Kind::none) text += "    cost: " + write_cost(to.cost) + "\n";
+  if (write_scheduling(to.scheduling) != write_scheduling(default_scheduling(*to.info))) {
+    text += write_scheduling(to.scheduling);
+  }
+  return text;
+}
+
+std::string overlay_node(const NodeSpec& from, const NodeSpec& to) {
+  std::string text;
+  if (from.info != to.info) {
+    text = overlay_new_type(to);
+  } else {
+    for (std::size_t i = 0; i < to.params.size(); ++i) {
+      if (from.params[i] != to.params[i]) text += write_value(to, i);
+    }
+    if (write_cost(from.cost) != write_cost(to.cost)) text += "    cost: " + write_cost(to.cost) + "\n";
+    if (write_scheduling(from.scheduling) != write_scheduling(to.scheduling)) text += write_scheduling(to.scheduling);
+  }
+  return text.empty() ? text : "  " + to.name + ":\n" + text;
+}
+
+std::string overlay_body(const Body& from, const Body& to) {
+  std::string text;
+  if (from.motion != to.motion) text += "      motion: " + motion_word(to.motion) + "\n";
+  std::string material;
+  const auto part = [&material](const char* key, double before, double after) {
+    if (before == after) return;
+    material += (material.empty() ? "" : ", ") + std::string(key) + ": " + number_text(after);
+  };
+  part("stiffness", from.material.stiffness, to.material.stiffness);
+  part("damping", from.material.damping, to.material.damping);
+  part("friction", from.material.friction, to.material.friction);
+  part("patch_area", from.material.patch_area, to.material.patch_area);
+  if (!material.empty()) text += "      material: {" + material + "}\n";
+  return text.empty() ? text : "    " + to.name + ":\n" + text;
+}
+
+/// The parts of `to` told against those of `from` of the same name.
+template <class Part, class Tell>
+std::string overlay_parts(const std::vector<Part>& from, const std::vector<Part>& to, const Tell& tell) {
+  std::string text;
+  for (const Part& part : to) {
+    for (const Part& before : from) {
+      if (before.name == part.name) text += tell(before, part);
+    }
+  }
+  return text;
+}
+
 }  // namespace
+
+std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::string& title,
+                       const std::vector<std::string>& extends) {
+  std::string files;
+  for (const std::string& file : extends) files += (files.empty() ? "" : ", ") + quote(file);
+  std::string text = "title: " + quote(title) + "\nextends: [" + files + "]\n";
+  const std::string bodies = overlay_parts(from.scene.bodies, to.scene.bodies, overlay_body);
+  if (!bodies.empty()) text += "scene:\n  bodies:\n" + bodies;
+  const std::string nodes = overlay_parts(from.nodes, to.nodes, overlay_node);
+  if (!nodes.empty()) text += "nodes:\n" + nodes;
+  std::string edges;
+  for (const EdgeSpec& edge : from.edges) {
+    const auto same = [&edge](const EdgeSpec& e) { return e.name() == edge.name(); };
+    if (std::none_of(to.edges.begin(), to.edges.end(), same)) edges += "  - " + edge.name() + ": ~\n";
+  }
+  return edges.empty() ? text : text + "edges:\n" + edges;
+}
 
 std::string to_yaml(const GraphSpec& spec) {
   std::string text;

@@ -119,6 +119,26 @@ class Declare {
     return *this;
   }
 
+  /// A type whose ports may stand in for those of this one and that does the same with less: in fewer scenes (it
+  /// refuses the others), or less exactly. `tactor lean` tries it.
+  Declare& cheaper(std::string type) {
+    info_.cheaper_types.push_back(std::move(type));
+    return *this;
+  }
+  /// Values of the parameter `name` that cost less and are less exact, each than the one before. `tactor lean` tries
+  /// those beyond a graph's own. Numbers go up or go down, and are two at least.
+  Declare& coarser(std::string_view name, std::vector<ParamValue> values) {
+    for (ParamInfo& param : info_.params) {
+      if (param.name != name) continue;
+      const bool is_number = param.kind == ParamKind::real || param.kind == ParamKind::integer;
+      TACTOR_DEMAND(values.size() >= (is_number ? 2U : 1U));
+      param.coarser = std::move(values);
+      return *this;
+    }
+    TACTOR_DEMAND(!"the parameter is declared");
+    return *this;
+  }
+
   template <class T>
   Declare& input(std::string name, Input<T> N::*port, InputOptions o) {
     info_.inputs.push_back({std::move(name),

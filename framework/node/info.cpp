@@ -1,5 +1,7 @@
 #include "framework/node/info.hpp"
 
+#include <algorithm>
+
 namespace tactor {
 
 namespace {
@@ -12,7 +14,31 @@ const Item* find_named(const std::vector<Item>& items, std::string_view name) {
   return nullptr;
 }
 
+/// The number that a value of a real or an integer parameter is; none for other kinds.
+std::optional<double> number_of(const ParamValue& value) {
+  if (const auto* real = std::get_if<double>(&value)) return *real;
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) return static_cast<double>(*integer);
+  return std::nullopt;
+}
+
 }  // namespace
+
+std::optional<ParamValue> next_coarser(const ParamInfo& info, const ParamValue& value) {
+  const std::vector<ParamValue>& ladder = info.coarser;
+  if (ladder.empty()) return std::nullopt;
+  if (const std::optional<double> x = number_of(value)) {
+    const double first = number_of(ladder.front()).value(), last = number_of(ladder.back()).value();
+    for (const ParamValue& step : ladder) {
+      const double y = number_of(step).value();
+      if (last > first ? y > *x : y < *x) return step;
+    }
+    return std::nullopt;
+  }
+  const auto at = std::find(ladder.begin(), ladder.end(), value);
+  if (at == ladder.end()) return ladder.front();
+  if (at + 1 == ladder.end()) return std::nullopt;
+  return *(at + 1);
+}
 
 const InputInfo* NodeInfo::input(std::string_view name) const {
   return find_named(inputs, name);

@@ -67,6 +67,7 @@ struct ParamInfo {
   std::size_t size = 0;
   std::string doc;                         ///< one line
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
+  std::vector<ParamValue> coarser;         ///< cheaper values, each less exact than the one before
   std::function<void(void* params, const ParamValue&)> assign;
 };
 
@@ -76,6 +77,10 @@ enum class Trigger : std::uint8_t {
   yes,         ///< always
   when_alone,  ///< only where no input with `yes` is connected
 };
+
+/// The first value of `info.coarser` that lies beyond `value`: of numbers, in the direction in which they go; else the
+/// one after it, or the first where it is not among them. None where there is none.
+std::optional<ParamValue> next_coarser(const ParamInfo& info, const ParamValue& value);
 
 struct InputInfo {
   std::string name;
@@ -134,6 +139,7 @@ struct NodeInfo {
   bool realtime_safe = false;                 ///< its steps allocate, lock and wait for nothing
   Lane lane = Lane::pool;                     ///< where it steps when the clock is real, unless the graph says
   std::string thread;                         ///< for Lane::thread: the thread it shares, unless the graph says
+  std::vector<std::string> cheaper_types;     ///< that do the same with less: in fewer scenes, or less exactly
   std::optional<std::size_t> rate_parameter;  ///< index of the parameter in Hz that makes the node step at a rate
   /// Why a scene does not need the node, or empty where it does.
   std::function<std::string(const Scene&)> unneeded;

@@ -14,4 +14,15 @@ namespace tactor {
 /// because it may wait for the heap's lock just as allocating may; free(nullptr) does not.
 [[nodiscard]] std::int64_t thread_heap_calls() noexcept;
 
+/// From here on the bytes of the heap that the calling thread takes and gives back are counted, from zero; or no
+/// longer. Each call of the heap takes some nanoseconds more then. Without effect where calls are not counted.
+void count_thread_heap_bytes(bool on) noexcept;
+
+/// Bytes that the calling thread has taken less those it has given back, as the heap rounds them; negative where it
+/// frees what was taken before, or on another thread.
+[[nodiscard]] std::int64_t thread_heap_bytes() noexcept;
+
+/// The most that thread_heap_bytes has been since this was last asked.
+[[nodiscard]] std::int64_t thread_heap_bytes_peak() noexcept;
+
 }  // namespace tactor

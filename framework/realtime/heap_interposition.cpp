@@ -1,4 +1,6 @@
 // Stands in front of glibc's heap and counts each thread's calls; the heap itself stays glibc's.
+#include <malloc.h>
+
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +13,21 @@ namespace {
 
 // Initial-exec, because storage that is made at first use would be allocated by the very call that counts.
 __attribute__((tls_model("initial-exec"))) thread_local std::int64_t heap_calls = 0;
+// Bytes are counted where somebody asked for it: looking up the size of a block takes some nanoseconds.
+__attribute__((tls_model("initial-exec"))) thread_local bool counts_bytes = false;
+__attribute__((tls_model("initial-exec"))) thread_local std::int64_t heap_bytes = 0;
+__attribute__((tls_model("initial-exec"))) thread_local std::int64_t heap_bytes_peak = 0;
+
+void* added(void* block) {
+  if (!counts_bytes || block == nullptr) return block;
+  heap_bytes += static_cast<std::int64_t>(malloc_usable_size(block));
+  if (heap_bytes > heap_bytes_peak) heap_bytes_peak = heap_bytes;
+  return block;
+}
+
+void leaving(void* block) {
+  if (counts_bytes && block != nullptr) heap_bytes -= static_cast<std::int64_t>(malloc_usable_size(block));
+}
 
 }  // namespace
 
@@ -32,19 +49,34 @@ __attribute__((visibility("default"))) std::int64_t tactor_thread_heap_calls() n
   return heap_calls;
 }
 
+__attribute__((visibility("default"))) void tactor_thread_count_heap_bytes(bool on) noexcept {
+  counts_bytes = on;
+  heap_bytes = heap_bytes_peak = 0;
+}
+__attribute__((visibility("default"))) std::int64_t tactor_thread_heap_bytes() noexcept {
+  return heap_bytes;
+}
+// The most since it was last asked.
+__attribute__((visibility("default"))) std::int64_t tactor_thread_heap_bytes_peak() noexcept {
+  const std::int64_t peak = heap_bytes_peak;
+  heap_bytes_peak = heap_bytes;
+  return peak;
+}
+
 void* malloc(std::size_t size) {
   ++heap_calls;
-  return __libc_malloc(size);
+  return added(__libc_malloc(size));
 }
 
 void* calloc(std::size_t count, std::size_t size) {
   ++heap_calls;
-  return __libc_calloc(count, size);
+  return added(__libc_calloc(count, size));
 }
 
 void* realloc(void* block, std::size_t size) {
   ++heap_calls;
-  return __libc_realloc(block, size);
+  leaving(block);
+  return added(__libc_realloc(block, size));
 }
 
 void* reallocarray(void* block, std::size_t count, std::size_t size) {
@@ -54,17 +86,18 @@ void* reallocarray(void* block, std::size_t count, std::size_t size) {
     return nullptr;
   }
   ++heap_calls;
-  return __libc_realloc(block, bytes);
+  leaving(block);
+  return added(__libc_realloc(block, bytes));
 }
 
 void* memalign(std::size_t alignment, std::size_t size) {
   ++heap_calls;
-  return __libc_memalign(alignment, size);
+  return added(__libc_memalign(alignment, size));
 }
 
 void* aligned_alloc(std::size_t alignment, std::size_t size) {
   ++heap_calls;
-  return __libc_memalign(alignment, size);
+  return added(__libc_memalign(alignment, size));
 }
 
 int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
@@ -76,23 +109,24 @@ int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
   void* allocated = __libc_memalign(alignment, size);
   errno = saved;
   if (allocated == nullptr) return ENOMEM;
-  *block = allocated;
+  *block = added(allocated);
   return 0;
 }
 
 void* valloc(std::size_t size) {
   ++heap_calls;
-  return __libc_valloc(size);
+  return added(__libc_valloc(size));
 }
 
 void* pvalloc(std::size_t size) {
   ++heap_calls;
-  return __libc_pvalloc(size);
+  return added(__libc_pvalloc(size));
 }
 
 void free(void* block) {
   if (block == nullptr) return;
   ++heap_calls;
+  leaving(block);
   __libc_free(block);
 }
 

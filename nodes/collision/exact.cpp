@@ -20,6 +20,7 @@ NodeInfo ExactCollision::declare() {
       "exact signed distance (CGAL's AABB tree, angle-weighted pseudo-normals). For meshes that are met once, and to "
       "check the cells by.");
   declare_pairs(d);
+  d.cheaper("collision.primitive").cheaper("collision.sdf");
   return d.info();
 }
 

@@ -108,6 +108,11 @@ void declare_pairs(Declare<N>& declaration) {
        .default_value = 0.015,
        .min = 0,
        .max = 0.1});
+  declaration.coarser("margin", {1e-3, 5e-4, 2e-4})
+      .coarser("spacing", {5e-4, 1e-3, 2e-3, 4e-3, 8e-3})
+      .coarser("max_contacts", {std::int64_t{64}, std::int64_t{32}, std::int64_t{16}, std::int64_t{8}})
+      .coarser("local_contacts", {std::int64_t{12}, std::int64_t{8}, std::int64_t{4}})
+      .coarser("anchors", {std::int64_t{2}, std::int64_t{1}});
 }
 
 }  // namespace tactor

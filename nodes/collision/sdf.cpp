@@ -12,6 +12,7 @@ NodeInfo SdfCollision::declare() {
       "they are out of reach. A query does work in proportion to the penetrating contacts. Thin parts must be thicker "
       "than the deepest penetration: beyond the middle of a part the nearest surface is the far one.");
   declare_pairs(d);
+  d.cheaper("collision.primitive");
   declare_cells(d, CellOptions{}.resolution);
   return d.info();
 }

@@ -51,6 +51,8 @@ void declare_dynamics(Declare<N>& declaration) {
                                   "how far to simulate: to the time the contact query began, or to the newest sample")
       .boolean("start_at_device", &P::start_at_device, true,
                "start the tool at the handle's first pose, so that the spring is slack")
+      .coarser("substep", {2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2})
+      .coarser("iterations", {std::int64_t{20}, std::int64_t{10}, std::int64_t{5}})
       .check_bodies([](const Scene& scene, Notes* notes) {
         for (const std::size_t i : scene.moving()) {
           if (scene.bodies[i].motion == Motion::rigid) body_inertia(scene.bodies[i], notes);
@@ -89,7 +91,9 @@ void declare_inertial(Declare<N>& declaration) {
            .unit = "J",
            .default_value = 0.001,
            .min = 0,
-           .max = 1e6});
+           .max = 1e6})
+      .coarser("error_estimate", {false})
+      .coarser("substep_tolerance", {1e-7, 1e-6, 1e-5, 1e-4});
 }
 
 }  // namespace tactor

@@ -34,6 +34,8 @@ NodeInfo Blend::declare() {
       .choice("continuity", &Params::continuity, {{"c1", Continuity::c1}, {"c2", Continuity::c2}},
               std::optional(Continuity::c1), "what never jumps: value and slope, or the curvature too")
       .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .cheaper("interpolation.linear")
+      .cheaper("interpolation.none")
       .info();
 }
 

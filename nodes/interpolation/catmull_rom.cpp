@@ -22,6 +22,8 @@ NodeInfo CatmullRom::declare() {
       .output("segment", &CatmullRom::segment, "a segment over one period")
       .choice("start", &Params::start, {{"current", Start::current}, {"predicted", Start::predicted}},
               std::optional(Start::predicted), "the force that the segment starts at: F_t, or the first step predicted")
+      .cheaper("interpolation.linear")
+      .cheaper("interpolation.none")
       .info();
 }
 

@@ -40,6 +40,8 @@ NodeInfo declare_hermite(const char* type, const char* summary, const std::strin
       .choice("shape", &N::Params::shape, {{"linear", CurveShape::linear}, {"cubic", CurveShape::cubic}},
               std::optional(CurveShape::cubic),
               "between the steps of the forecast: straight lines, or the cubic through the nearest four")
+      .cheaper("interpolation.linear")
+      .cheaper("interpolation.none")
       .info();
 }
 

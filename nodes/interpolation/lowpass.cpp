@@ -21,6 +21,8 @@ NodeInfo LowPass::declare() {
              .max = 1,
              .above_min = true})
       .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .cheaper("interpolation.linear")
+      .cheaper("interpolation.none")
       .info();
 }
 

@@ -85,6 +85,7 @@ NodeInfo ArPredictor::declare() {
                 .default_value = 300,
                 .min = 1,
                 .max = 100000});
+  node.coarser("coefficients", {std::string("fixed")}).cheaper("prediction.linear").cheaper("prediction.hold");
   return node.info();
 }
 

@@ -51,7 +51,7 @@ NodeInfo KalmanPredictor::declare() {
              .default_value = 10,
              .min = 1,
              .max = 1e6});
-  return node.info();
+  return node.cheaper("prediction.linear").cheaper("prediction.hold").info();
 }
 
 KalmanPredictor::KalmanPredictor(const Params& params, const NodeContext& context)

@@ -10,7 +10,7 @@ NodeInfo LinearPredictor::declare() {
       "F_{t+1|t} = F_t + (F_t - F_{t-1}) T / (t_t - t_{t-1}), with the stamps of the samples as their times and T the "
       "estimated physics period, so an uneven period is taken into account. After a sample that is not finite, and "
       "before the second good one, it holds.");
-  return declare_predictor(node).info();
+  return declare_predictor(node).cheaper("prediction.hold").info();
 }
 
 void LinearPredictor::take(const Stamped<Wrench>& sample) {

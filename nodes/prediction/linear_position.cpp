@@ -38,7 +38,7 @@ NodeInfo LinearPositionPredictor::declare() {
              .default_value = 2,
              .min = 0,
              .max = 100});
-  return node.info();
+  return node.cheaper("prediction.linear").cheaper("prediction.hold").info();
 }
 
 void LinearPositionPredictor::Secant::take(const Vec3& value, const Vec3& way) {

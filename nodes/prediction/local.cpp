@@ -61,7 +61,7 @@ NodeInfo LocalPredictor::declare() {
             {.doc = "multiplies the friction of contacts, likewise", .default_value = 1, .min = 0, .max = 100})
       .unneeded(nothing_moves);
   declare_rollout(node);
-  return node.info();
+  return node.coarser("curvature", {false}).coarser("resimulate", {false}).info();
 }
 
 LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)

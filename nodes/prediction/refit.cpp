@@ -129,6 +129,10 @@ NodeInfo Refitter::declare() {
       .boolean("resample", &Params::resample, false, "interpolate the samples onto even times first")
       .integer("period", &Params::period,
                {.doc = "samples from one refit to the next", .default_value = 1, .min = 1, .max = 100000})
+      .coarser("window", {std::int64_t{200}, std::int64_t{100}, std::int64_t{50}, std::int64_t{30}})
+      .coarser("order", {std::int64_t{10}, std::int64_t{5}, std::int64_t{3}, std::int64_t{1}})
+      .coarser("max_order", {std::int64_t{10}, std::int64_t{5}, std::int64_t{3}, std::int64_t{1}})
+      .coarser("period", {std::int64_t{2}, std::int64_t{4}, std::int64_t{8}, std::int64_t{16}})
       .info();
 }
 

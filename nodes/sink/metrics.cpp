@@ -286,7 +286,10 @@ void Metrics::report_physics_error(Report& report, const Part& part) const {
     before = t;
     errors.push_back(norm(f.value.*part.member - value_at(truth, t, cursor).*part.member));
   }
-  if (!errors.empty()) report.set(string("physics.") + part.name + ".rms_error_" + part.unit, rms(errors));
+  if (errors.empty()) return;
+  report.set(string("physics.") + part.name + ".rms_error_" + part.unit, rms(errors));
+  report.set(string("physics.") + part.name + ".max_error_" + part.unit,
+             *std::max_element(errors.begin(), errors.end()));
 }
 
 void Metrics::report_contacts(Report& report) const {

@@ -1,0 +1,162 @@
+"""`tactor explain` and `tactor lean` on the shipped graphs: what they tell, what is dropped, and the error by runs of their own."""
+import csv
+import io
+import json
+import math
+import pathlib
+import unittest
+
+from harness import GRAPHS, TACTOR, CommandTest, needs_collision, needs_hdf5, tactor
+
+SETTLE = 0.2  # s, what sink.metrics leaves out
+
+
+@needs_collision
+class Explain(CommandTest):
+    def explain(self, graph, *arguments):
+        return json.loads(self.run_ok("explain", GRAPHS / graph, "--json", *arguments).stdout)
+
+    def test_every_node_has_its_figures_and_the_shares_are_the_whole(self):
+        for graph, freedom, duration in (("duck.yaml", 3, 1), ("bunny.yaml", 6, 0.4)):
+            with self.subTest(graph=graph):
+                found = self.explain(graph, "--duration", duration)
+                self.assertEqual(found["scene"]["degrees_of_freedom"], freedom)
+                self.assertEqual(found["scene"]["torque"], freedom == 6)
+                self.assertAlmostEqual(sum(node["share"] for node in found["nodes"]), 1, places=9)
+                nodes = {node["node"]: node for node in found["nodes"]}
+                self.assertEqual(set(nodes), {"trajectory", "device", "collision", "dynamics", "coupling", "prediction",
+                                              "interpolation", "metrics"})
+                self.assertEqual(nodes["device"]["steps"], 1000 * duration)
+                for node in nodes.values():
+                    self.assertGreater(node["steps"], 0)
+                    self.assertAlmostEqual(node["us_per_step"] * node["steps"],
+                                           node["us_per_simulated_s"] * duration, delta=1e-6 * node["us_per_simulated_s"] + 1e-6)
+
+    def test_memory_is_told_where_it_is_counted(self):
+        nodes = {node["node"]: node for node in self.explain("duck.yaml", "--duration", 0.5)["nodes"]}
+        if nodes["collision"]["built_bytes"] is None:
+            self.skipTest("this build does not count the heap")
+        for node in nodes.values():
+            self.assertGreaterEqual(node["peak_bytes"], node["built_bytes"])
+        # 13,926 triangles of three indices each, at least.
+        self.assertGreater(nodes["collision"]["built_bytes"], 13926 * 3 * 4)
+
+    def test_libraries_are_told_with_the_size_of_their_files(self):
+        found = {item["name"]: item["bytes"] for item in self.explain("duck.yaml", "--duration", 0.5)["libraries"] if item["ours"]}
+        folder = pathlib.Path(TACTOR).resolve().parent / "nodes"
+        if not folder.exists():
+            self.skipTest("the command is installed elsewhere")
+        for name in ("collision", "dynamics", "sink"):
+            file = f"libtactor_{name}.so"
+            self.assertEqual(found[file], (folder / file).stat().st_size)
+        self.assertNotIn("libtactor_modbus.so", found)
+
+    def test_what_was_left_out_has_a_cost_where_it_can_be_kept_in(self):
+        left = {item["what"]: item for item in self.explain("duck_fixed.yaml", "--duration", 0.5)["left_out"]}
+        self.assertGreater(left["node refit"]["us_per_simulated_s"], 0)
+        self.assertGreaterEqual(left["torque"]["us_per_simulated_s"], 0)
+        edge = next(item for what, item in left.items() if what.startswith("edge"))
+        self.assertIsNone(edge["us_per_simulated_s"])
+        said = self.run_ok("explain", GRAPHS / "duck_fixed.yaml", "--duration", 0.5).stdout
+        for word in ("3 degrees of freedom", "libtactor_prediction.so", "left out", "not measured", "us a step"):
+            self.assertIn(word, said)
+
+    def test_a_bad_graph_is_bad_input(self):
+        graph = self.write("bad.yaml", "clock: real\n")
+        self.assertEqual(tactor("explain", graph, environment=self.environment).returncode, 2)
+        live = tactor("explain", GRAPHS / "duck.yaml", "--set", "clock=real", environment=self.environment)
+        self.assertEqual(live.returncode, 2, live.stderr)
+        self.assertIn("--set clock=virtual", live.stderr)
+
+
+@needs_collision
+class Lean(CommandTest):
+    def lean(self, graph, *arguments):
+        """The results as JSON; the lean graph is self.folder / lean.yaml."""
+        self.run_ok("lean", GRAPHS / graph, "--repeats", 1, "--out", self.folder / "lean.yaml", *arguments, timeout=1500)
+        return json.loads((self.folder / "lean.json").read_text())
+
+    def steps(self, found):
+        return [step["what"] for step in found["steps"] if not step["taken_back"]]
+
+    def displayed(self, graph, *arguments):
+        """(t, x, y, z) of what a run of its own displays after the start."""
+        self.run_graph(graph, "--set", "record=[device.commanded]", *arguments)
+        text = self.run_ok("export", self.folder / "out/recording.h5", "device.commanded").stdout
+        rows = [[float(cell) for cell in row] for row in list(csv.reader(io.StringIO(text)))[1:]]
+        return [(row[0], *row[3:6]) for row in rows if row[0] >= SETTLE]
+
+    @needs_hdf5
+    def test_a_tapped_duck_needs_neither_rotation_nor_torque_nor_friction(self):
+        found = self.lean("duck_tapped_fine.yaml", "--budget", 0.08)
+        steps = self.steps(found)
+        self.assertIn("without rotation and torque of tool", steps)
+        self.assertIn("without friction of tool", steps)
+        lean = self.folder / "lean.yaml"
+        self.assertIn("extends:", lean.read_text())
+        self.assertIn("motion: translation", lean.read_text())
+        self.assertIn("friction: 0", lean.read_text())
+        self.assertIn("without friction of tool", (self.folder / "lean.md").read_text())
+
+        # Both run anew, on the seed of the check: the original errs as it says, the two differ by what the errors allow.
+        seed = ("--seed", found["check_seeds"][0])
+        original, result = found["check"]["original"]["error_N"], found["check"]["lean"]["error_N"]
+        self.assertLessEqual(result, 0.08)
+        summary = self.run_graph(GRAPHS / "duck_tapped_fine.yaml", *seed)
+        self.assertAlmostEqual(summary["delivered"]["force"]["rms_error_N"], original, delta=1e-9)
+        self.assertIn("torque", summary["delivered"])
+        self.assertNotIn("torque", self.run_graph(lean, *seed)["delivered"])
+        a, b = self.displayed(GRAPHS / "duck_tapped_fine.yaml", *seed), self.displayed(lean, *seed)
+        self.assertEqual(len(a), len(b))
+        apart = math.sqrt(sum(math.dist(p[1:], q[1:]) ** 2 for p, q in zip(a, b)) / len(a))
+        self.assertLessEqual(apart, result + original + 1e-6)
+        self.assertGreaterEqual(apart, result - original - 1e-6)
+
+    def test_a_duck_that_is_slid_over_keeps_its_friction(self):
+        found = self.lean("duck_fine.yaml", "--budget", 0.05, "--duration", 1.5)
+        steps = self.steps(found)
+        self.assertIn("without rotation and torque of tool", steps)
+        self.assertNotIn("without friction of tool", steps)
+        friction = [trial for trial in found["trials"] if trial["what"] == "without friction of tool"]
+        self.assertEqual([trial["outcome"] for trial in friction], ["over the budget"])
+        self.assertGreater(friction[0]["figures"]["error_N"], 0.05)
+        self.assertNotIn("friction", (self.folder / "lean.yaml").read_text().replace("title", ""))
+
+    def test_values_of_the_command_line_are_in_the_graph_that_is_written(self):
+        found = self.lean("duck_fine.yaml", "--budget", 0.5, "--duration", 0.6, "--set", "scene.bodies.tool.mass=70g",
+                          "--set", "coupling.k_0=400")
+        self.assertIn("without friction of tool", self.steps(found))
+        summary = self.run_graph(self.folder / "lean.yaml", "--duration", 0.6)
+        self.assertNotIn("torque", summary["delivered"])
+        resolved = (self.folder / "out/graph.yaml").read_text()
+        self.assertIn("mass: 0.07", resolved)
+        self.assertIn("k_0: 400", resolved)
+        # The duration of the search is none of the graph's.
+        self.assertIn("duration: 10\n", (self.folder / "lean.yaml").read_text())
+
+    def test_bad_input_is_told_and_nothing_is_written(self):
+        out = self.folder / "never.yaml"
+        cases = (
+            (("duck_fine.yaml",), "--budget"),
+            (("duck_fine.yaml", "--budget", "0"), "expected more than 0"),
+            (("duck_fine.yaml", "--budget", "nan"), "--budget"),
+            (("duck_fine.yaml", "--budget", "0.05", "--torque-budget", "-1"), "expected 0 or more"),
+            (("duck_fine.yaml", "--budget", "0.05", "--metric", "felt"), "felt"),
+            (("duck_fine.yaml", "--budget", "0.05", "--set", "clock=real"), "clock=virtual"),
+            (("duck_closed_loop.yaml", "--budget", "0.05"), "closed loop"),
+            (("duck.yaml", "--budget", "0.0001", "--duration", "0.6"), "expected a graph within the budget"),
+            (("duck_fine.yaml", "--budget", "0.05", "--duration", "0.1"), "settle"),
+        )
+        for arguments, said in cases:
+            with self.subTest(arguments=arguments):
+                result = tactor("lean", GRAPHS / arguments[0], *arguments[1:], "--out", out, environment=self.environment)
+                self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+                self.assertIn(said, result.stderr)
+                self.assertFalse(out.exists())
+        result = tactor("lean", GRAPHS / "duck_fine.yaml", "--budget", "1", "--out", self.folder / "x.txt",
+                        environment=self.environment)
+        self.assertEqual(result.returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
