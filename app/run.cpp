@@ -121,7 +121,8 @@ std::vector<fs::path> code_files() {
 /// The reference run, or the one in the cache. Sets `interrupted`, and throws RunError, where it is told not to go on.
 void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost,
                     bool& interrupted) {
-  const Plan reference_plan = make_reference_plan(options.reference != nullptr ? *options.reference : plan);
+  const Plan& referred = options.reference != nullptr ? *options.reference : plan;
+  const Plan reference_plan = make_reference_plan(referred);
   if (reference_plan.nodes.empty()) return;
   const auto go_on = [&options, &interrupted](double share) {
     interrupted = options.progress && !options.progress(share, "reference run");
@@ -132,7 +133,7 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
   if (must_be_followed(nodes)) {
     set_reference(nodes, run_reference(reference_plan, &nodes, go_on));
   } else {
-    set_reference(nodes, cached_reference(plan, options.cache_folder, go_on, options.note, &cost.cached));
+    set_reference(nodes, cached_reference(referred, options.cache_folder, go_on, options.note, &cost.cached));
   }
   cost.cpu_s = cpu_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
 }
