@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 
 #include "framework/core/check.hpp"
@@ -85,11 +86,29 @@ std::string first_line(const char* file) {
   return line;
 }
 
-/// The boot, the place on the bus, the address, which counts up with each plugging in, and the numbers of the files
-/// that the kernel makes anew each time.
+/// How long the machine has slept since its boot, ms, to the nearest 10. A device may have lost its power in that time
+/// although the kernel gives it its old place and address again.
+std::int64_t slept_ms() {
+  const auto read_ns = [](clockid_t clock) {
+    timespec t{};
+    clock_gettime(clock, &t);
+    return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+  };
+  std::int64_t slept = 0;
+  for (int i = 0; i < 100; ++i) {
+    const std::int64_t before = read_ns(CLOCK_MONOTONIC);
+    slept = read_ns(CLOCK_BOOTTIME) - before;
+    if (read_ns(CLOCK_MONOTONIC) - before < 1'000'000) break;  // nothing came in between
+  }
+  return (slept + 5'000'000) / 10'000'000 * 10;
+}
+
+/// The boot, the sleep since then, the place on the bus, the address, which counts up with each plugging in, and the
+/// numbers of the files that the kernel makes anew each time.
 std::string identity_of(const UsbDeviceInfo& info, const std::filesystem::path& file) {
-  std::string text = first_line("/proc/sys/kernel/random/boot_id") + "/" + std::to_string(info.bus) + "/" + info.path +
-                     "/" + std::to_string(info.address) + "/" + info.serial;
+  std::string text = first_line("/proc/sys/kernel/random/boot_id") + "/" + std::to_string(slept_ms()) + "/" +
+                     std::to_string(info.bus) + "/" + info.path + "/" + std::to_string(info.address) + "/" +
+                     info.serial;
   struct stat status {};
   const std::string folder = "/sys/bus/usb/devices/" + info.path;
   if (!info.path.empty() && stat(folder.c_str(), &status) == 0) text += "/" + std::to_string(status.st_ino);

@@ -83,7 +83,8 @@ class UsbPort {
   UsbPort& operator=(const UsbPort&) = delete;
 
   [[nodiscard]] const UsbDeviceInfo& info() const { return info_; }
-  /// Names this device as long as it keeps its power: another text after each unplugging and each boot.
+  /// Names this device as long as it keeps its power: another text after each unplugging, each
+  /// boot and each sleep of the machine, in which ports may lose their power.
   [[nodiscard]] const std::string& identity() const { return identity_; }
 
   /// A control transfer to or from the device (`type` bit 7).
