@@ -211,8 +211,9 @@ FitOutcome ContactFit::update(const Vector6& measured) {
   pull /= excess;
 
   Matrix2d P = P_;
-  // Measured against what it is or what this result alone would have it, whichever is more.
-  const double larger = std::max(x[0], x[0] + pull[0] / told(0, 0));
+  // Measured against what it is or what this result alone would have it, whichever is more, as far as it may go: a
+  // graze of the model where physics pushes hard is no stiffness.
+  const double larger = std::min(most_scale, std::max(x[0], x[0] + pull[0] / told(0, 0)));
   const bool of_scale = told(0, 0) * telling * telling * larger * larger > 1;
   const bool of_friction = told(1, 1) * telling * telling > 1;
   if (!of_scale && !of_friction) return FitOutcome::silent;

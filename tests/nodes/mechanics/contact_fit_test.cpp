@@ -191,6 +191,18 @@ BOOST_AUTO_TEST_CASE(forces_too_small_to_be_known_tell_nothing) {
   BOOST_TEST(subject.fit.used() == 0);
 }
 
+BOOST_AUTO_TEST_CASE(a_graze_where_physics_pushes_hard_is_no_stiffness) {
+  Subject subject;
+  const Wall wall{.mu = 0.3, .v = {0, 0.05, 0}}, grazing{.mu = 0.3, .v = {0, 0.05, 0}, .deep = 5e-7};  // 1 mN
+  for (int i = 0; i < 10; ++i) subject.take(wall, wall.wrench(2, 0.3));
+  const ContactError known = subject.fit.error();
+  for (const double N : {0.1, 1.0, 3.0, 30.0}) {
+    BOOST_TEST((subject.take(grazing, {{N, -0.3 * N, 0}, {}}) == FitOutcome::silent));
+    BOOST_TEST(same(subject.fit.error(), known));
+  }
+  BOOST_TEST(subject.fit.surprises() == 0);
+}
+
 BOOST_AUTO_TEST_CASE(an_exact_model_stays_what_it_is_and_noise_is_averaged) {
   for (const bool rotates : {false, true}) {
     Subject exact(rotates), noisy(rotates);
