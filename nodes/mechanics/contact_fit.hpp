@@ -42,8 +42,9 @@ enum class FitOutcome : std::uint8_t {
 /// above 1.
 ///
 /// A contact that creeps at less than twice the stick velocity sticks: its friction is anything within the cone. Then
-/// it is an unknown force in the plane of the contact, whose variance adds to that of the wrench. Only if it is more
-/// than the friction of the model could hold does it raise e, along the direction in which the contacts creep.
+/// it is an unknown force in the plane of the contact, whose variance, (10 a N_i (1 + max(0, mu_i + e)))^2 in each
+/// direction, adds to that of the wrench. Only if it is more than the friction of the model could hold does it raise e,
+/// along the direction in which the contacts creep.
 ///
 /// Both numbers may drift, by 0.4 % and 0.004, with each result that tells of them to better than a half, and with
 /// nothing else. What lies within three standard deviations of what is expected is met at once. Of what lies beyond,
