@@ -264,8 +264,8 @@ void ProfileReader::check_effort(const Tree& tree, const std::string& path, cons
   };
   if (holds(axis.effort_max) && (axis.magnitude || holds(-axis.effort_max))) return;
   error(*tree.value("effort"), path + ".effort: expected a register that can hold " +
-                  (axis.magnitude ? "effort_max" : "effort_max in both directions") + ", found " + info.name + " (" +
-                  to_string(info.type) + ")");
+                                   (axis.magnitude ? "effort_max" : "effort_max in both directions") + ", found " +
+                                   info.name + " (" + to_string(info.type) + ")");
 }
 
 void ProfileReader::axes(const Tree& tree) {
@@ -338,10 +338,11 @@ void ProfileReader::reactions(const Tree& map) {
 }
 
 Profile ProfileReader::read(const Tree& tree) {
-  check_keys(tree, "", "key",
-             {"title", "line", "word_order", "byte_order", "registers", "identify", "start_up", "shut_down",
-              "calibrate", "each_cycle", "at_zero", "cycle", "status", "buttons", "watchdog", "fence", "axes", "emulated"},
-             diagnostics_);
+  check_keys(
+      tree, "", "key",
+      {"title", "line", "word_order", "byte_order", "registers", "identify", "start_up", "shut_down", "calibrate",
+       "each_cycle", "at_zero", "cycle", "status", "buttons", "watchdog", "fence", "axes", "emulated"},
+      diagnostics_);
   if (const Tree* title = tree.value("title")) profile_.title = read_text(*title, "title", diagnostics_).value_or("");
   if (const Tree* l = tree.value("line")) line(*l);
   order(tree, "", "word_order", Order::high_first);
