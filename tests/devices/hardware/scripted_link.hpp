@@ -35,7 +35,7 @@ struct LinkScript {
   std::atomic<double> effort{0};  ///< given last
   std::atomic<int> cycles{0}, openings{0}, closings{0}, attempts{0};
   std::atomic<int> policy{-1}, priority{-1};  ///< of the thread in the newest cycle
-  std::atomic<bool> slow{false};  ///< a cycle takes 30 ms
+  std::atomic<bool> slow{false};              ///< a cycle takes 30 ms
 
   std::mutex mutex;
   std::vector<double> efforts;  ///< all that were given, and -1000 at each opening
