@@ -41,6 +41,41 @@ edges:
 METRICS_OF_A_SMALL_GRAPH = """  - device.commanded -> metrics.commanded
   - device.commanded -> metrics.force
 """
+# A ball on a wall that a device presses it into, live; both cheap, so that a busy machine is enough.
+PRESSED_WALL = """clock: real
+duration: %(duration)s
+live: {on_missing_privilege: warn, on_stall: recover}
+scene:
+  gravity: [0, 0, 0]
+  bodies:
+    wall:
+      plane: {}
+      material: {stiffness: 0.4 N/mm, damping: 2 N s/m, friction: 0}
+    tool:
+      sphere: {radius: 4 mm}
+      motion: translation
+      mass: 50 g
+      pose: {p: [0, 0, %(height)s]}
+      material: {stiffness: 20 N/mm, damping: 2 N s/m, friction: 0}
+nodes:
+  device: {%(device)s}
+  collision: {type: collision.primitive}
+  dynamics: {type: dynamics.translation}
+  coupling: {type: coupling.adaptive}
+  prediction: {type: prediction.hold}
+  interpolation: {type: interpolation.linear}
+edges:
+  - device.state -> collision.device
+  - device.state -> dynamics.device
+  - collision.contacts -> dynamics.contacts
+  - dynamics.state -> collision.state
+  - coupling.law -> dynamics.law
+  - dynamics.state -> coupling.state
+  - coupling.force -> prediction.force
+  - prediction.forecast -> interpolation.forecast
+  - interpolation.segment -> device.segment
+record: [device.commanded, device.safety, device.state]
+"""
 
 
 def tactor(*arguments, program=TACTOR, environment=None, cwd=None, timeout=300):

@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -19,41 +19,6 @@ except ImportError:
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
 PATIENCE = 150  # s, for what takes a few seconds on an idle machine
 FORCE_MAX = 8.0  # N, of the gate
-# A ball on a wall that the motor presses into; both cheap, so that a busy machine is enough.
-GRAPH = """clock: real
-duration: %(duration)s
-live: {on_missing_privilege: warn, on_stall: recover}
-scene:
-  gravity: [0, 0, 0]
-  bodies:
-    wall:
-      plane: {}
-      material: {stiffness: 0.4 N/mm, damping: 2 N s/m, friction: 0}
-    tool:
-      sphere: {radius: 4 mm}
-      motion: translation
-      mass: 50 g
-      pose: {p: [0, 0, 2 mm]}
-      material: {stiffness: 20 N/mm, damping: 2 N s/m, friction: 0}
-nodes:
-  device: {type: modbus.actuator, profile: %(profile)s, connect: "%(connect)s", origin: [0, 0, -50 mm], %(more)s}
-  collision: {type: collision.primitive}
-  dynamics: {type: dynamics.translation}
-  coupling: {type: coupling.adaptive}
-  prediction: {type: prediction.hold}
-  interpolation: {type: interpolation.linear}
-edges:
-  - device.state -> collision.device
-  - device.state -> dynamics.device
-  - collision.contacts -> dynamics.contacts
-  - dynamics.state -> collision.state
-  - coupling.law -> dynamics.law
-  - dynamics.state -> coupling.state
-  - coupling.force -> prediction.force
-  - prediction.forecast -> interpolation.forecast
-  - interpolation.segment -> device.segment
-record: [device.commanded, device.safety, device.state]
-"""
 # Late answers of a busy machine are not what these tests are about.
 EASY = "link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s, failure_timeout: 1 s, recovery_time: 0.2 s, stuck_after: 3 s"
 
@@ -84,9 +49,12 @@ class ModbusRun(CommandTest):
         self.assertTrue(ready.startswith("ready "), ready)
         return ready.split()[1]
 
+    def graph(self, connect, more=EASY, profile=None, duration="1 s", name="run.yaml"):
+        device = f'type: modbus.actuator, profile: {profile or self.profile}, connect: "{connect}", origin: [0, 0, -50 mm], {more}'
+        return self.write(name, PRESSED_WALL % {"device": device, "height": "2 mm", "duration": duration})
+
     def start(self, connect, duration="60 s", more=EASY, profile=None):
-        graph = self.write("run.yaml", GRAPH % {"profile": profile or self.profile, "connect": connect, "duration": duration,
-                                                "more": more})
+        graph = self.graph(connect, more, profile, duration)
         process = subprocess.Popen([TACTOR, "run", graph, "--out", self.out], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True, env=dict(os.environ, **self.environment))
         self.addCleanup(lambda: process.poll() is None and process.kill())
@@ -236,8 +204,7 @@ class ModbusRun(CommandTest):
 
     def test_bad_requests_are_refused_before_anything_moves(self):
         def refused(text, more="", connect="rtu:/dev/null", profile=None):
-            graph = self.write("bad.yaml", GRAPH % {"profile": profile or self.profile, "connect": connect, "duration": "1 s",
-                                                    "more": more or EASY})
+            graph = self.graph(connect, more or EASY, profile, name="bad.yaml")
             for verb in ("check", "run"):
                 result = tactor(verb, graph, environment=self.environment, cwd=self.folder)
                 self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
@@ -247,9 +214,8 @@ class ModbusRun(CommandTest):
         refused("nodes.device: connect: expected tcp:HOST:PORT or rtu:PATH", connect="udp:1")
         broken = self.write("broken.yaml", self.profile.read_text().replace("address: 342, type", "address: 70000, type"))
         refused(r"broken.yaml:\d+:\d+: registers.position.address: expected a whole number", profile=broken)
-        graph = self.write("virtual.yaml", (GRAPH % {"profile": self.profile, "connect": "tcp:a:1", "duration": "1 s",
-                                                     "more": EASY}).replace("clock: real", "clock: virtual"))
-        result = tactor("check", graph, environment=self.environment)
+        graph = self.graph("tcp:a:1")
+        result = tactor("check", self.write("virtual.yaml", graph.read_text().replace("clock: real", "clock: virtual")), environment=self.environment)
         self.assertEqual(result.returncode, 2)
         self.assertIn("expected clock: real, because modbus.actuator drives hardware", result.stderr)
 

@@ -7,7 +7,7 @@ import pathlib
 import subprocess
 import unittest
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_collision, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_collision, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -21,41 +21,7 @@ FORCE_MAX, FORCE_SLEW, PERIOD = 5.0, 2000.0, 1e-3
 ENGAGED = 2
 PRESSED = "    - [0 s, 0, 0, -25 mm]\n    - [1000 s, 0, 0, -25 mm]\n"
 POLHEM = "polhem (USB 1234:0006)"
-# A ball on a wall that the emulated hand presses it into; both cheap, so that a busy machine is enough.
-GRAPH = """clock: real
-duration: %(duration)s
-live: {on_missing_privilege: warn, on_stall: recover}
-scene:
-  gravity: [0, 0, 0]
-  bodies:
-    wall:
-      plane: {}
-      material: {stiffness: 0.4 N/mm, damping: 2 N s/m, friction: 0}
-    tool:
-      sphere: {radius: 4 mm}
-      motion: translation
-      mass: 50 g
-      pose: {p: [0, 0, 50 mm]}
-      material: {stiffness: 20 N/mm, damping: 2 N s/m, friction: 0}
-nodes:
-  device: {%(device)s, force_max: 5 N, link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s, recovery_time: 0.2 s, %(more)s}
-  collision: {type: collision.primitive}
-  dynamics: {type: dynamics.translation}
-  coupling: {type: coupling.adaptive}
-  prediction: {type: prediction.hold}
-  interpolation: {type: interpolation.linear}
-edges:
-  - device.state -> collision.device
-  - device.state -> dynamics.device
-  - collision.contacts -> dynamics.contacts
-  - dynamics.state -> collision.state
-  - coupling.law -> dynamics.law
-  - dynamics.state -> coupling.state
-  - coupling.force -> prediction.force
-  - prediction.forecast -> interpolation.forecast
-  - interpolation.segment -> device.segment
-record: [device.commanded, device.safety, device.state]
-"""
+EASY = "force_max: 5 N, link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s, recovery_time: 0.2 s"
 
 
 @needs_live
@@ -81,7 +47,8 @@ class UsbRun(CommandTest):
         return self.write("polhem.yaml", text)
 
     def graph(self, device, duration="8 s", more="failure_timeout: 1 s, stuck_after: 0 s"):
-        return self.write("graph.yaml", GRAPH % {"device": device, "duration": duration, "more": more})
+        return self.write("graph.yaml", PRESSED_WALL % {"device": f"{device}, {EASY}, {more}", "height": "50 mm",
+                                                        "duration": duration})
 
     def polhem(self, profile, **options):
         return self.graph(f"type: usb.device, profile: {profile}, origin: [0, 0, 10 mm]", **options)
