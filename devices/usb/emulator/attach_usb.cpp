@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -159,16 +160,18 @@ class Cable {
   std::vector<std::uint8_t> outgoing_;
 };
 
+volatile std::sig_atomic_t stopped = 0;
+
 double now() {
   timespec t{};
   clock_gettime(CLOCK_MONOTONIC, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// Frames of a millisecond until the cable is pulled, by either side.
+/// Frames of a millisecond until the cable is pulled, by either side, or the program is told to stop.
 void serve(Cable& cable, EmulatedDevice& device, FaultScript script) {
   double last = now();
-  for (;;) {
+  while (stopped == 0) {
     const timespec pause{0, frame_ns};
     clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
     const double dt = now() - last;
@@ -189,11 +192,14 @@ int run(int argc, char** argv) {
     return 0;
   }
   const auto device = make_emulated_device(make_emulation(options), map_state(""));
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    signal(number, [](int) { stopped = 1; });
+  }
   const int port = find_port();
   Cable cable(attach(port), *device);
   std::cout << "attached to port " << port << std::endl;
   serve(cable, *device, FaultScript(options.faults));
-  std::cout << "detached; largest effort " << device->largest_effort() << " N m" << std::endl;
+  std::cout << "detached; largest effort " << device->largest_effort() << " N m\n";
   return 0;
 }
 
