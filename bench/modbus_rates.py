@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+TACTOR = ROOT / "build/release/bin/tactor"
 GRAPH = """clock: real
 duration: {seconds} s
 scene: {{bodies: {{}}}}
@@ -22,6 +23,11 @@ nodes:
            link_timeout: 1 s}}
 record: [device.safety]
 """
+
+CASES = [("TCP, loopback", ["--tcp", "0"], 115200, lambda most: min(1000, most), False),
+         ("TCP, loopback", ["--tcp", "0"], 115200, lambda most: min(1000, most), True),
+         ("RTU 115200 8E1", ["--pty", "--baud", "115200"], 115200, lambda most: 0.95 * most, False),
+         ("RTU 115200 8E1", ["--pty", "--baud", "115200"], 115200, lambda most: 0.95 * most, True)]
 
 
 def limit(tactor, folder, profile, connect, baud):
@@ -63,16 +69,12 @@ def measure(tactor, folder, line, baud, rate, seconds, load):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tactor", default=str(ROOT / "build/release/bin/tactor"))
+    parser.add_argument("--tactor", default=str(TACTOR))
     parser.add_argument("--seconds", type=int, default=10)
     arguments = parser.parse_args()
     print("| line | load | asked Hz | cycles/s | age of a sample p50 / p99 / max ms | cycle p50 / p99 ms | errors |")
     print("|---|---|---|---|---|---|---|")
-    cases = [("TCP, loopback", ["--tcp", "0"], 115200, lambda most: min(1000, most), False),
-             ("TCP, loopback", ["--tcp", "0"], 115200, lambda most: min(1000, most), True),
-             ("RTU 115200 8E1", ["--pty", "--baud", "115200"], 115200, lambda most: 0.95 * most, False),
-             ("RTU 115200 8E1", ["--pty", "--baud", "115200"], 115200, lambda most: 0.95 * most, True)]
-    for name, line, baud, rate, load in cases:
+    for name, line, baud, rate, load in CASES:
         with tempfile.TemporaryDirectory() as folder:
             asked, link, seconds = measure(arguments.tactor, pathlib.Path(folder), line, baud, rate, arguments.seconds, load)
         age, cycle = link["age_us"], link["cycle_us"]

@@ -35,9 +35,8 @@ std::vector<std::string> discover() {
     if (!info.may_open) line += "; this user may not open it: install scripts/70-tactor.rules";
     lines.push_back(line + " (type: falcon.device)");
   };
-  for (const UsbDeviceInfo& info : bus.devices()) {
-    if (info.vendor == falcon::vendor && info.product == falcon::product) tell(info);
-  }
+  const UsbNumbers kind[] = {{falcon::vendor, falcon::product}};
+  for (const UsbDeviceInfo& info : bus.devices(kind)) tell(info);
   const UsbSelector selector = selector_of(falcon::vendor, falcon::product, {});
   std::string ignored;
   if (!selector.file.empty()) {

@@ -247,6 +247,11 @@ bool FalconLink::open(LinkFailure& failure) {
 bool FalconLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) {
   TACTOR_DEMAND(port_ != nullptr);
   failure = {};
+  // An answer that came too late for its own cycle is no answer to this one.
+  if (port_->wait(Duration{}) == UsbResult::disconnected) {
+    failure = {LinkError::reset, "the device has been unplugged", true};
+    return false;
+  }
   FalconOrder next{.lights = FalconOrder::green, .home = true};
   // What the last packet said decides: an encoder that has lost its zero must not be pushed by.
   if (state_.all_homed()) {

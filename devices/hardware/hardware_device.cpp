@@ -36,6 +36,22 @@ AxisLimits with(AxisLimits limits, Duration stuck_after) {
   return limits;
 }
 
+/// `NAME: 3 timeout, 1 crc, opened anew 1 times; the last: TEXT`, so that a run that recovered tells of which device
+/// its counts are. Empty: nothing failed.
+std::string tell_failures(const LinkRunner& runner) {
+  std::string last = runner.last_failure();
+  if (last.empty()) return {};
+  std::string counts;
+  for (int i = 1; i < link_error_count; ++i) {
+    const auto error = static_cast<LinkError>(i);
+    if (runner.errors(error) == 0) continue;
+    counts += (counts.empty() ? "" : ", ") + std::to_string(runner.errors(error)) + " " + std::string(name_of(error));
+  }
+  const std::string name = runner.name() + ": ";
+  if (last.starts_with(name)) last.erase(0, name.size());
+  return name + counts + ", opened anew " + std::to_string(runner.reconnects()) + " times; the last: " + last;
+}
+
 LinkRunnerSettings runner_settings(const HardwareParts& parts, const NodeContext& context) {
   LinkRunnerSettings settings;
   settings.rate = parts.rate;
@@ -219,7 +235,7 @@ void HardwareDevice::report(Report& report) const {
   count("stuck", plausibility_.times_stuck());
   count("limited_ticks", limited_ticks_);
   report.set("device.velocity_cutoff_Hz", cutoff_Hz_);
-  if (const std::string last = runner_->last_failure(); !last.empty()) report.remark("last failure: " + last);
+  if (const std::string text = tell_failures(*runner_); !text.empty()) report.remark(text);
   if (failure_[0] != '\0') report.remark("last failed reading: " + std::string(failure_.data()));
   for (const std::string& text : runner_->refused()) report.remark(runner_->name() + ": its line's thread: " + text);
 }

@@ -61,8 +61,8 @@ class HardwareDevice : public DeviceNode {
   [[nodiscard]] bool must_be_followed() const override { return true; }
   /// That of DeviceNode, and device.link.*: cycles, errors.KIND (see LinkError), reconnects, skipped,
   /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99; device.jumps, device.stuck,
-  /// device.limited_ticks: efforts that were shortened; device.velocity_cutoff_Hz; and as remarks the last failure and
-  /// what the system refused to the line's thread.
+  /// device.limited_ticks: efforts that were shortened; device.velocity_cutoff_Hz; and as remarks the failures of the
+  /// line with the device's name, and what the system refused to the line's thread.
   void report(Report& report) const override;
 
  protected:

@@ -1,5 +1,8 @@
 #include "devices/hardware/link_runner.hpp"
 
+#include <sched.h>
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -21,6 +24,7 @@ LinkRunner::LinkRunner(std::unique_ptr<Link> link, LinkRunnerSettings settings)
     : link_(std::move(link)),
       settings_(std::move(settings)),
       name_(link_->name()),
+      back_off_(settings_.back_off),
       cycle_time_(std::make_unique<LatencyHistogram>()) {
   TACTOR_DEMAND(settings_.rate > 0 && settings_.rate <= TickSchedule::max_rate);
 }
@@ -49,7 +53,32 @@ bool LinkRunner::newest(LinkReport& report) noexcept {
 }
 
 void LinkRunner::command(Instant now, const LinkCommand& command) noexcept {
-  commands_.write({Time{now.ns}, Time{now.ns}, ++commands_sent_}, &command);
+  if (!policy_told_) remember_policy();
+  if (command.is_zero()) zeroed_ = now;
+  const Order order{command, zeroed_};
+  commands_.write({Time{now.ns}, Time{now.ns}, ++commands_sent_}, &order);
+}
+
+void LinkRunner::remember_policy() noexcept {
+  policy_told_ = true;
+  sched_param parameter{};
+  sched_getparam(0, &parameter);
+  policy_ = {sched_getscheduler(0) & ~SCHED_RESET_ON_FORK, parameter.sched_priority, getpriority(PRIO_PROCESS, 0)};
+  policy_known_.store(true, std::memory_order_release);
+}
+
+void LinkRunner::take_policy() {
+  if (policy_taken_ || !policy_known_.load(std::memory_order_acquire)) return;
+  policy_taken_ = true;
+  ThreadSettings settings;
+  if (policy_.policy == SCHED_FIFO || policy_.policy == SCHED_RR) {
+    settings.policy = policy_.policy == SCHED_FIFO ? SchedulingPolicy::fifo : SchedulingPolicy::round_robin;
+    settings.priority = std::max(1, policy_.priority - 1);
+  }
+  const ThreadGrant grant = apply_thread_settings(settings, settings_.thread_name);
+  if (settings.policy == SchedulingPolicy::other) setpriority(PRIO_PROCESS, 0, policy_.nice);
+  const std::scoped_lock lock(mutex_);
+  for (const Refusal& refusal : grant.refused) refused_.push_back(describe(refusal));
 }
 
 std::string LinkRunner::last_failure() const {
@@ -68,31 +97,32 @@ bool LinkRunner::pause(Duration length) {
   return !stopping();
 }
 
+bool LinkRunner::back_off() {
+  const Duration length = back_off_;
+  back_off_ = std::min(Duration{2 * length.ns}, settings_.back_off_max);
+  return pause(length);
+}
+
 void LinkRunner::run() {
-  const ThreadGrant grant = apply_thread_settings(settings_.thread, settings_.thread_name);
-  {
-    const std::scoped_lock lock(mutex_);
-    for (const Refusal& refusal : grant.refused) refused_.push_back(describe(refusal));
-  }
+  apply_thread_settings({}, settings_.thread_name);
   const TickSchedule schedule(settings_.rate);
-  Duration back_off = settings_.back_off;
   Instant origin;
   std::int64_t tick = 0;
   while (!stopping()) {
+    take_policy();
     if (!is_open_) {
       if (!open()) {
-        if (!pause(back_off)) break;
-        back_off = std::min(Duration{2 * back_off.ns}, settings_.back_off_max);
+        if (!back_off()) break;
         continue;
       }
-      back_off = settings_.back_off;
       origin = MonotonicClock::now();
       tick = 0;
     }
     MonotonicClock::sleep_until(origin + (schedule.deadline(tick) - Time{}));
     cycle(MonotonicClock::now());
+    if (!is_open_ && !any_good_ && !back_off()) break;
     const std::int64_t last = schedule.last_due(Time{} + (MonotonicClock::now() - origin));
-    if (last > tick) skipped_.add(last - tick);
+    if (is_open_ && last > tick) skipped_.add(last - tick);
     tick = std::max(last, tick) + 1;
     if (any_command_ && MonotonicClock::now() - commanded_ > settings_.idle_after) {
       shut_down();
@@ -111,6 +141,7 @@ bool LinkRunner::open() {
   }
   is_open_ = true;
   failures_in_a_row_ = 0;
+  any_good_ = false;
   if (++sessions_ > 1) reconnects_.add(1);
   cut();
   return true;
@@ -125,9 +156,9 @@ void LinkRunner::cut() {
 
 LinkCommand LinkRunner::due_command(Instant now) {
   Stamp stamp;
-  LinkCommand command;
-  if (commands_.take(always, stamp, &command)) {
-    newest_command_ = command;
+  Order order;
+  if (commands_.take(always, stamp, &order)) {
+    newest_ = order;
     commanded_ = {stamp.produced.ns};
     any_command_ = true;
   }
@@ -136,8 +167,8 @@ LinkCommand LinkRunner::due_command(Instant now) {
     if (!cut_) cut();
     return {};
   }
-  if (cut_ && commanded_ > cut_since_ && newest_command_.is_zero()) cut_ = false;
-  return cut_ ? LinkCommand{} : newest_command_;
+  if (cut_ && newest_.zeroed > cut_since_) cut_ = false;
+  return cut_ ? LinkCommand{} : newest_.command;
 }
 
 void LinkRunner::cycle(Instant began) {
@@ -155,6 +186,8 @@ void LinkRunner::cycle(Instant began) {
     return;
   }
   failures_in_a_row_ = 0;
+  any_good_ = true;
+  back_off_ = settings_.back_off;
   cycles_.add(1);
   report_.sample = sample;
   report_.sampled = began;

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "devices/hardware/link.hpp"
-#include "framework/core/scheduling.hpp"
 #include "framework/core/time.hpp"
 #include "framework/realtime/latest_slot.hpp"
 #include "framework/realtime/loop_figures.hpp"
@@ -25,11 +24,10 @@ struct LinkRunnerSettings {
   double rate = 1000;                    ///< Hz, of the cycles
   Duration command_age_max{50'000'000};  ///< an older command counts as zero: the loop has stopped
   Duration idle_after{1'000'000'000};    ///< without a command for so long the device is shut down
-  Duration back_off{100'000'000};        ///< before the second attempt to connect; doubles from there
+  Duration back_off{100'000'000};        ///< before the next attempt to connect; doubles until a cycle was good
   Duration back_off_max{2'000'000'000};  ///< the longest
   int failures_before_reopen = 5;        ///< failed cycles in a row
   std::string thread_name = "link";      ///< of the thread; cut to 15 characters
-  ThreadSettings thread{SchedulingPolicy::fifo, 75, std::nullopt};  ///< below the device loop's 80
 };
 
 /// What the loop learns of the line.
@@ -46,13 +44,17 @@ struct LinkReport {
 /// that are due while one is under way are skipped. The device loop hands commands over and takes reports by
 /// LatestSlot: it never waits, allocates or locks.
 ///
+/// The thread takes over the policy that the loop's thread has at its first command, one priority below it where that
+/// is a real-time one: the loop goes before its line, and a graph that gives the loop less gives the line less too.
+///
 /// The command is *cut*, zero is sent whatever the loop commands, from every opening of the line on, and from a command
 /// on that is older than command_age_max, until the loop has commanded exactly zero once after that. The loop sees a
-/// cut by `cuts`, disengages, and engages anew by its ramp, so a force never comes back at once.
+/// cut by `cuts`, disengages, and engages anew by its ramp, so a force never comes back at once. A zero counts
+/// however short it was: a slow line need not have had a cycle in it.
 ///
 /// A line that fails failures_before_reopen times in a row, or says that it is of no use, is closed and opened again,
-/// with a pause that doubles from attempt to attempt. Without any command for idle_after the device is shut down and
-/// the line closed; a new command opens it.
+/// with a pause that doubles from attempt to attempt, also where it opens and then has no good cycle. Without any
+/// command for idle_after the device is shut down and the line closed; a new command opens it.
 class LinkRunner {
  public:
   LinkRunner(std::unique_ptr<Link> link, LinkRunnerSettings settings);
@@ -84,8 +86,23 @@ class LinkRunner {
   [[nodiscard]] const std::string& name() const { return name_; }  ///< of the link
 
  private:
+  /// What goes to the thread.
+  struct Order {
+    LinkCommand command;
+    Instant zeroed;  // when zero was commanded last
+  };
+
+  struct LoopPolicy {
+    int policy = 0;  // as the system numbers them
+    int priority = 0;
+    int nice = 0;
+  };
+
   void run();
   bool open();
+  bool back_off();  // pauses; false: it is to stop
+  void remember_policy() noexcept;
+  void take_policy();
   void cycle(Instant began);
   LinkCommand due_command(Instant now);
   void cut();
@@ -98,18 +115,26 @@ class LinkRunner {
   std::unique_ptr<Link> link_;
   const LinkRunnerSettings settings_;
   const std::string name_;
-  LatestSlot commands_{sizeof(LinkCommand)};
+  LatestSlot commands_{sizeof(Order)};
   LatestSlot reports_{sizeof(LinkReport)};
-  std::uint64_t commands_sent_ = 0;  // the loop's
+  // The loop's.
+  std::uint64_t commands_sent_ = 0;
+  Instant zeroed_{INT64_MIN};
+  bool policy_told_ = false;
+  LoopPolicy policy_;  // written by the loop before the flag
+  std::atomic<bool> policy_known_{false};
 
   // The thread's.
   bool is_open_ = false;
   bool cut_ = true;
   Instant cut_since_;
-  LinkCommand newest_command_;
+  Order newest_;
   Instant commanded_;  // when
   bool any_command_ = false;
   int failures_in_a_row_ = 0;
+  bool policy_taken_ = false;
+  bool any_good_ = false;  // since it was opened
+  Duration back_off_;
   std::uint64_t sessions_ = 0;
   std::uint64_t reports_sent_ = 0;
   LinkReport report_;

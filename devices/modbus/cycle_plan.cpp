@@ -100,7 +100,9 @@ CyclePlan plan_cycle(const Profile& profile) {
     written.insert(axis.effort);
     if (axis.sign) written.insert(*axis.sign);
   }
-  for (const auto& [index, value] : profile.each_cycle) written.insert(index);
+  for (const auto* values : {&profile.each_cycle, &profile.at_zero}) {
+    for (const auto& [index, value] : *values) written.insert(index);
+  }
   for (const Button& button : profile.buttons) read.insert(button.index);
   CyclePlan plan;
   for (const Status& status : profile.status) {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t addresses = 65536;
 constexpr Duration ask_again{10'000'000};
+constexpr int goodbyes = 2;
 
 std::string number(double value) {
   char text[40];
@@ -120,6 +121,9 @@ bool ModbusLink::walk(const std::vector<Step>& steps, LinkFailure& failure) {
 
 void ModbusLink::put_command(const LinkCommand& command) {
   for (const auto& [index, value] : profile_.each_cycle) put(index, value);
+  if (command.is_zero()) {
+    for (const auto& [index, value] : profile_.at_zero) put(index, value);
+  }
   for (std::size_t i = 0; i < profile_.axes.size(); ++i) {
     const Axis& axis = profile_.axes[i];
     const double effort = command.effort[i];
@@ -136,21 +140,22 @@ bool ModbusLink::command_zero(LinkFailure& failure) {
   return true;
 }
 
+// What an earlier connection has read of them is old.
+bool ModbusLink::read_status(LinkFailure& failure) {
+  cycles_ = 0;
+  return std::all_of(plan_.seldom.begin(), plan_.seldom.end(), [&](const Transaction& t) { return run(t, failure); });
+}
+
 bool ModbusLink::open(LinkFailure& failure) {
   started_ = false;
   const auto opened = [&] {
     if (!client_.connect(failure) || !identify(failure)) return false;
     started_ = true;
     if (profile_.watchdog && !write(profile_.watchdog->index, profile_.watchdog->time.seconds(), failure)) return false;
-    return command_zero(failure) && walk(profile_.start_up, failure) && command_zero(failure);
+    return command_zero(failure) && walk(profile_.start_up, failure) && command_zero(failure) && read_status(failure);
   };
   if (opened()) return true;
-  if (started_) {
-    LinkFailure ignored;
-    command_zero(ignored);
-  }
-  started_ = false;
-  client_.disconnect();
+  close();
   return false;
 }
 
@@ -199,11 +204,20 @@ std::uint32_t ModbusLink::faults(std::string& text) const {
   return found;
 }
 
+// Nobody comes after this one, so a single lost answer must not be the end of it.
+void ModbusLink::let_go() {
+  LinkFailure failure;
+  bool done = false;
+  for (int i = 0; i < goodbyes && !done && !failure.reopen; ++i) done = command_zero(failure);
+  // A device that is silent is; one that refuses zero may still take its shut-down.
+  if (!done && (failure.reopen || failure.error == LinkError::timeout)) return;
+  failure = {};
+  done = false;
+  for (int i = 0; i < goodbyes && !done && !failure.reopen; ++i) done = walk(profile_.shut_down, failure);
+}
+
 void ModbusLink::close() {
-  if (client_.connected() && started_) {
-    LinkFailure ignored;
-    if (command_zero(ignored)) walk(profile_.shut_down, ignored);
-  }
+  if (client_.connected() && started_) let_go();
   started_ = false;
   client_.disconnect();
 }

@@ -14,7 +14,9 @@ namespace tactor::modbus {
 /// A profile at an endpoint.
 ///
 /// Nothing is written before every expectation of `identify` has been read and found true. Starting up sets the
-/// watchdog, commands zero and goes through the start_up steps; closing commands zero and goes through shut_down.
+/// watchdog, commands zero, goes through the start_up steps and reads every status register anew; closing commands zero
+/// and goes through shut_down, each once more where it failed and the connection still stands, and shut_down also where
+/// zero was refused.
 ///
 /// A cycle takes as long as its transactions, at most one response timeout each plus, after a failure, that of the
 /// client's fence (see Client).
@@ -40,6 +42,8 @@ class ModbusLink final : public Link {
   bool write(std::size_t index, double value, LinkFailure& failure);
   bool read(std::size_t index, double& value, LinkFailure& failure);
   bool command_zero(LinkFailure& failure);
+  bool read_status(LinkFailure& failure);
+  void let_go();
   void put(std::size_t index, double value);
   void put_command(const LinkCommand& command);
   [[nodiscard]] double get(std::size_t index) const;

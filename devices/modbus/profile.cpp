@@ -100,6 +100,7 @@ void ProfileReader::steps(const Tree& tree, const std::string& path, std::vector
 
 void ProfileReader::each_cycle(const Tree& tree) {
   if (const Tree* map = tree.value("each_cycle")) values_of(*map, "each_cycle", true, profile_.each_cycle);
+  if (const Tree* map = tree.value("at_zero")) values_of(*map, "at_zero", true, profile_.at_zero);
 }
 
 void ProfileReader::status(const Tree& tree) {
@@ -244,7 +245,27 @@ void ProfileReader::one_axis(const Tree& tree, const std::string& path) {
       take("zero", axis.zero);
     }
   }
+  if (e) check_effort(tree, path, axis);
   profile_.axes.push_back(axis);
+}
+
+// A force that the registers cannot say would become another one, or one in the other direction.
+void ProfileReader::check_effort(const Tree& tree, const std::string& path, const Axis& axis) {
+  if (axis.magnitude != (tree.value("sign") != nullptr)) {
+    error(tree, path + ": expected effort_as: magnitude and sign together, found only " +
+                    (axis.magnitude ? "effort_as: magnitude" : "sign"));
+    return;
+  }
+  const RegisterInfo& info = profile_.registers[axis.effort];
+  const auto holds = [&info](double value) {
+    std::uint16_t words[2] = {0, 0};
+    encode(info, value, words);
+    return std::abs(decode(info, words) - value) <= std::abs(info.scale) * 0.5000001 + std::abs(value) * 1e-6;
+  };
+  if (holds(axis.effort_max) && (axis.magnitude || holds(-axis.effort_max))) return;
+  error(*tree.value("effort"), path + ".effort: expected a register that can hold " +
+                                   (axis.magnitude ? "effort_max" : "effort_max in both directions") + ", found " +
+                                   info.name + " (" + to_string(info.type) + ")");
 }
 
 void ProfileReader::axes(const Tree& tree) {
@@ -317,10 +338,11 @@ void ProfileReader::reactions(const Tree& map) {
 }
 
 Profile ProfileReader::read(const Tree& tree) {
-  check_keys(tree, "", "key",
-             {"title", "line", "word_order", "byte_order", "registers", "identify", "start_up", "shut_down",
-              "calibrate", "each_cycle", "cycle", "status", "buttons", "watchdog", "fence", "axes", "emulated"},
-             diagnostics_);
+  check_keys(
+      tree, "", "key",
+      {"title", "line", "word_order", "byte_order", "registers", "identify", "start_up", "shut_down", "calibrate",
+       "each_cycle", "at_zero", "cycle", "status", "buttons", "watchdog", "fence", "axes", "emulated"},
+      diagnostics_);
   if (const Tree* title = tree.value("title")) profile_.title = read_text(*title, "title", diagnostics_).value_or("");
   if (const Tree* l = tree.value("line")) line(*l);
   order(tree, "", "word_order", Order::high_first);

@@ -122,6 +122,7 @@ struct Profile {
   std::vector<Expectation> identify;  ///< at least one
   std::vector<Step> start_up, shut_down, calibrate;
   std::vector<std::pair<std::size_t, double>> each_cycle;  ///< registers that are written anew with each command (SI)
+  std::vector<std::pair<std::size_t, double>> at_zero;     ///< in place of those where all efforts are zero (SI)
   bool combined = false;                                   ///< a cycle writes and reads with function 23
   std::vector<Status> status;
   std::vector<Button> buttons;

@@ -73,6 +73,7 @@ class ProfileReader {
   void fence(const Tree& tree);
   void axes(const Tree& tree);
   void one_axis(const Tree& tree, const std::string& path);
+  void check_effort(const Tree& tree, const std::string& path, const Axis& axis);
   void emulated(const Tree& tree);
   void reactions(const Tree& map);
   void values_of(const Tree& map, const std::string& path, bool write,

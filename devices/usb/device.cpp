@@ -51,8 +51,10 @@ std::string line_of(const UsbProfile& profile, const UsbDeviceInfo& info) {
 
 std::vector<std::string> discover() {
   const std::vector<UsbProfile> profiles = all_usb_profiles();
+  std::vector<UsbNumbers> kinds;
+  for (const UsbProfile& profile : profiles) kinds.push_back({profile.vendor, profile.product});
   UsbBus bus;
-  std::vector<UsbDeviceInfo> devices = bus.devices();
+  std::vector<UsbDeviceInfo> devices = bus.devices(kinds);
   std::string ignored;
   // One that TACTOR_USB_FILE names is on no bus that can be searched.
   for (const UsbProfile& profile : profiles) {

@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "framework/core/check.hpp"
-#include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
 
@@ -13,6 +12,7 @@ namespace {
 
 constexpr Duration longest_goodbye{100'000'000};
 constexpr double still_counts = 3;
+constexpr double late_cycles = 3;  // after so many a cycle began late
 
 std::string name_of(const UsbProfile& profile) {
   char numbers[32];
@@ -102,6 +102,13 @@ bool UsbLink::wait_for_report(Duration most, LinkFailure& failure) {
   return false;
 }
 
+/// Sends zero and waits for a report that comes after that.
+bool UsbLink::ask_for_report(Duration most, LinkFailure& failure) {
+  fresh_ = false;
+  send({});
+  return wait_for_report(most, failure);
+}
+
 bool UsbLink::open_port(LinkFailure& failure) {
   std::string why;
   fresh_ = any_wrong_ = false;
@@ -151,8 +158,10 @@ bool UsbLink::find_zero(LinkFailure& failure) {
 
 bool UsbLink::open(LinkFailure& failure) {
   failure = {};
-  if (open_port(failure) && find_zero(failure)) {
+  if (open_port(failure) && find_zero(failure) && ask_for_report(profile_.report_timeout * 10, failure)) {
+    fresh_ = false;
     send({});
+    exchanged_ = MonotonicClock::now();
     // Reports come with the frames of the bus. Cycles that begin between them, and not with them, find one each.
     MonotonicClock::sleep_until(MonotonicClock::now() + Duration::from_seconds(0.5 / profile_.rate));
     return true;
@@ -187,6 +196,9 @@ bool UsbLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailu
   const Instant began = MonotonicClock::now();
   // What went out in the last cycle is taken note of, so that there is room.
   if (!wait(Duration{}, failure)) return false;
+  // A report that has waited for this thread shows where the device was, and is no jump.
+  if (began - exchanged_ > Duration::from_seconds(late_cycles / profile_.rate)) fresh_ = false;
+  exchanged_ = began;
   send(command);
   if (!wait_for_report(profile_.report_timeout, failure)) return false;
   // A device that only answers is asked again before its answer has come, or each answer would take two frames. Where
@@ -200,18 +212,21 @@ bool UsbLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailu
 
 void UsbLink::close() {
   if (port_ == nullptr) return;
-  // Zero must be the last thing that is sent, after what is on its way.
   const Instant end = MonotonicClock::now() + longest_goodbye;
-  bool sent = false, gone = false;
-  while (!gone && MonotonicClock::now() < end) {
-    if (!port_->sending()) {
-      if (sent) break;
-      send({});
-      sent = true;
-      if (!port_->sending()) break;
+  bool gone = false;
+  const auto wait_while = [&](const auto& waits) {
+    while (waits() && !gone && MonotonicClock::now() < end) {
+      gone = port_->wait(Duration{10'000'000}) == UsbResult::disconnected;
     }
-    gone = port_->wait(Duration{10'000'000}) == UsbResult::disconnected;
-  }
+  };
+  const auto sending = [this] { return port_->sending(); };
+  // Zero must be the last thing that is sent, after what is on its way.
+  wait_while(sending);
+  if (!gone) send({});
+  wait_while(sending);
+  // A board that only answers looks for the zero after its report has been taken, and not before.
+  fresh_ = false;
+  if (profile_.asks_first) wait_while([this] { return !fresh_; });
   port_.reset();
 }
 
@@ -232,15 +247,16 @@ std::vector<double> UsbLink::calibrate(Duration still) {
   const std::size_t n = profile_.input.axes.size();
   const auto count = [&](std::size_t i) { return profile_.input.fields[profile_.input.axes[i].field].read(newest_); };
   std::vector<double> first(n), least(n, 0.0), most(n, 0.0);
+  const auto ask = [&] {
+    if (ask_for_report(profile_.report_timeout * 10, failure)) return;
+    port_.reset();
+    throw RunError(name_ + ": " + failure.text);
+  };
+  ask();
   for (std::size_t i = 0; i < n; ++i) first[i] = count(i);
   const Instant end = MonotonicClock::now() + still;
   while (MonotonicClock::now() < end) {
-    fresh_ = false;
-    send({});
-    if (!wait_for_report(profile_.report_timeout * 10, failure)) {
-      port_.reset();
-      throw RunError(name_ + ": " + failure.text);
-    }
+    ask();
     for (std::size_t i = 0; i < n; ++i) {
       const double span = profile_.input.fields[profile_.input.axes[i].field].span();
       const double moved = count_from(first[i], count(i), span);

@@ -10,13 +10,16 @@
 #include "devices/usb/calibration.hpp"
 #include "devices/usb/profile.hpp"
 #include "devices/usb/usb_port.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
 
-/// Opening waits for a first report for at most ten report timeouts, and makes sure by it, by the endpoints and by the
-/// text of the profile that the right device answers, before anything but zero is sent; nothing is sent before that
-/// where the device speaks first. A cycle sends a command and takes the newest report, for which it waits for one
-/// report timeout. Closing sends zero and waits for that to go, for at most a tenth of a second.
+/// Opening waits for two reports for at most ten report timeouts each, and makes sure by it, by the endpoints and by
+/// the text of the profile that the right device answers, before anything but zero is sent; nothing is sent before that
+/// where the device speaks first. That first report may have lain in the device since somebody else closed it: it is
+/// no sample. A cycle sends a command and takes the newest report, for which it waits for one report timeout; after a
+/// cycle that began late it takes none that was sent before. Closing sends zero and waits for that to go, and for the
+/// report by which a device that only answers shows that it has gone on, for at most a tenth of a second.
 ///
 /// Where the profile has a pose of calibration the line does not open without the record of it, and forgets the record
 /// when the device goes.
@@ -44,6 +47,7 @@ class UsbLink final : public Link, private UsbListener {
   bool find_zero(LinkFailure& failure);
   bool wait(Duration most, LinkFailure& failure);
   bool wait_for_report(Duration most, LinkFailure& failure);
+  bool ask_for_report(Duration most, LinkFailure& failure);
   void send(const LinkCommand& command);
   void read_sample(LinkSample& sample, LinkFailure& failure) const;
   bool lost(LinkFailure& failure);
@@ -59,6 +63,7 @@ class UsbLink final : public Link, private UsbListener {
   std::size_t wrong_size_ = 0;  // of a report that has not the size of the layout
   bool any_wrong_ = false;
   bool fresh_ = false;
+  Instant exchanged_;  // when the last cycle began
 };
 
 }  // namespace tactor

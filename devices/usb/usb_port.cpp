@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 
 #include "framework/core/check.hpp"
@@ -85,11 +86,29 @@ std::string first_line(const char* file) {
   return line;
 }
 
-/// The boot, the place on the bus, the address, which counts up with each plugging in, and the numbers of the files
-/// that the kernel makes anew each time.
+/// How long the machine has slept since its boot, ms, to the nearest 10. A device may have lost its power in that time
+/// although the kernel gives it its old place and address again.
+std::int64_t slept_ms() {
+  const auto read_ns = [](clockid_t clock) {
+    timespec t{};
+    clock_gettime(clock, &t);
+    return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+  };
+  std::int64_t slept = 0;
+  for (int i = 0; i < 100; ++i) {
+    const std::int64_t before = read_ns(CLOCK_MONOTONIC);
+    slept = read_ns(CLOCK_BOOTTIME) - before;
+    if (read_ns(CLOCK_MONOTONIC) - before < 1'000'000) break;  // nothing came in between
+  }
+  return (slept + 5'000'000) / 10'000'000 * 10;
+}
+
+/// The boot, the sleep since then, the place on the bus, the address, which counts up with each plugging in, and the
+/// numbers of the files that the kernel makes anew each time.
 std::string identity_of(const UsbDeviceInfo& info, const std::filesystem::path& file) {
-  std::string text = first_line("/proc/sys/kernel/random/boot_id") + "/" + std::to_string(info.bus) + "/" + info.path +
-                     "/" + std::to_string(info.address) + "/" + info.serial;
+  std::string text = first_line("/proc/sys/kernel/random/boot_id") + "/" + std::to_string(slept_ms()) + "/" +
+                     std::to_string(info.bus) + "/" + info.path + "/" + std::to_string(info.address) + "/" +
+                     info.serial;
   struct stat status {};
   const std::string folder = "/sys/bus/usb/devices/" + info.path;
   if (!info.path.empty() && stat(folder.c_str(), &status) == 0) text += "/" + std::to_string(status.st_ino);
@@ -100,16 +119,24 @@ std::string identity_of(const UsbDeviceInfo& info, const std::filesystem::path& 
   return text;
 }
 
-void fill(UsbDeviceInfo& info, libusb_device* device, libusb_device_handle* handle) {
+/// What a device tells without being opened.
+UsbDeviceInfo info_of(libusb_device* device) {
+  UsbDeviceInfo info;
   libusb_device_descriptor descriptor{};
-  if (libusb_get_device_descriptor(device, &descriptor) != 0) return;
+  if (libusb_get_device_descriptor(device, &descriptor) != 0) return info;
   info.vendor = descriptor.idVendor;
   info.product = descriptor.idProduct;
   info.bus = libusb_get_bus_number(device);
   info.address = libusb_get_device_address(device);
   info.path = path_of(device);
-  info.may_open = handle != nullptr;
-  if (handle == nullptr) return;
+  return info;
+}
+
+/// What an opened device tells of itself, by requests to it.
+void read_texts(UsbDeviceInfo& info, libusb_device_handle* handle) {
+  info.may_open = true;
+  libusb_device_descriptor descriptor{};
+  if (libusb_get_device_descriptor(libusb_get_device(handle), &descriptor) != 0) return;
   info.maker = string_of(handle, descriptor.iManufacturer);
   info.name = string_of(handle, descriptor.iProduct);
   info.serial = string_of(handle, descriptor.iSerialNumber);
@@ -336,15 +363,18 @@ UsbBus::~UsbBus() {
   libusb_exit(context_);
 }
 
-std::vector<UsbDeviceInfo> UsbBus::devices() const {
+std::vector<UsbDeviceInfo> UsbBus::devices(std::span<const UsbNumbers> kinds) const {
   const DeviceList list(context_);
   std::vector<UsbDeviceInfo> found;
   for (libusb_device* device : list.all()) {
+    UsbDeviceInfo info = info_of(device);
+    const auto is_this = [&](const UsbNumbers& k) { return k.vendor == info.vendor && k.product == info.product; };
+    if (std::none_of(kinds.begin(), kinds.end(), is_this)) continue;
     libusb_device_handle* handle = nullptr;
-    if (libusb_open(device, &handle) != 0) handle = nullptr;
-    UsbDeviceInfo info;
-    fill(info, device, handle);
-    if (handle != nullptr) libusb_close(handle);
+    if (libusb_open(device, &handle) == 0) {
+      read_texts(info, handle);
+      libusb_close(handle);
+    }
     found.push_back(std::move(info));
   }
   return found;
@@ -391,13 +421,14 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
     if (impl->handle == nullptr) return nullptr;
   }
   auto port = std::unique_ptr<UsbPort>(new UsbPort(std::move(impl)));
-  fill(port->info_, libusb_get_device(port->impl_->handle), port->impl_->handle);
-  const UsbDeviceInfo& info = port->info_;
-  port->identity_ = identity_of(info, selector.file);
+  UsbDeviceInfo& info = port->info_;
+  info = info_of(libusb_get_device(port->impl_->handle));
   if (info.vendor != selector.vendor || info.product != selector.product) {
     why = selector.file.string() + " is a device " + hex(info.vendor, info.product) + ", not " + numbers;
     return nullptr;
   }
+  read_texts(info, port->impl_->handle);
+  port->identity_ = identity_of(info, selector.file);
   if (!selector.serial.empty() && info.serial != selector.serial) {
     why = "device " + numbers + " has serial number \"" + info.serial + "\", not \"" + selector.serial + "\"";
     return nullptr;

@@ -25,6 +25,11 @@ enum class UsbResult : std::uint8_t {
   failed,        ///< anything else
 };
 
+/// What a kind of device is known by.
+struct UsbNumbers {
+  std::uint16_t vendor = 0, product = 0;
+};
+
 /// What a device tells of itself when it is found.
 struct UsbDeviceInfo {
   std::uint16_t vendor = 0, product = 0;
@@ -78,7 +83,8 @@ class UsbPort {
   UsbPort& operator=(const UsbPort&) = delete;
 
   [[nodiscard]] const UsbDeviceInfo& info() const { return info_; }
-  /// Names this device as long as it keeps its power: another text after each unplugging and each boot.
+  /// Names this device as long as it keeps its power: another text after each unplugging, each
+  /// boot and each sleep of the machine, in which ports may lose their power.
   [[nodiscard]] const std::string& identity() const { return identity_; }
 
   /// A control transfer to or from the device (`type` bit 7).
@@ -113,8 +119,8 @@ class UsbBus {
   UsbBus(const UsbBus&) = delete;
   UsbBus& operator=(const UsbBus&) = delete;
 
-  /// All devices there are.
-  [[nodiscard]] std::vector<UsbDeviceInfo> devices() const;
+  /// The devices of these kinds. No other one is opened: what they are is read by their descriptors alone.
+  [[nodiscard]] std::vector<UsbDeviceInfo> devices(std::span<const UsbNumbers> kinds) const;
   /// Opens the first device that fits; null, with the reason and the mend in `why`, where there is none or it may not
   /// be opened.
   std::unique_ptr<UsbPort> open(const UsbSelector& selector, std::string& why);

@@ -92,13 +92,18 @@ void declare_pairs(Declare<N>& declaration) {
        .max = ContactSet::capacity});
   declaration.template integer<std::int32_t>(
       "local_contacts", &N::Params::local_contacts,
-      {.doc = "the same of the output `local`", .default_value = 24, .min = 4, .max = LocalContacts::capacity});
+      {.doc = "the same of the output `local`",
+       .default_value = 24,
+       .min = 4,
+       .max = LocalContacts::capacity,
+       .in_reference = 24});  // nothing reads `local` there: one reference run serves all values
   declaration.template integer<std::int32_t>(
       "anchors", &N::Params::anchors,
       {.doc = "poses that `local` is looked up at: now, and where the velocities lead",
        .default_value = 3,
        .min = 1,
-       .max = LocalContacts::max_anchors});
+       .max = LocalContacts::max_anchors,
+       .in_reference = 3});
   declaration.template real<double>(
       "anchor_time", &N::Params::anchor_time,
       {.doc =

@@ -19,9 +19,11 @@ struct ContactError {
 /// What a result of physics was to the fit.
 enum class FitOutcome : std::uint8_t {
   used,
-  silent,    ///< nothing pushes in physics or in the model, or too little: it says nothing
-  repeated,  ///< no later than one that was used
-  unusable,  ///< not finite, or not of these bodies
+  silent,       ///< nothing pushes in physics or in the model, or too little: it says nothing
+  awaiting,     ///< a surprise that the next one has to confirm; nothing has changed
+  unexplained,  ///< no stiffness and friction within the bounds makes it; nothing has changed
+  repeated,     ///< no later than one that was used or waited
+  unusable,     ///< not finite, or not of these bodies
 };
 
 /// A Kalman filter of (a, e), the stiffness scale and the friction excess. At a result of physics the contacts of the
@@ -33,17 +35,23 @@ enum class FitOutcome : std::uint8_t {
 /// it; weight and coupling are in neither. The torque is divided by the root mean square of the levers, weighted with
 /// N_i, so that all is in N; of a tool that does not rotate it is left out.
 ///
-/// The wrench's standard deviation is taken for r, r^2 = (20 mN)^2 + (5 % of sum_i |f_i|)^2 + sum_i (k_i 2 um)^2, so a
-/// small force tells little, and a result that tells neither number to better than a half is not used; where h cannot
-/// explain a result, whatever a and e, it counts as much less.
+/// Each number of the wrench has the standard deviation r, r^2 = (20 mN)^2 + (5 % of F)^2 + a^2 sum_i (k_i 2 um)^2,
+/// with F the norm of physics' force or a sum_i N_i (1 + max(0, mu_i + e)), whichever is more. So a small force tells
+/// little, and a result that alone tells neither a to better than its half nor e to better than 0.5 is not used. What
+/// of the difference h has no slope for, whatever a and e, raises the variance: by its mean square in units of r, if
+/// above 1.
 ///
 /// A contact that creeps at less than twice the stick velocity sticks: its friction is anything within the cone. Then
-/// it is an unknown force in the plane of the contact, whose variance adds to that of the wrench. Only if it is more
-/// than the friction of the model could hold does it raise e, along the direction in which the contacts creep.
+/// it is an unknown force in the plane of the contact, whose variance, (10 a N_i (1 + max(0, mu_i + e)))^2 in each
+/// direction, adds to that of the wrench. Only if it is more than the friction of the model could hold does it raise e,
+/// along the direction in which the contacts creep.
 ///
 /// Both numbers may drift, by 0.4 % and 0.004, with each result that tells of them to better than a half, and with
-/// nothing else. A result that lies beyond three standard deviations of what is expected finds both unknown, so that a
-/// change is followed at once. 0.1 <= a <= 10, -max_i mu_i <= e <= 2.
+/// nothing else. What lies within three standard deviations of what is expected is met at once. Of what lies beyond,
+/// two results in a row have to agree, each judged with nothing known before, within three standard deviations; then
+/// the estimate is theirs. 0.1 <= a <= 10, e <= 2, and of a result -max_i mu_i <= e; an e known to be below that stays,
+/// for contacts that have more friction to lose. A result that with the numbers it has led to is still three standard
+/// deviations off, in what h has slopes for, is one of another law of contact: it changes nothing.
 ///
 /// The estimate is of the materials (stiffness, damping and friction as declared) that pushed in the last result that
 /// was used, all of them together. Contacts of others are left as they are, and it begins at (1, 0) again with the
@@ -68,7 +76,9 @@ class ContactFit {
   [[nodiscard]] std::int64_t used() const { return used_; }
   /// Those used results that told of friction.
   [[nodiscard]] std::int64_t used_for_friction() const { return used_for_friction_; }
-  /// How often a result was so far off that the uncertainty began anew, and how often the materials did.
+  /// Those results that no stiffness and friction explains.
+  [[nodiscard]] std::int64_t unexplained() const { return unexplained_; }
+  /// How often two results in a row were so far off that the estimate became theirs, and how often the materials did.
   [[nodiscard]] std::int64_t surprises() const { return surprises_; }
   [[nodiscard]] std::int64_t resets() const { return resets_; }
 
@@ -98,30 +108,41 @@ class ContactFit {
     Vec3 n, lever;
   };
   struct Model;
+  struct Difference;
+  /// (a, e) and its variance.
+  struct Estimate {
+    Eigen::Vector2d x = {1, 0};
+    Eigen::Matrix2d P = Eigen::Matrix2d::Identity();
+  };
 
   int collect(const LocalContacts& contacts, const BodyStates& bodies, bool massless, Materials& materials);
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> noise(const Vector6& measured, double& base) const;
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> noise(const Vector6& measured, const Eigen::Vector2d& at,
+                                                  double& base) const;
   [[nodiscard]] Model model(const Eigen::Vector2d& at, bool all_slide) const;
-  FitOutcome update(const Vector6& measured);
-  bool raise_by_sticking(const Vector6& measured, double base, Eigen::Vector2d& x, Eigen::Matrix2d& P) const;
-  bool fuse(const Vector6& measured, const Eigen::Matrix<double, 6, 6>& weight, bool all_slide, Eigen::Vector2d& x,
-            Eigen::Matrix2d& P) const;
-
-  static Eigen::Matrix2d start_variance() { return Eigen::Matrix2d::Identity(); }
+  [[nodiscard]] Difference difference(const Vector6& measured, const Eigen::Vector2d& at) const;
+  FitOutcome update(const Vector6& measured, const Materials& materials);
+  [[nodiscard]] bool learn(const Vector6& measured, const Difference& now, Estimate& estimate) const;
+  [[nodiscard]] bool raise_by_sticking(const Vector6& measured, double base, Estimate& estimate) const;
+  [[nodiscard]] bool fuse(const Vector6& measured, const Eigen::Matrix<double, 6, 6>& weight, bool all_slide,
+                          Estimate& estimate) const;
+  [[nodiscard]] bool confirms(const Estimate& alone, const Materials& materials) const;
+  void keep_excess_below_use(const Estimate& before, Estimate& estimate) const;
 
   bool rotates_;
   double stick_velocity_;
   ContactError error_;
-  Eigen::Matrix2d P_ = start_variance();
-  Materials materials_;
+  Eigen::Matrix2d P_ = Estimate{}.P;
+  Materials materials_;      // of the last result used; none: nothing is known
+  Estimate candidate_;       // what the last result that told of anything alone would have, if it was a surprise
+  Materials candidate_for_;  // none: there is none
   bool any_ = false;
   Time last_;
   std::array<Push, LocalContacts::capacity> pushes_;
   int push_count_ = 0;
   double lever_ = 1;        // m, root mean square
   double depth_noise_ = 0;  // N, of the distances
-  double lowest_ = 0;       // of the excess
-  std::int64_t used_ = 0, used_for_friction_ = 0, surprises_ = 0, resets_ = 0;
+  double lowest_ = 0;       // of the excess, with what pushes now
+  std::int64_t used_ = 0, used_for_friction_ = 0, surprises_ = 0, resets_ = 0, unexplained_ = 0;
 };
 
 }  // namespace tactor

@@ -163,6 +163,7 @@ void LocalPredictor::report(Report& report) const {
   report.set("local.fit.results", static_cast<double>(fit_.used()));
   report.set("local.fit.friction_results", static_cast<double>(fit_.used_for_friction()));
   report.set("local.fit.left_out", static_cast<double>(left_out_of_fit_));
+  report.set("local.fit.silent", static_cast<double>(fit_.unexplained()));
   report.set("local.fit.surprises", static_cast<double>(fit_.surprises()));
   report.set("local.fit.resets", static_cast<double>(fit_.resets()));
 }

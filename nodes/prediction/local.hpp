@@ -31,7 +31,8 @@ class LocalPredictor final : public Node {
   /// and `prediction.failed_steps` (results not sent, because a step did not converge). Where it learns, the estimate
   /// at the end (`local.fit.stiffness_scale`, `local.fit.friction_excess`), the results it came from
   /// (`local.fit.results`, `local.fit.friction_results`), those whose contact force was not there or of no use
-  /// (`local.fit.left_out`), and how often it began anew (`local.fit.surprises`, `local.fit.resets`).
+  /// (`local.fit.left_out`), those that no stiffness and friction explains (`local.fit.silent`), and how often it began
+  /// anew (`local.fit.surprises`, `local.fit.resets`).
   void report(Report& report) const override;
 
   Input<BodyStates> bodies;

@@ -223,10 +223,10 @@ class ModbusRun(CommandTest):
             time.sleep(0.05)
         expired = next(row for row in rows if row[4])
         self.assertEqual(expired[2], 0)
-        # The last command came before the kill, so the second is over a second after it at the latest; the emulator's own
-        # thread may be held up on a busy machine, so what is asked is that no row beyond it has a force.
+        # The last command came before the kill, so its second is over a second after it. The emulator may take that command
+        # late on a busy machine, for which it gets another one.
         self.assertTrue(all(row[2] == 0 for row in rows if row[0] >= expired[0]))
-        late = [row for row in rows if row[0] > killed + 1.1e9 and row[2] != 0]
+        late = [row for row in rows if row[0] > killed + 2e9 and row[2] != 0]
         self.assertEqual(late, [])
 
     def test_nobody_at_the_address(self):

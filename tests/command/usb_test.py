@@ -140,8 +140,7 @@ class UsbRun(CommandTest):
         for device, extra in (("polhem", ()), ("falcon", ("--firmware",))):
             with self.subTest(device):
                 self.emulate(device, *extra, code=0, command=(
-                    TACTOR, "run", GRAPHS / f"duck_{device}.yaml", "--duration", "2", "--out", self.out, "--set",
-                    "device.link_timeout=2 s", "--set", "device.failure_timeout=20 s", "--set", "live.on_stall=recover"))
+                    TACTOR, "run", GRAPHS / f"duck_{device}.yaml", "--duration", "2", "--out", self.out))
                 self.assertGreater(self.summary()["link"]["cycles"], 10)
                 self.recorded(pressed=False)
 
@@ -164,14 +163,15 @@ class UsbRun(CommandTest):
         self.assertIn("tactor device calibrate", error)
 
     def test_a_pulled_cable_ends_the_force_and_the_run(self):
-        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+1.5", code=1)
+        error = self.run_emulated("polhem", self.polhem(self.profile(), duration="30 s"), "--fault", "unplug@driven+3",
+                                  code=1)
         self.assertIn(POLHEM, error)
         self.recorded()
         self.assertTrue((self.efforts()[-1, :3] == 0).all())
 
     def test_a_lost_zero_is_not_used_after_the_cable_was_put_back(self):
-        error = self.run_emulated("polhem", self.polhem(self.profile()), "--fault", "unplug@driven+1.5", "--fault",
-                                  "replug@+0.1", code=1)
+        error = self.run_emulated("polhem", self.polhem(self.profile(), duration="30 s"), "--fault", "unplug@driven+3",
+                                  "--fault", "replug@+0.1", code=1)
         self.assertIn(POLHEM, error)
         self.assertIn("calibrate", error)
         self.assertEqual(self.summary()["link"]["reconnects"], 0)
@@ -205,24 +205,24 @@ class UsbRun(CommandTest):
         self.assertTrue((norm[t > t[-1] - 0.4] == 0).all())
 
     def test_a_silent_device_ends_the_run(self):
-        self.fails("silent@driven+1.5", "no report")
+        self.fails("silent@driven+3", "no report")
 
     def test_short_reports_end_the_run(self):
-        self.fails("short@driven+1.5", "a report of 7 bytes, expected 14")
+        self.fails("short@driven+3", "a report of 7 bytes, expected 14")
 
     def test_long_reports_end_the_run(self):
-        self.fails("long@driven+1.5", "a report of 21 bytes, expected 14")
+        self.fails("long@driven+3", "a report of 21 bytes, expected 14")
 
     def test_a_position_that_has_jumped_is_not_believed_however_often_it_repeats(self):
-        self.fails("jump@driven+1.5", "jumped")
+        self.fails("jump@driven+3", "jumped")
 
     def test_an_encoder_that_stands_still_under_a_force_is_stuck(self):
         # Weak motors, of whose torque the wall takes more than a fifth.
-        self.fails("stuck@driven+1.5", "stuck", ("limit: 1999", "limit: 60"),
+        self.fails("stuck@driven+3", "stuck", ("limit: 1999", "limit: 60"),
                    more="failure_timeout: 1 s, stuck_after: 0.5 s")
 
     def test_a_fault_that_the_device_reports_is_told_in_its_words(self):
-        self.fails("status@driven+1.5", "a motor that is too hot",
+        self.fails("status@driven+3", "a motor that is too hot",
                    ("buttons:", "faults:\n  - {field: info, bit: 3, meaning: a motor that is too hot}\nbuttons:"))
 
     def test_another_device_under_the_same_numbers_gets_nothing(self):

@@ -130,6 +130,7 @@ void Emulator::stop() {
 void Emulator::inject(const Fault& fault) {
   const std::scoped_lock lock(mutex_);
   faults_.push_back({fault, false, false, {}});
+  begin_faults();
 }
 
 EmulatedState Emulator::state() const {

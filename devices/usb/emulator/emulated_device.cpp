@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "devices/falcon/emulator/falcon_device.hpp"
 
@@ -53,7 +54,6 @@ void EmulatedDevice::opened() {
 }
 
 void EmulatedDevice::closed() {
-  effort_ = {};
   write_down();
 }
 
@@ -141,23 +141,43 @@ std::vector<std::uint8_t> ReportDevice::descriptors() {
 
 void ReportDevice::opened() {
   EmulatedDevice::opened();
-  owes_report_ = true;
+  if (plugs_ == state().plugs) return;
+  plugs_ = state().plugs;
+  made_ = report();
+  command_.reset();
 }
 
 void ReportDevice::out(std::uint8_t, std::span<const std::uint8_t> data) {
-  owes_report_ = true;
-  const OutputLayout& layout = emulation().output;
-  if (data.size() != layout.size) return;
-  std::array<double, 6> effort{};
-  for (std::size_t i = 0; i < layout.axes.size(); ++i) {
-    const AxisOutput& axis = layout.axes[i];
-    effort[i] = layout.fields[axis.field].read(data) / axis.scale;
+  if (emulation().asks_first && made_) {
+    command_.emplace(data.begin(), data.end());
+  } else {
+    obey(data);
   }
-  drive(effort);
+}
+
+void ReportDevice::obey(std::span<const std::uint8_t> data) {
+  const OutputLayout& layout = emulation().output;
+  if (data.size() == layout.size) {
+    std::array<double, 6> effort{};
+    for (std::size_t i = 0; i < layout.axes.size(); ++i) {
+      const AxisOutput& axis = layout.axes[i];
+      effort[i] = layout.fields[axis.field].read(data) / axis.scale;
+    }
+    drive(effort);
+  }
+  made_ = report();
 }
 
 std::optional<std::vector<std::uint8_t>> ReportDevice::in(std::uint8_t) {
-  if (emulation().asks_first && !owes_report_) return std::nullopt;
+  if (!emulation().asks_first) return spoilt(report());
+  if (!made_ || has(UsbFault::silent)) return std::nullopt;
+  const std::vector<std::uint8_t> taken = std::move(*made_);
+  made_.reset();
+  if (command_) obey(*std::exchange(command_, std::nullopt));
+  return spoilt(taken);
+}
+
+std::vector<std::uint8_t> ReportDevice::report() {
   const InputLayout& layout = emulation().input;
   std::vector<std::uint8_t> report(layout.size);
   const std::array<double, 6> q = shown();
@@ -174,8 +194,7 @@ std::optional<std::vector<std::uint8_t>> ReportDevice::in(std::uint8_t) {
     const ReportField& field = layout.fields[flag.field];
     field.write(report, flag.bit < 0 ? flag.above + 1 : std::ldexp(1.0, flag.bit));
   }
-  owes_report_ = false;
-  return spoilt(std::move(report));
+  return report;
 }
 
 std::unique_ptr<EmulatedDevice> make_emulated_device(const Emulation& emulation, std::shared_ptr<PoweredState> state) {

@@ -26,8 +26,9 @@ struct PoweredState {
 /// or cannot be mapped.
 std::shared_ptr<PoweredState> map_state(const std::string& file);
 
-/// A device with an arm in a hand. The effort of its motors holds from one command to the next, and is zero where none
-/// has come for the watchdog's time. Between two hosts the hand puts the handle back to where it starts.
+/// A device with an arm in a hand. The effort of its motors holds from one command to the next, also when the host
+/// closes it, and is zero where none has come for the watchdog's time. Between two hosts the hand puts the handle back
+/// to where it starts.
 class EmulatedDevice : public UsbFunction {
  public:
   EmulatedDevice(const Emulation& emulation, std::shared_ptr<PoweredState> state);
@@ -74,6 +75,9 @@ class EmulatedDevice : public UsbFunction {
 
 /// A device whose reports and commands have the layouts of the emulation. Its counters begin at zero when it is plugged
 /// in, wherever it is then; they are those of a device without a zero of its own where that is asked for.
+///
+/// One that answers does as the board of the Polhem: it makes a report of what it sees, waits until the host has taken
+/// it, for as long as that may be, and only then looks for a command.
 class ReportDevice final : public EmulatedDevice {
  public:
   using EmulatedDevice::EmulatedDevice;
@@ -83,7 +87,12 @@ class ReportDevice final : public EmulatedDevice {
   void opened() override;
 
  private:
-  bool owes_report_ = true;
+  [[nodiscard]] std::vector<std::uint8_t> report();
+  void obey(std::span<const std::uint8_t> command);
+
+  std::optional<std::vector<std::uint8_t>> made_;     // a report that the host has not taken
+  std::optional<std::vector<std::uint8_t>> command_;  // that waits until then
+  std::uint32_t plugs_ = 0;                           // when `made_` was made
 };
 
 /// The device that the emulation says.

@@ -12,6 +12,7 @@ namespace tactor {
 namespace {
 
 constexpr long frame_ns = 1'000'000;
+constexpr int priority = 40;  // below the loops that are tried on the device
 
 double seconds(const timespec& t) {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
@@ -40,8 +41,10 @@ void UsbEmulator::run() {
 }
 
 void UsbEmulator::loop() {
-  const sched_param ordinary{};
-  pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+  const sched_param punctual{.sched_priority = priority}, ordinary{};
+  if (pthread_setschedparam(pthread_self(), SCHED_FIFO, &punctual) != 0) {
+    pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);
+  }
   pthread_setname_np(pthread_self(), "emulated-usb");
   timespec due{};
   clock_gettime(CLOCK_MONOTONIC, &due);

@@ -18,7 +18,8 @@ class UsbEmulator {
   UsbEmulator(const UsbEmulator&) = delete;
   UsbEmulator& operator=(const UsbEmulator&) = delete;
 
-  /// Begins the frames, under the ordinary policy whatever that of the caller is.
+  /// Begins the frames, on a thread at SCHED_FIFO 40 where the system allows it, so that a device keeps its time beside
+  /// busy programs; else under the ordinary policy. The policy of the caller does not matter.
   void run();
   /// One frame, where nobody runs them; `dt` in s.
   void frame(double dt = 1e-3);

@@ -41,12 +41,18 @@ bool UsbfsNode::is_open() const {
   return fd_ >= 0;
 }
 
+int UsbfsNode::openings() const {
+  const std::lock_guard lock(mutex_);
+  return openings_;
+}
+
 int UsbfsNode::open() {
   const std::lock_guard lock(mutex_);
   if (!plugged_) return -ENOENT;
   if (fd_ >= 0) return -EBUSY;
   fd_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (fd_ < 0) return -errno;
+  ++openings_;
   gone_ = false;
   shows_ready_ = true;  // as an eventfd is that was just made
   position_ = 0;

@@ -40,6 +40,8 @@ class UsbfsNode {
   void plug();
   [[nodiscard]] bool plugged() const;
   [[nodiscard]] bool is_open() const;
+  /// How often it has been opened.
+  [[nodiscard]] int openings() const;
 
   /// Does something with the function while nothing else does.
   template <class F>
@@ -70,6 +72,7 @@ class UsbfsNode {
   UsbFunction& function_;
   mutable std::mutex mutex_;
   int fd_ = -1;
+  int openings_ = 0;
   bool plugged_ = true;
   std::uint32_t address_;  // on the bus; another one each time it is plugged in
   bool gone_ = false;      // the open descriptor belongs to a device that was unplugged

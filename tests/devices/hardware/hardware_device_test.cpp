@@ -165,6 +165,8 @@ BOOST_AUTO_TEST_CASE(a_line_opened_anew_brings_the_force_down_and_back_by_the_ra
   BOOST_TEST(between > 0);
   BOOST_TEST(bench.figure("device.link.reconnects") == 1);
   BOOST_TEST(bench.figure("device.link.errors.reset") == 1);
+  BOOST_TEST(bench.remarks.at(0) ==
+             "test rig at port 7: 1 reset, opened anew 1 times; the last: no answer within 5 ms");
 }
 
 BOOST_AUTO_TEST_CASE(a_position_that_has_jumped_gets_no_force_and_ends_the_run_with_the_devices_name) {

@@ -1,4 +1,6 @@
 // The thread that talks to a device: cuts, reconnects, commands that grow old.
+#include <sched.h>
+
 #include <boost/test/unit_test.hpp>
 
 #include "devices/hardware/link_runner.hpp"
@@ -113,6 +115,56 @@ BOOST_AUTO_TEST_CASE(a_line_that_cannot_be_opened_is_tried_again_with_growing_pa
   BOOST_TEST(rig.runner.errors(LinkError::disconnected) >= 4);
   rig.script.opens = true;
   BOOST_TEST(eventually([&] { return rig.script.cycles > 3; }));
+}
+
+BOOST_AUTO_TEST_CASE(a_line_that_opens_and_never_has_a_good_cycle_is_tried_with_growing_pauses_too) {
+  LinkRunnerSettings settings = patient();
+  settings.back_off = Duration{20'000'000};
+  settings.back_off_max = Duration{100'000'000};
+  Rig rig(settings);
+  rig.script.reopen = true;
+  rig.script.fails = 1 << 30;
+  const Instant began = MonotonicClock::now();
+  rig.runner.start();
+  BOOST_TEST(eventually([&] { return rig.script.openings == 5; }));
+  BOOST_TEST((MonotonicClock::now() - began).seconds() >= 0.24);
+  rig.script.fails = 0;
+  BOOST_TEST(eventually([&] { return rig.script.cycles > 3; }));
+}
+
+BOOST_AUTO_TEST_CASE(a_zero_between_two_cycles_of_a_slow_line_ends_the_cut) {
+  LinkRunnerSettings settings = patient();
+  settings.rate = 2;
+  Rig rig(settings);
+  rig.runner.start();
+  BOOST_TEST(rig.commanding(3, [&] { return rig.script.cycles > 1; }));
+  BOOST_TEST(rig.script.effort == 0.0);
+  rig.command(0);
+  BOOST_TEST(rig.commanding(3, [&] { return rig.script.effort == 3.0; }));
+}
+
+BOOST_AUTO_TEST_CASE(the_thread_of_the_line_runs_one_priority_below_the_loop_or_like_it) {
+  struct Asked {
+    int policy, priority, expected;
+  };
+  for (const Asked asked : {Asked{SCHED_FIFO, 20, 19}, Asked{SCHED_FIFO, 1, 1}, Asked{SCHED_OTHER, 0, 0}}) {
+    Rig rig(patient());
+    bool may = true;
+    std::atomic<bool> told{false};
+    std::thread loop([&] {
+      const sched_param parameter{asked.priority};
+      may = sched_setscheduler(0, asked.policy, &parameter) == 0;
+      rig.command(0);
+      told = true;
+    });
+    loop.join();
+    if (!may) continue;  // this user may not
+    rig.runner.start();
+    BOOST_TEST(eventually([&] { return told && rig.script.cycles > 3; }));
+    BOOST_TEST(rig.script.policy == asked.policy);
+    BOOST_TEST(rig.script.priority == asked.expected);
+    BOOST_TEST(rig.runner.refused().empty());
+  }
 }
 
 BOOST_AUTO_TEST_CASE(stopping_closes_what_is_open_once) {

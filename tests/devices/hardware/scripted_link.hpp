@@ -1,6 +1,8 @@
 // A line whose answers a test scripts, and what was sent over it.
 #pragma once
 
+#include <sched.h>
+
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -32,7 +34,8 @@ struct LinkScript {
   std::atomic<std::uint32_t> faults{0};
   std::atomic<double> effort{0};  ///< given last
   std::atomic<int> cycles{0}, openings{0}, closings{0}, attempts{0};
-  std::atomic<bool> slow{false};  ///< a cycle takes 30 ms
+  std::atomic<int> policy{-1}, priority{-1};  ///< of the thread in the newest cycle
+  std::atomic<bool> slow{false};              ///< a cycle takes 30 ms
 
   std::mutex mutex;
   std::vector<double> efforts;  ///< all that were given, and -1000 at each opening
@@ -65,6 +68,10 @@ class ScriptedLink final : public Link {
       failure = {script_.error, "no answer within 5 ms", script_.reopen};
       return false;
     }
+    sched_param parameter{};
+    sched_getparam(0, &parameter);
+    script_.policy = sched_getscheduler(0);
+    script_.priority = parameter.sched_priority;
     ++script_.cycles;
     script_.effort = command.effort[0];
     {

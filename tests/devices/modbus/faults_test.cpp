@@ -17,6 +17,8 @@ Profile orca() {
   Profile profile = read_profile(TACTOR_SOURCE_DIR "/devices/modbus/profiles/iris_orca.yaml");
   // A machine with much else to do answers late; what is asked here is what comes after a time-out, not when.
   profile.line.response_timeout = Duration{300'000'000};
+  // So may its commands be: the motor must not let go because of that.
+  profile.watchdog->time = Duration{2'000'000'000};
   profile.emulated.swing = 0.002;
   return profile;
 }
@@ -80,6 +82,19 @@ Fault fault(const std::string& text) {
 
 const std::vector<bool> both{false, true};
 
+/// What a register holds, by a client of its own.
+int word_of(const Emulator& emulator, const Profile& profile, int address) {
+  Client client(parse_endpoint(emulator.address()), profile.line, {3, address, 2}, 20);
+  LinkFailure failure;
+  std::uint16_t word = 0;
+  const Transaction read{.function = 3, .read_address = address, .read_count = 1};
+  for (int i = 0; i < 20; ++i) {
+    if (client.connect(failure) && client.transfer(read, nullptr, &word, failure)) return word;
+  }
+  BOOST_FAIL(failure.text);
+  return word;
+}
+
 }  // namespace line_tests
 
 using namespace line_tests;
@@ -100,7 +115,7 @@ BOOST_DATA_TEST_CASE(a_command_reaches_the_device_and_its_position_comes_back, b
 BOOST_DATA_TEST_CASE(a_silent_peer_times_out_and_is_taken_up_again, both, serial) {
   Rig rig(serial);
   BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
-  rig.emulator.inject(fault("silent:0.5"));
+  rig.emulator.inject(fault("silent:1"));
   BOOST_TEST(rig.fails());
   BOOST_CHECK(rig.failure.error == LinkError::timeout);
   BOOST_TEST(rig.failure.text.find("no whole answer within 300 ms") != std::string::npos, rig.failure.text);
@@ -146,7 +161,7 @@ BOOST_DATA_TEST_CASE(a_late_answer_is_never_taken_for_the_next_one, both, serial
 BOOST_DATA_TEST_CASE(a_wrong_check_sum_is_no_answer, both, serial) {
   Rig rig(serial);
   BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
-  rig.emulator.inject(fault("crc:0.4"));
+  rig.emulator.inject(fault("crc:1"));
   BOOST_TEST(rig.fails());
   BOOST_CHECK(rig.failure.error == (serial ? LinkError::crc : LinkError::protocol));
   BOOST_TEST(rig.recovers());
@@ -155,7 +170,7 @@ BOOST_DATA_TEST_CASE(a_wrong_check_sum_is_no_answer, both, serial) {
 BOOST_AUTO_TEST_CASE(the_answer_of_another_slave_is_no_answer) {
   Rig rig(true);
   BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
-  rig.emulator.inject(fault("slave:0.4"));
+  rig.emulator.inject(fault("slave:1"));
   BOOST_TEST(rig.fails());
   BOOST_CHECK(rig.failure.error == LinkError::protocol);
   BOOST_TEST(rig.recovers());
@@ -164,7 +179,7 @@ BOOST_AUTO_TEST_CASE(the_answer_of_another_slave_is_no_answer) {
 BOOST_DATA_TEST_CASE(an_exception_is_told_with_its_number, both, serial) {
   Rig rig(serial);
   BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
-  rig.emulator.inject(fault("exception:0.2"));
+  rig.emulator.inject(fault("exception:1"));
   BOOST_TEST(rig.fails());
   BOOST_CHECK(rig.failure.error == LinkError::exception);
   BOOST_TEST(rig.failure.text.find("exception 4") != std::string::npos, rig.failure.text);
@@ -180,7 +195,7 @@ BOOST_AUTO_TEST_CASE(a_connection_that_is_reset_is_opened_anew) {
   BOOST_CHECK(rig.failure.error == LinkError::reset);
   BOOST_TEST(rig.failure.reopen);
   BOOST_TEST(rig.recovers());
-  BOOST_TEST(rig.emulator.connections() == 2U);
+  BOOST_TEST(rig.emulator.connections() >= 2U);
 }
 
 BOOST_DATA_TEST_CASE(another_device_behind_the_address_is_not_written_to, both, serial) {
@@ -248,6 +263,40 @@ BOOST_DATA_TEST_CASE(a_line_that_falls_dead_leaves_no_force_beyond_the_watchdog,
   rig.link.close();
   BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
   BOOST_TEST(rig.eventually([&] { return rig.cycle(3) && rig.emulator.state().force == 3.0; }));
+}
+
+BOOST_AUTO_TEST_CASE(a_garbled_answer_to_the_last_zero_does_not_keep_the_device_from_being_shut_down) {
+  Rig rig(true);
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  BOOST_TEST(rig.cycle(5), rig.failure.text);
+  rig.emulator.inject(fault("reset"));
+  rig.link.close();
+  BOOST_TEST(rig.emulator.fault_answers() == 1U);
+  BOOST_TEST(rig.emulator.state().commanded == 0.0);
+  BOOST_TEST(word_of(rig.emulator, orca(), 317) == 1);  // asleep
+}
+
+BOOST_DATA_TEST_CASE(a_fault_that_was_cleared_by_the_start_up_is_not_believed_after_it, both, serial) {
+  Rig rig(serial);
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  rig.emulator.inject(fault("status:6"));
+  BOOST_TEST(rig.eventually([&] { return rig.cycle() && rig.sample.faults != 0; }));
+  rig.link.close();
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  BOOST_TEST(rig.cycle(), rig.failure.text);
+  BOOST_TEST(rig.sample.faults == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(a_gripper_without_a_force_is_told_to_stand_still) {
+  Profile profile = read_profile(TACTOR_SOURCE_DIR "/devices/modbus/profiles/robotiq_2f.yaml");
+  profile.line.response_timeout = Duration{300'000'000};
+  Rig rig(false, profile, profile);
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  BOOST_TEST(word_of(rig.emulator, profile, 1000) == 1 << 8);
+  BOOST_TEST(rig.cycle(30), rig.failure.text);
+  BOOST_TEST(word_of(rig.emulator, profile, 1000) == 9 << 8);
+  BOOST_TEST(rig.cycle(0), rig.failure.text);
+  BOOST_TEST(word_of(rig.emulator, profile, 1000) == 1 << 8);
 }
 
 BOOST_AUTO_TEST_CASE(the_other_profiles_run_against_their_emulators) {

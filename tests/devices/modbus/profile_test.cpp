@@ -160,6 +160,13 @@ BOOST_AUTO_TEST_CASE(bad_profiles_are_refused_with_their_place) {
       {"position: position, effort", "position: id, effort",
        "axes[0].position: expected a register whose scale is in m, found one in 1"},
       {", speed_max: 1 m/s", "", "axes[0]: expected the key speed_max, found none"},
+      {"effort: force,", "effort: force, effort_as: magnitude,",
+       "p.yaml:14:5: axes[0]: expected effort_as: magnitude and sign together, found only effort_as: magnitude"},
+      {"effort: force,", "effort: force, sign: {register: mode, positive: 1, negative: 2, zero: 0},",
+       "axes[0]: expected effort_as: magnitude and sign together, found only sign"},
+      {"address: 20, type: int32", "address: 20, type: uint32",
+       "p.yaml:14:34: axes[0].effort: expected a register that can hold effort_max in both directions, found force "
+       "(uint32)"},
       {"baud: 115200", "baud: 115200, bauds: 3", "line.bauds: expected a key"},
       {"parity: even", "parity: 8E1", "line.parity: expected one of none, even, odd, found 8E1"},
       {"unit: 3", "unit: 0", "line.unit: expected a whole number from 1 to 247, found 0"},

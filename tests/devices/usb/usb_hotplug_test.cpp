@@ -87,6 +87,8 @@ Emulation slide() {
   return e;
 }
 
+const UsbNumbers ours[] = {{0x1234, 6}}, others[] = {{0x1234, 7}, {6, 0x1234}};
+
 class Keeping final : public UsbListener {
  public:
   int reports = 0;
@@ -117,7 +119,16 @@ BOOST_AUTO_TEST_CASE(a_device_is_found_when_it_comes_lost_when_it_goes_and_found
       BOOST_TEST(port->info().name == "slide");
       BOOST_TEST(port->identity() != identity);
       identity = port->identity();
-      BOOST_TEST(usb.devices().size() == 1U);
+      port.reset();
+      const auto found = usb.devices(ours);
+      BOOST_TEST_REQUIRE(found.size() == 1U);
+      BOOST_TEST(found[0].name == "slide");
+      // One of another kind is not opened.
+      const int opened = emulator.node().openings();
+      BOOST_TEST(usb.devices(others).empty());
+      BOOST_TEST(emulator.node().openings() == opened);
+      port = usb.open(selector, why);
+      BOOST_TEST_REQUIRE(port != nullptr, why);
       Keeping keeping;
       BOOST_TEST_REQUIRE(port->start({}, keeping) == "");
       BOOST_TEST(eventually([&] {
@@ -128,7 +139,7 @@ BOOST_AUTO_TEST_CASE(a_device_is_found_when_it_comes_lost_when_it_goes_and_found
       bus.unplug();
       BOOST_TEST(eventually([&] { return port->wait(Duration{1'000'000}) == UsbResult::disconnected; }));
       port.reset();
-      BOOST_TEST(eventually([&] { return usb.devices().empty(); }));
+      BOOST_TEST(eventually([&] { return usb.devices(ours).empty(); }));
       BOOST_TEST(usb.open(selector, why) == nullptr);
     }
   }

@@ -1,7 +1,9 @@
 // UsbLink and everything that can go wrong on the way, through unmodified libusb and an emulated Polhem.
 #include <boost/test/unit_test.hpp>
+#include <chrono>
 #include <cmath>
 #include <memory>
+#include <thread>
 
 #include "devices/usb/emulator/emulator.hpp"
 #include "devices/usb/emulator/interposition.hpp"
@@ -83,6 +85,17 @@ struct Setting {
     }
     BOOST_FAIL("the effort does not arrive");
   }
+  /// Pushes axis a away from its start.
+  void push_away() {
+    for (int i = 0; i < 5000; ++i) {
+      BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
+      if (sample.q[0] > 0.03) return;
+    }
+    BOOST_FAIL("the handle does not move");
+  }
+  double angle() {
+    return emulator->node().locked([this] { return emulator->device().arm().q()[0]; });
+  }
   double effort() {
     return emulator->node().locked([this] { return emulator->device().effort()[0]; });
   }
@@ -128,6 +141,34 @@ BOOST_FIXTURE_TEST_CASE(a_push_moves_the_handle_the_way_of_its_sign, Setting) {
   const double before = sample.q[0];
   for (int i = 0; i < 300; ++i) BOOST_TEST_REQUIRE(exchange(0.1), failure.text);
   BOOST_TEST(sample.q[0] > before + 0.005);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_report_that_lay_in_the_device_since_it_was_closed_is_no_sample, Setting) {
+  open();
+  push_away();
+  link->close();
+  // The hand has put it back to its start; the board still holds the report that it made before.
+  BOOST_TEST_REQUIRE(link->open(failure), failure.text);
+  BOOST_TEST_REQUIRE(exchange(), failure.text);
+  BOOST_TEST(std::abs(sample.q[0]) < 1e-3);
+  push_away();
+  link->close();
+  calibrate();  // throws where it seems to have moved
+  BOOST_TEST_REQUIRE(link->open(failure), failure.text);
+  BOOST_TEST_REQUIRE(exchange(), failure.text);
+  BOOST_TEST(std::abs(sample.q[0]) < 1e-3);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_report_that_waited_for_a_late_cycle_is_no_sample, Setting) {
+  open();
+  wait_for_effort(1.0);
+  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
+  const double before = sample.q[0];
+  for (int i = 0; i < 20'000 && angle() < before + 0.1; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const double there = angle();
+  BOOST_TEST_REQUIRE(there > before + 0.1);
+  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
+  BOOST_TEST(sample.q[0] > there - 0.02);
 }
 
 BOOST_FIXTURE_TEST_CASE(a_silent_device_is_a_timeout, Setting) {

@@ -1,7 +1,11 @@
 // UsbPort through unmodified libusb, with the usbfs protocol answered by an emulated device in this process.
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <boost/test/unit_test.hpp>
 #include <chrono>
+#include <ctime>
 #include <functional>
 #include <thread>
 
@@ -9,6 +13,19 @@
 #include "devices/usb/usb_port.hpp"
 
 using namespace tactor;
+
+namespace {
+
+std::atomic<time_t> slept{0};  // s, by the clocks of this program
+
+}  // namespace
+
+// In front of the C library's, so that a test can let the machine sleep.
+extern "C" int clock_gettime(clockid_t clock, timespec* t) noexcept {
+  const auto code = static_cast<int>(syscall(SYS_clock_gettime, clock, t));
+  if (code == 0 && clock == CLOCK_BOOTTIME) t->tv_sec += slept;
+  return code;
+}
 
 namespace {
 
@@ -186,6 +203,14 @@ BOOST_FIXTURE_TEST_CASE(the_identity_stays_while_the_device_keeps_its_power, Set
   std::string first = open()->identity();
   BOOST_TEST(open()->identity() == first);
   BOOST_TEST(!first.empty());
+}
+
+BOOST_FIXTURE_TEST_CASE(the_identity_changes_where_the_machine_has_slept, Setting) {
+  const std::string first = open()->identity();
+  slept = 1;
+  BOOST_TEST(open()->identity() != first);
+  slept = 0;
+  BOOST_TEST(open()->identity() == first);
 }
 
 BOOST_FIXTURE_TEST_CASE(another_device_under_the_same_numbers_is_found_out_by_its_endpoints, Setting) {

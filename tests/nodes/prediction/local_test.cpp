@@ -395,7 +395,7 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
   Subject subject(default_params<LocalPredictor>(), true, true);
   subject.contacts(wall_around({{0.009, 0, 0}, {0.0088, 0, 0}, {0.0086, 0, 0}}));
   PhysicsState state;
-  state.contact_T_W.force = {0.9, 0.2, 0};
+  state.contact_T_W.force = {0.9, -0.2, 0};
   state.contacts = 1;
   std::int64_t calls = 0;
   for (int ms = 0; ms < 700; ++ms) {
