@@ -230,6 +230,17 @@ class UsbRun(CommandTest):
         result = subprocess.run([EMULATOR, "falcon", "--", "sh", "-c", "exit 7"], timeout=PATIENCE, check=False)
         self.assertEqual(result.returncode, 7)
 
+    def test_the_program_that_attaches_to_the_kernel_says_what_it_takes(self):
+        program = EMULATOR.with_name("tactor-attach-usb")
+        for arguments, says in (((), "the name of a profile"), (("polhen",), "did you mean"), (("--bad",), "--bad"),
+                                (("polhem", "--fault", "jmp@1"), "expected one of unplug"),
+                                (("polhem", "--fault", "replug@1"), "start the program again"),
+                                (("polhem", "--trace"), "expected a value"),
+                                (("polhem", "--trace", self.folder / "none/trace.csv"), "cannot be written")):
+            result = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False)
+            self.assertEqual(result.returncode, 2, arguments)
+            self.assertIn(says, result.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

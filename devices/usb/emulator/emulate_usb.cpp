@@ -13,9 +13,9 @@
 #include <random>
 #include <sstream>
 
-#include "devices/falcon/protocol.hpp"
 #include "devices/usb/emulator/emulator.hpp"
 #include "devices/usb/emulator/interposition.hpp"
+#include "devices/usb/emulator/known_devices.hpp"
 #include "devices/usb/usb_link.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -103,40 +103,6 @@ Options parse(int argc, char** argv) {
   if (options.profile.empty()) throw InputError(std::string("expected the name of a profile\n") + usage);
   if (options.command.empty()) throw InputError(std::string("expected -- and a command\n") + usage);
   return options;
-}
-
-Emulation falcon_emulation() {
-  Emulation e;
-  e.kind = "falcon";
-  e.vendor = falcon::vendor;
-  e.product = falcon::product;
-  e.name = "Falcon";
-  e.bulk = true;
-  e.geometry = "delta";
-  e.watchdog = 0.1;
-  e.start = {0, 0, 0.120};
-  // Out and in, so that every arm passes its mark, and then down and up again.
-  e.hand.times = {0, 0.5, 1, 3, 4, 6};
-  e.hand.points = {{0, 0, 0.150}, {0.01, 0, 0.155}, {0, 0, 0.140}, {0, 0, 0.100}, {0.01, 0.005, 0.100}, {0, 0, 0.150}};
-  return e;
-}
-
-Emulation emulation_of(const UsbProfile& profile) {
-  Emulation e;
-  e.vendor = profile.vendor;
-  e.product = profile.product;
-  e.name = profile.product_text.empty() ? profile.title : profile.product_text;
-  e.bulk = profile.transfers.kind == UsbTransfers::Kind::bulk;
-  e.asks_first = profile.asks_first;
-  e.input = profile.input;
-  e.output = profile.output;
-  e.geometry = profile.kinematics;
-  e.numbers = profile.numbers;
-  const UsbEmulation& from = profile.emulation;
-  e.watchdog = from.watchdog;
-  e.start = {from.start[0], from.start[1], from.start[2]};
-  e.hand = {from.mass, from.damping, from.stiffness, from.friction, from.hold, from.approach, from.times, from.points};
-  return e;
 }
 
 /// The hand's path from a CSV of t, x, y, z, with or without a heading.
