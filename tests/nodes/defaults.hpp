@@ -1,7 +1,10 @@
 // Makes nodes with their declared defaults, so that tests name only what they change.
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "framework/node/info.hpp"
 
@@ -12,6 +15,16 @@ typename N::Params default_params() {
   typename N::Params params{};
   for (const ParamInfo& p : N::declare().params) p.assign(&params, p.default_value.value());
   return params;
+}
+
+/// The values of a node's parameters: those given by name, the defaults of the others.
+inline std::vector<ParamValue> param_values(const NodeInfo& info, const std::map<std::string, ParamValue>& given) {
+  std::vector<ParamValue> values;
+  for (const ParamInfo& param : info.params) {
+    const auto it = given.find(param.name);
+    values.push_back(it == given.end() ? param.default_value.value() : it->second);
+  }
+  return values;
 }
 
 inline NodeContext context_for(const Scene& scene) {

@@ -6,6 +6,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
 #include "tests/devices/hardware/scripted_link.hpp"
+#include "tests/nodes/defaults.hpp"
 
 using namespace tactor;
 using tactor::test::eventually;
@@ -48,17 +49,12 @@ class Bench {
     line.q = base;
     const NodeInfo info = TestDevice::declare();
     BOOST_TEST(info.hardware);
-    std::vector<ParamValue> values;
-    for (const ParamInfo& param : info.params) {
-      const auto it = given.find(param.name);
-      values.push_back(it == given.end() ? param.default_value.value() : it->second);
-    }
     NodeContext context;
     context.name = "arm";
     context.scene = &scene_;
     context.torque = false;
     context.duration = Duration{10'000'000'000};
-    node = info.create(values, context);
+    node = info.create(test::param_values(info, given), context);
     device().segment.configure({QueuePolicy::latest, 1});
     origin_ = MonotonicClock::now();
     StepContext start(Time{}, Phase::starting);
@@ -217,14 +213,12 @@ BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_states_and_drives_nothing) {
   LinkScript unused;
   script = &unused;
   const NodeInfo info = TestDevice::declare();
-  std::vector<ParamValue> values;
-  for (const ParamInfo& param : info.params) values.push_back(param.default_value.value());
   Scene scene;
   NodeContext context;
   context.name = "arm";
   context.scene = &scene;
   context.torque = false;
-  const std::unique_ptr<Node> reference = info.create(values, context);
+  const std::unique_ptr<Node> reference = info.create(test::param_values(info, {}), context);
   auto& device = dynamic_cast<TestDevice&>(*reference);
   device.segment.configure({QueuePolicy::latest, 1});
   device.follow(judged.device());

@@ -11,6 +11,7 @@
 #include "framework/realtime/declare_device.hpp"
 #include "tests/framework/realtime/allocation_count.hpp"
 #include "tests/framework/realtime/gate_drive.hpp"
+#include "tests/nodes/defaults.hpp"
 
 using namespace tactor;
 using tactor::test::ramp;
@@ -55,16 +56,11 @@ class Bench {
  public:
   explicit Bench(const std::map<std::string, ParamValue>& given = {}, bool torque = true) {
     const NodeInfo info = ScriptedDevice::declare();
-    std::vector<ParamValue> values;
-    for (const ParamInfo& param : info.params) {
-      const auto it = given.find(param.name);
-      values.push_back(it == given.end() ? param.default_value.value() : it->second);
-    }
     NodeContext context;
     context.name = "arm";
     context.scene = &scene_;
     context.torque = torque;
-    node_ = info.create(values, context);
+    node_ = info.create(test::param_values(info, given), context);
     device().segment.configure({QueuePolicy::latest, 1});
   }
 
