@@ -1,7 +1,5 @@
 // The command `tactor`.
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -14,22 +12,21 @@
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <thread>
 
-#include "app/devices.hpp"
-#include "app/doctor.hpp"
-#include "app/explain.hpp"
-#include "app/html_report.hpp"
-#include "app/lean.hpp"
-#include "app/live.hpp"
-#include "app/live_view.hpp"
+#include "app/lean/explain.hpp"
+#include "app/lean/lean_command.hpp"
+#include "app/machine/devices.hpp"
+#include "app/machine/doctor.hpp"
 #include "app/node_reference.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
-#include "app/run.hpp"
-#include "app/study_command.hpp"
-#include "app/summary.hpp"
+#include "app/report/html_report.hpp"
+#include "app/run/live.hpp"
+#include "app/run/live_view.hpp"
+#include "app/run/run.hpp"
+#include "app/run/summary.hpp"
+#include "app/study/study_command.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/graph/plan.hpp"
@@ -79,10 +76,6 @@ struct GraphOptions {
   }
   [[nodiscard]] Overrides overrides() const { return {set, seed, duration, over}; }
 };
-
-void tell_note(const std::string& note) {
-  tell(fmt::format("tactor: {}\n", note));
-}
 
 Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overrides) {
   return make_plan(load_graph(graph, registry, overrides, mesh_folders()));
@@ -136,7 +129,7 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   const RunResult result = execute(plan, run_options);
   view.clear();
   bar.clear();
-  if (result.failure) tell(fmt::format("tactor: {}\n", *result.failure));
+  if (result.failure) tell_note(*result.failure);
   const std::string warning = dynamics_warning(result);
   if (!warning.empty()) tell(warning);
   if (result.abandoned) {
@@ -144,7 +137,7 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
     try {
       write_results(folder, plan, result);
     } catch (const std::exception& error) {
-      tell(fmt::format("tactor: {}\n", error.what()));
+      tell_note(error.what());
     }
     std::fflush(nullptr);
     std::_Exit(1);
@@ -186,77 +179,6 @@ int explain_costs(const fs::path& graph, GraphOptions options, bool json) {
   const double seconds = options.duration.value_or(std::min(2.0, spec.duration.seconds()));
   const Explanation found = explain_measured(spec, seconds, registry, [] { return interrupted != 0; });
   fmt::print("{}\n", json ? to_json(found).dump(2) : explanation_table(found));
-  return 0;
-}
-
-/// What the command line says of `tactor lean`.
-struct LeanWords {
-  double budget = 0;
-  std::optional<double> torque_budget;
-  std::string metric = "delivered";
-  std::uint64_t seeds = 1;
-  int repeats = 3;
-  std::optional<fs::path> out;
-};
-
-/// The text of the lean graph: what it changes of the files it came from, or all of it where that does not say it.
-std::string lean_graph_text(const Lean& lean, const fs::path& graph, const GraphOptions& options, Registry& registry,
-                            const fs::path& file) {
-  GraphSpec wanted = lean.graph;
-  wanted.title = lean.original.title + (lean.original.title.empty() ? "lean" : ", lean");
-  Overrides files;
-  files.over = options.over;
-  const GraphSpec base = load_plan(graph, registry, files).graph;
-  wanted.duration = base.duration;
-  std::vector<std::string> extended{fs::proximate(graph, file.parent_path()).string()};
-  for (const fs::path& over : options.over) extended.push_back(fs::proximate(over, file.parent_path()).string());
-  const std::string overlay = to_overlay(base, wanted, wanted.title, extended);
-  write_file(file, overlay);
-  try {
-    if (to_yaml(load_plan(file, registry, {}).graph) == to_yaml(wanted)) return overlay;
-  } catch (const InputError&) {
-    // What --set says may be more than an overlay can.
-  }
-  return to_yaml(wanted);
-}
-
-int lean(const fs::path& graph, const GraphOptions& options, const LeanWords& words) {
-  // Written so that not-a-number is refused too.
-  if (!(words.budget > 0)) throw InputError(fmt::format("--budget {}: expected more than 0, in N", words.budget));
-  if (words.torque_budget && !(*words.torque_budget >= 0)) {
-    throw InputError(fmt::format("--torque-budget {}: expected 0 or more, in N m", *words.torque_budget));
-  }
-  Registry registry(default_node_folders());
-  const GraphSpec original = load_plan(graph, registry, options.overrides()).graph;
-  const fs::path file = fs::absolute(words.out.value_or(fs::path("out") / (original.name + "_lean.yaml")));
-  if (file.extension() != ".yaml") throw InputError("--out " + file.string() + ": expected a name that ends in .yaml");
-  make_folder(file.parent_path());
-  LeanOptions lean_options;
-  lean_options.budget = words.budget;
-  // A force at a lever of 50 mm.
-  lean_options.torque_budget = words.torque_budget.value_or(0.05 * words.budget);
-  lean_options.seeds.clear();
-  lean_options.check_seeds.clear();
-  for (std::uint64_t i = 0; i < words.seeds; ++i) {
-    lean_options.seeds.push_back(original.seed + i);
-    lean_options.check_seeds.push_back(original.seed + 1000 + i);
-  }
-  lean_options.measure.metric = words.metric == "physics" ? LeanMetric::physics : LeanMetric::delivered;
-  lean_options.measure.repeats = words.repeats;
-  lean_options.measure.cache_folder = default_cache_folder();
-  std::set<std::string> told;
-  lean_options.measure.note = [&told](const std::string& note) {
-    if (told.insert(note).second) tell_note(note);
-  };
-  lean_options.measure.interrupted = [] { return interrupted != 0; };
-  lean_options.progress = [](const std::string& what) { tell(fmt::format("  {}\n", what)); };
-  const Lean result = make_lean(original, registry, lean_options);
-  write_file(file, lean_graph_text(result, graph, options, registry, file));
-  fs::path table = file;
-  write_file(table.replace_extension(".md"), lean_markdown(result));
-  fs::path json = file;
-  write_file(json.replace_extension(".json"), to_json(result).dump(2) + "\n");
-  fmt::print("{}\n  {}\n  {}\n", lean_table(result), file.string(), table.string());
   return 0;
 }
 
@@ -441,33 +363,36 @@ int main_checked(int argc, char** argv) {
   options.add_to(*explain_verb, true);
   explain_verb->callback([&] { result = explain_costs(graph, options, explain_json); });
 
-  LeanWords lean_words;
+  LeanRequest lean;
   CLI::App* lean_verb = app.add_subcommand(
       "lean", "Leave out and coarsen what an error budget allows; writes the leanest graph and what each step saved");
-  lean_verb->add_option("graph", graph, "The graph file")->required();
-  lean_verb->add_option("--budget", lean_words.budget, "RMS error of the force against the graph's reference run, in N")
+  lean_verb->add_option("graph", lean.graph, "The graph file")->required();
+  lean_verb->add_option("--budget", lean.budget, "RMS error of the force against the graph's reference run, in N")
       ->required();
-  lean_verb->add_option("--torque-budget", lean_words.torque_budget,
+  lean_verb->add_option("--torque-budget", lean.torque_budget,
                         "The same of the torque, in N m (default: the force budget at a lever of 50 mm)");
   lean_verb
-      ->add_option("--metric", lean_words.metric,
+      ->add_option("--metric", lean.metric,
                    "The force that is judged: delivered, as displayed; or physics, "
                    "without delay")
       ->capture_default_str()
       ->check(CLI::IsMember({"delivered", "physics"}));
-  lean_verb
-      ->add_option("--seeds", lean_words.seeds, "Number of seeds, from the graph's; as many others check the result")
+  lean_verb->add_option("--seeds", lean.seeds, "Number of seeds, from the graph's; as many others check the result")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
-  lean_verb
-      ->add_option("--repeats", lean_words.repeats, "Runs of each seed; every step counts with the least of its times")
+  lean_verb->add_option("--repeats", lean.repeats, "Runs of each seed; every step counts with the least of its times")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
-  lean_verb->add_option("--out", lean_words.out,
+  lean_verb->add_option("--out", lean.out,
                         "The graph that is written, the table beside it as .md and .json "
                         "(default: out/NAME_lean.yaml)");
   options.add_to(*lean_verb, true);
-  lean_verb->callback([&] { result = lean(graph, options, lean_words); });
+  lean_verb->callback([&] {
+    lean.overrides = options.overrides();
+    lean.mesh_folders = mesh_folders();
+    lean.interrupted = [] { return interrupted != 0; };
+    result = run_lean(lean);
+  });
 
   std::string format = "mermaid";
   CLI::App* graph_verb = app.add_subcommand("graph", "Draw a graph");
@@ -564,14 +489,13 @@ int main(int argc, char** argv) {
   if (std::signal(SIGHUP, [](int) { interrupted = 1; }) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
   // A file that may not grow any more is an error that the run can answer, with a ramp to zero, like a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("tactor"));
   try {
     return main_checked(argc, argv);
   } catch (const InputError& error) {
     tell(fmt::format("{}\n", error.what()));
     return 2;
   } catch (const std::exception& error) {
-    tell(fmt::format("tactor: {}\n", error.what()));
+    tell_note(error.what());
     return 1;
   }
 }

@@ -18,6 +18,11 @@ inline void tell(const std::string& text) {
   static_cast<void>(std::fflush(stderr));
 }
 
+/// Something that the user is to know and that nothing stops for, with the command's name in front.
+inline void tell_note(const std::string& note) {
+  tell("tactor: " + note + "\n");
+}
+
 /// Writes a file whole; throws RunError where the disk refuses.
 inline void write_file(const std::filesystem::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);

@@ -90,6 +90,7 @@ const MessageType& message_type<PhysicsState>() {
     add_twist(f, "v_WD", "w_WD", offsetof(PhysicsState, V_WD));
     add_wrench(f, "contact_force", "contact_torque", offsetof(PhysicsState, contact_T_W));
     f.push_back({"contacts", "1", i32, offsetof(PhysicsState, contacts), 1});
+    f.push_back({"damped", "1", i32, offsetof(PhysicsState, damped), 1});
   });
   return type;
 }

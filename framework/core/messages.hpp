@@ -50,7 +50,7 @@ struct PhysicsState {
   Twist V_WD;                 ///< m/s, rad/s
   Wrench contact_T_W;         ///< sum of the contacts on the tool, about the tool origin
   std::int32_t contacts = 0;  ///< contacts that carried force
-  std::int32_t reserved = 0;
+  std::int32_t damped = 0;    ///< 1: the step did not converge, and contact_T_W is not what the contacts' law makes
 };
 
 /// Where the moving bodies of a scene are, in the order of Scene::moving(): the tool first.

@@ -73,7 +73,8 @@ void DynamicsNode::step(StepContext& context) {
                                  .X_WD = used_.value.X_WD,
                                  .V_WD = used_.value.V_WD,
                                  .contact_T_W = last_.contact_T_W,
-                                 .contacts = last_.touching});
+                                 .contacts = last_.touching,
+                                 .damped = last_.outcome == StepOutcome::converged ? 0 : 1});
   bodies.send(used_.stamp.valid, bodies_);
   if (expected.wanted()) send_expected(spring, planes);
 }

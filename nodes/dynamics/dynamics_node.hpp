@@ -72,7 +72,7 @@ class DynamicsNode : public Node {
   Stamped<DeviceState> sample_;  // the next one, where `waiting_`
   bool begun_ = false;
   bool waiting_ = false;
-  StepResult last_;
+  StepResult last_{.outcome = StepOutcome::converged};
   StepResult tried_;
   double energy_ = 0;  // J, after the last sub-step
   PassivityObserver observer_;

@@ -147,7 +147,8 @@ PhysicsState LocalRollout::state() const {
           .X_WD = local_.device.X_WD,
           .V_WD = local_.device.V_WD,
           .contact_T_W = last_.contact_T_W,
-          .contacts = last_.touching};
+          .contacts = last_.touching,
+          .damped = last_.outcome == StepOutcome::converged ? 0 : 1};
 }
 
 double LocalRollout::distance_from_anchors() const {

@@ -62,7 +62,7 @@ class LocalRollout {
   LocalModel local_;
   std::array<Pose, BodyStates::capacity> X_WB_;  // of the bodies, for the planes
   std::array<Contact, LocalContacts::capacity> planes_;
-  StepResult last_;
+  StepResult last_{.outcome = StepOutcome::converged};
   Twist acceleration_;
 };
 

@@ -103,7 +103,7 @@ void LocalPredictor::take_contacts() {
 void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
   if (!params_.fit || !state.connected()) return;
   const Stamped<PhysicsState>* physics = state.latest();
-  if (physics == nullptr || physics->stamp.valid != result.stamp.valid) {
+  if (physics == nullptr || physics->stamp.valid != result.stamp.valid || physics->value.damped != 0) {
     ++left_out_of_fit_;
   } else {
     const FitOutcome outcome = fit_.take(result.stamp.valid, start_.contacts, result.value, start_.law.massless != 0,

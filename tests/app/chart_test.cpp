@@ -1,5 +1,5 @@
 // Charts: what gnuplot makes of the texts it is given.
-#include "app/chart.hpp"
+#include "app/report/chart.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <filesystem>

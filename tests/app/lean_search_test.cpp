@@ -1,5 +1,5 @@
 // The greedy search on made-up costs and errors, whose best result is known in closed form.
-#include "app/lean_search.hpp"
+#include "app/lean/lean_search.hpp"
 
 #include <array>
 #include <boost/test/unit_test.hpp>

@@ -1,5 +1,5 @@
 // The latencies of a live run as CSV, from which runs are put together.
-#include "app/live.hpp"
+#include "app/run/live.hpp"
 
 #include <boost/test/unit_test.hpp>
 

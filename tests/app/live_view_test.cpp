@@ -1,5 +1,5 @@
 // What the terminal shows of a live run, from states that are made up.
-#include "app/live_view.hpp"
+#include "app/run/live_view.hpp"
 
 #include <algorithm>
 #include <boost/test/unit_test.hpp>

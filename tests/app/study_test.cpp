@@ -1,5 +1,5 @@
 // What a study runs, and what it makes of the figures, worked out by hand.
-#include "app/study.hpp"
+#include "app/study/study.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <cmath>

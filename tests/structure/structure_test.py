@@ -39,7 +39,7 @@ class Includes(unittest.TestCase):
         self.assert_only(r"yaml-cpp/", "framework/yaml")
         self.assert_only(r"modbus", "devices/modbus")
         self.assert_only(r"libusb", "devices/usb")
-        self.assert_only(r"(CLI/|spdlog/|sqlite3)", "app")
+        self.assert_only(r"(CLI/|sqlite3)", "app")
 
     def test_arrows_run_one_way(self):
         allowed = {

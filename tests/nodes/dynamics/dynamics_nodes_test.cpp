@@ -368,10 +368,11 @@ BOOST_AUTO_TEST_CASE(damped_and_stopped_steps_are_counted) {
     one.X() = set.bodies.X_WB[0];
     one.V() = {};
     int damped = 0, stopped = 0;
+    auto outcome = StepOutcome::converged;
     for (int ms = 0; ms <= 20; ++ms) {
       rig.device(ms, handle(ms).X_WD.p, handle(ms).X_WD.R);
       if (ms == 0) continue;
-      const StepOutcome outcome = one.advance(1e-3, handle(ms)).outcome;
+      outcome = one.advance(1e-3, handle(ms)).outcome;
       damped += outcome == StepOutcome::damped ? 1 : 0;
       stopped += outcome == StepOutcome::stopped ? 1 : 0;
     }
@@ -381,6 +382,7 @@ BOOST_AUTO_TEST_CASE(damped_and_stopped_steps_are_counted) {
     BOOST_TEST(figures["dynamics_steps"] == 20.0);
     BOOST_TEST(figures["dynamics_damped_steps"] == damped);
     BOOST_TEST(figures["dynamics_stopped_steps"] == stopped);
+    BOOST_TEST(rig.state().damped == (outcome == StepOutcome::converged ? 0 : 1));
     BOOST_TEST(norm(rig.state().X_WT.p - one.X().p) < 1e-12);
     if (iterations == 1) BOOST_TEST(damped + stopped > 0);
     if (iterations > 4) BOOST_TEST(damped + stopped == 0);

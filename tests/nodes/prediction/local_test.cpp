@@ -301,7 +301,7 @@ namespace {
 
 /// How far a model of the wall that is wrong by these factors is from dynamics, m: the mean over results while the tool
 /// touches, but for the first two. `state`: what becomes of physics' contact force.
-enum class State { none, there, late, not_finite };
+enum class State { none, there, late, not_finite, damped };
 struct Run {
   double error = 0;
   Contact last;
@@ -326,6 +326,7 @@ Run wrong_wall(double stiffness, double friction, State state, bool fit = true) 
     PhysicsState told = physics.state();
     const bool touches = told.contacts > 0;
     if (state == State::not_finite) told.contact_T_W.force.x = std::nan("");
+    if (state == State::damped) told.damped = 1;
     if (state != State::none) subject.physics(physics.valid_ms() - (state == State::late ? 1 : 0), told);
     subject.contacts(wall_for(physics, then.X_WB[0].p));
     BOOST_REQUIRE(subject.result(physics.valid_ms(), ms, then));
@@ -363,9 +364,9 @@ BOOST_AUTO_TEST_CASE(with_physics_force_a_wrong_model_of_the_wall_comes_to_where
   BOOST_TEST(std::abs(exact.figures.at("stiffness_scale") - 1) < 1e-3);
 }
 
-BOOST_AUTO_TEST_CASE(a_force_of_another_time_or_not_finite_or_that_is_not_asked_for_is_not_used) {
+BOOST_AUTO_TEST_CASE(a_force_of_another_time_or_law_or_not_finite_or_that_is_not_asked_for_is_not_used) {
   const Run without = wrong_wall(0.5, 1, State::none);
-  for (const State state : {State::late, State::not_finite}) {
+  for (const State state : {State::late, State::not_finite, State::damped}) {
     const Run run = wrong_wall(0.5, 1, state);
     BOOST_TEST(run.error == without.error);
     BOOST_TEST(run.last.stiffness == 1000);

@@ -1,0 +1,232 @@
+#include "app/lean/lean.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "app/lean/lean_moves.hpp"
+#include "app/run/summary.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+using Row = std::vector<std::string>;
+
+const char* word(LeanMetric metric) {
+  return metric == LeanMetric::delivered ? "delivered" : "physics";
+}
+
+const char* word(LeanOutcome outcome) {
+  switch (outcome) {
+    case LeanOutcome::taken:
+      return "taken";
+    case LeanOutcome::possible:
+      return "possible";
+    case LeanOutcome::over_budget:
+      return "over the budget";
+    case LeanOutcome::no_saving:
+      return "saves nothing";
+    case LeanOutcome::refused:
+      return "cannot be run";
+  }
+  return "";
+}
+
+void demand_within(const Lean& lean, const LeanLimits& limits, const LeanFigures& figures, const char* on) {
+  if (!figures.refused.empty()) throw InputError(figures.refused);
+  if (limits.keep(figures)) return;
+  throw InputError(fmt::format(
+      "{}: expected a graph within the budget of {} N and {} N m, found one that is itself {} N and {} N m from its "
+      "reference run{}; give a larger --budget or --torque-budget, judge by --metric physics, which has no delay in "
+      "it, "
+      "or start from a graph of reference quality, such as graphs/bunny_fine.yaml",
+      lean.original.file.string(), pretty(limits.error), pretty(limits.torque_error), pretty(figures.error),
+      pretty(figures.torque_error), on));
+}
+
+/// Runs original and result by turns, takes back the last step while the budget is broken.
+void check(Lean& lean, LeanMeasure& measure, const LeanLimits& limits) {
+  const std::vector<std::uint64_t>& seeds = lean.options.check_seeds;
+  lean.options.progress("original on other seeds");
+  lean.original_checked = measure(lean.original, seeds, nullptr);
+  demand_within(lean, limits, lean.original_checked, " on the seeds of the check");
+  for (lean.kept = lean.path.steps.size();; --lean.kept) {
+    lean.graph = lean.kept == 0 ? lean.original : lean.path.steps[lean.kept - 1].state;
+    lean.options.progress("result on other seeds");
+    lean.lean_checked = measure(lean.graph, seeds, nullptr);
+    if (lean.kept == 0 || (lean.lean_checked.refused.empty() && limits.keep(lean.lean_checked))) return;
+  }
+}
+
+Row figures_row(const LeanFigures& f) {
+  return {fmt::format("{:.0f}", f.cost), pretty(f.error), pretty(f.max_error), pretty(f.torque_error)};
+}
+
+Row joined(Row a, const Row& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+std::vector<Row> step_rows(const Lean& lean) {
+  std::vector<Row> rows{{"", "step", "saves", "us a simulated s", "error, N", "largest, N", "torque, N m"}};
+  rows.push_back(joined({"", "the graph as it is", ""}, figures_row(lean.path.start)));
+  for (std::size_t i = 0; i < lean.path.steps.size(); ++i) {
+    const LeanStep<GraphSpec>& step = lean.path.steps[i];
+    const double saving = 100 * (step.before.cost - step.after.cost) / step.before.cost;
+    rows.push_back(joined(
+        {std::to_string(i + 1), step.what + (i < lean.kept ? "" : " (taken back)"), fmt::format("{:.0f} %", saving)},
+        figures_row(step.after)));
+  }
+  return rows;
+}
+
+std::vector<Row> check_rows(const Lean& lean) {
+  std::vector<Row> rows{{"", "us a simulated s", "error, N", "largest, N", "torque, N m"}};
+  rows.push_back(joined({"original"}, figures_row(lean.original_checked)));
+  rows.push_back(joined({"lean"}, figures_row(lean.lean_checked)));
+  return rows;
+}
+
+/// The last trial of each move that was not taken and tells something.
+std::vector<LeanTrial> not_taken(const Lean& lean) {
+  std::map<std::string, const LeanTrial*> last;
+  for (const LeanTrial& trial : lean.path.trials) last[trial.what] = &trial;
+  std::vector<LeanTrial> kept;
+  for (const LeanTrial& trial : lean.path.trials) {
+    const bool tells = trial.outcome == LeanOutcome::over_budget || trial.outcome == LeanOutcome::no_saving ||
+                       trial.outcome == LeanOutcome::refused;
+    if (tells && last[trial.what] == &trial) kept.push_back(trial);
+  }
+  return kept;
+}
+
+std::vector<Row> trial_rows(const Lean& lean) {
+  std::vector<Row> rows{{"not taken", "why", "saves", "error, N", "torque, N m"}};
+  for (const LeanTrial& trial : not_taken(lean)) {
+    const bool ran = trial.outcome != LeanOutcome::refused;
+    rows.push_back({trial.what, word(trial.outcome), ran ? fmt::format("{:.0f} %", 100 * trial.saving) : "-",
+                    ran ? pretty(trial.figures.error) : "-", ran ? pretty(trial.figures.torque_error) : "-"});
+  }
+  return rows;
+}
+
+std::string plain(const std::vector<Row>& rows) {
+  std::vector<std::size_t> width(rows.front().size(), 0);
+  for (const Row& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
+  }
+  std::string text;
+  for (const Row& row : rows) {
+    std::string line = " ";
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      const bool left = c < 2 && (row.size() > c + 1);
+      line += left ? fmt::format(" {:<{}}", row[c], width[c]) : fmt::format(" {:>{}}", row[c], width[c]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+std::string markdown(const std::vector<Row>& rows) {
+  std::string text;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (const std::string& cell : rows[r]) text += "| " + cell + " ";
+    text += "|\n";
+    if (r > 0) continue;
+    for (std::size_t c = 0; c < rows[r].size(); ++c) text += "|---";
+    text += "|\n";
+  }
+  return text;
+}
+
+std::string seeds_text(const std::vector<std::uint64_t>& seeds) {
+  std::string text;
+  for (const std::uint64_t seed : seeds) text += (text.empty() ? "" : ", ") + std::to_string(seed);
+  return text;
+}
+
+std::string head(const Lean& lean) {
+  return fmt::format("{}: budget {} N and {} N m, RMS of the {} force and torque against the original's reference run",
+                     lean.original.name, pretty(lean.options.budget), pretty(lean.options.torque_budget),
+                     word(lean.options.measure.metric));
+}
+
+std::string verdict(const Lean& lean) {
+  return fmt::format("{:.1f} times cheaper on seeds {}, which the search (seeds {}) has not seen", lean.ratio(),
+                     seeds_text(lean.options.check_seeds), seeds_text(lean.options.seeds));
+}
+
+nlohmann::ordered_json json_of(const LeanFigures& f) {
+  return {{"cost_us_per_s", f.cost},
+          {"error_N", f.error},
+          {"max_error_N", f.max_error},
+          {"torque_error_Nm", f.torque_error}};
+}
+
+}  // namespace
+
+Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& options) {
+  Lean lean{.options = options, .original = std::move(original), .graph = {}, .path = {}};
+  const LeanLimits limits{.error = options.budget, .torque_error = options.torque_budget};
+  LeanMeasure measure(lean.original, options.measure);
+  options.progress("original");
+  demand_within(lean, limits, measure(lean.original, options.seeds, &limits), "");
+  const auto moves = [&registry](const GraphSpec& graph) { return lean_moves(graph, registry); };
+  const auto measured = [&](const GraphSpec& graph, std::optional<double> worth) {
+    return measure(graph, options.seeds, &limits, worth);
+  };
+  const auto told = [&](const GraphSpec& graph) {
+    auto found = moves(graph);
+    options.progress(fmt::format("{} things to leave out or coarsen", found.size()));
+    return found;
+  };
+  lean.path = LeanSearch<GraphSpec>(limits, told, measured).run(lean.original);
+  check(lean, measure, limits);
+  return lean;
+}
+
+std::string lean_table(const Lean& lean) {
+  return "\n" + head(lean) + "\n\n" + plain(step_rows(lean)) + "\n" + plain(check_rows(lean)) + "  " + verdict(lean) +
+         "\n\n" + plain(trial_rows(lean));
+}
+
+std::string lean_markdown(const Lean& lean) {
+  return "# " + lean.original.name + ", lean\n\n" + head(lean) + ".\n\n" + markdown(step_rows(lean)) + "\n" +
+         verdict(lean) + ":\n\n" + markdown(check_rows(lean)) + "\n" + markdown(trial_rows(lean));
+}
+
+nlohmann::ordered_json to_json(const Lean& lean) {
+  nlohmann::ordered_json json{{"graph", lean.original.name},      {"metric", word(lean.options.measure.metric)},
+                              {"budget_N", lean.options.budget},  {"torque_budget_Nm", lean.options.torque_budget},
+                              {"seeds", lean.options.seeds},      {"check_seeds", lean.options.check_seeds},
+                              {"start", json_of(lean.path.start)}};
+  json["steps"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < lean.path.steps.size(); ++i) {
+    const LeanStep<GraphSpec>& step = lean.path.steps[i];
+    json["steps"].push_back({{"what", step.what},
+                             {"taken_back", i >= lean.kept},
+                             {"before", json_of(step.before)},
+                             {"after", json_of(step.after)}});
+  }
+  json["check"] = {
+      {"original", json_of(lean.original_checked)}, {"lean", json_of(lean.lean_checked)}, {"ratio", lean.ratio()}};
+  json["trials"] = nlohmann::ordered_json::array();
+  for (const LeanTrial& trial : lean.path.trials) {
+    nlohmann::ordered_json t{{"round", trial.round}, {"what", trial.what}, {"outcome", word(trial.outcome)}};
+    if (trial.outcome == LeanOutcome::refused) {
+      t["why"] = trial.figures.refused;
+    } else {
+      t["saving"] = trial.saving;
+      t["figures"] = json_of(trial.figures);
+    }
+    json["trials"].push_back(std::move(t));
+  }
+  return json;
+}
+
+}  // namespace tactor

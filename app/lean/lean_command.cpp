@@ -1,0 +1,88 @@
+#include "app/lean/lean_command.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/lean/lean.hpp"
+#include "app/output.hpp"
+#include "framework/core/cache_folder.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/graph/texts.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The text of the lean graph: what it changes of the files it came from, or all of it where that does not say it.
+std::string lean_graph_text(const Lean& lean, const LeanRequest& request, Registry& registry, const fs::path& file) {
+  const auto plan_of = [&](const fs::path& graph, const Overrides& overrides) {
+    return make_plan(load_graph(graph, registry, overrides, request.mesh_folders));
+  };
+  GraphSpec wanted = lean.graph;
+  wanted.title = lean.original.title + (lean.original.title.empty() ? "lean" : ", lean");
+  Overrides files;
+  files.over = request.overrides.over;
+  const GraphSpec base = plan_of(request.graph, files).graph;
+  wanted.duration = base.duration;
+  std::vector<std::string> extended{fs::proximate(request.graph, file.parent_path()).string()};
+  for (const fs::path& over : request.overrides.over)
+    extended.push_back(fs::proximate(over, file.parent_path()).string());
+  const std::string overlay = to_overlay(base, wanted, wanted.title, extended);
+  write_file(file, overlay);
+  try {
+    if (to_yaml(plan_of(file, {}).graph) == to_yaml(wanted)) return overlay;
+  } catch (const InputError&) {
+    // What --set says may be more than an overlay can.
+  }
+  return to_yaml(wanted);
+}
+
+}  // namespace
+
+int run_lean(const LeanRequest& request) {
+  // Written so that not-a-number is refused too.
+  if (!(request.budget > 0)) throw InputError(fmt::format("--budget {}: expected more than 0, in N", request.budget));
+  if (request.torque_budget && !(*request.torque_budget >= 0)) {
+    throw InputError(fmt::format("--torque-budget {}: expected 0 or more, in N m", *request.torque_budget));
+  }
+  Registry registry(default_node_folders());
+  const GraphSpec original =
+      make_plan(load_graph(request.graph, registry, request.overrides, request.mesh_folders)).graph;
+  const fs::path file = fs::absolute(request.out.value_or(fs::path("out") / (original.name + "_lean.yaml")));
+  if (file.extension() != ".yaml") throw InputError("--out " + file.string() + ": expected a name that ends in .yaml");
+  make_folder(file.parent_path());
+  LeanOptions options;
+  options.budget = request.budget;
+  // A force at a lever of 50 mm.
+  options.torque_budget = request.torque_budget.value_or(0.05 * request.budget);
+  options.seeds.clear();
+  options.check_seeds.clear();
+  for (std::uint64_t i = 0; i < request.seeds; ++i) {
+    options.seeds.push_back(original.seed + i);
+    options.check_seeds.push_back(original.seed + 1000 + i);
+  }
+  options.measure.metric = request.metric == "physics" ? LeanMetric::physics : LeanMetric::delivered;
+  options.measure.repeats = request.repeats;
+  options.measure.cache_folder = default_cache_folder();
+  std::set<std::string> told;
+  options.measure.note = [&told](const std::string& note) {
+    if (told.insert(note).second) tell_note(note);
+  };
+  options.measure.interrupted = request.interrupted;
+  options.progress = [](const std::string& what) { tell(fmt::format("  {}\n", what)); };
+  const Lean result = make_lean(original, registry, options);
+  write_file(file, lean_graph_text(result, request, registry, file));
+  fs::path table = file;
+  write_file(table.replace_extension(".md"), lean_markdown(result));
+  fs::path json = file;
+  write_file(json.replace_extension(".json"), to_json(result).dump(2) + "\n");
+  fmt::print("{}\n  {}\n  {}\n", lean_table(result), file.string(), table.string());
+  return 0;
+}
+
+}  // namespace tactor

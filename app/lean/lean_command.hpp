@@ -1,0 +1,33 @@
+// The verb `lean`: searches, and writes the graph with its table.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/graph/spec.hpp"
+
+namespace tactor {
+
+/// What the command line says of `tactor lean`.
+struct LeanRequest {
+  std::filesystem::path graph;
+  Overrides overrides;
+  double budget = 0;                    ///< N, RMS
+  std::optional<double> torque_budget;  ///< N m, RMS; absent: the force at a lever of 50 mm
+  std::string metric = "delivered";     ///< or physics
+  std::uint64_t seeds = 1;
+  int repeats = 3;
+  std::optional<std::filesystem::path> out;  ///< the graph that is written; absent: out/NAME_lean.yaml
+  std::vector<std::filesystem::path> mesh_folders;
+  std::function<bool()> interrupted;
+};
+
+/// Writes the leanest graph, and the table of what each step saved beside it, and prints that. Returns the exit code;
+/// throws InputError and RunError.
+int run_lean(const LeanRequest& request);
+
+}  // namespace tactor

@@ -1,0 +1,95 @@
+#include "app/machine/device_access.hpp"
+
+#include <fmt/format.h>
+#include <grp.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<std::string> serial_ports() {
+  std::vector<std::string> ports;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator("/dev", error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("ttyUSB") || name.starts_with("ttyACM")) ports.push_back(entry.path().string());
+  }
+  std::sort(ports.begin(), ports.end());
+  return ports;
+}
+
+Finding ports_finding(const std::vector<std::string>& ports) {
+  Finding finding{"ports", "serial ports", Grade::ok, "", "", ""};
+  std::string closed;
+  for (const std::string& port : ports) {
+    finding.found += (finding.found.empty() ? "" : ", ") + port;
+    if (access(port.c_str(), R_OK | W_OK) != 0) closed += (closed.empty() ? "" : ", ") + port;
+  }
+  if (ports.empty()) finding.found = "no USB serial adapter is attached";
+  if (closed.empty()) return finding;
+  finding.grade = Grade::bad;
+  finding.cost = "this user may not open " + closed;
+  finding.mend = "sudo usermod -aG dialout $USER # then log in anew";
+  return finding;
+}
+
+bool in_group(const char* name) {
+  const group* entry = getgrnam(name);
+  if (entry == nullptr) return false;
+  std::vector<gid_t> groups(static_cast<std::size_t>(std::max(0, getgroups(0, nullptr))));
+  const int count = getgroups(static_cast<int>(groups.size()), groups.data());
+  groups.resize(static_cast<std::size_t>(std::max(0, count)));
+  return getegid() == entry->gr_gid || std::find(groups.begin(), groups.end(), entry->gr_gid) != groups.end();
+}
+
+Finding group_finding() {
+  Finding finding{"serial_group", "serial group", Grade::ok, "", "", ""};
+  if (geteuid() == 0) {
+    finding.found = "root may open every port";
+  } else if (in_group("dialout")) {
+    finding.found = "this user is in the group dialout, which owns serial ports";
+  } else {
+    finding.grade = Grade::degraded;
+    finding.found = "this user is not in the group dialout, which owns serial ports";
+    finding.cost = "Modbus on a serial line cannot be opened";
+    finding.mend = "sudo usermod -aG dialout $USER # then log in anew";
+  }
+  return finding;
+}
+
+Finding rule_finding() {
+  Finding finding{"udev_rule", "udev rule", Grade::ok, "", "", ""};
+  for (const char* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"}) {
+    const fs::path rule = fs::path(folder) / "70-tactor.rules";
+    std::error_code error;
+    if (!fs::exists(rule, error)) continue;
+    finding.found = rule.string();
+    return finding;
+  }
+  if (geteuid() == 0) {
+    finding.found = "none, and root needs none";
+    return finding;
+  }
+  finding.grade = Grade::degraded;
+  finding.found = "none";
+  finding.cost = "USB devices can be opened by root alone";
+  finding.mend =
+      "sudo cp scripts/70-tactor.rules /etc/udev/rules.d/ && sudo udevadm control --reload # then plug the device in "
+      "anew";
+  return finding;
+}
+
+}  // namespace
+
+std::vector<Finding> device_findings() {
+  return {ports_finding(serial_ports()), group_finding(), rule_finding()};
+}
+
+}  // namespace tactor

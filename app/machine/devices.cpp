@@ -1,0 +1,241 @@
+#include "app/machine/devices.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <mutex>
+#include <numbers>
+
+#include "app/output.hpp"
+#include "app/run/run.hpp"
+#include "framework/core/segment.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/declare.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// What the node below and the command share: there is one trial in a process.
+struct TrialState {
+  std::mutex mutex;
+  DeviceState newest;
+  bool any = false;
+  Vec3 least, most;
+  Time moving_since;
+  bool moving = false;
+};
+TrialState& trial_state() {
+  static TrialState state;
+  return state;
+}
+
+/// Watches a device and gives it forces: a half sine along x, y and z in turn, to and fro, once the device is engaged.
+class TrialForce final : public Node {
+ public:
+  struct Params {
+    double force = 0;    // N
+    double seconds = 1;  // s, of each half sine
+  };
+  TrialForce(const Params& params, const NodeContext&) : params_(params) {}
+  static NodeInfo declare() {
+    return Declare<TrialForce>("trial.force", "Small forces on a device that is tried.")
+        .sink()
+        .input("state", &TrialForce::state, {.doc = "of the device", .trigger = Trigger::yes})
+        .input("safety", &TrialForce::safety, {.doc = "of its gate"})
+        .output("segment", &TrialForce::segment, "the force")
+        .real("force", &Params::force, {.doc = "the largest", .unit = "N", .min = 0})
+        .real("seconds", &Params::seconds, {.doc = "of each half sine", .unit = "s", .min = 0, .above_min = true})
+        .info();
+  }
+
+  void step(StepContext& context) override {
+    const DeviceState& s = state.latest()->value;
+    {
+      TrialState& shared = trial_state();
+      const std::scoped_lock lock(shared.mutex);
+      const Vec3& p = s.X_WD.p;
+      for (int i = 0; i < 3; ++i) {
+        shared.least[i] = shared.any ? std::min(shared.least[i], p[i]) : p[i];
+        shared.most[i] = shared.any ? std::max(shared.most[i], p[i]) : p[i];
+      }
+      shared.newest = s;
+      shared.any = true;
+    }
+    if (safety.latest() != nullptr && safety.latest()->value.engagement == Engagement::engaged && !begun_) {
+      begun_ = true;
+      begin_ = context.now();
+    }
+    segment.send(state.latest()->stamp.valid, constant_segment(context.now(), {force_at(context.now()), {}}));
+  }
+
+  Input<DeviceState> state;
+  Input<SafetyState> safety;
+  Output<ForceSegment> segment;
+
+ private:
+  [[nodiscard]] Vec3 force_at(Time now) const {
+    if (!begun_) return {};
+    const double turn = (now - begin_).seconds() / params_.seconds;
+    const int which = static_cast<int>(turn);
+    if (which >= 6) return {};
+    Vec3 force;
+    force[which / 2] = (which % 2 == 0 ? 1 : -1) * params_.force * std::sin(std::numbers::pi * (turn - which));
+    return force;
+  }
+
+  Params params_;
+  bool begun_ = false;
+  Time begin_;
+};
+
+/// The device alone with the node above.
+GraphSpec trial_graph(const GraphSpec& graph, const NodeSpec& device, double force, double seconds, double duration,
+                      Registry& registry) {
+  GraphSpec trial = graph;
+  trial.clock = Clock::real;
+  trial.duration = Duration::from_seconds(duration);
+  trial.nodes = {device};
+  trial.edges.clear();
+  trial.record.clear();
+  NodeSpec source;
+  source.name = "trial";
+  source.info = registry.find("trial.force");
+  source.params = {force, seconds};
+  source.scheduling = default_scheduling(*source.info);
+  source.place = device.place;
+  trial.nodes.push_back(source);
+  const auto edge = [&](const std::string& from, const std::string& out, const std::string& to, const std::string& in) {
+    EdgeSpec e;
+    e.from_node = from;
+    e.from_port = out;
+    e.to_node = to;
+    e.to_port = in;
+    e.place = device.place;
+    trial.edges.push_back(e);
+  };
+  edge(device.name, "state", "trial", "state");
+  edge(device.name, "safety", "trial", "safety");
+  edge("trial", "segment", device.name, "segment");
+  return trial;
+}
+
+/// Runs it and shows where the device is, ten times a second on a terminal, else once a second.
+RunResult run_trial(const GraphSpec& graph, const DeviceTrial& trial) {
+  const bool terminal = isatty(STDOUT_FILENO) == 1;
+  double shown = -1;
+  RunOptions options;
+  options.live_progress = [&](const LiveStatus& status) {
+    TrialState& shared = trial_state();
+    const std::scoped_lock lock(shared.mutex);
+    if (!shared.any || status.now.seconds() - shown < (terminal ? 0.1 : 1.0)) return true;
+    shown = status.now.seconds();
+    const Vec3& p = shared.newest.X_WD.p;
+    const Vec3& v = shared.newest.V_WD.v;
+    fmt::print("{}  {:6.2f} s  position {:8.2f} {:8.2f} {:8.2f} mm  speed {:7.3f} m/s  buttons {:b}{}",
+               terminal ? "\r" : "", shown, 1e3 * p.x, 1e3 * p.y, 1e3 * p.z, norm(v), shared.newest.buttons,
+               terminal ? "   " : "\n");
+    std::fflush(stdout);
+    return true;
+  };
+  options.stop_asked = [&trial] { return trial.interrupted != nullptr && *trial.interrupted != 0; };
+  RunResult result = execute(make_plan(graph), options);
+  if (terminal) fmt::print("\n");
+  return result;
+}
+
+int tell_result(const RunResult& result, const std::string& what) {
+  for (const std::string& remark : result.remarks) fmt::print("  {}\n", remark);
+  if (result.failure) {
+    tell_note(*result.failure);
+    return 1;
+  }
+  TrialState& shared = trial_state();
+  const std::scoped_lock lock(shared.mutex);
+  if (!shared.any) {
+    tell("tactor: the device has shown no position\n");
+    return 1;
+  }
+  const Vec3 way = shared.most - shared.least;
+  fmt::print("  {}: x {:.2f} y {:.2f} z {:.2f} mm of way; {:.0f} cycles, age of a sample p99 {:.2f} ms\n", what,
+             1e3 * way.x, 1e3 * way.y, 1e3 * way.z, result.figure("device.link.cycles"),
+             1e-3 * result.figure("device.link.age_us.p99"));
+  return 0;
+}
+
+}  // namespace
+
+std::string device_list(Registry& registry) {
+  registry.load_all();
+  std::string out;
+  for (const NodeInfo* info : registry.types()) {
+    if (!info->discover) continue;
+    for (const std::string& line : info->discover()) out += fmt::format("  {:<18} {}\n", info->type, line);
+  }
+  return out.empty() ? "no device is attached that Tactor recognises\n" : out;
+}
+
+const NodeSpec& hardware_node(const GraphSpec& graph, const std::string& name) {
+  const NodeSpec* found = nullptr;
+  std::string names;
+  for (const NodeSpec& node : graph.nodes) {
+    if (!node.info->hardware) continue;
+    names += (names.empty() ? "" : ", ") + node.name;
+    if (name.empty() && found != nullptr) {
+      throw InputError(graph.file.string() + ": expected --node with one of the devices of the graph (" + names +
+                       ", ...), found none");
+    }
+    if (name.empty() || node.name == name) found = &node;
+  }
+  if (found != nullptr) return *found;
+  throw InputError(graph.file.string() + ": expected a node that drives hardware" +
+                   (name.empty() ? "" : " and has the name " + name) + ", found " +
+                   (names.empty() ? "none; device types are listed by `tactor nodes`" : names));
+}
+
+bool confirmed(const std::string& question, bool yes) {
+  fmt::print("{} [y/N] ", question);
+  std::fflush(stdout);
+  if (yes) {
+    fmt::print("yes\n");
+    return true;
+  }
+  std::string answer;
+  if (!std::getline(std::cin, answer)) fmt::print("\n");
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry) {
+  registry.add<TrialForce>();
+  fmt::print("  {} ({}): where it is, without a force\n", device.name, device.info->type);
+  const double watch = std::max(trial.seconds, 0.5);
+  if (const int code = tell_result(run_trial(trial_graph(graph, device, 0, 1, watch, registry), trial), "moved");
+      code != 0) {
+    return code;
+  }
+  const std::string question = fmt::format(
+      "  Give it up to {:g} N, along x, y and z of the scene and back, for {:g} s?", trial.force, 6 * trial.seconds);
+  if (!confirmed(question, trial.yes)) {
+    fmt::print("  no force was given\n");
+    return 0;
+  }
+  {
+    TrialState& shared = trial_state();
+    const std::scoped_lock lock(shared.mutex);
+    shared.any = false;
+  }
+  const GraphSpec forces = trial_graph(graph, device, trial.force, trial.seconds, 6 * trial.seconds + 2, registry);
+  return tell_result(run_trial(forces, trial), fmt::format("moved by up to {:g} N", trial.force));
+}
+
+void calibrate_device(const NodeSpec& device, bool yes) {
+  if (!device.info->calibrate)
+    throw InputError("node " + device.name + ": " + device.info->type + " needs no calibration");
+  fmt::print("{}\n",
+             device.info->calibrate(device.params, [yes](const std::string& text) { return confirmed(text, yes); }));
+}
+
+}  // namespace tactor

@@ -1,0 +1,227 @@
+#include "app/report/chart.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "framework/core/check.hpp"
+#include "framework/core/temporary_folder.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) {
+    if (c == '\'') out += '\'';
+    out += c == '\n' ? ' ' : c;
+  }
+  return out + "'";
+}
+
+enum class Format { svg, png };
+
+/// The first line of a script.
+std::string terminal(Format format, int width, int height) {
+  if (format == Format::svg) {
+    return fmt::format("set terminal svg size {},{} noenhanced font 'sans-serif,13' background '#ffffff'\n", width,
+                       height);
+  }
+  return fmt::format(
+      "set terminal pngcairo size {},{} noenhanced font 'sans-serif,13' fontscale 2 linewidth 2 pointscale 2\n",
+      2 * width, 2 * height);
+}
+
+constexpr const char* style =
+    "set encoding utf8\nset border 3 linecolor rgb '#555555'\nset tics nomirror textcolor rgb '#333333'\n";
+
+/// How gnuplot draws a curve.
+std::string curve_style(const Curve& curve) {
+  static constexpr std::array<int, 4> shapes{7, 5, 9, 13};  // gnuplot's filled circle, square, triangle, diamond
+  if (curve.ring)
+    return fmt::format("with points pointtype 6 pointsize 1.9 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
+  if (!curve.x_low.empty()) {
+    return fmt::format("with xyerrorbars pointtype {} pointsize 0.8 linewidth {} linecolor rgb \"{}\"",
+                       shapes[curve.mark % shapes.size()], curve.width, curve.color);
+  }
+  if (curve.points || curve.joined) {
+    return fmt::format("with {} pointtype {} pointsize 0.8 linecolor rgb \"{}\"",
+                       curve.joined ? "linespoints" : "points", shapes[curve.mark % shapes.size()], curve.color);
+  }
+  return fmt::format("with {} linewidth {} linecolor rgb \"{}\"{}", curve.steps ? "steps" : "lines", curve.width,
+                     curve.color, curve.dashed ? " dashtype 2" : "");
+}
+
+/// What gnuplot makes of the script behind its first lines.
+std::string gnuplot(const std::string& script_text, Format format, int width, int height) {
+  const TemporaryFolder folder;
+  const fs::path script_file = folder.path() / "chart.gp";
+  const fs::path picture_file = folder.path() / "picture";
+  {
+    std::ofstream script(script_file);
+    script << terminal(format, width, height) << "set output " << quoted(picture_file.string()) << "\n"
+           << style << script_text;
+    if (!script.flush()) throw RunError("cannot write " + script_file.string());
+  }
+  const std::string command = "gnuplot '" + script_file.string() + "' 2>&1";
+  std::string said;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) throw RunError("cannot start gnuplot");
+  std::array<char, 512> buffer{};
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) said += buffer.data();
+  const int status = pclose(pipe);
+  std::ifstream picture(picture_file, std::ios::binary);
+  if (status != 0 || !picture) {
+    throw RunError("gnuplot could not draw the report's charts (Debian package gnuplot-nox): " + said);
+  }
+  std::string bytes(std::istreambuf_iterator<char>(picture), {});
+  // Only the element itself goes into a page.
+  return format == Format::svg ? bytes.substr(bytes.find("<svg")) : bytes;
+}
+
+/// Ends near the values (above 0) and tics at 1, 2 and 5 for a logarithmic axis, `x` or `y`.
+std::string close_axis(const std::string& axis, const Chart& chart, std::vector<double> Curve::*values,
+                       std::vector<double> Curve::*lows, std::vector<double> Curve::*highs) {
+  double low = std::numeric_limits<double>::infinity(), high = 0;
+  for (const Curve& curve : chart.curves) {
+    for (const auto list : {values, lows, highs}) {
+      for (const double v : curve.*list) {
+        if (!(v > 0) || !std::isfinite(v)) continue;
+        low = std::min(low, v);
+        high = std::max(high, v);
+      }
+    }
+  }
+  if (!(high > 0)) return {};
+  // At least a factor of four, so that there are tics.
+  const double margin = std::max(1.25, std::sqrt(4 * low / high));
+  low /= margin;
+  high *= margin;
+  std::string list;
+  for (int decade = static_cast<int>(std::floor(std::log10(low))); std::pow(10, decade) <= high; ++decade) {
+    for (const int step : {1, 2, 5}) {
+      const double at = step * std::pow(10, decade);
+      if (at < low || at > high || (high / low > 300 && step != 1)) continue;
+      list += fmt::format("{}\"{:.6g}\" {:.6g}", list.empty() ? "" : ", ", at, at);
+    }
+  }
+  return fmt::format("set {0}range [{1:.9g}:{2:.9g}]\nset {0}tics ({3})\n", axis, low, high, list);
+}
+
+std::string script_of(const std::vector<Chart>& charts) {
+  std::string script =
+      "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
+      "set lmargin 11\nset rmargin 26\n";
+  script += fmt::format("set multiplot layout {},1\n", charts.size());
+  for (const Chart& chart : charts) {
+    script += "set title " + quoted(chart.title) + "\nset xlabel " + quoted(chart.x_label) + "\nset ylabel " +
+              quoted(chart.y_label) + " offset 1\n";
+    script += chart.log_x ? "set logscale x\n" : "unset logscale x\n";
+    script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
+    script += chart.x_range ? fmt::format("set xrange [{:.9g}:{:.9g}]\n", chart.x_range->first, chart.x_range->second)
+                            : "set xrange [*:*]\n";
+    script += "unset yrange\nset autoscale y\nset xtics autofreq\nset ytics autofreq\n";
+    if (chart.close) {
+      script += close_axis("x", chart, &Curve::x, &Curve::x_low, &Curve::x_high) +
+                close_axis("y", chart, &Curve::y, &Curve::y_low, &Curve::y_high);
+    }
+    std::string plot;
+    std::size_t block = 0;
+    for (const Curve& curve : chart.curves) {
+      const bool bars = !curve.x_low.empty();
+      script += fmt::format("$data{} << EOD\n", block);
+      for (std::size_t i = 0; i < curve.x.size(); ++i) {
+        if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
+        script += fmt::format("{:.8g} {:.6g}", curve.x[i], curve.y[i]);
+        if (bars) {
+          script += fmt::format(" {:.8g} {:.8g} {:.6g} {:.6g}", curve.x_low[i], curve.x_high[i], curve.y_low[i],
+                                curve.y_high[i]);
+        }
+        script += "\n";
+      }
+      script += "EOD\n";
+      plot += fmt::format("{}$data{} using {} title {} {}", plot.empty() ? "plot " : ", ", block,
+                          bars ? "1:2:3:4:5:6" : "1:2", quoted(curve.name), curve_style(curve));
+      ++block;
+    }
+    script += plot + "\n";
+  }
+  return script + "unset multiplot\n";
+}
+
+std::string tics(const char* axis, const std::vector<std::string>& names, const char* more) {
+  std::string list;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    list += fmt::format("{}{} {}", i == 0 ? "" : ", ", quoted(names[i]), i);
+  return fmt::format("set {} {} ({})\n", axis, more, list);
+}
+
+std::string script_of(const CellMap& map) {
+  std::string script = "set key outside right top vertical Left reverse\nset rmargin 28\nset bmargin 7\nunset grid\n";
+  std::size_t widest = 0;
+  for (const std::string& name : map.y) widest = std::max(widest, name.size());
+  script += fmt::format("set lmargin {}\n", widest + 8);
+  script += "set title " + quoted(map.title) + "\nset xlabel " + quoted(map.x_label) + "\nset ylabel " +
+            quoted(map.y_label) + "\n";
+  script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n", static_cast<double>(map.x.size()) - 0.5,
+                        static_cast<double>(map.y.size()) - 0.5);
+  script += tics("xtics", map.x, "rotate by -30") + tics("ytics", map.y, "");
+  std::string plot;
+  std::string letters = "$letters << EOD\n";
+  bool any = false;
+  for (std::size_t k = 0; k < map.kinds.size(); ++k) {
+    std::string cells;
+    for (std::size_t row = 0; row < map.kind.size(); ++row) {
+      for (std::size_t column = 0; column < map.kind[row].size(); ++column) {
+        if (map.kind[row][column] != static_cast<int>(k)) continue;
+        cells += fmt::format("{} {}\n", column, row);
+        letters += fmt::format("{} {} {}\n", column, row, map.kinds[k].letter);
+        any = true;
+      }
+    }
+    if (cells.empty()) continue;
+    script += fmt::format("$cells{} << EOD\n{}EOD\n", k, cells);
+    plot += fmt::format(
+        "{}$cells{} using 1:2:(0.5):(0.5) with boxxyerror fillstyle solid 1.0 border rgb '#ffffff' linecolor rgb "
+        "'{}' title {}",
+        plot.empty() ? "plot " : ", ", k, map.kinds[k].color, quoted(map.kinds[k].letter + "  " + map.kinds[k].name));
+  }
+  if (!any) return script + "plot NaN notitle\n";
+  return script + letters + "EOD\n" + plot + ", $letters using 1:2:3 with labels textcolor rgb '#222222' notitle\n";
+}
+
+}  // namespace
+
+std::string series_color(std::size_t index) {
+  static constexpr std::array<const char*, series_colors> colors{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                                 "#E69F00", "#56B4E9", "#7F5539"};
+  return colors[index % colors.size()];
+}
+
+std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
+  return gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size()));
+}
+
+std::string draw_png(const std::vector<Chart>& charts, int width, int height) {
+  return gnuplot(script_of(charts), Format::png, width, height * static_cast<int>(charts.size()));
+}
+
+std::string draw_map_svg(const CellMap& map, int width, int height) {
+  return gnuplot(script_of(map), Format::svg, width, height);
+}
+
+std::string draw_map_png(const CellMap& map, int width, int height) {
+  return gnuplot(script_of(map), Format::png, width, height);
+}
+
+}  // namespace tactor

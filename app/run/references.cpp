@@ -1,0 +1,97 @@
+#include "app/run/references.hpp"
+
+#include <link.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <vector>
+
+#include "framework/core/disk_cache.hpp"
+#include "framework/engine/plan_nodes.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The program and the libraries of ours that it has loaded.
+std::vector<fs::path> code_files() {
+  std::vector<fs::path> files{fs::read_symlink("/proc/self/exe")};
+  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
+    const fs::path file = info->dlpi_name;
+    if (file.filename().string().starts_with("libtactor_")) static_cast<std::vector<fs::path>*>(data)->push_back(file);
+    return 0;
+  };
+  dl_iterate_phdr(add, &files);
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// A reference run that is asked for, and what the cache has of it.
+struct Wanted {
+  Plan plan;
+  ReferenceCache cache;
+  std::string key;
+  ReferenceCache::Found found;
+};
+
+/// Nothing where no sink asks for one.
+std::optional<Wanted> look_up(const Plan& plan, const fs::path& cache_folder) {
+  Plan reference_plan = make_reference_plan(plan);
+  if (reference_plan.nodes.empty()) return std::nullopt;
+  ReferenceCache cache(cache_folder);
+  std::string key = reference_key(reference_plan, code_files());
+  ReferenceCache::Found found = cache.load(key);
+  return Wanted{std::move(reference_plan), std::move(cache), std::move(key), std::move(found)};
+}
+
+void tell(const ReferenceOptions& options, const std::string& note) {
+  if (options.note && !note.empty()) options.note(note);
+}
+
+}  // namespace
+
+Reference cached_reference(const Plan& plan, const ReferenceOptions& options, bool* cached) {
+  std::optional<Wanted> wanted = look_up(plan, options.cache_folder);
+  if (!wanted) return {};
+  std::optional<Reference>& reference = wanted->found.reference;
+  tell(options, wanted->found.note);
+  if (cached != nullptr) *cached = reference.has_value();
+  if (!reference) {
+    reference = run_reference(wanted->plan, nullptr, options.go_on);
+    tell(options, wanted->cache.store(wanted->key, *reference));
+  }
+  return std::move(*reference);
+}
+
+bool prepare_reference(const Plan& plan, const Plan* reference, const ReferenceOptions& options) {
+  // The cache is asked first, because the next question takes an engine with its meshes and trees.
+  const std::optional<Wanted> wanted = look_up(reference != nullptr ? *reference : plan, options.cache_folder);
+  if (!wanted || wanted->found.reference) return false;
+  // Whether a node must be followed is known from its parameters alone, so nodes that never run can be asked.
+  if (must_be_followed(PlanNodes(plan))) return false;
+  tell(options, wanted->found.note);
+  // Where it cannot be kept, the run that asks for it makes it again and says so.
+  static_cast<void>(wanted->cache.store(wanted->key, run_reference(wanted->plan, nullptr, options.go_on)));
+  return true;
+}
+
+std::string reference_id(const Plan& plan) {
+  const Plan reference_plan = make_reference_plan(plan);
+  return reference_plan.nodes.empty() ? "" : reference_key(reference_plan, {});
+}
+
+std::string program_hash() {
+  std::string text;
+  for (const fs::path& file : code_files()) {
+    std::ifstream stream(file, std::ios::binary);
+    const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    text += file.filename().string() + " " + content_key({bytes}) + "\n";
+  }
+  return content_key({text});
+}
+
+}  // namespace tactor

@@ -1,0 +1,35 @@
+// The reference runs that judge others: from the cache, or made and put there.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "framework/engine/reference.hpp"
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+/// What looks for a reference run gets from its surroundings.
+struct ReferenceOptions {
+  std::filesystem::path cache_folder;
+  std::function<bool(double share)> go_on;              ///< as in run_reference
+  std::function<void(const std::string& note)> note{};  ///< told why what the cache held was not used
+};
+
+/// The reference run of a plan whose nodes need not be followed, from the cache, or made and put there; empty where no
+/// sink asks for one. Trouble with keeping it is noted. `cached`, where not null, becomes whether it came from the
+/// cache.
+Reference cached_reference(const Plan& plan, const ReferenceOptions& options, bool* cached = nullptr);
+
+/// Makes the reference run of a plan and puts it into the cache, where that can be done beforehand. Returns true if a
+/// run was made. `reference`: the plan that it is the reference run of, or null for `plan` itself.
+bool prepare_reference(const Plan& plan, const Plan* reference, const ReferenceOptions& options);
+
+/// What the cache calls the reference run of a plan; empty where it asks for none.
+std::string reference_id(const Plan& plan);
+
+/// A hash of the program and the libraries of ours that it has loaded.
+std::string program_hash();
+
+}  // namespace tactor

@@ -1,0 +1,260 @@
+#include "app/run/run.hpp"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "app/run/cpu_time.hpp"
+#include "app/run/live.hpp"
+#include "app/run/references.hpp"
+#include "app/statistics.hpp"
+#include "framework/engine/live/live_engine.hpp"
+#include "framework/engine/virtual_clock.hpp"
+#include "framework/graph/texts.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+double peak_memory_MB() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+/// Passes messages to the recorder and progress to the caller.
+class Watch final : public RunObserver {
+ public:
+  Watch(const Plan& plan, Recorder* recorder, const RunOptions& options)
+      : plan_(plan), recorder_(recorder), options_(options), last_(clock_seconds(CLOCK_MONOTONIC)) {}
+  void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override {
+    if (recorder_ != nullptr) recorder_->write(stream, stamp, payload);
+  }
+  bool on_progress(Time now) override {
+    const double wall = clock_seconds(CLOCK_MONOTONIC);
+    if (wall - last_ < 0.1) return true;
+    last_ = wall;
+    if (!options_.progress) return true;
+    interrupted_ = !options_.progress(now.seconds() / plan_.graph.duration.seconds(), "run");
+    return !interrupted_;
+  }
+  [[nodiscard]] bool interrupted() const { return interrupted_; }
+
+ private:
+  const Plan& plan_;
+  Recorder* recorder_;
+  const RunOptions& options_;
+  double last_;
+  bool interrupted_ = false;
+};
+
+/// Where the run is recorded, with a stream for each of the plan's, by the same index; null where nothing is.
+std::unique_ptr<Recorder> make_recorder(const Plan& plan, const RunOptions& options, const RunResult& result) {
+  if (!options.recording || plan.streams.empty()) return nullptr;
+  std::unique_ptr<Recorder> recorder =
+      load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
+  for (std::size_t i = 0; i < plan.streams.size(); ++i) {
+    const PlannedStream& stream = plan.streams[i];
+    const MessageType& type = *plan.nodes[stream.node].info->outputs[stream.output].type;
+    TACTOR_DEMAND(recorder->add_stream(stream.name, type) == i);
+  }
+  return recorder;
+}
+
+NodeCost node_cost(const NodeSpec& spec, const NodeFigures& figures) {
+  NodeCost cost;
+  cost.node = spec.name;
+  cost.type = spec.info->type;
+  cost.steps = figures.steps;
+  cost.missed_ticks = figures.missed_ticks;
+  std::vector<double> us;
+  us.reserve(figures.cpu_ns.size());
+  for (const std::uint32_t ns : figures.cpu_ns) {
+    us.push_back(1e-3 * ns);
+    cost.total_s += 1e-9 * ns;
+  }
+  if (!us.empty()) {
+    // A live pool measures some of its steps, which stand for all.
+    cost.total_s *=
+        static_cast<double>(std::max<std::uint64_t>(cost.steps, us.size())) / static_cast<double>(us.size());
+    cost.median_us = median(us);
+    cost.p99_us = quantile(us, 0.99);
+  }
+  return cost;
+}
+
+/// The reference run, or the one in the cache. Sets `interrupted`, and throws RunError, where it is told not to go on.
+void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost,
+                    bool& interrupted) {
+  const Plan& referred = options.reference != nullptr ? *options.reference : plan;
+  const Plan reference_plan = make_reference_plan(referred);
+  if (reference_plan.nodes.empty()) return;
+  const auto go_on = [&options, &interrupted](double share) {
+    interrupted = options.progress && !options.progress(share, "reference run");
+    return !interrupted;
+  };
+  cost.made = true;
+  const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+  if (must_be_followed(nodes)) {
+    set_reference(nodes, run_reference(reference_plan, &nodes, go_on));
+  } else {
+    set_reference(nodes, cached_reference(referred, {options.cache_folder, go_on, options.note}, &cost.cached));
+  }
+  cost.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+}
+
+/// What the nodes report, where they can be asked, and the figures of nodes and edges.
+void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
+  if (nodes != nullptr && !result.interrupted && !result.failure) {
+    try {
+      find_reference(plan, options, *nodes, result.reference, result.interrupted);
+    } catch (const RunError& error) {
+      // The run itself is over and keeps its figures; those against the reference are left out.
+      if (!result.interrupted) result.failure = error.what();
+    }
+  }
+  Report report;
+  report.set("refits", 0);
+  report.set("fallbacks", 0);
+  for (std::size_t i = 0; nodes != nullptr && i < plan.nodes.size(); ++i) {
+    report.begin(plan.nodes[i].name);
+    (*nodes)[i].report(report);
+  }
+  if (result.live) report_live(plan, *result.live, report);
+  double drops = 0;
+  for (const EdgeResult& edge : result.edges) drops += static_cast<double>(edge.figures.dropped);
+  report.set("drops", drops);
+  result.figures = report.figures();
+  result.series = report.series();
+  result.remarks = report.remarks();
+}
+
+/// Does what may fail while running; the first failure is the run's, which keeps what it has up to there.
+template <class Work>
+void attempt(RunResult& result, const Work& work) {
+  try {
+    work();
+  } catch (const RunError& error) {
+    if (!result.failure) result.failure = error.what();
+  }
+}
+
+void pass_notes(const PlanNodes& nodes, const RunOptions& options) {
+  for (const std::string& note : nodes.notes()) {
+    if (options.note) options.note(note);
+  }
+}
+
+void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& result) {
+  VirtualClock engine(plan, true);
+  pass_notes(engine.nodes(), options);
+  {
+    const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
+    Watch watch(plan, recorder.get(), options);
+    const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+    const double wall = clock_seconds(CLOCK_MONOTONIC);
+    attempt(result, [&] { engine.run(watch); });
+    if (recorder) attempt(result, [&] { recorder->close(); });
+    result.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+    result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
+    result.interrupted = watch.interrupted();
+  }
+  result.duration_s = engine.now().seconds();
+  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+    result.nodes.push_back(node_cost(plan.nodes[i], engine.node_figures(i)));
+  }
+  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
+    result.edges.push_back({plan.edges[i].spec.name(), queue_text(plan.edges[i].spec.queue), engine.edge_figures(i)});
+  }
+  judge(plan, options, &engine.nodes(), result);
+}
+
+void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
+  std::unique_ptr<LiveEngine> engine = load_live_library().make(plan);
+  pass_notes(engine->nodes(), options);
+  std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
+  LiveWatch watch(plan, recorder.get(), options.replay_folder.has_value());
+  const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  const double wall = clock_seconds(CLOCK_MONOTONIC);
+  const auto go_on = [&](const LiveStatus& status) {
+    result.interrupted = options.live_progress && !options.live_progress(status);
+    return !result.interrupted;
+  };
+  engine->stop_when(options.stop_asked);
+  engine->run(watch, go_on);
+  result.interrupted = result.interrupted || options.stop_asked();
+  result.cpu_s = clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+  result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
+  LiveEngine& run = *engine;
+  result.abandoned = run.is_abandoned();
+  // A step that never came back still runs in it: nothing may end its life.
+  if (result.abandoned) static_cast<void>(engine.release());
+  result.failure = run.failure();
+  result.live = run.status();
+  result.duration_s = std::min(result.live->now, Time{} + plan.graph.duration).seconds();
+  // A recording that has failed is left as the last flush has it.
+  if (recorder && !watch.failed()) attempt(result, [&] { recorder->close(); });
+  if (options.replay_folder) {
+    attempt(result, [&] {
+      write_replay(plan, watch, *result.live, Duration::from_seconds(result.duration_s), *options.replay_folder);
+    });
+  }
+  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+    result.nodes.push_back(node_cost(plan.nodes[i], run.node_figures(i)));
+  }
+  for (const LiveDevice& device : result.live->devices) {
+    NodeCost& cost = result.nodes[device.node];
+    cost.steps = device.ticks;
+    cost.missed_ticks = device.missed;
+    cost.median_us = device.body_time.p50.microseconds();
+    cost.p99_us = device.body_time.p99.microseconds();
+    cost.total_s = device.body_sum.seconds();
+  }
+  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
+    const PlannedEdge& edge = plan.edges[i];
+    result.edges.push_back({edge.spec.name(), queue_text(edge.spec.queue), result.live->edges[i].figures});
+  }
+  // The nodes of an abandoned run cannot be asked: one of them is still at work.
+  judge(plan, options, result.abandoned ? nullptr : &run.nodes(), result);
+}
+
+}  // namespace
+
+double RunResult::figure(std::string_view name) const {
+  for (const auto& [key, value] : figures) {
+    if (key == name) return value;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+const Series* RunResult::curve(std::string_view name) const {
+  for (const Series& s : series) {
+    if (s.name == name) return &s;
+  }
+  return nullptr;
+}
+
+RunResult execute(const Plan& plan, const RunOptions& options) {
+  RunResult result;
+  result.graph = plan.graph.name;
+  result.title = plan.graph.title;
+  result.seed = plan.graph.seed;
+  result.chosen = plan.chosen;
+  result.left_out = plan.left_out;
+  result.graph_yaml = to_yaml(plan.graph);
+  if (plan.graph.clock == Clock::real) {
+    execute_live(plan, options, result);
+  } else {
+    execute_virtual(plan, options, result);
+  }
+  result.peak_memory_MB = peak_memory_MB();
+  return result;
+}
+
+}  // namespace tactor

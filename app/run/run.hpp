@@ -1,0 +1,92 @@
+// One run of a planned graph with its reference run: what `tactor run` and the engine of studies are made of.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/engine/live/live_status.hpp"
+#include "framework/engine/plan_nodes.hpp"
+#include "framework/engine/reference.hpp"
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+/// CPU time a node's steps took.
+struct NodeCost {
+  std::string node;
+  std::string type;
+  std::uint64_t steps = 0;
+  std::uint64_t missed_ticks = 0;
+  double median_us = 0;
+  double p99_us = 0;
+  double total_s = 0;
+};
+
+struct EdgeResult {
+  std::string edge;
+  std::string queue;
+  EdgeFigures figures;
+};
+
+/// How the reference run came about.
+struct ReferenceCost {
+  bool made = false;  ///< the graph has a sink that asked for one
+  bool cached = false;
+  double cpu_s = 0;
+};
+
+/// A finished run.
+struct RunResult {
+  std::string graph;
+  std::string title;
+  std::uint64_t seed = 0;
+  double duration_s = 0;  ///< time of the graph's clock that was run
+  double wall_s = 0;      ///< of the run alone, without its reference
+  double cpu_s = 0;
+  double peak_memory_MB = 0;  ///< of the process so far
+  bool interrupted = false;
+  std::optional<std::string> failure;  ///< why it ended before its time, where it did
+  bool abandoned = false;              ///< a step never came back: the process must end without cleaning up
+  std::optional<LiveStatus> live;      ///< how it ended, where its clock was real
+  ReferenceCost reference;
+  std::vector<std::pair<std::string, double>> figures;  ///< by dotted name
+  std::vector<Series> series;
+  std::vector<std::string> remarks;  ///< of the nodes, in words
+  std::vector<NodeCost> nodes;
+  std::vector<EdgeResult> edges;
+  std::vector<Chosen> chosen;
+  std::vector<LeftOut> left_out;
+  std::string graph_yaml;  ///< resolved
+
+  /// The figure of that name, or NaN.
+  [[nodiscard]] double figure(std::string_view name) const;
+  /// The curve of that name, or null.
+  [[nodiscard]] const Series* curve(std::string_view name) const;
+};
+
+struct RunOptions {
+  std::optional<std::filesystem::path> recording;  ///< where to record what the graph asks for; absent: nowhere
+  std::filesystem::path cache_folder;
+  /// The plan whose reference run judges this one, with the same sinks; null: the plan itself.
+  const Plan* reference = nullptr;
+  /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
+  std::function<void(const std::string& note)> note;
+  /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.
+  std::function<bool(double share, const char* what)> progress;
+  /// The same for a run whose clock is real.
+  std::function<bool(const LiveStatus&)> live_progress;
+  /// Ends a run whose clock is real; asked on another thread, about fifty times a second.
+  std::function<bool()> stop_asked = [] { return false; };
+  /// Where a run whose clock is real leaves its costs, and a graph that replays it under the virtual clock; absent:
+  /// nowhere.
+  std::optional<std::filesystem::path> replay_folder;
+};
+
+/// Runs the plan by its clock, then its reference run (or takes it from the cache), and judges. What fails while
+/// running is the result's `failure`. Throws RunError only where nothing has run (`on_missing_privilege: fail`).
+RunResult execute(const Plan& plan, const RunOptions& options);
+
+}  // namespace tactor

@@ -1,0 +1,141 @@
+#include "app/run/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace tactor {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  // Counts read better without a fraction.
+  if (value == std::floor(value) && std::abs(value) < 1e15) return static_cast<std::int64_t>(value);
+  return value;
+}
+
+void set_nested(Json& root, const std::string& dotted, Json value) {
+  Json* at = &root;
+  std::size_t begin = 0;
+  for (std::size_t dot = dotted.find('.'); dot != std::string::npos; dot = dotted.find('.', begin)) {
+    at = &(*at)[dotted.substr(begin, dot - begin)];
+    begin = dot + 1;
+  }
+  (*at)[dotted.substr(begin)] = std::move(value);
+}
+
+}  // namespace
+
+std::string pretty(double value) {
+  if (!std::isfinite(value)) return "-";
+  if (value == 0) return "0";
+  const double size = std::abs(value);
+  if (size >= 1e6 || size < 1e-4) return fmt::format("{:.2e}", value);
+  if (value == std::floor(value) && size < 1e5) return fmt::format("{:.0f}", value);
+  const int digits = std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
+  return fmt::format("{:.{}f}", value, digits);
+}
+
+Json to_json(const RunResult& result) {
+  Json json;
+  json["tactor"] = TACTOR_VERSION;
+  json["graph"] = result.graph;
+  json["seed"] = result.seed;
+  json["duration_s"] = result.duration_s;
+  json["clock"] = result.live ? "real" : "virtual";
+  json["interrupted"] = result.interrupted;
+  if (result.failure) json["failure"] = *result.failure;
+  if (!result.remarks.empty()) json["remarks"] = result.remarks;
+  json["wall_s"] = result.wall_s;
+  json["cpu_s"] = result.cpu_s;
+  json["realtime_factor"] = number(result.duration_s / result.wall_s);
+  json["peak_memory_MB"] = result.peak_memory_MB;
+  for (const auto& [name, value] : result.figures) set_nested(json, name, number(value));
+  json["cost_us"] = Json::object();
+  for (const NodeCost& node : result.nodes) {
+    json["cost_us"][node.node] = {{"type", node.type},
+                                  {"steps", node.steps},
+                                  {"missed_ticks", node.missed_ticks},
+                                  {"median", number(node.median_us)},
+                                  {"p99", number(node.p99_us)},
+                                  {"total_s", node.total_s}};
+  }
+  json["edges"] = Json::object();
+  for (std::size_t i = 0; i < result.edges.size(); ++i) {
+    const EdgeResult& edge = result.edges[i];
+    json["edges"][edge.edge] = {{"queue", edge.queue},
+                                {"delivered", edge.figures.delivered},
+                                {"drops", edge.figures.dropped},
+                                {"superseded", edge.figures.superseded}};
+    if (!result.live || result.live->edges[i].age.count == 0) continue;
+    const LatencyFigures& age = result.live->edges[i].age;
+    json["edges"][edge.edge]["age_us"] = {
+        {"p50", age.p50.microseconds()}, {"p99", age.p99.microseconds()}, {"max", age.max.microseconds()}};
+  }
+  if (result.live && !result.live->missing.empty()) json["missing_privileges"] = result.live->missing;
+  if (result.reference.made) {
+    json["reference_run"] = {{"cached", result.reference.cached}, {"cpu_s", result.reference.cpu_s}};
+  }
+  json["chosen"] = Json::array();
+  for (const Chosen& c : result.chosen) {
+    json["chosen"].push_back({{"node", c.node}, {"asked", c.asked}, {"type", c.type}, {"why", c.why}});
+  }
+  json["left_out"] = Json::array();
+  for (const LeftOut& item : result.left_out) json["left_out"].push_back({{"what", item.what}, {"why", item.why}});
+  return json;
+}
+
+std::string dynamics_warning(const RunResult& result) {
+  const double damped = result.figure("dynamics_damped_steps"), stopped = result.figure("dynamics_stopped_steps");
+  // Without dynamics the figures are NaN.
+  if (!(damped + stopped > 0)) return {};
+  return fmt::format("dynamics: of {:.0f} steps {:.0f} fell back to a damped step and {:.0f} stopped the bodies\n",
+                     result.figure("dynamics_steps"), damped, stopped);
+}
+
+std::string summary_table(const RunResult& result) {
+  std::string out;
+  if (result.live) {
+    out += fmt::format("\n{}  seed {}  {} s live{}, {:.1f} CPU s, {:.0f} MB\n", result.graph, result.seed,
+                       pretty(result.duration_s), result.interrupted ? " (ended early)" : "", result.cpu_s,
+                       result.peak_memory_MB);
+    for (const std::string& text : result.live->missing) out += fmt::format("  real time degraded: {}\n", text);
+    out += "\n";
+  } else {
+    out += fmt::format("\n{}  seed {}  {} s of virtual time in {:.2f} s ({:.0f} times real time), {:.0f} MB\n\n",
+                       result.graph, result.seed, pretty(result.duration_s), result.wall_s,
+                       result.duration_s / result.wall_s, result.peak_memory_MB);
+  }
+  for (const std::string& text : result.remarks) out += fmt::format("  {}\n", text);
+  if (!result.remarks.empty()) out += "\n";
+  std::size_t width = 20;
+  for (const auto& [name, value] : result.figures) width = std::max(width, name.size());
+  for (const auto& [name, value] : result.figures) out += fmt::format("  {:<{}}  {:>12}\n", name, width, pretty(value));
+  out += fmt::format("\n  {:<16} {:<24} {:>9} {:>12} {:>12} {:>10}\n", "node", "type", "steps", "median us", "p99 us",
+                     "CPU s");
+  for (const NodeCost& node : result.nodes) {
+    out += fmt::format("  {:<16} {:<24} {:>9} {:>12} {:>12} {:>10}\n", node.node, node.type, node.steps,
+                       pretty(node.median_us), pretty(node.p99_us), pretty(node.total_s));
+  }
+  for (const EdgeResult& edge : result.edges) {
+    if (edge.figures.dropped > 0) {
+      out +=
+          fmt::format("  dropped {} of {} messages on {}\n", edge.figures.dropped, edge.figures.delivered, edge.edge);
+    }
+  }
+  if (!result.chosen.empty()) {
+    out += "\n  chosen:\n";
+    for (const Chosen& c : result.chosen) out += fmt::format("    {}: {} is {}: {}\n", c.node, c.asked, c.type, c.why);
+  }
+  if (!result.left_out.empty()) {
+    out += "\n  left out:\n";
+    for (const LeftOut& item : result.left_out) out += fmt::format("    {}: {}\n", item.what, item.why);
+  }
+  return out;
+}
+
+}  // namespace tactor

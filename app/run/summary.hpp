@@ -1,0 +1,23 @@
+// What a run leaves behind as figures: summary.json, and the table on the terminal.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/run/run.hpp"
+
+namespace tactor {
+
+/// The run as JSON: dotted figure names become nested objects; a figure that is not a number becomes null.
+nlohmann::ordered_json to_json(const RunResult& result);
+
+/// The table that `tactor run` prints at the end.
+std::string summary_table(const RunResult& result);
+
+/// A line for standard error where steps of dynamics could not be solved as they should, else empty.
+std::string dynamics_warning(const RunResult& result);
+
+/// A number for people: three significant digits, no exponent where none is needed, `-` for NaN.
+std::string pretty(double value);
+
+}  // namespace tactor

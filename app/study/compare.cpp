@@ -1,0 +1,264 @@
+#include "app/study/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/run/summary.hpp"
+
+namespace tactor {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+const std::vector<Column>& error_columns() {
+  static const std::vector<Column> columns{
+      {"delivered.force.rms_error_N", "RMS error N"},
+      {"delivered.force.max_error_N", "max error N"},
+      {"delivered.force.delay_ms", "delay ms"},
+      {"delivered.force.rms_d1_N_per_ms", "RMS 1st diff N/ms"},
+      {"delivered.force.rms_d2_N_per_ms2", "RMS 2nd diff N/ms²"},
+      {"delivered.force.max_step_N", "largest step N"},
+      {"delivered.force.error_above_30hz_N", "error above 30 Hz N"},
+      {"delivered.force.share_beyond_jnd", "beyond JND"},
+      {"delivered.force.overshoot_after_loss_N", "pull-in after loss N"},
+      {"delivered.torque.rms_error_Nm", "torque RMS error N m"},
+      {"one_step.force.rms_error_N", "one-step RMS N"},
+      {"one_step.force.rms_error_hold_N", "one-step RMS of hold N"},
+      {"reference.force.rms_N", "reference RMS N"},
+      {"physics.force.rms_error_N", "physics RMS error N"},
+      {"physics.rate_hz_median", "physics Hz"},
+      {"contacts.median", "contacts"},
+      {"contacts.max", "most contacts"},
+      {"fallbacks", "fallbacks"},
+      {"drops", "drops"},
+  };
+  return columns;
+}
+
+/// CPU time in us of all steps that predict and interpolate, for each message of the physics force, or for each tick of
+/// the device.
+double method_us(const RunResult& run, bool per_tick) {
+  double total_s = 0;
+  double ticks = 0;
+  if (run.nodes.empty()) return std::nan("");
+  for (const NodeCost& node : run.nodes) {
+    const std::string_view stage = std::string_view(node.type).substr(0, node.type.find('.'));
+    if (stage == "prediction" || stage == "interpolation" || stage == "forcefield") total_s += node.total_s;
+    if (stage == "device") ticks += static_cast<double>(node.steps);
+  }
+  return 1e6 * total_s / (per_tick ? ticks : run.figure("physics.steps"));
+}
+
+/// A figure by its dotted name, or one of the run's own.
+double value_of(const RunResult& run, const std::string& name) {
+  if (name == "cpu_ms_per_s") return 1e3 * run.cpu_s / run.duration_s;
+  if (name == "method_us_per_result") return method_us(run, false);
+  if (name == "method_us_per_tick") return method_us(run, true);
+  constexpr std::string_view cost = "cost_us.";
+  if (name.starts_with(cost)) {
+    for (const NodeCost& node : run.nodes) {
+      if (name == fmt::format("cost_us.{}.median", node.node)) return node.median_us;
+    }
+    return std::nan("");
+  }
+  return run.figure(name);
+}
+
+/// The values of every column; a column that nothing reports is no column.
+void fill_columns(Comparison& comparison) {
+  for (CompareRow& row : comparison.rows) {
+    for (const Column& column : comparison.columns) {
+      std::vector<double> values;
+      for (const RunResult& run : row.runs) values.push_back(value_of(run, column.figure));
+      row.values.push_back(std::move(values));
+    }
+  }
+  for (std::size_t c = comparison.columns.size(); c-- > 0;) {
+    bool any = false;
+    for (const CompareRow& row : comparison.rows) {
+      any = any || std::any_of(row.values[c].begin(), row.values[c].end(), [](double v) { return std::isfinite(v); });
+    }
+    if (any) continue;
+    comparison.columns.erase(comparison.columns.begin() + static_cast<std::ptrdiff_t>(c));
+    for (CompareRow& row : comparison.rows) row.values.erase(row.values.begin() + static_cast<std::ptrdiff_t>(c));
+  }
+}
+
+void judge(Comparison& comparison) {
+  const auto pooled = [](const CompareRow& row) {
+    std::vector<double> all;
+    for (const RunResult& run : row.runs) {
+      if (const Series* errors = run.curve("one_step_error")) {
+        all.insert(all.end(), errors->value.begin(), errors->value.end());
+      }
+    }
+    return all;
+  };
+  const auto figures = [](const CompareRow& row, std::string_view name) {
+    std::vector<double> all;
+    for (const RunResult& run : row.runs) all.push_back(run.figure(name));
+    return all;
+  };
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
+    CompareRow& row = comparison.rows[i];
+    if (row.against == i) continue;
+    const CompareRow& first = comparison.rows[row.against];
+    row.one_step_anova = one_way_anova(pooled(first), pooled(row));
+    for (const auto& [target, name] :
+         {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
+      const std::vector<double> a = figures(first, name);
+      const std::vector<double> b = figures(row, name);
+      if (std::isfinite(mean(a)) && std::isfinite(mean(b))) *target = paired_difference(a, b);
+    }
+  }
+}
+
+}  // namespace
+
+std::span<const double> CompareRow::figure(std::string_view name, const std::vector<Column>& columns) const {
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (columns[c].figure == name) return values[c];
+  }
+  return {};
+}
+
+Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
+                           std::vector<RunRecord> records, const std::vector<std::string>& metrics) {
+  Comparison comparison;
+  comparison.seeds = seeds;
+  for (const RunCase& c : cases) {
+    CompareRow row;
+    row.graph = c.graph.stem().string();
+    row.setting = c.setting;
+    row.against = c.against;
+    row.runs.resize(seeds.size());
+    row.status.assign(seeds.size(), RunStatus::failed);
+    row.message.assign(seeds.size(), "it has not run");
+    row.spread.assign(seeds.size(), std::nan(""));
+    row.control_us.assign(seeds.size(), std::nan(""));
+    comparison.rows.push_back(std::move(row));
+  }
+  for (RunRecord& record : records) {
+    CompareRow& row = comparison.rows[record.number / seeds.size()];
+    const std::size_t s = record.number % seeds.size();
+    if (row.title.empty()) row.title = record.result.title;
+    row.status[s] = record.status;
+    row.message[s] = record.message;
+    row.control_us[s] = record.control_us;
+    if (record.cpu_s.size() > 1) {
+      const auto [low, high] = std::minmax_element(record.cpu_s.begin(), record.cpu_s.end());
+      row.spread[s] = (*high - *low) / median(record.cpu_s);
+    }
+    row.runs[s] = std::move(record.result);
+  }
+  for (const std::string& metric : metrics) comparison.columns.push_back({metric, metric});
+  if (metrics.empty()) comparison.columns = error_columns();
+  comparison.columns.push_back({"cpu_ms_per_s", "CPU ms per s", true});
+  comparison.columns.push_back({"method_us_per_result", "method us a result", true});
+  comparison.columns.push_back({"method_us_per_tick", "method us a tick", true});
+  std::set<std::string> seen;
+  for (const CompareRow& row : comparison.rows) {
+    for (const RunResult& run : row.runs) {
+      for (const NodeCost& node : run.nodes) {
+        if (!seen.insert(node.node).second) continue;
+        comparison.columns.push_back({fmt::format("cost_us.{}.median", node.node), node.node + " us", true});
+      }
+    }
+  }
+  fill_columns(comparison);
+  judge(comparison);
+  return comparison;
+}
+
+Json to_json(const CompareRow& row, const std::vector<Column>& columns) {
+  const auto difference = [](const std::optional<PairedDifference>& d) -> Json {
+    if (!d) return nullptr;
+    return {{"pairs", d->pairs},
+            {"mean_N", d->mean},
+            {"low_N", d->low},
+            {"high_N", d->high},
+            {"effect_size", d->effect_size},
+            {"p_wilcoxon", d->p_wilcoxon}};
+  };
+  Json json;
+  json["graph"] = row.graph;
+  if (!row.setting.empty()) json["setting"] = row.setting;
+  json["title"] = row.title;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const std::vector<double>& values = row.values[c];
+    Json& figure = json["figures"][columns[c].figure];
+    const double centre = mean(values);
+    figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()}, {"sd", standard_deviation(values)}};
+    figure["by_seed"] = Json::array();
+    for (const double v : values) figure["by_seed"].push_back(std::isfinite(v) ? Json(v) : Json());
+  }
+  if (row.one_step_anova) {
+    json["against_first"]["one_step_anova"] = {
+        {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
+  }
+  json["against_first"]["one_step_rms"] = difference(row.one_step);
+  json["against_first"]["delivered_rms"] = difference(row.delivered);
+  return json;
+}
+
+Json to_json(const Comparison& comparison) {
+  Json json;
+  json["tactor"] = TACTOR_VERSION;
+  json["seeds"] = comparison.seeds;
+  json["graphs"] = Json::array();
+  for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(row, comparison.columns));
+  return json;
+}
+
+std::string judged_text(const Comparison& comparison) {
+  std::string out;
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
+    const CompareRow& row = comparison.rows[i];
+    if (row.against == i) continue;
+    out += fmt::format("  {}{}{}", row.graph, row.setting.empty() ? "" : " ", row.setting);
+    if (row.one_step_anova) {
+      out +=
+          fmt::format(": one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p));
+    }
+    for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
+      if (d) {
+        out += fmt::format("; {} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
+                           d->effect_size, pretty(d->p_wilcoxon));
+      }
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+std::string comparison_table(const Comparison& comparison) {
+  std::string out =
+      fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
+  std::size_t label = 22;
+  std::size_t width = 12;
+  for (const Column& column : comparison.columns) label = std::max(label, column.label.size());
+  for (const CompareRow& row : comparison.rows) width = std::max(width, row.graph.size() + 2);
+  out += fmt::format("  {:<{}}", "", label);
+  for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", row.graph, width);
+  out += "\n";
+  bool in_run_times = false;
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+    if (comparison.columns[c].run_time && !in_run_times) {
+      out += "  run time (CPU)\n";
+      in_run_times = true;
+    }
+    out += fmt::format("  {:<{}}", comparison.columns[c].label, label);
+    for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", pretty(mean(row.values[c])), width);
+    out += "\n";
+  }
+  out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
+  out += judged_text(comparison);
+  return out;
+}
+
+}  // namespace tactor

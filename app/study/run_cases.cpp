@@ -1,0 +1,399 @@
+#include "app/study/run_cases.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <fstream>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "app/output.hpp"
+#include "app/run/cpu_time.hpp"
+#include "app/run/references.hpp"
+#include "app/statistics.hpp"
+#include "framework/core/disk_cache.hpp"
+#include "framework/engine/reference.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// CPU time in us of a fixed computation of about a millisecond, which ought to take the same every time.
+double measure_control() {
+  static thread_local std::array<double, 4096> values{};
+  const double begin = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+  double x = 0.5;
+  for (int pass = 0; pass < 40; ++pass) {
+    for (double& value : values) {
+      x = 3.9 * x * (1 - x);  // the logistic map: each value needs the one before
+      value += x;
+    }
+  }
+  const volatile double kept = values[17];
+  static_cast<void>(kept);
+  return 1e6 * (clock_seconds(CLOCK_THREAD_CPUTIME_ID) - begin);
+}
+
+/// Seconds for which this thread was ready to run and had no core; 0 where the kernel does not tell.
+double waited_for_core() {
+  std::ifstream file("/proc/thread-self/schedstat");
+  double ran_ns = 0, waited_ns = 0;
+  file >> ran_ns >> waited_ns;
+  return 1e-9 * waited_ns;
+}
+
+/// Runs `work(i)` for i in [0, count) on `jobs` threads until it says no; the first exception is thrown again. Adds up
+/// what the threads waited for a core in `waited_s`.
+template <class Work>
+void in_parallel(std::size_t count, unsigned jobs, double& waited_s, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr failure;
+  std::mutex mutex;
+  const auto loop = [&] {
+    const double waited = waited_for_core();
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        if (!work(i)) next = count;
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!failure) failure = std::current_exception();
+        next = count;
+      }
+    }
+    const std::lock_guard lock(mutex);
+    waited_s += waited_for_core() - waited;
+  };
+  std::vector<std::thread> threads;
+  for (unsigned t = 1; t < std::min<std::size_t>(jobs, count); ++t) threads.emplace_back(loop);
+  loop();
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+std::vector<double> each(const std::vector<RunResult>& runs, double RunResult::*value) {
+  std::vector<double> values;
+  for (const RunResult& run : runs) values.push_back(run.*value);
+  return values;
+}
+
+/// The first of runs that differ in nothing but their run times, with the medians of these.
+RunResult merged(std::vector<RunResult> runs) {
+  const double cpu = median(each(runs, &RunResult::cpu_s));
+  const double wall = median(each(runs, &RunResult::wall_s));
+  RunResult result = std::move(runs.front());
+  if (runs.size() == 1) return result;
+  result.cpu_s = cpu;
+  result.wall_s = wall;
+  for (std::size_t n = 0; n < result.nodes.size(); ++n) {
+    for (double NodeCost::*value : {&NodeCost::median_us, &NodeCost::p99_us, &NodeCost::total_s}) {
+      std::vector<double> values{result.nodes[n].*value};
+      for (std::size_t r = 1; r < runs.size(); ++r) values.push_back(runs[r].nodes[n].*value);
+      result.nodes[n].*value = median(values);
+    }
+  }
+  return result;
+}
+
+/// The name of a figure in which two runs of the same graph and seed differ; empty where there is none.
+std::string first_difference(const RunResult& a, const RunResult& b) {
+  if (a.figures.size() != b.figures.size()) return "the number of figures";
+  for (std::size_t i = 0; i < a.figures.size(); ++i) {
+    const auto& [name, value] = a.figures[i];
+    const bool same = value == b.figures[i].second || (std::isnan(value) && std::isnan(b.figures[i].second));
+    if (name != b.figures[i].first || !same) return name;
+  }
+  return {};
+}
+
+/// Runs cases; one object a call of run_cases.
+class Engine {
+ public:
+  Engine(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
+         const CasesOptions& options)
+      : cases_(cases), registry_(registry), mesh_folders_(mesh_folders), options_(options) {}
+
+  CasesOutcome run() {
+    plan_all();
+    TableIdentity identity = options_.identity;
+    identity.program = program_hash();
+    make_folder(options_.table.parent_path());
+    RunTable table(options_.table, options_.mode, identity, names());
+    const std::vector<bool> finished = table.finished();
+    for (std::size_t i = 0; i < finished.size(); ++i) {
+      if (!finished[i]) pending_.push_back(i);
+    }
+    CasesOutcome outcome;
+    outcome.found = finished.size() - pending_.size();
+    const double wall = clock_seconds(CLOCK_MONOTONIC);
+    const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
+    make_references();
+    run_pending(table);
+    outcome.cost = {clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu, run_cpu_s_, reference_cpu_s_, waited_for_core_s_,
+                    clock_seconds(CLOCK_MONOTONIC) - wall};
+    outcome.records = table.read();
+    outcome.interrupted = outcome.records.size() < finished.size();
+    if (options_.progress && !outcome.interrupted) options_.progress(1.0, "done");
+    for (RunRecord& record : outcome.records) {
+      record.result.graph = graph_name(record.number / seeds());
+      record.result.seed = options_.seeds[record.number % seeds()];
+    }
+    return outcome;
+  }
+
+ private:
+  /// What a case is planned to, once for all seeds.
+  struct Planned {
+    std::optional<Plan> plan;       // none where it is refused
+    std::optional<Plan> reference;  // of the graph that judges it, where that is another
+    std::string refused;
+    std::string content;
+    std::exception_ptr why;
+  };
+
+  [[nodiscard]] std::size_t seeds() const { return options_.seeds.size(); }
+  [[nodiscard]] std::string graph_name(std::size_t c) const { return cases_[c].graph.stem().string(); }
+  [[nodiscard]] std::string name_of(std::size_t run) const {
+    const std::size_t c = run / seeds();
+    return run_name(graph_name(c), cases_[c].setting, options_.seeds[run % seeds()]);
+  }
+
+  /// The seed decides nothing but `graph.seed`, so that one plan serves all seeds.
+  Plan plan_of(const fs::path& graph, Overrides overrides) {
+    overrides.seed = options_.seeds.front();
+    return make_plan(load_graph(graph, registry_, overrides, mesh_folders_));
+  }
+
+  void plan_all() {
+    planned_.resize(cases_.size());
+    std::size_t refused = 0;
+    for (std::size_t c = 0; c < cases_.size(); ++c) {
+      Planned& planned = planned_[c];
+      try {
+        planned.plan = plan_of(cases_[c].graph, cases_[c].overrides);
+        if (planned.plan->graph.clock == Clock::real) {
+          throw InputError(cases_[c].graph.string() +
+                           ": clock: real: expected clock: virtual, under which all pipelines meet the same "
+                           "conditions; add --set clock=virtual");
+        }
+        for (const std::string& text : check_bodies(*planned.plan)) note(text);
+        if (cases_[c].reference) planned.reference = plan_of(cases_[c].graph, *cases_[c].reference);
+        planned.content = content_of(planned);
+      } catch (const GraphError& error) {
+        const GraphError placed = options_.placed ? options_.placed(error) : error;
+        refuse(planned, placed.what(), std::make_exception_ptr(placed));
+      } catch (const InputError& error) {
+        refuse(planned, error.what(), std::current_exception());
+      }
+      if (!planned.why) continue;
+      ++refused;
+      if (!options_.refused_are_results) std::rethrow_exception(planned.why);
+    }
+    if (refused == cases_.size() && refused > 0) std::rethrow_exception(planned_.front().why);
+  }
+
+  static void refuse(Planned& planned, std::string text, std::exception_ptr why) {
+    planned.plan.reset();
+    planned.refused = std::move(text);
+    planned.why = std::move(why);
+    planned.content = content_key({"refused", planned.refused});
+  }
+
+  static std::string content_of(const Planned& planned) {
+    const std::string own = reference_key(*planned.plan, {});
+    if (!planned.reference) return content_key({to_yaml(planned.plan->graph), own});
+    return content_key(
+        {to_yaml(planned.plan->graph), own, to_yaml(planned.reference->graph), reference_key(*planned.reference, {})});
+  }
+
+  [[nodiscard]] std::vector<RunName> names() const {
+    std::vector<RunName> names;
+    for (std::size_t c = 0; c < cases_.size(); ++c) {
+      for (const std::uint64_t seed : options_.seeds) {
+        names.push_back({graph_name(c), cases_[c].setting, seed, planned_[c].content});
+      }
+    }
+    return names;
+  }
+
+  void note(const std::string& text) {
+    const std::lock_guard lock(notes_);
+    if (options_.note) options_.note(text);
+  }
+
+  /// False where the user has had enough.
+  bool go_on() const { return !stopped_ && (!options_.interrupted || !options_.interrupted()); }
+
+  void tell(std::size_t done, std::size_t all, const std::string& what) {
+    const std::lock_guard lock(progress_);
+    const double share = static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(1, all));
+    if (options_.progress && !options_.progress(share, what)) stopped_ = true;
+  }
+
+  /// The plan of a run, for its own seed.
+  Plan plan_for(std::size_t run) const {
+    Plan plan = *planned_[run / seeds()].plan;
+    plan.graph.seed = options_.seeds[run % seeds()];
+    return plan;
+  }
+  std::optional<Plan> reference_for(std::size_t run) const {
+    std::optional<Plan> plan = planned_[run / seeds()].reference;
+    if (plan) plan->graph.seed = options_.seeds[run % seeds()];
+    return plan;
+  }
+
+  /// Runs that differ in what comes after physics share a reference, so each is made once, before the runs ask for it.
+  void make_references() {
+    std::set<std::string> seen;
+    std::vector<std::size_t> first_uses;
+    std::mutex mutex;
+    in_parallel(pending_.size(), options_.reference_jobs, waited_for_core_s_, [&](std::size_t i) {
+      const std::size_t run = pending_[i];
+      if (!go_on()) return false;
+      if (!planned_[run / seeds()].plan) return true;
+      const Plan plan = plan_for(run);
+      const std::optional<Plan> other = reference_for(run);
+      const std::string key = reference_id(other ? *other : plan);
+      const std::lock_guard lock(mutex);
+      if (!key.empty() && seen.insert(key).second) first_uses.push_back(run);
+      return true;
+    });
+    std::sort(first_uses.begin(), first_uses.end());
+    std::atomic<std::size_t> done{0};
+    in_parallel(first_uses.size(), options_.reference_jobs, waited_for_core_s_, [&](std::size_t i) {
+      if (!go_on()) return false;
+      const std::size_t run = first_uses[i];
+      tell(done++, first_uses.size(), "reference runs");
+      const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+      try {
+        const Plan plan = plan_for(run);
+        const std::optional<Plan> other = reference_for(run);
+        static_cast<void>(prepare_reference(
+            plan, other ? &*other : nullptr,
+            {options_.cache_folder, [this](double) { return go_on(); }, [this](const std::string& n) { note(n); }}));
+      } catch (const std::exception&) {
+        // The run that needs it meets the same and keeps the message.
+      }
+      const std::lock_guard lock(mutex);
+      reference_cpu_s_ += clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+      return true;
+    });
+  }
+
+  void run_pending(RunTable& table) {
+    // Seeds outside and cases inside: a machine that slows down for a while does so for all methods alike.
+    std::sort(pending_.begin(), pending_.end(), [this](std::size_t a, std::size_t b) {
+      return std::pair(a % seeds(), a / seeds()) < std::pair(b % seeds(), b / seeds());
+    });
+    std::mutex mutex;
+    std::size_t done = 0;
+    in_parallel(pending_.size(), options_.jobs, waited_for_core_s_, [&](std::size_t i) {
+      if (!go_on()) return false;
+      {
+        const std::size_t c = pending_[i] / seeds();
+        const std::lock_guard lock(mutex);
+        tell(done, pending_.size(), graph_name(c) + " " + cases_[c].setting);
+      }
+      const double control = measure_control();
+      const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+      std::optional<RunRecord> record = run_one(pending_[i]);
+      if (!record) return false;
+      record->control_us = control;
+      const std::lock_guard lock(mutex);
+      run_cpu_s_ += clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+      table.add(*record);
+      tell(++done, pending_.size(), "runs");
+      return true;
+    });
+  }
+
+  /// Nothing where it was interrupted.
+  std::optional<RunRecord> run_one(std::size_t run) {
+    const Planned& planned = planned_[run / seeds()];
+    RunRecord record;
+    record.number = run;
+    if (!planned.plan) {
+      record.status = RunStatus::refused;
+      record.message = planned.refused;
+      return record;
+    }
+    try {
+      std::vector<RunResult> results;
+      const Plan plan = plan_for(run);
+      const std::optional<Plan> reference = reference_for(run);
+      for (std::int64_t r = -options_.warm_up; r < options_.repeats; ++r) {
+        RunResult result = execute_once(plan, reference);
+        if (result.interrupted) return std::nullopt;
+        if (result.failure) throw RunError(*result.failure);
+        if (r < 0) continue;
+        if (!results.empty()) {
+          const std::string figure = first_difference(results.front(), result);
+          if (!figure.empty()) throw RunError("a repeat with the same seed gave another result: " + figure);
+          result.series.clear();
+        }
+        results.push_back(std::move(result));
+      }
+      record.cpu_s = each(results, &RunResult::cpu_s);
+      record.result = merged(std::move(results));
+      keep_curves(run, record.result);
+    } catch (const InputError& error) {
+      record.status = RunStatus::refused;
+      record.message = error.what();
+    } catch (const std::exception& error) {
+      if (!go_on()) return std::nullopt;
+      record.status = RunStatus::failed;
+      record.message = error.what();
+    }
+    record.result.title = planned.plan->graph.title;
+    return record;
+  }
+
+  RunResult execute_once(const Plan& plan, const std::optional<Plan>& reference) {
+    RunOptions run_options;
+    run_options.cache_folder = options_.cache_folder;
+    run_options.note = [this](const std::string& text) { note(text); };
+    run_options.progress = [this](double, const char*) { return go_on(); };
+    if (reference) run_options.reference = &*reference;
+    return execute(plan, run_options);
+  }
+
+  void keep_curves(std::size_t run, RunResult& result) const {
+    if (options_.curves && run % seeds() == 0) return;
+    std::erase_if(result.series, [](const Series& curve) { return curve.name != "one_step_error"; });
+  }
+
+  const std::vector<RunCase>& cases_;
+  Registry& registry_;
+  const std::vector<fs::path>& mesh_folders_;
+  const CasesOptions& options_;
+  std::vector<Planned> planned_;
+  std::vector<std::size_t> pending_;  // numbers of runs
+  std::atomic<bool> stopped_ = false;
+  std::mutex notes_, progress_;
+  double run_cpu_s_ = 0;
+  double reference_cpu_s_ = 0;
+  double waited_for_core_s_ = 0;
+};
+
+}  // namespace
+
+std::string run_name(const std::string& graph, const std::string& setting, std::uint64_t seed) {
+  return fmt::format("{}{}{}, seed {}", graph, setting.empty() ? "" : " ", setting, seed);
+}
+
+CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
+                       const CasesOptions& options) {
+  return Engine(cases, registry, mesh_folders, options).run();
+}
+
+}  // namespace tactor

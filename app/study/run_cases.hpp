@@ -1,0 +1,73 @@
+// The engine of studies and comparisons: runs cases with seeds on threads, into a table that survives anything.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/study/run_table.hpp"
+#include "framework/graph/spec.hpp"
+
+namespace tactor {
+
+class Registry;
+
+/// What is run with every seed.
+struct RunCase {
+  std::filesystem::path graph;
+  Overrides overrides;                 ///< its seed is replaced
+  std::string setting;                 ///< how it differs from other cases of the same graph, or empty
+  std::size_t against = 0;             ///< the case that it is judged against; itself where there is none
+  std::optional<Overrides> reference;  ///< of the graph whose reference run judges it; absent: its own
+};
+
+struct CasesOptions {
+  std::vector<std::uint64_t> seeds;
+  unsigned reference_jobs = 2;  ///< reference runs at once
+  unsigned jobs = 1;            ///< judged runs at once; figures do not depend on it
+  std::int64_t repeats = 1;     ///< of every run; run times are their medians
+  std::int64_t warm_up = 0;     ///< runs before these that do not count
+  bool curves = false;          ///< keep all curves of the first seed, for reports
+  /// Cases that are refused as bad input are results, unless all are.
+  bool refused_are_results = false;
+  std::filesystem::path cache_folder;
+  std::filesystem::path table;  ///< its folder is made; InputError where that cannot be
+  TableMode mode = TableMode::create;
+  TableIdentity identity;                                               ///< its program is filled in
+  std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts; by one thread at a time
+  std::function<void(const std::string& note)> note;  ///< as RunOptions::note, by one thread at a time
+  std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once
+  /// Makes the places of an error those of a file that the user wrote.
+  std::function<GraphError(const GraphError&)> placed;
+};
+
+/// What the engine spent, for its overhead.
+struct CasesCost {
+  double total_cpu_s = 0;        ///< of the process, from the first run to the last
+  double run_cpu_s = 0;          ///< of these, in runs: planning, nodes made, warm-up, repeats, judging
+  double reference_cpu_s = 0;    ///< in reference runs made beforehand
+  double waited_for_core_s = 0;  ///< in which threads were ready to run and other programs had the cores
+  double wall_s = 0;
+};
+
+/// All runs of the cases, one a case and seed: number = case * seeds + seed.
+struct CasesOutcome {
+  std::vector<RunRecord> records;  ///< by number; with all runs there unless interrupted
+  std::size_t found = 0;           ///< runs that the table had already
+  bool interrupted = false;
+  CasesCost cost;
+};
+
+/// Checks every case, then runs what the table does not have. A run that fails is a record with its message. Throws
+/// InputError where a case is refused and may not be, before anything runs.
+CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry,
+                       const std::vector<std::filesystem::path>& mesh_folders, const CasesOptions& options);
+
+/// `graph setting, seed 3`.
+std::string run_name(const std::string& graph, const std::string& setting, std::uint64_t seed);
+
+}  // namespace tactor

@@ -1,0 +1,80 @@
+// The results of many runs in one crash-safe file: what tells them apart, and every figure of each.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/run/run.hpp"
+
+namespace tactor {
+
+/// How a run of a table ended.
+enum class RunStatus : std::uint8_t {
+  done,
+  failed,   ///< while running
+  refused,  ///< it could not begin: bad input
+};
+
+/// One run of a table, by its number.
+struct RunRecord {
+  std::size_t number = 0;
+  RunStatus status = RunStatus::done;
+  std::string message;        ///< why it failed or was refused
+  RunResult result;           ///< run times are medians over the repeats
+  std::vector<double> cpu_s;  ///< CPU time of each repeat, in their order
+  double control_us = 0;      ///< CPU time of a fixed computation just before: how noisy the machine is
+};
+
+/// What a run is, to find it again.
+struct RunName {
+  std::string graph;
+  std::string setting;
+  std::uint64_t seed = 0;
+  std::string content;  ///< hash of the resolved graph and the bytes of its files, or of why it is refused
+};
+
+/// What the runs of a table were made for; tables of another one are not gone on with.
+struct TableIdentity {
+  std::string title;
+  std::string study;    ///< hash of the study file
+  std::string options;  ///< hash of what the command line lays over it
+  std::string program;  ///< hash of the code
+};
+
+enum class TableMode : std::uint8_t {
+  create,     ///< an existing table is an error
+  resume,     ///< goes on with an existing one, where there is one
+  overwrite,  ///< begins anew
+};
+
+/// An SQLite file in WAL mode, one transaction a run: the death of the process at any time loses no run that was added,
+/// and a loss of power leaves a whole table. One process at a time writes it. Used by one thread at a time.
+class RunTable {
+ public:
+  /// Throws InputError where the mode forbids the file that is there, or where it was made for other runs, naming what
+  /// has changed; RunError where the disk refuses.
+  RunTable(std::filesystem::path path, TableMode mode, const TableIdentity& identity, const std::vector<RunName>& runs);
+  ~RunTable();
+  RunTable(const RunTable&) = delete;
+  RunTable& operator=(const RunTable&) = delete;
+
+  /// Whether the run of that number is there, by number.
+  [[nodiscard]] std::vector<bool> finished() const;
+  /// Adds a run that is not there yet. Throws RunError where the disk refuses.
+  void add(const RunRecord& record);
+  /// All runs there are, by number.
+  [[nodiscard]] std::vector<RunRecord> read() const;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  struct Database;
+  std::filesystem::path path_;
+  std::unique_ptr<Database> db_;
+};
+
+}  // namespace tactor

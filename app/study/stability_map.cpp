@@ -1,0 +1,322 @@
+#include "app/study/stability_map.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "app/output.hpp"
+#include "app/report/chart.hpp"
+#include "app/report/html_page.hpp"
+#include "app/report/html_report.hpp"
+#include "app/run/summary.hpp"
+#include "framework/core/cache_folder.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+/// By the number of the verdict. The colours grow darker from stable to the worst.
+const std::vector<CellKind>& kinds() {
+  static const std::vector<CellKind> all{{"stable", "#dcebd5", "s"},         {"limit cycle", "#f0b040", "L"},
+                                         {"pushed through", "#7fb2e0", "P"}, {"energy growth", "#d08ab8", "E"},
+                                         {"not finite", "#909090", "N"},     {"refused, or failed", "#ffffff", "x"}};
+  return all;
+}
+
+int number(StabilityVerdict verdict) {
+  return static_cast<int>(verdict);
+}
+
+std::string reason_of(const StabilityCell& cell) {
+  switch (cell.verdict) {
+    case StabilityVerdict::stable:
+    case StabilityVerdict::refused:
+      return cell.reason;
+    case StabilityVerdict::limit_cycle:
+      return fmt::format("at rest it swings {} mm to each side at {} Hz", pretty(1e3 * cell.amplitude_m),
+                         pretty(cell.frequency_Hz));
+    case StabilityVerdict::pushed_through:
+      return "it rests where the static balance does not allow it";
+    case StabilityVerdict::energy:
+      return fmt::format("the hand got {} mJ more than it and the tool's weight had given",
+                         pretty(1e3 * cell.passivity_violation_J));
+    case StabilityVerdict::not_finite:
+      return "a signal became NaN or infinite";
+  }
+  return {};
+}
+
+StabilityCell cell_of(const CompareRow& row, std::size_t seed) {
+  StabilityCell cell;
+  cell.seed = seed;
+  const RunResult& run = row.runs[seed];
+  cell.peak_energy_J = run.figure("stability.peak_energy_J");
+  cell.passivity_violation_J = run.figure("stability.passivity_violation_J");
+  cell.amplitude_m = run.figure("stability.oscillation_amplitude_m");
+  cell.frequency_Hz = run.figure("stability.oscillation_frequency_Hz");
+  const double verdict = run.figure("stability.verdict");
+  if (row.status[seed] == RunStatus::done && std::isfinite(verdict)) {
+    cell.verdict = static_cast<StabilityVerdict>(static_cast<int>(verdict));
+  } else {
+    cell.verdict = StabilityVerdict::refused;
+    cell.failed = row.status[seed] == RunStatus::failed;
+    cell.reason = row.message[seed].empty() ? "it was not judged" : row.message[seed];
+  }
+  cell.reason = reason_of(cell);
+  return cell;
+}
+
+/// Larger is worse; refused cells come before stable ones, for nothing moved.
+auto badness(const StabilityCell& cell) {
+  const auto value = [](double v) { return std::isfinite(v) ? v : 0.0; };
+  const bool refused = cell.verdict == StabilityVerdict::refused && !cell.failed;
+  return std::tuple(refused ? 0 : number(cell.verdict), value(cell.passivity_violation_J), value(cell.amplitude_m));
+}
+
+StabilityCell worst_seed(const CompareRow& row, std::size_t index) {
+  StabilityCell worst = cell_of(row, 0);
+  for (std::size_t s = 1; s < row.status.size(); ++s) {
+    const StabilityCell cell = cell_of(row, s);
+    // A seed that is refused is all the same worth telling.
+    const bool refused = cell.verdict == StabilityVerdict::refused && worst.verdict == StabilityVerdict::stable;
+    if (refused || badness(cell) > badness(worst)) worst = cell;
+  }
+  worst.row = index;
+  return worst;
+}
+
+std::string map_name(const StabilityMap& map) {
+  return map.graph + (map.method.empty() ? "" : " " + map.method);
+}
+
+std::string file_name(std::string text) {
+  for (char& c : text) {
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
+    if (!plain) c = '_';
+  }
+  return text;
+}
+
+std::vector<std::string> names_of(const StudyAxis& axis) {
+  std::vector<std::string> names;
+  for (const StudyValue& value : axis.values) names.push_back(value.text);
+  return names;
+}
+
+CellMap drawing_of(const StabilityMaps& maps, const StabilityMap& map) {
+  CellMap drawing{map_name(map), maps.x.name, maps.y.name, names_of(maps.x), names_of(maps.y), kinds(), {}};
+  for (const auto& row : map.cells) {
+    drawing.kind.emplace_back();
+    for (const StabilityCell& cell : row) drawing.kind.back().push_back(number(cell.verdict));
+  }
+  return drawing;
+}
+
+/// What a cell is worth looking at: where the tool goes and what it is pushed by.
+std::string record_setting(const Plan& plan, const std::vector<std::string>& asked) {
+  std::string list;
+  const auto add = [&](const std::string& output) { list += (list.empty() ? "" : ", ") + output; };
+  for (const std::string& output : asked) add(output);
+  if (!asked.empty()) return "record=[" + list + "]";
+  for (const NodeSpec& node : plan.nodes) {
+    const std::string stage = node.info->type.substr(0, node.info->type.find('.'));
+    for (const auto& [of, output] : {std::pair{"dynamics", "state"},
+                                     {"coupling", "force"},
+                                     {"device", "state"},
+                                     {"device", "commanded"},
+                                     {"collision", "contacts"}}) {
+      if (stage == of && node.info->output(output) != nullptr) add(node.name + "." + output);
+    }
+  }
+  return "record=[" + list + "]";
+}
+
+void record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry,
+                 const std::vector<fs::path>& mesh_folders, const fs::path& folder) {
+  Overrides overrides = c.overrides;
+  overrides.seed = study.comparison.seeds[cell.seed];
+  const Plan plain = make_plan(load_graph(c.graph, registry, overrides, mesh_folders));
+  overrides.set.push_back(record_setting(plain, study.spec.record));
+  const Plan plan = make_plan(load_graph(c.graph, registry, overrides, mesh_folders));
+  const std::string name = file_name(plan.graph.name + "_" + c.setting);
+  const fs::path out = make_folder(folder / "worst" / name);
+  RunOptions options;
+  options.cache_folder = default_cache_folder();
+  options.recording = out / "recording.h5";
+  const RunResult result = execute(plan, options);
+  write_file(out / "summary.json", to_json(result).dump(2) + "\n");
+  write_file(out / "graph.yaml", result.graph_yaml);
+  write_file(out / "report.html", run_report(result));
+  cell.recording = "worst/" + name;
+}
+
+Json number_json(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+}  // namespace
+
+StabilityMaps stability_maps(const Study& study) {
+  StabilityMaps maps{study.spec.vary[0], study.spec.vary[1], {}};
+  bool judged = false, ran = false;
+  for (const CompareRow& row : study.comparison.rows) {
+    for (std::size_t s = 0; s < row.runs.size(); ++s) {
+      ran = ran || row.status[s] == RunStatus::done;
+      judged = judged || std::isfinite(row.runs[s].figure("stability.verdict"));
+    }
+  }
+  if (ran && !judged) {
+    throw InputError(
+        study.spec.file.string() +
+        ": report: stability: expected a graph whose sink.metrics tells stability.verdict, found none; connect "
+        "its inputs state and device, and give `rest`, the time at the end that is to be quiet");
+  }
+  const std::size_t columns = maps.x.values.size(), rows = maps.y.values.size();
+  const std::size_t cells = columns * rows;
+  for (std::size_t first = 0; first < study.comparison.rows.size(); first += cells) {
+    StabilityMap map{study.comparison.rows[first].graph, study.setting(first).method, {}};
+    map.cells.assign(rows, std::vector<StabilityCell>(columns));
+    // The last axis, y, goes fastest.
+    for (std::size_t i = 0; i < cells; ++i) {
+      map.cells[i % rows][i / rows] = worst_seed(study.comparison.rows[first + i], first + i);
+    }
+    maps.maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
+void record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
+                  const std::vector<fs::path>& mesh_folders, const fs::path& folder) {
+  // What an earlier report left does not belong to this one.
+  std::error_code ignored;
+  fs::remove_all(folder / "worst", ignored);
+  try {
+    static_cast<void>(load_record_library());
+  } catch (const InputError&) {
+    return;  // this build has no HDF5
+  }
+  std::vector<StabilityCell*> bad;
+  for (StabilityMap& map : maps.maps) {
+    for (auto& row : map.cells) {
+      for (StabilityCell& cell : row) {
+        if (cell.verdict != StabilityVerdict::stable && cell.verdict != StabilityVerdict::refused) bad.push_back(&cell);
+      }
+    }
+  }
+  std::stable_sort(bad.begin(), bad.end(), [](const auto* a, const auto* b) { return badness(*a) > badness(*b); });
+  if (bad.size() > static_cast<std::size_t>(study.spec.worst)) bad.resize(static_cast<std::size_t>(study.spec.worst));
+  for (StabilityCell* cell : bad) record_cell(*cell, study, cases[cell->row], registry, mesh_folders, folder);
+}
+
+std::string stability_table(const Study& study, const StabilityMaps& maps) {
+  std::string out = fmt::format("\n{}: {} seed{} from {}, a cell is as bad as its worst\n", study.spec.name,
+                                study.comparison.seeds.size(), study.comparison.seeds.size() == 1 ? "" : "s",
+                                study.comparison.seeds.front());
+  std::size_t width = 8;
+  for (const StudyValue& value : maps.y.values) width = std::max(width, value.text.size());
+  std::size_t cell_width = 4;
+  for (const StudyValue& value : maps.x.values) cell_width = std::max(cell_width, value.text.size() + 2);
+  std::string key;
+  for (const CellKind& kind : kinds()) key += fmt::format("{}{} {}", key.empty() ? "" : ", ", kind.letter, kind.name);
+  for (const StabilityMap& map : maps.maps) {
+    out += fmt::format("\n{}: {} across, {} upwards\n", map_name(map), maps.x.name, maps.y.name);
+    for (std::size_t row = map.cells.size(); row-- > 0;) {
+      out += fmt::format("  {:>{}}", maps.y.values[row].text, width);
+      for (const StabilityCell& cell : map.cells[row]) {
+        out += fmt::format("{:>{}}", kinds()[static_cast<std::size_t>(number(cell.verdict))].letter, cell_width);
+      }
+      out += "\n";
+    }
+    out += fmt::format("  {:>{}}", "", width);
+    for (const StudyValue& value : maps.x.values) out += fmt::format("{:>{}}", value.text, cell_width);
+    out += "\n";
+    for (const auto& row : map.cells) {
+      for (const StabilityCell& cell : row) {
+        if (cell.verdict == StabilityVerdict::stable) continue;
+        out += fmt::format("  {}: {}: {}{}\n", study.comparison.rows[cell.row].setting,
+                           kinds()[static_cast<std::size_t>(number(cell.verdict))].name, cell.reason,
+                           cell.recording.empty() ? "" : " (" + cell.recording + ")");
+      }
+    }
+  }
+  return out + "\n" + key + "\n";
+}
+
+Json to_json(const StabilityMaps& maps) {
+  Json json{{"x", maps.x.name}, {"y", maps.y.name}, {"maps", Json::array()}};
+  for (const StabilityMap& map : maps.maps) {
+    Json cells = Json::array();
+    for (std::size_t row = 0; row < map.cells.size(); ++row) {
+      for (std::size_t column = 0; column < map.cells[row].size(); ++column) {
+        const StabilityCell& cell = map.cells[row][column];
+        cells.push_back({{"x", maps.x.values[column].text},
+                         {"y", maps.y.values[row].text},
+                         {"verdict", name_of(cell.verdict)},
+                         {"reason", cell.reason},
+                         {"peak_energy_J", number_json(cell.peak_energy_J)},
+                         {"passivity_violation_J", number_json(cell.passivity_violation_J)},
+                         {"oscillation_amplitude_m", number_json(cell.amplitude_m)},
+                         {"oscillation_frequency_Hz", number_json(cell.frequency_Hz)},
+                         {"recording", cell.recording}});
+      }
+    }
+    json["maps"].push_back({{"graph", map.graph}, {"method", map.method}, {"cells", cells}});
+  }
+  return json;
+}
+
+std::string write_stability(const fs::path& folder, const Study& study, const StabilityMaps& maps) {
+  std::string body = fmt::format(
+      "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>A cell is as bad as the worst of its seeds. Limit "
+      "cycle: the "
+      "tool swings on while it is to be at rest. Energy growth: the hand got more energy from the device than it and "
+      "the "
+      "tool's weight had given. Not finite: a signal became NaN or infinite. Refused or failed: there was no whole run "
+      "to "
+      "judge.</p>\n",
+      escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
+      study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION);
+  // The key wants its height too.
+  const int height = std::max(360, 190 + 34 * static_cast<int>(maps.y.values.size()));
+  const int width = std::clamp(400 + 60 * static_cast<int>(maps.x.values.size()), 700, 1160);
+  for (const StabilityMap& map : maps.maps) {
+    const CellMap drawing = drawing_of(maps, map);
+    const std::string svg = draw_map_svg(drawing, width, height);
+    const std::string file = file_name("stability_" + map_name(map));
+    write_file(folder / (file + ".svg"), svg);
+    write_file(folder / (file + ".png"), draw_map_png(drawing, width, height));
+    body += "<h2>" + escape(map_name(map)) + "</h2>\n" + svg;
+    body += "<div class=\"wide\"><table><thead><tr><th>" + escape(maps.x.name) + "</th><th>" + escape(maps.y.name) +
+            "</th><th>verdict</th><th>peak energy, mJ</th><th>passivity violation, mJ</th><th>swing, mm</th><th>Hz</th>"
+            "<th>reason</th></tr></thead><tbody>\n";
+    for (std::size_t row = 0; row < map.cells.size(); ++row) {
+      for (std::size_t column = 0; column < map.cells[row].size(); ++column) {
+        const StabilityCell& cell = map.cells[row][column];
+        const std::string reason = cell.recording.empty() ? escape(cell.reason)
+                                                          : fmt::format("{} (<a href=\"{}/report.html\">recorded</a>)",
+                                                                        escape(cell.reason), escape(cell.recording));
+        body += fmt::format(
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            escape(maps.x.values[column].text), escape(maps.y.values[row].text),
+            escape(kinds()[static_cast<std::size_t>(number(cell.verdict))].name), pretty(1e3 * cell.peak_energy_J),
+            pretty(1e3 * cell.passivity_violation_J), pretty(1e3 * cell.amplitude_m), pretty(cell.frequency_Hz),
+            reason);
+      }
+    }
+    body += "</tbody></table></div>\n";
+  }
+  return page(study.spec.name, body);
+}
+
+}  // namespace tactor

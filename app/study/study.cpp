@@ -1,0 +1,363 @@
+#include "app/study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/run/summary.hpp"
+#include "framework/graph/merge.hpp"
+
+namespace tactor {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr std::string_view delivered_error = "delivered.force.rms_error_N";
+constexpr std::string_view one_step_error = "one_step.force.rms_error_N";
+
+std::string joined(const std::vector<std::string>& parts, std::string_view between) {
+  std::string text;
+  for (const std::string& part : parts) text.append(text.empty() ? "" : between).append(part);
+  return text;
+}
+
+/// log(b_i / a_i) for each seed; none where a value is not above zero.
+std::vector<double> log_ratios(std::span<const double> a, std::span<const double> b) {
+  std::vector<double> logs;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    if (!(a[i] > 0 && b[i] > 0)) return {};
+    logs.push_back(std::log(b[i] / a[i]));
+  }
+  return logs;
+}
+
+std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view figure) {
+  const CompareRow& mine = comparison.rows[row];
+  return log_ratios(comparison.rows[mine.against].figure(figure, comparison.columns),
+                    mine.figure(figure, comparison.columns));
+}
+
+/// Each seed's mean over the graphs; none where a graph has none.
+std::vector<double> logs_over_graphs(const Study& study, std::size_t setting, std::string_view figure) {
+  const std::size_t settings = study.settings.size();
+  std::vector<double> sum(study.comparison.seeds.size(), 0.0);
+  for (std::size_t row = setting; row < study.comparison.rows.size(); row += settings) {
+    const std::vector<double> logs = row_logs(study.comparison, row, figure);
+    if (logs.size() != sum.size()) return {};
+    for (std::size_t s = 0; s < sum.size(); ++s) sum[s] += logs[s] / static_cast<double>(study.spec.graphs.size());
+  }
+  return sum;
+}
+
+std::string text_of(const std::optional<GeometricMean>& m) {
+  return m ? fmt::format("{:.3f} [{:.3f}, {:.3f}]", m->ratio, m->low, m->high) : "-";
+}
+
+Json to_json(const ErrorRatio& ratio) {
+  const auto one = [](const std::optional<GeometricMean>& m) -> Json {
+    if (!m) return nullptr;
+    return {{"ratio", m->ratio}, {"low", m->low}, {"high", m->high}, {"count", m->count}};
+  };
+  return {{"delivered_rms", one(ratio.delivered)}, {"one_step_rms", one(ratio.one_step)}};
+}
+
+Json to_json(const StudySetting& setting) {
+  Json json;
+  if (!setting.method.empty()) json["method"] = setting.method;
+  json["values"] = Json::object();
+  for (const auto& [path, value] : setting.values) json["values"][path] = value;
+  return json;
+}
+
+std::string quoted_where_needed(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+}  // namespace
+
+double Study::over_graphs(std::size_t setting, std::string_view figure) const {
+  std::vector<double> means;
+  for (std::size_t row = setting; row < comparison.rows.size(); row += settings.size()) {
+    means.push_back(mean(comparison.rows[row].figure(figure, comparison.columns)));
+  }
+  return mean(means);
+}
+
+std::string label(const StudySetting& setting) {
+  std::vector<std::string> parts;
+  if (!setting.method.empty()) parts.push_back(setting.method);
+  for (const auto& [path, value] : setting.values) parts.push_back(fmt::format("{}={}", path, value));
+  return parts.empty() ? "as it is" : joined(parts, " ");
+}
+
+std::vector<StudySetting> study_settings(const StudySpec& spec) {
+  std::vector<StudySetting> methods;
+  if (spec.methods.empty()) methods.emplace_back();
+  for (const Overlay& method : spec.methods) methods.push_back({method.name, {}, {}, {method}, {}});
+  const std::vector<StudyPoint> points = study_points(spec);
+  std::vector<StudySetting> settings;
+  for (const StudySetting& method : methods) {
+    for (const StudyPoint& point : points) {
+      StudySetting setting = method;
+      for (std::size_t a = 0; a < spec.vary.size(); ++a) {
+        const StudyValue& value = point.values[a];
+        setting.values.emplace_back(spec.vary[a].name, value.text);
+        if (value.overlay) setting.layers.push_back(*value.overlay);
+        for (const std::string& path : spec.vary[a].paths) setting.set.push_back(path + "=" + value.text);
+      }
+      settings.push_back(std::move(setting));
+    }
+  }
+  return settings;
+}
+
+std::vector<std::string> shown_figures(const StudySpec& spec) {
+  std::vector<std::string> figures = spec.metrics;
+  const auto add = [&](const char* name) {
+    if (std::find(figures.begin(), figures.end(), name) == figures.end()) figures.emplace_back(name);
+  };
+  if (spec.report == StudyReport::stability) {
+    for (const char* name : {"stability.verdict", "stability.peak_energy_J", "stability.passivity_violation_J",
+                             "stability.oscillation_amplitude_m", "stability.oscillation_frequency_Hz"}) {
+      add(name);
+    }
+    if (spec.metrics.empty()) add("delivered.force.rms_error_N");
+  } else if (spec.report == StudyReport::work_precision &&
+             (!spec.metrics.empty() || spec.error != "delivered.force.rms_error_N")) {
+    for (const char* name : {"delivered.force.rms_error_N", spec.error.c_str()}) add(name);
+  }
+  return figures;
+}
+
+std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrides) {
+  for (const StudyAxis& axis : spec.vary) {
+    for (const std::string& path : axis.paths) {
+      if (overrides.duration_s && path == "duration") {
+        throw InputError("--duration: the study varies duration; take it out of the study's `vary` first");
+      }
+      for (const std::string& set : overrides.set) {
+        if (trimmed(set.substr(0, set.find('='))) != path) continue;
+        throw InputError("--set " + set + ": the study varies " + path + "; take it out of the study's `vary` first");
+      }
+    }
+  }
+  const std::vector<StudySetting> settings = study_settings(spec);
+  std::vector<RunCase> cases;
+  for (const auto& graph : spec.graphs) {
+    const std::size_t first = cases.size();
+    for (const StudySetting& setting : settings) {
+      RunCase c{graph, overrides, label(setting), first, {}};
+      // What the command line says comes last, so that it wins.
+      c.overrides.layers = setting.layers;
+      std::vector<std::string> set = spec.set;
+      set.insert(set.end(), setting.set.begin(), setting.set.end());
+      c.overrides.set.insert(c.overrides.set.begin(), set.begin(), set.end());
+      if (!c.overrides.duration_s) c.overrides.duration_s = spec.duration_s;
+      if (!spec.reference_over.empty() || !spec.reference_set.empty()) {
+        c.reference = c.overrides;
+        c.reference->top_layers = spec.reference_over;
+        c.reference->top_set = spec.reference_set;
+      }
+      cases.push_back(std::move(c));
+    }
+  }
+  return cases;
+}
+
+Study make_study(const StudySpec& spec, Comparison comparison) {
+  Study study{spec, study_settings(spec), std::move(comparison), {}};
+  for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
+    study.ratios.push_back({geometric_mean(row_logs(study.comparison, row, delivered_error)),
+                            geometric_mean(row_logs(study.comparison, row, one_step_error))});
+  }
+  for (std::size_t s = 0; s < study.settings.size(); ++s) {
+    study.settings[s].over_graphs = {geometric_mean(logs_over_graphs(study, s, delivered_error)),
+                                     geometric_mean(logs_over_graphs(study, s, one_step_error))};
+  }
+  return study;
+}
+
+namespace {
+
+/// A line a run: what it is, then a cell for each of the columns.
+template <class Cells>
+std::string csv_of(const Study& study, std::vector<std::string> more_head, const Cells& cells_of) {
+  std::vector<std::string> head{"graph", "method"};
+  for (const StudyAxis& axis : study.spec.vary) head.push_back(quoted_where_needed(axis.name));
+  head.emplace_back("seed");
+  for (std::string& name : more_head) head.push_back(std::move(name));
+  std::string out = joined(head, ",") + "\n";
+  const Comparison& comparison = study.comparison;
+  for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
+    for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
+      std::vector<std::string> cells{comparison.rows[row].graph, quoted_where_needed(study.setting(row).method)};
+      for (const auto& [path, value] : study.setting(row).values) cells.push_back(quoted_where_needed(value));
+      cells.push_back(std::to_string(comparison.seeds[s]));
+      cells_of(comparison.rows[row], s, cells);
+      out += fmt::format("{}\n", fmt::join(cells, ","));
+    }
+  }
+  return out;
+}
+
+std::string csv_number(double value) {
+  return std::isfinite(value) ? fmt::format("{}", value) : "";
+}
+
+void add_values(const Study& study, const CompareRow& row, std::size_t seed, bool run_times,
+                std::vector<std::string>& cells) {
+  for (std::size_t c = 0; c < study.comparison.columns.size(); ++c) {
+    if (study.comparison.columns[c].run_time == run_times) cells.push_back(csv_number(row.values[c][seed]));
+  }
+}
+
+std::vector<std::string> figures_of(const Study& study, bool run_times) {
+  std::vector<std::string> names;
+  for (const Column& column : study.comparison.columns) {
+    if (column.run_time == run_times) names.push_back(column.figure);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::string word_of(RunStatus status) {
+  return status == RunStatus::done ? "done" : status == RunStatus::failed ? "failed" : "refused";
+}
+
+std::string study_csv(const Study& study) {
+  std::vector<std::string> head{"status"};
+  for (std::string& name : figures_of(study, false)) head.push_back(std::move(name));
+  return csv_of(study, std::move(head), [&](const CompareRow& row, std::size_t s, std::vector<std::string>& cells) {
+    cells.push_back(word_of(row.status[s]));
+    add_values(study, row, s, false, cells);
+  });
+}
+
+std::string run_times_csv(const Study& study) {
+  std::vector<std::string> head = figures_of(study, true);
+  head.insert(head.end(), {"spread_of_repeats", "control_us"});
+  return csv_of(study, std::move(head), [&](const CompareRow& row, std::size_t s, std::vector<std::string>& cells) {
+    add_values(study, row, s, true, cells);
+    cells.push_back(csv_number(row.spread[s]));
+    cells.push_back(csv_number(row.control_us[s]));
+  });
+}
+
+TimingNote timing_note(const Study& study) {
+  std::vector<double> control, spreads;
+  for (const CompareRow& row : study.comparison.rows) {
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] != RunStatus::done) continue;
+      control.push_back(row.control_us[s]);
+      if (std::isfinite(row.spread[s])) spreads.push_back(row.spread[s]);
+    }
+  }
+  TimingNote note;
+  if (control.empty()) return note;
+  note.control_us = median(control);
+  note.control_spread = (quantile(control, 0.95) - quantile(control, 0.05)) / note.control_us;
+  note.text = study.spec.repeats > 1
+                  ? fmt::format(
+                        "Run times are CPU times, the median of {} repeats after {} that did not count; the "
+                        "repeats of a run spread by {:.1f} % in the median and {:.1f} % at most. ",
+                        study.spec.repeats, study.spec.warm_up, 100 * median(spreads), 100 * quantile(spreads, 1))
+                  : "Run times are CPU times of a single run each. ";
+  note.text += fmt::format(
+      "A fixed computation before each run took {:.0f} us in the median and spread by {:.1f} % (5th to 95th "
+      "percentile).",
+      note.control_us, 100 * note.control_spread);
+  const double worst = std::max(note.control_spread, spreads.empty() ? 0 : quantile(spreads, 0.5));
+  if (worst > 0.1) {
+    note.warning = fmt::format(
+        "The machine was not quiet: run times spread by {:.0f} %, more than 10 %. Compare them with "
+        "care, or run the study anew with --jobs 1 on an idle machine.",
+        100 * worst);
+  }
+  return note;
+}
+
+std::string failures_text(const Study& study) {
+  std::string out;
+  for (const CompareRow& row : study.comparison.rows) {
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] == RunStatus::done) continue;
+      out += fmt::format("{}: {}\n", run_name(row.graph, row.setting, study.comparison.seeds[s]), row.message[s]);
+    }
+  }
+  return out;
+}
+
+Json to_json(const Study& study) {
+  Json json;
+  json["tactor"] = TACTOR_VERSION;
+  json["study"] = study.spec.name;
+  json["title"] = study.spec.title;
+  json["seeds"] = study.comparison.seeds;
+  const TimingNote timing = timing_note(study);
+  json["timing"] = {{"repeats", study.spec.repeats},
+                    {"warm_up", study.spec.warm_up},
+                    {"control_us", timing.control_us},
+                    {"control_spread", timing.control_spread},
+                    {"warning", timing.warning}};
+  json["settings"] = Json::array();
+  for (const StudySetting& setting : study.settings) {
+    Json one = to_json(setting);
+    one["over_graphs"] = to_json(setting.over_graphs);
+    json["settings"].push_back(std::move(one));
+  }
+  json["rows"] = Json::array();
+  for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
+    Json one = to_json(study.setting(row));
+    one.update(to_json(study.comparison.rows[row], study.comparison.columns));
+    one["against_first"]["ratio"] = to_json(study.ratios[row]);
+    one["status"] = Json::array();
+    for (const RunStatus status : study.comparison.rows[row].status) one["status"].push_back(word_of(status));
+    json["rows"].push_back(std::move(one));
+  }
+  return json;
+}
+
+std::string study_table(const Study& study) {
+  const Comparison& comparison = study.comparison;
+  const std::size_t settings = study.settings.size();
+  std::size_t width = 12;
+  for (const StudySetting& setting : study.settings) width = std::max(width, label(setting).size());
+  const auto line = [&](const std::string& name, const ErrorRatio& ratio, const auto& value) {
+    const auto figure = [&](std::string_view f) { return pretty(value(f)); };
+    return fmt::format("  {:<{}} {:>10} {:>22} {:>8} {:>11} {:>10} {:>22} {:>10} {:>10}\n", name, width,
+                       figure(delivered_error), text_of(ratio.delivered), figure("delivered.force.delay_ms"),
+                       figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
+                       figure("method_us_per_result"), figure("method_us_per_tick"));
+  };
+  const std::string head =
+      fmt::format("  {:<{}} {:>10} {:>22} {:>8} {:>11} {:>10} {:>22} {:>10} {:>10}\n", "", width, "RMS err N",
+                  "ratio [95 %]", "delay ms", "2nd diff", "1-step N", "ratio [95 %]", "us/result", "us/tick");
+  std::string out =
+      fmt::format("\n{}: {} seed{} from {}; ratios are to the first line\n", study.spec.name, comparison.seeds.size(),
+                  comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front());
+  for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
+    if (row % settings == 0) out += fmt::format("\n{}\n{}", comparison.rows[row].graph, head);
+    out += line(label(study.setting(row)), study.ratios[row],
+                [&](std::string_view figure) { return mean(comparison.rows[row].figure(figure, comparison.columns)); });
+  }
+  if (study.spec.graphs.size() > 1) {
+    out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), head);
+    for (std::size_t s = 0; s < settings; ++s) {
+      out += line(label(study.settings[s]), study.settings[s].over_graphs,
+                  [&](std::string_view figure) { return study.over_graphs(s, figure); });
+    }
+  }
+  const TimingNote timing = timing_note(study);
+  out += fmt::format("\n{}\n{}{}", timing.text, timing.warning, timing.warning.empty() ? "" : "\n");
+  if (settings > 1) out += "\nagainst the first line of the graph\n" + judged_text(comparison);
+  return out;
+}
+
+}  // namespace tactor

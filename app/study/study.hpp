@@ -1,0 +1,80 @@
+// A study: graphs by methods by values over seeds, in one table with error and run time beside each other.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "app/statistics.hpp"
+#include "app/study/compare.hpp"
+#include "framework/graph/study.hpp"
+
+namespace tactor {
+
+/// The RMS errors of a row, or of a setting over all graphs, as a multiple of those of what it is judged against, by
+/// the geometric mean over seeds; over graphs too, where each seed's ratio is the geometric mean of theirs.
+struct ErrorRatio {
+  std::optional<GeometricMean> delivered;
+  std::optional<GeometricMean> one_step;
+};
+
+/// One combination of method and varied values.
+struct StudySetting {
+  std::string method;                                       ///< its name, or empty
+  std::vector<std::pair<std::string, std::string>> values;  ///< by axis
+  ErrorRatio over_graphs;
+  std::vector<Overlay> layers;   ///< method and swaps
+  std::vector<std::string> set;  ///< `path=value` of the varied parameters
+};
+
+/// A study that has run. The rows of `comparison` are, for each graph, the settings in order; each is judged against
+/// the first setting of the same graph.
+struct Study {
+  StudySpec spec;
+  std::vector<StudySetting> settings;
+  Comparison comparison;
+  std::vector<ErrorRatio> ratios;  ///< one a row
+
+  /// The mean over the graphs of a figure's mean over the seeds.
+  [[nodiscard]] double over_graphs(std::size_t setting, std::string_view figure) const;
+  [[nodiscard]] const StudySetting& setting(std::size_t row) const { return settings[row % settings.size()]; }
+};
+
+/// What the settings of a study are, without having run.
+std::vector<StudySetting> study_settings(const StudySpec& spec);
+/// The figures that the tables of the study show; none: the usual ones.
+std::vector<std::string> shown_figures(const StudySpec& spec);
+/// What is to be run, in the order of Study's rows; `overrides` are laid over what the study says. Throws
+/// InputError where they set what it varies.
+std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrides);
+/// Judges the runs of the cases.
+Study make_study(const StudySpec& spec, Comparison comparison);
+
+/// How a setting is called in tables.
+std::string label(const StudySetting& setting);
+
+/// A line a run: graph, method, varied values, seed, status, then the figures, which no run time is among: the same
+/// bytes whatever the machine did beside.
+std::string study_csv(const Study& study);
+/// A line a run in the same order: what took how long.
+std::string run_times_csv(const Study& study);
+/// What the tables say of how the run times were taken and how far they can be trusted; `warning` tells where they
+/// spread by more than 10 %.
+struct TimingNote {
+  std::string text;
+  std::string warning;        ///< or empty
+  double control_us = 0;      ///< median of the fixed computation
+  double control_spread = 0;  ///< (95th - 5th percentile) / median of it
+};
+TimingNote timing_note(const Study& study);
+std::string word_of(RunStatus status);
+/// A line for every run that failed or was refused.
+std::string failures_text(const Study& study);
+nlohmann::ordered_json to_json(const Study& study);
+/// What `tactor study` prints: every graph's settings, then the settings over all graphs.
+std::string study_table(const Study& study);
+
+}  // namespace tactor

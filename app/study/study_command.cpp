@@ -1,0 +1,179 @@
+#include "app/study/study_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/output.hpp"
+#include "app/progress_bar.hpp"
+#include "app/report/html_report.hpp"
+#include "app/study/stability_map.hpp"
+#include "app/study/study.hpp"
+#include "app/study/study_export.hpp"
+#include "app/study/work_precision.hpp"
+#include "framework/core/cache_folder.hpp"
+#include "framework/core/disk_cache.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<std::uint64_t> seeds_from(std::uint64_t first, std::int64_t count) {
+  std::vector<std::uint64_t> seeds;
+  for (std::int64_t s = 0; s < count; ++s) seeds.push_back(first + static_cast<std::uint64_t>(s));
+  return seeds;
+}
+
+/// Runs the cases with a bar on the terminal, telling each note once.
+CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, CasesOptions options,
+                         const StudyConsole& console) {
+  // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
+  std::set<std::string> told;
+  ProgressBar bar;
+  options.note = [&](const std::string& note) {
+    if (told.insert(note).second) tell_note(note);
+  };
+  options.cache_folder = default_cache_folder();
+  options.interrupted = console.interrupted;
+  options.progress = [&](double share, const std::string& what) {
+    bar.draw(share, what);
+    return !console.interrupted();
+  };
+  return run_cases(cases, registry, console.mesh_folders, options);
+}
+
+/// Everything that the command line lays over a study and that its results depend on.
+std::string options_text(const StudyRequest& request, const StudySpec& spec) {
+  std::string text = fmt::format("seeds {} from {}; short {}", spec.seeds, spec.first_seed, request.is_short);
+  for (const std::string& set : request.overrides.set) text += "\n--set " + set;
+  for (const fs::path& over : request.overrides.over) text += "\n--over " + fs::absolute(over).string();
+  if (request.overrides.duration_s) text += fmt::format("\n--duration {}", *request.overrides.duration_s);
+  return content_key({text});
+}
+
+/// What the engine spent, for bench/study_overhead.py.
+nlohmann::ordered_json to_json(const CasesOutcome& outcome) {
+  return {{"runs", outcome.records.size() - outcome.found},
+          {"runs_found", outcome.found},
+          {"total_cpu_s", outcome.cost.total_cpu_s},
+          {"run_cpu_s", outcome.cost.run_cpu_s},
+          {"reference_cpu_s", outcome.cost.reference_cpu_s},
+          {"waited_for_core_s", outcome.cost.waited_for_core_s},
+          {"wall_s", outcome.cost.wall_s}};
+}
+
+/// Names of metrics that no run reports, as a line for standard error, or empty.
+std::string missing_metrics(const Study& study) {
+  std::string out;
+  for (const std::string& metric : study.spec.metrics) {
+    const auto& columns = study.comparison.columns;
+    if (std::any_of(columns.begin(), columns.end(), [&](const Column& c) { return c.figure == metric; })) continue;
+    std::vector<std::string> names;
+    for (const CompareRow& row : study.comparison.rows) {
+      for (const RunResult& run : row.runs) {
+        for (const auto& [name, value] : run.figures) names.push_back(name);
+      }
+      if (!names.empty()) break;
+    }
+    out += fmt::format("tactor: metrics: {}: no run reports it{}\n", metric, did_you_mean(metric, names));
+  }
+  return out;
+}
+
+}  // namespace
+
+int run_study(const StudyRequest& request, const StudyConsole& console) {
+  StudySpec spec = load_study(request.file, request.is_short);
+  if (request.seeds) spec.seeds = *request.seeds;
+  if (request.first_seed) spec.first_seed = *request.first_seed;
+  const fs::path folder = request.out.value_or(fs::path("out") / spec.name);
+  const std::vector<RunCase> cases = study_cases(spec, request.overrides);
+  CasesOptions options;
+  options.seeds = seeds_from(spec.first_seed, spec.seeds);
+  options.reference_jobs = request.jobs;
+  options.jobs = request.jobs;
+  options.repeats = spec.repeats;
+  options.warm_up = spec.warm_up;
+  options.refused_are_results = spec.report == StudyReport::stability;
+  options.table = folder / "study.sqlite";
+  options.mode = request.resume ? TableMode::resume : request.overwrite ? TableMode::overwrite : TableMode::create;
+  options.identity = {spec.name, content_key({spec.text}), options_text(request, spec), {}};
+  options.placed = [&spec](const GraphError& error) { return with_places_of_study(error, spec); };
+  Registry registry(default_node_folders());
+  CasesOutcome outcome = run_watched(cases, registry, options, console);
+  if (outcome.interrupted) {
+    throw RunError(fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",
+                               outcome.records.size(), cases.size() * options.seeds.size(), options.table.string()));
+  }
+  const nlohmann::ordered_json engine = to_json(outcome);
+  const Study study =
+      make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records), shown_figures(spec)));
+  write_file(folder / "study.csv", study_csv(study));
+  write_file(folder / "run_times.csv", run_times_csv(study));
+  write_study_hdf5(folder / "study.h5", study);
+  nlohmann::ordered_json json = to_json(study);
+  json["engine"] = engine;
+  std::string report;
+  if (spec.report == StudyReport::work_precision) {
+    const WorkPrecision found = work_precision(study);
+    json["work_precision"] = to_json(found);
+    fmt::print("{}\n", work_precision_table(study, found));
+    report = write_work_precision(folder, study, found);
+  } else if (spec.report == StudyReport::stability) {
+    StabilityMaps maps = stability_maps(study);
+    record_worst(maps, study, cases, registry, console.mesh_folders, folder);
+    json["stability"] = to_json(maps);
+    fmt::print("{}\n", stability_table(study, maps));
+    report = write_stability(folder, study, maps);
+  } else {
+    fmt::print("{}\n", study_table(study));
+    report = study_report(study);
+  }
+  // A file that cannot be written leaves the table.
+  std::fflush(stdout);
+  write_file(folder / "study.json", json.dump(2) + "\n");
+  write_file(folder / "report.html", report);
+  fmt::print("  {}\n", (folder / "report.html").string());
+  tell(missing_metrics(study));
+  const std::string failures = failures_text(study);
+  if (failures.empty() || spec.report == StudyReport::stability) return 0;
+  tell(fmt::format("tactor: runs that failed, whose figures are missing:\n{}", failures));
+  return 1;
+}
+
+int run_compare(const CompareRequest& request, const StudyConsole& console) {
+  std::vector<RunCase> cases;
+  for (const fs::path& graph : request.graphs) cases.push_back({graph, request.overrides, {}, 0, {}});
+  CasesOptions options;
+  options.seeds = seeds_from(request.first_seed, request.seeds);
+  options.reference_jobs = request.jobs;
+  options.curves = true;
+  options.table = request.out / "compare.sqlite";
+  options.mode = TableMode::overwrite;
+  options.identity.title = "compare";
+  Registry registry(default_node_folders());
+  CasesOutcome outcome = run_watched(cases, registry, options, console);
+  for (const RunRecord& record : outcome.records) {
+    const std::string name = run_name(record.result.graph, {}, record.result.seed) + ": ";
+    if (record.status == RunStatus::refused) throw InputError(name + record.message);
+    if (record.status == RunStatus::failed) throw RunError(name + record.message);
+  }
+  if (outcome.interrupted) throw RunError("interrupted");
+  const Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
+  fmt::print("{}\n", comparison_table(comparison));
+  // A file that cannot be written leaves the table.
+  std::fflush(stdout);
+  write_file(request.out / "compare.json", to_json(comparison).dump(2) + "\n");
+  write_file(request.out / "report.html", compare_report(comparison));
+  fmt::print("  {}\n", (request.out / "report.html").string());
+  return 0;
+}
+
+}  // namespace tactor

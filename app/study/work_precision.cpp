@@ -1,0 +1,276 @@
+#include "app/study/work_precision.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/output.hpp"
+#include "app/report/chart.hpp"
+#include "app/report/html_page.hpp"
+#include "app/run/summary.hpp"
+
+namespace tactor {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int chart_width = 1160;
+constexpr int chart_height = 430;
+
+std::string join_words(const std::vector<std::string>& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : " ") + word;
+  return out;
+}
+
+/// The curve that a setting is on, and the values that say where.
+std::pair<std::string, std::string> place_of(const Study& study, const StudySetting& setting) {
+  std::vector<std::string> curve, values;
+  if (!setting.method.empty()) curve.push_back(setting.method);
+  for (std::size_t a = 0; a < study.spec.vary.size(); ++a) {
+    const auto& [name, value] = setting.values[a];
+    if (study.spec.vary[a].swaps()) {
+      curve.push_back(value);
+    } else {
+      values.push_back(fmt::format("{}={}", name, value));
+    }
+  }
+  return {join_words(curve), join_words(values)};
+}
+
+WorkGraph points_of(const Study& study, std::size_t graph) {
+  WorkGraph out;
+  const std::size_t settings = study.settings.size();
+  const Comparison& comparison = study.comparison;
+  out.graph = comparison.rows[graph * settings].graph;
+  for (std::size_t s = 0; s < settings; ++s) {
+    const CompareRow& row = comparison.rows[graph * settings + s];
+    const auto [curve, values] = place_of(study, study.settings[s]);
+    out.points.push_back({curve, values, spread_of(row.figure(study.spec.error, comparison.columns)),
+                          spread_of(row.figure("cpu_ms_per_s", comparison.columns)),
+                          spread_of(row.figure("method_us_per_tick", comparison.columns))});
+  }
+  return out;
+}
+
+/// The geometric mean over graphs, whose spread is that of the graphs.
+WorkGraph over_graphs(const std::vector<WorkGraph>& graphs) {
+  WorkGraph out{fmt::format("all {} graphs", graphs.size()), graphs.front().points};
+  for (std::size_t p = 0; p < out.points.size(); ++p) {
+    for (Spread WorkPoint::*quantity : {&WorkPoint::error, &WorkPoint::ms_per_s, &WorkPoint::us_per_tick}) {
+      std::vector<double> centres;
+      for (const WorkGraph& graph : graphs) centres.push_back((graph.points[p].*quantity).centre);
+      out.points[p].*quantity = spread_of(centres);
+    }
+  }
+  return out;
+}
+
+void mark_fronts(WorkGraph& graph) {
+  std::vector<double> error, run, tick;
+  for (const WorkPoint& p : graph.points) {
+    error.push_back(p.error.centre);
+    run.push_back(p.ms_per_s.centre);
+    tick.push_back(p.us_per_tick.centre);
+  }
+  const std::vector<bool> of_run = pareto_front(error, run);
+  const std::vector<bool> of_tick = pareto_front(error, tick);
+  for (std::size_t p = 0; p < graph.points.size(); ++p) {
+    graph.points[p].front_run = of_run[p];
+    graph.points[p].front_tick = of_tick[p];
+  }
+}
+
+/// The unit behind the last `_` of a figure's name.
+std::string label_of(const std::string& figure) {
+  const std::size_t at = figure.rfind('_');
+  if (at == std::string::npos || figure.size() - at > 6) return figure;
+  return figure.substr(0, at) + ", " + figure.substr(at + 1);
+}
+
+Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPoint::*time, bool WorkPoint::*front,
+               const std::string& y_label) {
+  Chart chart{graph.graph, label_of(found.error), y_label, {}, {}};
+  chart.log_x = chart.log_y = chart.close = true;
+  std::vector<std::string> names;
+  for (const WorkPoint& p : graph.points) {
+    if (std::find(names.begin(), names.end(), p.curve) == names.end()) names.push_back(p.curve);
+  }
+  Curve ring{"not undercut", {}, {}, "#222222"};
+  ring.ring = true;
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    Curve bars{names[c].empty() ? graph.graph : names[c], {}, {}, series_color(c)};
+    bars.mark = c / series_colors;
+    for (const WorkPoint& p : graph.points) {
+      const Spread& t = p.*time;
+      if (p.curve != names[c] || !std::isfinite(p.error.centre) || !std::isfinite(t.centre)) continue;
+      bars.x.push_back(p.error.centre);
+      bars.x_low.push_back(p.error.low);
+      bars.x_high.push_back(p.error.high);
+      bars.y.push_back(t.centre);
+      bars.y_low.push_back(t.low);
+      bars.y_high.push_back(t.high);
+      if (p.*front) {
+        ring.x.push_back(p.error.centre);
+        ring.y.push_back(t.centre);
+      }
+    }
+    if (bars.x.empty()) continue;
+    if (bars.x.size() > 1) {
+      Curve line{"", bars.x, bars.y, bars.color};
+      chart.curves.push_back(std::move(line));
+    }
+    chart.curves.push_back(std::move(bars));
+  }
+  if (!ring.x.empty()) chart.curves.push_back(std::move(ring));
+  return chart;
+}
+
+std::vector<Chart> charts_of(const WorkPrecision& found, const WorkGraph& graph) {
+  std::vector<Chart> charts;
+  const auto add = [&](Chart chart) {
+    if (!chart.curves.empty()) charts.push_back(std::move(chart));
+  };
+  add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms a simulated second"));
+  add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
+  return charts;
+}
+
+std::string file_name(const std::string& graph) {
+  std::string out = "work_precision_" + graph;
+  std::replace(out.begin(), out.end(), ' ', '_');
+  return out;
+}
+
+std::string spread_text(const Spread& s) {
+  return std::isfinite(s.centre) ? fmt::format("{} [{}, {}]", pretty(s.centre), pretty(s.low), pretty(s.high)) : "-";
+}
+
+std::string point_name(const WorkPoint& p) {
+  const std::string name = p.curve + (p.curve.empty() || p.values.empty() ? "" : " ") + p.values;
+  return name.empty() ? "as it is" : name;
+}
+
+std::string front_text(const WorkPoint& p) {
+  return std::string(p.front_run ? "run" : "") + (p.front_run && p.front_tick ? ", " : "") +
+         (p.front_tick ? "tick" : "");
+}
+
+std::string table_html(const WorkPrecision& found, const WorkGraph& graph) {
+  std::string html =
+      "<div class=\"wide\"><table><thead><tr><th></th><th>" + escape(label_of(found.error)) +
+      "</th><th>CPU ms a simulated second</th><th>methods, µs a tick</th><th>not undercut by</th></tr></thead>"
+      "<tbody>\n";
+  for (const WorkPoint& p : graph.points) {
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(point_name(p)),
+                        spread_text(p.error), spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p));
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+}  // namespace
+
+Spread spread_of(std::span<const double> values) {
+  std::vector<double> logs;
+  for (const double v : values) logs.push_back(v > 0 ? std::log(v) : std::nan(""));
+  const double centre = mean(logs);
+  const double sd = standard_deviation(logs);
+  return {std::exp(centre), std::exp(centre - sd), std::exp(centre + sd)};
+}
+
+std::vector<bool> pareto_front(std::span<const double> x, std::span<const double> y) {
+  std::vector<bool> front(x.size(), false);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
+    front[i] = true;
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (x[j] <= x[i] && y[j] <= y[i] && (x[j] < x[i] || y[j] < y[i])) front[i] = false;
+    }
+  }
+  return front;
+}
+
+WorkPrecision work_precision(const Study& study) {
+  WorkPrecision found{study.spec.error, {}};
+  for (std::size_t g = 0; g < study.spec.graphs.size(); ++g) found.graphs.push_back(points_of(study, g));
+  if (found.graphs.size() > 1) found.graphs.push_back(over_graphs(found.graphs));
+  for (WorkGraph& graph : found.graphs) mark_fronts(graph);
+  return found;
+}
+
+std::string work_precision_table(const Study& study, const WorkPrecision& found) {
+  std::size_t width = 12;
+  for (const WorkPoint& p : found.graphs.front().points) width = std::max(width, point_name(p).size());
+  std::string out =
+      fmt::format("\n{}: {} over {} seed{} (geometric mean, one geometric deviation)\n", study.spec.name, found.error,
+                  study.comparison.seeds.size(), study.comparison.seeds.size() == 1 ? "" : "s");
+  for (const WorkGraph& graph : found.graphs) {
+    out += fmt::format("\n{}\n  {:<{}} {:>26} {:>26} {:>26}  {}\n", graph.graph, "", width, "error",
+                       "CPU ms a simulated s", "methods, us a tick", "not undercut by");
+    for (const WorkPoint& p : graph.points) {
+      out += fmt::format("  {:<{}} {:>26} {:>26} {:>26}  {}\n", point_name(p), width, spread_text(p.error),
+                         spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p));
+    }
+  }
+  const TimingNote timing = timing_note(study);
+  return out + fmt::format("\n{}\n{}{}", timing.text, timing.warning, timing.warning.empty() ? "" : "\n");
+}
+
+Json to_json(const WorkPrecision& found) {
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  const auto spread = [&](const Spread& s) {
+    return Json{{"centre", number(s.centre)}, {"low", number(s.low)}, {"high", number(s.high)}};
+  };
+  Json json{{"error", found.error}, {"graphs", Json::array()}};
+  for (const WorkGraph& graph : found.graphs) {
+    Json points = Json::array();
+    for (const WorkPoint& p : graph.points) {
+      points.push_back({{"curve", p.curve},
+                        {"values", p.values},
+                        {"error", spread(p.error)},
+                        {"cpu_ms_per_s", spread(p.ms_per_s)},
+                        {"method_us_per_tick", spread(p.us_per_tick)},
+                        {"front_run", p.front_run},
+                        {"front_tick", p.front_tick}});
+    }
+    json["graphs"].push_back({{"graph", graph.graph}, {"points", points}});
+  }
+  return json;
+}
+
+std::string write_work_precision(const std::filesystem::path& folder, const Study& study, const WorkPrecision& found) {
+  const TimingNote timing = timing_note(study);
+  std::string body = fmt::format(
+      "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>Marks are geometric means over the seeds, bars reach "
+      "one "
+      "geometric standard deviation to each side; both axes are logarithmic. A ring marks what nothing undercuts: no "
+      "other "
+      "point has a smaller error in as little time. {}</p>\n",
+      escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
+      study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION,
+      escape(timing.text));
+  if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
+  // What is over all graphs comes first.
+  std::vector<const WorkGraph*> order;
+  if (found.graphs.size() > 1) order.push_back(&found.graphs.back());
+  for (std::size_t g = 0; g < study.spec.graphs.size(); ++g) order.push_back(&found.graphs[g]);
+  for (const WorkGraph* graph : order) {
+    body += "<h2>" + escape(graph->graph) + "</h2>\n";
+    const std::vector<Chart> charts = charts_of(found, *graph);
+    if (!charts.empty()) {
+      const std::string svg = draw_svg(charts, chart_width, chart_height);
+      write_file(folder / (file_name(graph->graph) + ".svg"), svg);
+      write_file(folder / (file_name(graph->graph) + ".png"), draw_png(charts, chart_width, chart_height));
+      body += svg;
+    }
+    body += table_html(found, *graph);
+  }
+  const std::string failures = failures_text(study);
+  if (!failures.empty()) body += "<h2>Runs that failed</h2>\n<pre>" + escape(failures) + "</pre>\n";
+  return page(study.spec.name, body);
+}
+
+}  // namespace tactor
