@@ -106,6 +106,7 @@ bool LinkRunner::back_off() {
 void LinkRunner::run() {
   apply_thread_settings({}, settings_.thread_name);
   const TickSchedule schedule(settings_.rate);
+  const Duration ahead = link_->sets_pace() ? Duration::from_seconds(1 / settings_.rate) : Duration{};
   Instant origin;
   std::int64_t tick = 0;
   while (!stopping()) {
@@ -118,7 +119,7 @@ void LinkRunner::run() {
       origin = MonotonicClock::now();
       tick = 0;
     }
-    MonotonicClock::sleep_until(origin + (schedule.deadline(tick) - Time{}));
+    MonotonicClock::sleep_until(origin + (schedule.deadline(tick) - Time{}) - ahead);
     cycle(MonotonicClock::now());
     if (!is_open_ && !any_good_ && !back_off()) break;
     const std::int64_t last = schedule.last_due(Time{} + (MonotonicClock::now() - origin));
