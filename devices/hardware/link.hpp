@@ -65,7 +65,7 @@ class Link {
   /// effort. False, with why, where that fails; then nothing is open.
   virtual bool open(LinkFailure& failure) = 0;
   /// Whether `exchange` waits for what the device sends at its own pace. A cycle may then begin as soon as the one
-  /// before has ended, up to a period before it is due: two clocks that both set the pace would beat.
+  /// before has ended, up to one and a half periods before it is due: two clocks that both set the pace would beat.
   [[nodiscard]] virtual bool sets_pace() const { return false; }
   /// One cycle: gives the device `command` and reads `sample`. False, with why, where either failed; `sample` is then
   /// of no use. A device that reports a fault is no failure: `sample.faults` tells, and `failure` has it in words.
