@@ -64,6 +64,9 @@ class Link {
   /// Connects, makes sure that the right device answers before anything is written to it, and starts it up with zero
   /// effort. False, with why, where that fails; then nothing is open.
   virtual bool open(LinkFailure& failure) = 0;
+  /// Whether `exchange` waits for what the device sends at its own pace. A cycle may then begin as soon as the one
+  /// before has ended, up to one and a half periods before it is due: two clocks that both set the pace would beat.
+  [[nodiscard]] virtual bool sets_pace() const { return false; }
   /// One cycle: gives the device `command` and reads `sample`. False, with why, where either failed; `sample` is then
   /// of no use. A device that reports a fault is no failure: `sample.faults` tells, and `failure` has it in words.
   virtual bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) = 0;

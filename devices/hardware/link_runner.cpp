@@ -16,6 +16,7 @@ namespace tactor {
 namespace {
 
 constexpr Time always{INT64_MAX};
+constexpr double periods_ahead = 1.5;       // one, and half of one because what a device sends comes unevenly
 constexpr Duration look_again{20'000'000};  // for a command, while idle
 
 }  // namespace
@@ -106,6 +107,7 @@ bool LinkRunner::back_off() {
 void LinkRunner::run() {
   apply_thread_settings({}, settings_.thread_name);
   const TickSchedule schedule(settings_.rate);
+  const Duration ahead = link_->sets_pace() ? Duration::from_seconds(periods_ahead / settings_.rate) : Duration{};
   Instant origin;
   std::int64_t tick = 0;
   while (!stopping()) {
@@ -118,7 +120,7 @@ void LinkRunner::run() {
       origin = MonotonicClock::now();
       tick = 0;
     }
-    MonotonicClock::sleep_until(origin + (schedule.deadline(tick) - Time{}));
+    MonotonicClock::sleep_until(origin + (schedule.deadline(tick) - Time{}) - ahead);
     cycle(MonotonicClock::now());
     if (!is_open_ && !any_good_ && !back_off()) break;
     const std::int64_t last = schedule.last_due(Time{} + (MonotonicClock::now() - origin));

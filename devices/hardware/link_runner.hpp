@@ -41,7 +41,8 @@ struct LinkReport {
 };
 
 /// Opens a Link and exchanges one command and one sample a cycle, at absolute deadlines, on a thread of its own; cycles
-/// that are due while one is under way are skipped. The device loop hands commands over and takes reports by
+/// that are due while one is under way are skipped. A device that sets the pace is waited for instead, and no more than
+/// one and a half periods ahead of the deadlines. The device loop hands commands over and takes reports by
 /// LatestSlot: it never waits, allocates or locks.
 ///
 /// The thread takes over the policy that the loop's thread has at its first command, one priority below it where that

@@ -140,7 +140,7 @@ void Client::disconnect() {
 void Client::keep_silence() {
   if (!endpoint_.serial) return;
   const Instant until{silent_from_ns_ + line_.silent().ns};
-  if (MonotonicClock::now() < until) MonotonicClock::sleep_until(until);
+  MonotonicClock::sleep_until(until);
 }
 
 bool Client::drain() {

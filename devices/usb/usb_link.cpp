@@ -12,7 +12,9 @@ namespace {
 
 constexpr Duration longest_goodbye{100'000'000};
 constexpr double still_counts = 3;
-constexpr double late_cycles = 3;  // after so many a cycle began late
+constexpr double late_cycles = 3;         // after so many a cycle began late
+constexpr int most_unanswered = 2;        // one is answered while the next is on its way
+constexpr double frames_to_answer = 1.5;  // more of them: a report was lost
 
 std::string name_of(const UsbProfile& profile) {
   char numbers[32];
@@ -54,6 +56,7 @@ UsbLink::UsbLink(UsbProfile profile, UsbChoice choice, CalibrationStore store)
 UsbLink::~UsbLink() = default;
 
 void UsbLink::received(std::span<const std::uint8_t> bytes) {
+  unanswered_ = std::max(0, unanswered_ - 1);
   if (bytes.size() != newest_.size()) {
     any_wrong_ = true;
     wrong_size_ = bytes.size();
@@ -72,7 +75,7 @@ bool UsbLink::lost(LinkFailure& failure) {
 
 void UsbLink::send(const LinkCommand& command) {
   write_efforts(profile_.output, command.effort, command_);
-  port_->send(command_);
+  if (port_->send(command_)) ++unanswered_;
 }
 
 /// Lets transfers end; false, with why, where one has failed.
@@ -84,7 +87,8 @@ bool UsbLink::wait(Duration most, LinkFailure& failure) {
   return false;
 }
 
-bool UsbLink::wait_for_report(Duration most, LinkFailure& failure) {
+/// `again`, where not null, is sent a second time as soon as there is room, where the device has run out of commands.
+bool UsbLink::wait_for_report(Duration most, LinkFailure& failure, const LinkCommand* again) {
   const Instant end = MonotonicClock::now() + most;
   for (Duration left = most; left.ns >= 0; left = end - MonotonicClock::now()) {
     if (any_wrong_) {
@@ -94,6 +98,7 @@ bool UsbLink::wait_for_report(Duration most, LinkFailure& failure) {
       return false;
     }
     if (fresh_) return true;
+    if (again != nullptr && unanswered_ < most_unanswered && !port_->sending()) send(*again);
     if (!wait(left, failure)) return false;
   }
   char text[64];
@@ -112,6 +117,7 @@ bool UsbLink::ask_for_report(Duration most, LinkFailure& failure) {
 bool UsbLink::open_port(LinkFailure& failure) {
   std::string why;
   fresh_ = any_wrong_ = false;
+  unanswered_ = 0;
   port_ = bus_.open(selector_, why);
   if (port_ == nullptr) {
     failure = {LinkError::disconnected, why, true};
@@ -160,10 +166,7 @@ bool UsbLink::open(LinkFailure& failure) {
   failure = {};
   if (open_port(failure) && find_zero(failure) && ask_for_report(profile_.report_timeout * 10, failure)) {
     fresh_ = false;
-    send({});
     exchanged_ = MonotonicClock::now();
-    // Reports come with the frames of the bus. Cycles that begin between them, and not with them, find one each.
-    MonotonicClock::sleep_until(MonotonicClock::now() + Duration::from_seconds(0.5 / profile_.rate));
     return true;
   }
   port_.reset();
@@ -194,17 +197,18 @@ bool UsbLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailu
   TACTOR_DEMAND(port_ != nullptr);
   failure = {};
   const Instant began = MonotonicClock::now();
-  // What went out in the last cycle is taken note of, so that there is room.
-  if (!wait(Duration{}, failure)) return false;
-  // A report that has waited for this thread shows where the device was, and is no jump.
-  if (began - exchanged_ > Duration::from_seconds(late_cycles / profile_.rate)) fresh_ = false;
+  const bool late = began - exchanged_ > Duration::from_seconds(late_cycles / profile_.rate);
   exchanged_ = began;
+  // What has ended meanwhile is taken note of, so that there is room to send.
+  if ((late || port_->sending()) && !wait(Duration{}, failure)) return false;
+  // A report that has waited for this thread shows where the device was, and is no jump.
+  if (late) fresh_ = false;
   send(command);
-  if (!wait_for_report(profile_.report_timeout, failure)) return false;
-  // A device that only answers is asked again before its answer has come, or each answer would take two frames. Where
-  // that got out of step it is asked once more.
-  const bool late = MonotonicClock::now() - began > Duration::from_seconds(1 / profile_.rate);
-  if (profile_.asks_first && late) send(command);
+  if (!wait_for_report(profile_.report_timeout, failure, profile_.asks_first ? &command : nullptr)) {
+    unanswered_ = 0;
+    return false;
+  }
+  if (MonotonicClock::now() - began > Duration::from_seconds(frames_to_answer / profile_.rate)) unanswered_ = 0;
   fresh_ = false;
   read_sample(sample, failure);
   return true;

@@ -18,8 +18,10 @@ namespace tactor {
 /// the text of the profile that the right device answers, before anything but zero is sent; nothing is sent before that
 /// where the device speaks first. That first report may have lain in the device since somebody else closed it: it is
 /// no sample. A cycle sends a command and takes the newest report, for which it waits for one report timeout; after a
-/// cycle that began late it takes none that was sent before. Closing sends zero and waits for that to go, and for the
-/// report by which a device that only answers shows that it has gone on, for at most a tenth of a second.
+/// cycle that began late it takes none that was sent before. A device that only answers is kept two commands ahead: it
+/// takes the next one in the frame in which its report is fetched, and would else answer in every other frame. Closing
+/// sends zero and waits for that to go, and for the report by which a device that only answers shows that it has gone
+/// on, for at most a tenth of a second.
 ///
 /// Where the profile has a pose of calibration the line does not open without the record of it, and forgets the record
 /// when the device goes.
@@ -31,6 +33,7 @@ class UsbLink final : public Link, private UsbListener {
 
   [[nodiscard]] std::string name() const override { return name_; }
   bool open(LinkFailure& failure) override;
+  [[nodiscard]] bool sets_pace() const override { return true; }
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override;
   void close() override;
 
@@ -46,7 +49,7 @@ class UsbLink final : public Link, private UsbListener {
   bool open_port(LinkFailure& failure);
   bool find_zero(LinkFailure& failure);
   bool wait(Duration most, LinkFailure& failure);
-  bool wait_for_report(Duration most, LinkFailure& failure);
+  bool wait_for_report(Duration most, LinkFailure& failure, const LinkCommand* again = nullptr);
   bool ask_for_report(Duration most, LinkFailure& failure);
   void send(const LinkCommand& command);
   void read_sample(LinkSample& sample, LinkFailure& failure) const;
@@ -63,7 +66,8 @@ class UsbLink final : public Link, private UsbListener {
   std::size_t wrong_size_ = 0;  // of a report that has not the size of the layout
   bool any_wrong_ = false;
   bool fresh_ = false;
-  Instant exchanged_;  // when the last cycle began
+  int unanswered_ = 0;  // commands that a report has still to come for, where the device only answers
+  Instant exchanged_;   // when the last cycle began
 };
 
 }  // namespace tactor

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <ctime>
 #include <fstream>
+#include <utility>
 
 #include "framework/core/check.hpp"
 
@@ -189,6 +190,7 @@ struct UsbPort::Impl {
   std::vector<unsigned char> out_buffer;
   bool out_busy = false;
   bool ending = false;
+  std::uint8_t halted = 0;          // endpoint that has stalled; 0: none
   UsbResult worst = UsbResult::ok;  // since the last wait
   int ended = 0;                    // told to libusb's event loop: something has come
 
@@ -214,6 +216,10 @@ struct UsbPort::Impl {
       const UsbResult result = result_of(transfer->status);
       self.note(result);
       if (result == UsbResult::disconnected) return;
+      if (result == UsbResult::stalled) {
+        self.halted = transfer->endpoint;
+        return;
+      }
       if (result == UsbResult::ok) {
         const auto n = static_cast<std::size_t>(std::max(transfer->actual_length, 0));
         self.listener->received({transfer->buffer, std::min(n, reader.buffer.size())});
@@ -224,7 +230,19 @@ struct UsbPort::Impl {
   static void LIBUSB_CALL out_ended(libusb_transfer* transfer) {
     auto& self = *static_cast<Impl*>(transfer->user_data);
     self.out_busy = false;
-    if (!self.ending) self.note(result_of(transfer->status));
+    if (self.ending) return;
+    const UsbResult result = result_of(transfer->status);
+    self.note(result);
+    if (result == UsbResult::stalled) self.halted = transfer->endpoint;
+  }
+  /// A stalled endpoint takes nothing until it is told to go on.
+  void set_free() {
+    if (halted == 0) return;
+    const int code = libusb_clear_halt(handle, std::exchange(halted, std::uint8_t{0}));
+    if (code != 0) note(result_of(code));
+    for (Reader& reader : in) {
+      if (!reader.busy) submit(reader);
+    }
   }
 };
 
@@ -343,6 +361,7 @@ UsbResult UsbPort::wait(Duration most) {
     timeval time{static_cast<time_t>(us / 1'000'000), static_cast<suseconds_t>(us % 1'000'000)};
     const int code = libusb_handle_events_timeout_completed(i.context, &time, &i.ended);
     if (code != 0 && code != LIBUSB_ERROR_INTERRUPTED) i.note(result_of(code));
+    i.set_free();
   }
   const UsbResult result = i.worst;
   i.worst = UsbResult::ok;

@@ -97,7 +97,8 @@ class UsbPort {
   bool send(std::span<const std::uint8_t> bytes);
   [[nodiscard]] bool sending() const;
   /// Lets transfers end for at most so long; returns as soon as one has. `ok` also where none did: what ended, and how,
-  /// is told by the listener and by this result.
+  /// is told by the listener and by this result. An endpoint that has stalled is set free again, which the device
+  /// answers within five seconds, or the kernel gives up.
   UsbResult wait(Duration most);
 
  private:

@@ -12,7 +12,8 @@ namespace tactor {
 namespace {
 
 constexpr long frame_ns = 1'000'000;
-constexpr int priority = 40;  // below the loops that are tried on the device
+constexpr std::uint8_t to_host = 0x81;  // the endpoint of reports
+constexpr int priority = 40;            // below the loops that are tried on the device
 
 double seconds(const timespec& t) {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
@@ -31,12 +32,17 @@ UsbEmulator::UsbEmulator(const Emulation& emulation)
 }
 
 UsbEmulator::~UsbEmulator() {
-  stop_ = true;
-  if (thread_.joinable()) thread_.join();
+  halt_frames();
   if (control_ >= 0) ::close(control_);
 }
 
+void UsbEmulator::halt_frames() {
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
 void UsbEmulator::run() {
+  stop_ = false;
   thread_ = std::thread([this] { loop(); });
 }
 
@@ -99,6 +105,9 @@ void UsbEmulator::begin(UsbFault fault) {
     case UsbFault::replug:
       node_.locked([this] { state_->plugged = 1; });
       node_.plug();
+      return;
+    case UsbFault::stall:
+      node_.halt(to_host);
       return;
     default:
       node_.locked([&] { device_->begin(fault); });

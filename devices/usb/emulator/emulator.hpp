@@ -21,6 +21,8 @@ class UsbEmulator {
   /// Begins the frames, on a thread at SCHED_FIFO 40 where the system allows it, so that a device keeps its time beside
   /// busy programs; else under the ordinary policy. The policy of the caller does not matter.
   void run();
+  /// Ends them.
+  void halt_frames();
   /// One frame, where nobody runs them; `dt` in s.
   void frame(double dt = 1e-3);
   /// A fault now.

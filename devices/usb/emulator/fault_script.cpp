@@ -8,7 +8,7 @@ namespace tactor {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, UsbFault>, 12> names{{{"unplug", UsbFault::unplug},
+constexpr std::array<std::pair<std::string_view, UsbFault>, 13> names{{{"unplug", UsbFault::unplug},
                                                                        {"replug", UsbFault::replug},
                                                                        {"silent", UsbFault::silent},
                                                                        {"short", UsbFault::short_report},
@@ -18,6 +18,7 @@ constexpr std::array<std::pair<std::string_view, UsbFault>, 12> names{{{"unplug"
                                                                        {"stuck", UsbFault::stuck},
                                                                        {"status", UsbFault::status},
                                                                        {"garbage", UsbFault::garbage},
+                                                                       {"stall", UsbFault::stall},
                                                                        {"unhomed", UsbFault::unhomed},
                                                                        {"well", UsbFault::well}}};
 

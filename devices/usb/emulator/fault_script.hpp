@@ -20,6 +20,7 @@ enum class UsbFault : std::uint8_t {
   stuck,    ///< all encoders stand still
   status,   ///< the device reports a fault of its own
   garbage,  ///< reports of random bytes
+  stall,    ///< the endpoint to the host stalls until it is told to go on
   unhomed,  ///< a Falcon says that its encoders have no zero
   well,     ///< an end to all of them
 };

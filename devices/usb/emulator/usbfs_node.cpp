@@ -41,6 +41,12 @@ bool UsbfsNode::is_open() const {
   return fd_ >= 0;
 }
 
+bool UsbfsNode::is_sending() const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(pending_.begin(), pending_.end(),
+                     [](const usbdevfs_urb* u) { return (u->endpoint & 0x80U) == 0; });
+}
+
 int UsbfsNode::openings() const {
   const std::lock_guard lock(mutex_);
   return openings_;
@@ -56,6 +62,7 @@ int UsbfsNode::open() {
   gone_ = false;
   shows_ready_ = true;  // as an eventfd is that was just made
   position_ = 0;
+  halted_.clear();
   descriptors_ = function_.descriptors();
   show_ready();
   function_.opened();
@@ -142,6 +149,7 @@ void UsbfsNode::frame(double dt) {
   const std::lock_guard lock(mutex_);
   if (fd_ < 0 || gone_) return;
   function_.tick(dt);
+  for (const std::uint8_t endpoint : halted_) refuse_at(endpoint);
   std::deque<usbdevfs_urb*> still;
   // Bulk transfers follow one another within a frame, so what is sent can be answered in it.
   for (usbdevfs_urb* urb : pending_) {
@@ -162,6 +170,22 @@ void UsbfsNode::frame(double dt) {
   }
   pending_ = std::move(still);
   show_ready();
+}
+
+bool UsbfsNode::is_halted(std::uint8_t endpoint) const {
+  return std::find(halted_.begin(), halted_.end(), endpoint) != halted_.end();
+}
+
+void UsbfsNode::halt(std::uint8_t endpoint) {
+  const std::lock_guard lock(mutex_);
+  if (!is_halted(endpoint)) halted_.push_back(endpoint);
+}
+
+void UsbfsNode::refuse_at(std::uint8_t endpoint) {
+  for (usbdevfs_urb* urb : pending_) {
+    if (urb->endpoint == endpoint) finish(*urb, -EPIPE);
+  }
+  std::erase_if(pending_, [&](const usbdevfs_urb* urb) { return urb->endpoint == endpoint; });
 }
 
 int UsbfsNode::discard(const usbdevfs_urb* urb) {
@@ -219,6 +243,8 @@ int UsbfsNode::ioctl(unsigned long request, void* argument) {
     case USBDEVFS_SETINTERFACE:
     case USBDEVFS_SETCONFIGURATION:
     case USBDEVFS_CLEAR_HALT:
+      std::erase(halted_, static_cast<std::uint8_t>(*static_cast<const unsigned*>(argument)));
+      return 0;
     case USBDEVFS_RESET:
       return 0;
     case USBDEVFS_IOCTL:

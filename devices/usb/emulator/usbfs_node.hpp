@@ -34,12 +34,16 @@ class UsbfsNode {
   /// interrupt IN endpoint and all that can be answered of bulk ones.
   /// `dt` in s, that passed since the last one.
   void frame(double dt = 1e-3);
+  /// The endpoint stalls: its transfers end with EPIPE until USBDEVFS_CLEAR_HALT.
+  void halt(std::uint8_t endpoint);
   /// The cable is pulled: transfers end with ESHUTDOWN, all else fails with ENODEV until the descriptor is closed, and
   /// the path is not there until `plug`.
   void unplug();
   void plug();
   [[nodiscard]] bool plugged() const;
   [[nodiscard]] bool is_open() const;
+  /// Whether something that was sent waits for the next frame.
+  [[nodiscard]] bool is_sending() const;
   /// How often it has been opened.
   [[nodiscard]] int openings() const;
 
@@ -65,6 +69,8 @@ class UsbfsNode {
   bool answer_control(usbdevfs_urb& urb);
   bool take_out(usbdevfs_urb& urb, unsigned char type);
   bool answer_in(usbdevfs_urb& urb);
+  [[nodiscard]] bool is_halted(std::uint8_t endpoint) const;
+  void refuse_at(std::uint8_t endpoint);
   void finish(usbdevfs_urb& urb, int status);
   void show_ready();
 
@@ -77,6 +83,7 @@ class UsbfsNode {
   std::uint32_t address_;  // on the bus; another one each time it is plugged in
   bool gone_ = false;      // the open descriptor belongs to a device that was unplugged
   bool shows_ready_ = true;
+  std::vector<std::uint8_t> halted_;  // endpoints
   std::vector<std::uint8_t> descriptors_;
   std::size_t position_ = 0;
   std::deque<usbdevfs_urb*> pending_, finished_;

@@ -1,4 +1,5 @@
 // UsbLink and everything that can go wrong on the way, through unmodified libusb and an emulated Polhem.
+#include <atomic>
 #include <boost/test/unit_test.hpp>
 #include <chrono>
 #include <cmath>
@@ -192,6 +193,45 @@ BOOST_FIXTURE_TEST_CASE(short_long_and_empty_reports_are_no_reports, Setting) {
     }
     BOOST_TEST(exchange(), failure.text);
   }
+}
+
+BOOST_FIXTURE_TEST_CASE(a_stalled_endpoint_fails_a_cycle_and_is_set_free, Setting) {
+  open();
+  for (int i = 0; i < 3; ++i) {
+    emulator->begin(UsbFault::stall);
+    until_it_fails();
+    BOOST_TEST((failure.error == LinkError::protocol), failure.text);
+    BOOST_TEST(failure.text.find("stalled") != std::string::npos, failure.text);
+    BOOST_TEST(!failure.reopen);
+    for (int cycle = 0; cycle < 20; ++cycle) BOOST_TEST_REQUIRE(exchange(), failure.text);
+  }
+}
+
+BOOST_FIXTURE_TEST_CASE(a_board_that_only_answers_does_so_in_every_frame, Setting) {
+  profile.rate = 1;  // no cycle of this test is late, whatever else the machine does
+  make();
+  open();
+  emulator->halt_frames();
+  // Frames in step with the line: the next one comes when a command waits for it.
+  std::atomic<bool> done{false};
+  std::atomic<int> frames{0};
+  std::thread bus([&] {
+    while (!done) {
+      for (int i = 0; i < 5000 && !done && !emulator->node().is_sending(); ++i) {
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+      }
+      emulator->frame();
+      ++frames;
+    }
+  });
+  constexpr int cycles = 100, first_ones = 4;
+  int answered = 0;
+  while (answered < cycles && exchange()) ++answered;
+  const int taken = frames;
+  done = true;
+  bus.join();
+  BOOST_TEST_REQUIRE(answered == cycles, failure.text);
+  BOOST_TEST(taken <= cycles + first_ones);
 }
 
 BOOST_FIXTURE_TEST_CASE(a_pulled_cable_ends_the_line_and_forgets_the_zero, Setting) {
