@@ -72,19 +72,24 @@ bool FalconLink::request(std::uint8_t request, std::uint16_t value, LinkFailure&
   if (result == UsbResult::ok) return true;
   failure =
       result == UsbResult::disconnected
-          ? LinkFailure{LinkError::reset, "the device has been unplugged", true}
+          ? LinkFailure{LinkError::reset, words(result), true}
           : LinkFailure{LinkError::identity, "its serial chip does not take request " + std::to_string(request), true};
+  return false;
+}
+
+/// Lets transfers end; false, with why, where one has failed.
+bool FalconLink::wait(Duration most, LinkFailure& failure) {
+  const UsbResult result = port_->wait(most);
+  if (result == UsbResult::ok) return true;
+  const bool gone = result == UsbResult::disconnected;
+  failure = {gone ? LinkError::reset : LinkError::protocol, words(result), gone};
   return false;
 }
 
 bool FalconLink::write(std::span<const std::uint8_t> bytes, LinkFailure& failure) {
   const Instant end = MonotonicClock::now() + answer_timeout;
   while (!port_->send(bytes)) {
-    const UsbResult result = port_->wait(Duration{1'000'000});
-    if (result == UsbResult::disconnected) {
-      failure = {LinkError::reset, "the device has been unplugged", true};
-      return false;
-    }
+    if (!wait(Duration{1'000'000}, failure)) return false;
     if (MonotonicClock::now() > end) {
       failure = {LinkError::timeout, "it takes no bytes", true};
       return false;
@@ -97,10 +102,7 @@ bool FalconLink::write(std::span<const std::uint8_t> bytes, LinkFailure& failure
 bool FalconLink::expect(std::span<const std::uint8_t> bytes, Duration most, LinkFailure& failure) {
   const Instant end = MonotonicClock::now() + most;
   while (bytes_.size() < bytes.size() && MonotonicClock::now() < end) {
-    if (port_->wait(end - MonotonicClock::now()) == UsbResult::disconnected) {
-      failure = {LinkError::reset, "the device has been unplugged", true};
-      return false;
-    }
+    if (!wait(end - MonotonicClock::now(), failure)) return false;
   }
   const bool same = bytes_.size() >= bytes.size() && std::equal(bytes.begin(), bytes.end(), bytes_.begin());
   if (!same) {
@@ -135,11 +137,7 @@ bool FalconLink::wait_for_state(Duration most, LinkFailure& failure) {
   const std::uint64_t spoilt_before = spoilt_;
   Duration left;
   do {
-    const UsbResult result = port_->wait(fresh_ ? Duration{} : std::max(left, Duration{}));
-    if (result == UsbResult::disconnected) {
-      failure = {LinkError::reset, "the device has been unplugged", true};
-      return false;
-    }
+    if (!wait(fresh_ ? Duration{} : std::max(left, Duration{}), failure)) return false;
     if (fresh_) return true;
     left = end - MonotonicClock::now();
   } while (left.ns > 0);
@@ -236,8 +234,6 @@ bool FalconLink::open(LinkFailure& failure) {
   failure = {};
   if (open_port(failure) && (answers(failure) || (failure.error != LinkError::reset && load_firmware(failure))) &&
       home(failure)) {
-    // Packets come with the frames of the bus; cycles begin between them.
-    MonotonicClock::sleep_until(MonotonicClock::now() + Duration{500'000});
     return true;
   }
   port_.reset();
@@ -248,10 +244,7 @@ bool FalconLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFa
   TACTOR_DEMAND(port_ != nullptr);
   failure = {};
   // An answer that came too late for its own cycle is no answer to this one.
-  if (port_->wait(Duration{}) == UsbResult::disconnected) {
-    failure = {LinkError::reset, "the device has been unplugged", true};
-    return false;
-  }
+  if (!wait(Duration{}, failure)) return false;
   FalconOrder next{.lights = FalconOrder::green, .home = true};
   // What the last packet said decides: an encoder that has lost its zero must not be pushed by.
   if (state_.all_homed()) {

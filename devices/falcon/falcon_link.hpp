@@ -28,6 +28,7 @@ class FalconLink final : public Link, private UsbListener {
 
   [[nodiscard]] std::string name() const override { return "falcon (USB 0403:cb48)"; }
   bool open(LinkFailure& failure) override;
+  [[nodiscard]] bool sets_pace() const override { return true; }
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override;
   void close() override;
 
@@ -43,6 +44,7 @@ class FalconLink final : public Link, private UsbListener {
   bool load_firmware(LinkFailure& failure);
   bool answers(LinkFailure& failure);
   bool home(LinkFailure& failure);
+  bool wait(Duration most, LinkFailure& failure);
   bool write(std::span<const std::uint8_t> bytes, LinkFailure& failure);
   bool expect(std::span<const std::uint8_t> bytes, Duration most, LinkFailure& failure);
   bool order(const FalconOrder& order, LinkFailure& failure);

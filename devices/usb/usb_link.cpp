@@ -12,9 +12,12 @@ namespace {
 
 constexpr Duration longest_goodbye{100'000'000};
 constexpr double still_counts = 3;
-constexpr double late_cycles = 3;         // after so many a cycle began late
-constexpr int most_unanswered = 2;        // one is answered while the next is on its way
-constexpr double frames_to_answer = 1.5;  // more of them: a report was lost
+constexpr double pause_frames = 0.25;  // between two cycles, in which reports may have come
+constexpr int most_unanswered = 2;     // one is answered while the next is on its way
+constexpr double slow_frames = 1.5;    // a cycle that takes more of them is slow
+constexpr int most_slow_cycles = 100;  // in a row: a report was lost, or the device is slow
+constexpr double quiet_frames = 2;     // without a report: everything is answered
+constexpr int most_late_reports = 16;
 
 std::string name_of(const UsbProfile& profile) {
   char numbers[32];
@@ -27,19 +30,6 @@ std::string uncalibrated(const UsbProfile& profile) {
          "put "
          "the handle into its pose (" +
          profile.calibration + ")";
-}
-
-const char* words(UsbResult result) {
-  switch (result) {
-    case UsbResult::timeout:
-      return "a transfer has run out of time";
-    case UsbResult::stalled:
-      return "an endpoint has stalled";
-    case UsbResult::overflow:
-      return "a report is longer than a packet";
-    default:
-      return "a transfer has failed";
-  }
 }
 
 }  // namespace
@@ -62,6 +52,10 @@ void UsbLink::received(std::span<const std::uint8_t> bytes) {
     wrong_size_ = bytes.size();
     return;
   }
+  if (unwanted_ > 0) {
+    --unwanted_;
+    return;
+  }
   std::copy(bytes.begin(), bytes.end(), newest_.begin());
   fresh_ = true;
 }
@@ -69,7 +63,7 @@ void UsbLink::received(std::span<const std::uint8_t> bytes) {
 /// The device has gone: with its power it has lost its zero.
 bool UsbLink::lost(LinkFailure& failure) {
   if (!profile_.calibration.empty()) store_.forget(port_->identity());
-  failure = {LinkError::reset, "the device has been unplugged", true};
+  failure = {LinkError::reset, words(UsbResult::disconnected), true};
   return false;
 }
 
@@ -92,7 +86,6 @@ bool UsbLink::wait_for_report(Duration most, LinkFailure& failure, const LinkCom
   const Instant end = MonotonicClock::now() + most;
   for (Duration left = most; left.ns >= 0; left = end - MonotonicClock::now()) {
     if (any_wrong_) {
-      any_wrong_ = false;
       failure = {LinkError::protocol,
                  "a report of " + std::to_string(wrong_size_) + " bytes, expected " + std::to_string(newest_.size())};
       return false;
@@ -109,15 +102,31 @@ bool UsbLink::wait_for_report(Duration most, LinkFailure& failure, const LinkCom
 
 /// Sends zero and waits for a report that comes after that.
 bool UsbLink::ask_for_report(Duration most, LinkFailure& failure) {
-  fresh_ = false;
+  fresh_ = any_wrong_ = false;
   send({});
   return wait_for_report(most, failure);
 }
 
+/// Lets reports that are still to come pass by, so that it is known that no command is unanswered.
+bool UsbLink::drain(LinkFailure& failure) {
+  const Duration quiet = Duration::from_seconds(quiet_frames / profile_.rate);
+  for (int i = 0; i < most_late_reports; ++i) {
+    fresh_ = false;
+    const Instant end = MonotonicClock::now() + quiet;
+    for (Duration left = quiet; !fresh_ && left.ns > 0; left = end - MonotonicClock::now()) {
+      if (!wait(left, failure)) return false;
+    }
+    if (!fresh_) break;
+  }
+  unanswered_ = 0;
+  out_of_step_ = false;
+  return true;
+}
+
 bool UsbLink::open_port(LinkFailure& failure) {
   std::string why;
-  fresh_ = any_wrong_ = false;
-  unanswered_ = 0;
+  fresh_ = any_wrong_ = out_of_step_ = false;
+  unanswered_ = unwanted_ = slow_ = 0;
   port_ = bus_.open(selector_, why);
   if (port_ == nullptr) {
     failure = {LinkError::disconnected, why, true};
@@ -143,7 +152,7 @@ bool UsbLink::open_port(LinkFailure& failure) {
     }
   }
   if (failure.error == LinkError::none && wait_for_report(most, failure)) return true;
-  if (failure.error == LinkError::protocol) {
+  if (any_wrong_) {
     failure.error = LinkError::identity;
     failure.text += ", so it is another device under the same numbers";
   }
@@ -165,8 +174,7 @@ bool UsbLink::find_zero(LinkFailure& failure) {
 bool UsbLink::open(LinkFailure& failure) {
   failure = {};
   if (open_port(failure) && find_zero(failure) && ask_for_report(profile_.report_timeout * 10, failure)) {
-    fresh_ = false;
-    exchanged_ = MonotonicClock::now();
+    ended_ = MonotonicClock::now();
     return true;
   }
   port_.reset();
@@ -196,19 +204,29 @@ void UsbLink::read_sample(LinkSample& sample, LinkFailure& failure) const {
 bool UsbLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) {
   TACTOR_DEMAND(port_ != nullptr);
   failure = {};
+  const double frame = 1 / profile_.rate;
   const Instant began = MonotonicClock::now();
-  const bool late = began - exchanged_ > Duration::from_seconds(late_cycles / profile_.rate);
-  exchanged_ = began;
-  // What has ended meanwhile is taken note of, so that there is room to send.
-  if ((late || port_->sending()) && !wait(Duration{}, failure)) return false;
-  // A report that has waited for this thread shows where the device was, and is no jump.
-  if (late) fresh_ = false;
-  send(command);
-  if (!wait_for_report(profile_.report_timeout, failure, profile_.asks_first ? &command : nullptr)) {
-    unanswered_ = 0;
+  const bool paused = began - ended_ > Duration::from_seconds(pause_frames * frame);
+  if (out_of_step_) {
+    if (!drain(failure)) return false;
+  } else if ((paused || port_->sending()) && !wait(Duration{}, failure)) {
     return false;
   }
-  if (MonotonicClock::now() - began > Duration::from_seconds(frames_to_answer / profile_.rate)) unanswered_ = 0;
+  if (paused) {
+    // What came meanwhile shows where the device was then, and what it sends on its own has one more ready.
+    fresh_ = false;
+    unwanted_ = profile_.asks_first ? 0 : 1;
+  }
+  any_wrong_ = false;
+  send(command);
+  const bool good = wait_for_report(profile_.report_timeout, failure, profile_.asks_first ? &command : nullptr);
+  ended_ = MonotonicClock::now();
+  slow_ = ended_ - began > Duration::from_seconds(slow_frames * frame) ? slow_ + 1 : 0;
+  if (profile_.asks_first && (!good || slow_ >= most_slow_cycles)) {
+    out_of_step_ = true;
+    slow_ = 0;
+  }
+  if (!good) return false;
   fresh_ = false;
   read_sample(sample, failure);
   return true;
@@ -228,9 +246,8 @@ void UsbLink::close() {
   wait_while(sending);
   if (!gone) send({});
   wait_while(sending);
-  // A board that only answers looks for the zero after its report has been taken, and not before.
-  fresh_ = false;
-  if (profile_.asks_first) wait_while([this] { return !fresh_; });
+  // A board that only answers looks for the zero after its reports have been taken, and not before.
+  if (profile_.asks_first) wait_while([this] { return unanswered_ > 0; });
   port_.reset();
 }
 

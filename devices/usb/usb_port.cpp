@@ -163,6 +163,21 @@ class DeviceList {
 
 }  // namespace
 
+const char* words(UsbResult result) {
+  switch (result) {
+    case UsbResult::timeout:
+      return "a transfer has run out of time";
+    case UsbResult::stalled:
+      return "an endpoint has stalled";
+    case UsbResult::overflow:
+      return "a report is longer than a packet";
+    case UsbResult::disconnected:
+      return "the device has been unplugged";
+    default:
+      return "a transfer has failed";
+  }
+}
+
 UsbSelector selector_of(std::uint16_t vendor, std::uint16_t product, const UsbChoice& choice) {
   UsbSelector selector{vendor, product, choice.serial, choice.file};
   const char* file = std::getenv("TACTOR_USB_FILE");
@@ -197,6 +212,15 @@ struct UsbPort::Impl {
   void note(UsbResult result) {
     if (result != UsbResult::ok && worst != UsbResult::disconnected) worst = result;
     ended = 1;
+  }
+  /// True where one of them still has to end.
+  bool cancel_readers() {
+    bool any = false;
+    for (Reader& reader : in) {
+      if (reader.busy) libusb_cancel_transfer(reader.transfer);
+      any = any || reader.busy;
+    }
+    return any;
   }
   void submit(Reader& reader) {
     const int code = libusb_submit_transfer(reader.transfer);
@@ -235,9 +259,10 @@ struct UsbPort::Impl {
     self.note(result);
     if (result == UsbResult::stalled) self.halted = transfer->endpoint;
   }
-  /// A stalled endpoint takes nothing until it is told to go on.
+  /// A stalled endpoint takes nothing until it is told to go on, and must have nothing queued then.
   void set_free() {
     if (halted == 0) return;
+    if (halted == in[0].transfer->endpoint && cancel_readers()) return;
     const int code = libusb_clear_halt(handle, std::exchange(halted, std::uint8_t{0}));
     if (code != 0) note(result_of(code));
     for (Reader& reader : in) {
@@ -251,9 +276,7 @@ UsbPort::UsbPort(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 UsbPort::~UsbPort() {
   Impl& i = *impl_;
   i.ending = true;
-  for (Impl::Reader& reader : i.in) {
-    if (reader.busy) libusb_cancel_transfer(reader.transfer);
-  }
+  i.cancel_readers();
   // What was sent last may be the zero that must arrive: it is let through before it is called back.
   for (int round = 0; round < cancel_rounds && i.any_busy(); ++round) {
     if (round == cancel_rounds / 2 && i.out_busy) libusb_cancel_transfer(i.out);

@@ -39,6 +39,9 @@ struct UsbDeviceInfo {
   bool may_open = false;
 };
 
+/// What went wrong, in words; of what is not ok.
+const char* words(UsbResult result);
+
 /// Which device is meant.
 struct UsbSelector {
   std::uint16_t vendor = 0, product = 0;

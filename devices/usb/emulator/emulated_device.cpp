@@ -169,7 +169,13 @@ void ReportDevice::obey(std::span<const std::uint8_t> data) {
 }
 
 std::optional<std::vector<std::uint8_t>> ReportDevice::in(std::uint8_t) {
-  if (!emulation().asks_first) return spoilt(report());
+  if (!emulation().asks_first) {
+    if (has(UsbFault::silent)) return std::nullopt;
+    // Firmware has the next one ready before it is asked for.
+    const std::vector<std::uint8_t> ready = made_ ? std::move(*made_) : report();
+    made_ = report();
+    return spoilt(ready);
+  }
   if (!made_ || has(UsbFault::silent)) return std::nullopt;
   const std::vector<std::uint8_t> taken = std::move(*made_);
   made_.reset();

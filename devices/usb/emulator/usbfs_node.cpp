@@ -149,16 +149,20 @@ void UsbfsNode::frame(double dt) {
   const std::lock_guard lock(mutex_);
   if (fd_ < 0 || gone_) return;
   function_.tick(dt);
-  for (const std::uint8_t endpoint : halted_) refuse_at(endpoint);
+  for (Halt& halt : halted_) tell(halt);
   std::deque<usbdevfs_urb*> still;
   // Bulk transfers follow one another within a frame, so what is sent can be answered in it.
   for (usbdevfs_urb* urb : pending_) {
-    if (!take_out(*urb, USBDEVFS_URB_TYPE_BULK)) still.push_back(urb);
+    if (is_halted(urb->endpoint) || !take_out(*urb, USBDEVFS_URB_TYPE_BULK)) still.push_back(urb);
   }
   pending_ = std::move(still);
   still.clear();
   std::vector<std::uint8_t> answered;  // interrupt endpoints that have had their transfer of this frame
   for (usbdevfs_urb* urb : pending_) {
+    if (is_halted(urb->endpoint)) {
+      still.push_back(urb);
+      continue;
+    }
     if (take_out(*urb, USBDEVFS_URB_TYPE_INTERRUPT)) continue;
     const bool interrupt = urb->type == USBDEVFS_URB_TYPE_INTERRUPT;
     const bool done = std::find(answered.begin(), answered.end(), urb->endpoint) != answered.end();
@@ -173,19 +177,28 @@ void UsbfsNode::frame(double dt) {
 }
 
 bool UsbfsNode::is_halted(std::uint8_t endpoint) const {
-  return std::find(halted_.begin(), halted_.end(), endpoint) != halted_.end();
+  return std::any_of(halted_.begin(), halted_.end(), [&](const Halt& h) { return h.endpoint == endpoint; });
 }
 
 void UsbfsNode::halt(std::uint8_t endpoint) {
   const std::lock_guard lock(mutex_);
-  if (!is_halted(endpoint)) halted_.push_back(endpoint);
+  if (!is_halted(endpoint)) halted_.push_back({endpoint, false});
 }
 
-void UsbfsNode::refuse_at(std::uint8_t endpoint) {
-  for (usbdevfs_urb* urb : pending_) {
-    if (urb->endpoint == endpoint) finish(*urb, -EPIPE);
-  }
-  std::erase_if(pending_, [&](const usbdevfs_urb* urb) { return urb->endpoint == endpoint; });
+void UsbfsNode::tell(Halt& halt) {
+  const auto first = std::find_if(pending_.begin(), pending_.end(),
+                                  [&](const usbdevfs_urb* urb) { return urb->endpoint == halt.endpoint; });
+  if (halt.told || first == pending_.end()) return;
+  halt.told = true;
+  finish(**first, -EPIPE);
+  pending_.erase(first);
+}
+
+int UsbfsNode::set_free(std::uint8_t endpoint) {
+  const auto queued = [&](const usbdevfs_urb* urb) { return urb->endpoint == endpoint; };
+  if (std::any_of(pending_.begin(), pending_.end(), queued)) return -EBUSY;
+  std::erase_if(halted_, [&](const Halt& halt) { return halt.endpoint == endpoint; });
+  return 0;
 }
 
 int UsbfsNode::discard(const usbdevfs_urb* urb) {
@@ -243,8 +256,7 @@ int UsbfsNode::ioctl(unsigned long request, void* argument) {
     case USBDEVFS_SETINTERFACE:
     case USBDEVFS_SETCONFIGURATION:
     case USBDEVFS_CLEAR_HALT:
-      std::erase(halted_, static_cast<std::uint8_t>(*static_cast<const unsigned*>(argument)));
-      return 0;
+      return set_free(static_cast<std::uint8_t>(*static_cast<const unsigned*>(argument)));
     case USBDEVFS_RESET:
       return 0;
     case USBDEVFS_IOCTL:

@@ -34,7 +34,8 @@ class UsbfsNode {
   /// interrupt IN endpoint and all that can be answered of bulk ones.
   /// `dt` in s, that passed since the last one.
   void frame(double dt = 1e-3);
-  /// The endpoint stalls: its transfers end with EPIPE until USBDEVFS_CLEAR_HALT.
+  /// The endpoint stalls: its next transfer ends with EPIPE, and nothing more happens there until
+  /// USBDEVFS_CLEAR_HALT, which is refused with EBUSY while other transfers are queued there.
   void halt(std::uint8_t endpoint);
   /// The cable is pulled: transfers end with ESHUTDOWN, all else fails with ENODEV until the descriptor is closed, and
   /// the path is not there until `plug`.
@@ -62,6 +63,11 @@ class UsbfsNode {
   void close();
 
  private:
+  struct Halt {
+    std::uint8_t endpoint;
+    bool told;  // to a transfer
+  };
+
   int submit(usbdevfs_urb& urb);
   int discard(const usbdevfs_urb* urb);
   int reap(usbdevfs_urb** urb);
@@ -70,7 +76,8 @@ class UsbfsNode {
   bool take_out(usbdevfs_urb& urb, unsigned char type);
   bool answer_in(usbdevfs_urb& urb);
   [[nodiscard]] bool is_halted(std::uint8_t endpoint) const;
-  void refuse_at(std::uint8_t endpoint);
+  void tell(Halt& halt);
+  int set_free(std::uint8_t endpoint);
   void finish(usbdevfs_urb& urb, int status);
   void show_ready();
 
@@ -83,7 +90,7 @@ class UsbfsNode {
   std::uint32_t address_;  // on the bus; another one each time it is plugged in
   bool gone_ = false;      // the open descriptor belongs to a device that was unplugged
   bool shows_ready_ = true;
-  std::vector<std::uint8_t> halted_;  // endpoints
+  std::vector<Halt> halted_;
   std::vector<std::uint8_t> descriptors_;
   std::size_t position_ = 0;
   std::deque<usbdevfs_urb*> pending_, finished_;

@@ -101,6 +101,19 @@ BOOST_FIXTURE_TEST_CASE(firmware_is_loaded_and_the_handle_homed_before_anything_
   BOOST_TEST(norm(*p - there) < 5e-3);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_stalled_endpoint_fails_a_cycle_and_is_set_free, Setting) {
+  make();
+  open();
+  exchange_well();
+  emulator->begin(UsbFault::stall);
+  bool told = false;
+  for (int i = 0; i < 100 && !told; ++i) told = !exchange(0) && failure.text.find("stalled") != std::string::npos;
+  BOOST_TEST(told);
+  BOOST_TEST((failure.error == LinkError::protocol), failure.text);
+  BOOST_TEST(!failure.reopen);
+  exchange_well();
+}
+
 BOOST_FIXTURE_TEST_CASE(without_firmware_it_says_so_and_nothing_moves, Setting) {
   make(0);
   BOOST_TEST(link->missing_firmware().find("falcon (USB 0403:cb48): it has no firmware") == 0U);

@@ -2,6 +2,7 @@
 #include <sched.h>
 
 #include <boost/test/unit_test.hpp>
+#include <chrono>
 
 #include "devices/hardware/link_runner.hpp"
 #include "tests/devices/hardware/scripted_link.hpp"
@@ -188,4 +189,28 @@ BOOST_AUTO_TEST_CASE(cycles_that_are_due_in_another_are_skipped) {
   BOOST_TEST(eventually([&] { return rig.script.cycles >= 5; }));
   rig.runner.stop();
   BOOST_TEST(rig.runner.skipped() >= 4 * 5);
+}
+
+BOOST_AUTO_TEST_CASE(a_line_that_sets_the_pace_goes_ahead_of_the_deadlines_by_one_and_a_half_periods) {
+  for (const bool sets_pace : {false, true}) {
+    LinkRunnerSettings settings = patient();
+    settings.rate = 2;
+    LinkScript script;
+    script.sets_pace = sets_pace;
+    LinkRunner runner(std::make_unique<ScriptedLink>(script), settings);
+    const auto begin = std::chrono::steady_clock::now();
+    runner.start();
+    BOOST_TEST_REQUIRE(eventually([&] { return script.cycles >= 4; }));
+    runner.stop();
+    const std::scoped_lock lock(script.mutex);
+    // Cycle k is due k periods of 0.5 s after the opening, and never begins more than 0.75 s before.
+    for (int k = 0; k < 4; ++k) {
+      const double due = 0.5 * k - (sets_pace ? 0.75 : 0.0);
+      const std::chrono::duration<double> at = script.begins[static_cast<std::size_t>(k)] - begin;
+      BOOST_TEST(at.count() >= due - 1e-3);
+    }
+    const std::chrono::duration<double> second = script.begins[1] - script.begins[0];
+    // Two cycles of half a second apart fit into less where the device is waited for, unless the machine stands still.
+    if (sets_pace) BOOST_TEST(second.count() < 0.4);
+  }
 }

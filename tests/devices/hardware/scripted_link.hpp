@@ -36,9 +36,11 @@ struct LinkScript {
   std::atomic<int> cycles{0}, openings{0}, closings{0}, attempts{0};
   std::atomic<int> policy{-1}, priority{-1};  ///< of the thread in the newest cycle
   std::atomic<bool> slow{false};              ///< a cycle takes 30 ms
+  bool sets_pace = false;
 
   std::mutex mutex;
-  std::vector<double> efforts;  ///< all that were given, and -1000 at each opening
+  std::vector<double> efforts;                                ///< all that were given, and -1000 at each opening
+  std::vector<std::chrono::steady_clock::time_point> begins;  ///< of the cycles
   [[nodiscard]] std::vector<double> given() {
     const std::scoped_lock lock(mutex);
     return efforts;
@@ -61,7 +63,12 @@ class ScriptedLink final : public Link {
     script_.efforts.push_back(opening_mark);
     return true;
   }
+  [[nodiscard]] bool sets_pace() const override { return script_.sets_pace; }
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override {
+    {
+      const std::scoped_lock lock(script_.mutex);
+      script_.begins.push_back(std::chrono::steady_clock::now());
+    }
     if (script_.slow) std::this_thread::sleep_for(std::chrono::milliseconds(30));
     if (script_.fails > 0) {
       --script_.fails;

@@ -172,6 +172,22 @@ BOOST_FIXTURE_TEST_CASE(a_report_that_waited_for_a_late_cycle_is_no_sample, Sett
   BOOST_TEST(sample.q[0] > there - 0.02);
 }
 
+BOOST_FIXTURE_TEST_CASE(what_a_device_sent_on_its_own_between_two_cycles_is_no_sample, Setting) {
+  profile.asks_first = emulation.asks_first = false;
+  profile.rate = 100;
+  make();
+  open();
+  wait_for_effort(1.0);
+  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
+  const double before = sample.q[0];
+  // Two reports are taken by the transfers meanwhile, and the firmware holds a third.
+  for (int i = 0; i < 20'000 && angle() < before + 0.1; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const double there = angle();
+  BOOST_TEST_REQUIRE(there > before + 0.1);
+  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
+  BOOST_TEST(sample.q[0] > there - 0.02);
+}
+
 BOOST_FIXTURE_TEST_CASE(a_silent_device_is_a_timeout, Setting) {
   profile.report_timeout = Duration{20'000'000};
   make();
