@@ -47,7 +47,9 @@ constexpr const char* style =
 
 /// How gnuplot draws a curve.
 std::string curve_style(const Curve& curve) {
-  static constexpr std::array<int, 4> shapes{7, 5, 9, 13};  // gnuplot's filled circle, square, triangle, diamond
+  static constexpr std::array<int, 4> filled{7, 5, 9, 13};  // gnuplot's circle, square, triangle, diamond
+  static constexpr std::array<int, 4> open{6, 4, 8, 12};
+  const auto& shapes = curve.hollow ? open : filled;
   if (curve.ring)
     return fmt::format("with points pointtype 6 pointsize 1.9 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
   if (!curve.x_low.empty()) {
@@ -195,6 +197,12 @@ std::string script_of(const CellMap& map) {
         "{}$cells{} using 1:2:(0.5):(0.5) with boxxyerror fillstyle solid 1.0 border rgb '#ffffff' linecolor rgb "
         "'{}' title {}",
         plot.empty() ? "plot " : ", ", k, map.kinds[k].color, quoted(map.kinds[k].letter + "  " + map.kinds[k].name));
+  }
+  if (map.framed) {
+    const auto [column, row] = *map.framed;
+    script += fmt::format(
+        "set object rectangle center {},{} size 0.92,0.92 front fillstyle empty border rgb '#222222' linewidth 2.4\n",
+        column, row);
   }
   if (!any) return script + "plot NaN notitle\n";
   return script + letters + "EOD\n" + plot + ", $letters using 1:2:3 with labels textcolor rgb '#222222' notitle\n";

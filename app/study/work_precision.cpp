@@ -41,6 +41,10 @@ std::pair<std::string, std::string> place_of(const Study& study, const StudySett
   return {join_words(curve), join_words(values)};
 }
 
+bool is_bound(const StudySpec& spec, const StudySetting& setting) {
+  return std::find(spec.bounds.begin(), spec.bounds.end(), setting.method) != spec.bounds.end();
+}
+
 WorkGraph points_of(const Study& study, std::size_t graph) {
   WorkGraph out;
   const std::size_t settings = study.settings.size();
@@ -51,7 +55,8 @@ WorkGraph points_of(const Study& study, std::size_t graph) {
     const auto [curve, values] = place_of(study, study.settings[s]);
     out.points.push_back({curve, values, spread_of(row.figure(study.spec.error, comparison.columns)),
                           spread_of(row.figure("cpu_ms_per_s", comparison.columns)),
-                          spread_of(row.figure("method_us_per_tick", comparison.columns))});
+                          spread_of(row.figure("method_us_per_tick", comparison.columns)),
+                          is_bound(study.spec, study.settings[s])});
   }
   return out;
 }
@@ -72,7 +77,7 @@ WorkGraph over_graphs(const std::vector<WorkGraph>& graphs) {
 void mark_fronts(WorkGraph& graph) {
   std::vector<double> error, run, tick;
   for (const WorkPoint& p : graph.points) {
-    error.push_back(p.error.centre);
+    error.push_back(p.bound ? std::nan("") : p.error.centre);  // pareto_front leaves it out
     run.push_back(p.ms_per_s.centre);
     tick.push_back(p.us_per_tick.centre);
   }
@@ -106,6 +111,7 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
     bars.mark = c / series_colors;
     for (const WorkPoint& p : graph.points) {
       const Spread& t = p.*time;
+      if (p.curve == names[c] && p.bound) bars.hollow = true;
       if (p.curve != names[c] || !std::isfinite(p.error.centre) || !std::isfinite(t.centre)) continue;
       bars.x.push_back(p.error.centre);
       bars.x_low.push_back(p.error.low);
@@ -119,6 +125,7 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
       }
     }
     if (bars.x.empty()) continue;
+    if (bars.hollow) bars.name += " (bound)";
     if (bars.x.size() > 1) {
       Curve line{"", bars.x, bars.y, bars.color};
       chart.curves.push_back(std::move(line));
@@ -155,6 +162,7 @@ std::string point_name(const WorkPoint& p) {
 }
 
 std::string front_text(const WorkPoint& p) {
+  if (p.bound) return "a bound";
   return std::string(p.front_run ? "run" : "") + (p.front_run && p.front_tick ? ", " : "") +
          (p.front_tick ? "tick" : "");
 }
@@ -233,6 +241,7 @@ Json to_json(const WorkPrecision& found) {
                         {"error", spread(p.error)},
                         {"cpu_ms_per_s", spread(p.ms_per_s)},
                         {"method_us_per_tick", spread(p.us_per_tick)},
+                        {"bound", p.bound},
                         {"front_run", p.front_run},
                         {"front_tick", p.front_tick}});
     }
