@@ -74,7 +74,7 @@ WorkGraph over_graphs(const std::vector<WorkGraph>& graphs) {
   return out;
 }
 
-void mark_fronts(WorkGraph& graph) {
+void mark_fronts(WorkGraph& graph, StudyTime time) {
   std::vector<double> error, run, tick;
   for (const WorkPoint& p : graph.points) {
     error.push_back(p.bound ? std::nan("") : p.error.centre);  // pareto_front leaves it out
@@ -84,8 +84,8 @@ void mark_fronts(WorkGraph& graph) {
   const std::vector<bool> of_run = pareto_front(error, run);
   const std::vector<bool> of_tick = pareto_front(error, tick);
   for (std::size_t p = 0; p < graph.points.size(); ++p) {
-    graph.points[p].front_run = of_run[p];
-    graph.points[p].front_tick = of_tick[p];
+    graph.points[p].front_run = time != StudyTime::tick && of_run[p];
+    graph.points[p].front_tick = time != StudyTime::run && of_tick[p];
   }
 }
 
@@ -141,8 +141,12 @@ std::vector<Chart> charts_of(const WorkPrecision& found, const WorkGraph& graph)
   const auto add = [&](Chart chart) {
     if (!chart.curves.empty()) charts.push_back(std::move(chart));
   };
-  add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms a simulated second"));
-  add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
+  if (found.time != StudyTime::tick) {
+    add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms a simulated second"));
+  }
+  if (found.time != StudyTime::run) {
+    add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
+  }
   return charts;
 }
 
@@ -202,10 +206,10 @@ std::vector<bool> pareto_front(std::span<const double> x, std::span<const double
 }
 
 WorkPrecision work_precision(const Study& study) {
-  WorkPrecision found{study.spec.error, {}};
+  WorkPrecision found{study.spec.error, study.spec.time, {}};
   for (std::size_t g = 0; g < study.spec.graphs.size(); ++g) found.graphs.push_back(points_of(study, g));
   if (found.graphs.size() > 1) found.graphs.push_back(over_graphs(found.graphs));
-  for (WorkGraph& graph : found.graphs) mark_fronts(graph);
+  for (WorkGraph& graph : found.graphs) mark_fronts(graph, study.spec.time);
   return found;
 }
 
@@ -257,9 +261,10 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
       "one "
       "geometric standard deviation to each side; both axes are logarithmic. A ring marks what nothing undercuts: no "
       "other "
-      "point has a smaller error in as little time. {}</p>\n",
+      "method has a smaller error in as little time. {}{}</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION,
+      study.spec.bounds.empty() ? "" : "Hollow marks are bounds, which no method can be asked to undercut. ",
       escape(timing.text));
   if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
   // What is over all graphs comes first.

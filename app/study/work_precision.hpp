@@ -37,7 +37,8 @@ struct WorkGraph {
 };
 
 struct WorkPrecision {
-  std::string error;  ///< the figure
+  std::string error;                 ///< the figure
+  StudyTime time = StudyTime::both;  ///< which are shown, and have a front
   std::vector<WorkGraph> graphs;
 };
 

@@ -395,13 +395,18 @@ class StudyReader {
     const std::vector<std::string> kinds{"table", "work_precision", "stability"};
     const Tree* kind = &tree;
     if (tree.is_map()) {
-      check_keys(tree, "report", "key of a report", {"kind", "error", "bounds", "worst", "record"}, diagnostics_);
+      check_keys(tree, "report", "key of a report", {"kind", "error", "time", "bounds", "worst", "record"},
+                 diagnostics_);
       kind = tree.value("kind");
       if (kind == nullptr) {
         diagnostics_.error(tree.place, "report: expected the key kind, found none");
         return;
       }
       if (const Tree* t = tree.value("error")) study.error = read_text(*t, "report.error", diagnostics_).value_or("");
+      if (const Tree* t = tree.value("time")) {
+        const std::string time = read_choice(*t, "report.time", {"both", "run", "tick"}, diagnostics_).value_or("both");
+        study.time = time == "run" ? StudyTime::run : time == "tick" ? StudyTime::tick : StudyTime::both;
+      }
       if (const Tree* t = tree.value("bounds")) read_bounds(*t, study);
       if (const Tree* t = tree.value("worst")) study.worst = integer(*t, "report.worst", 0, 100);
       if (const Tree* t = tree.value("record")) study.record = read_texts(*t, "report.record");
@@ -416,6 +421,7 @@ class StudyReader {
                                                     " alone, found with kind: " + name);
     };
     only_for("error", StudyReport::work_precision, "work_precision");
+    only_for("time", StudyReport::work_precision, "work_precision");
     only_for("bounds", StudyReport::work_precision, "work_precision");
     only_for("worst", StudyReport::stability, "stability");
     only_for("record", StudyReport::stability, "stability");
