@@ -114,7 +114,7 @@ CrashPlace::~CrashPlace() {
   place.known = false;
 }
 
-CrashStack::CrashStack() : memory_(static_cast<std::size_t>(SIGSTKSZ)) {
+CrashStack::CrashStack() : memory_(std::size_t{64} << 10U) {
   const stack_t mine{.ss_sp = memory_.data(), .ss_flags = 0, .ss_size = memory_.size()};
   sigaltstack(&mine, &before_);
 }
