@@ -95,7 +95,7 @@ std::string gnuplot(const std::string& script_text, Format format, int width, in
 /// steps.
 std::vector<double> close_tics(double low, double high) {
   std::vector<double> tics;
-  if (high / low < 6) {
+  if (high / low < 12) {
     const double wish = (high - low) / 4;
     const double decade = std::pow(10, std::floor(std::log10(wish)));
     const double step = decade * (wish < 2 * decade ? 1 : wish < 5 * decade ? 2 : 5);
