@@ -320,6 +320,11 @@ int main_checked(int argc, char** argv) {
   compare_verb->add_option("--first-seed", comparison.first_seed, "The first seed")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
+  compare_verb
+      ->add_option("--repeats", comparison.repeats,
+                   "Repeats of every run, whose run times are the median; one more that does not count comes first")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
   compare_verb->add_option("--jobs", comparison.jobs, "Reference runs at once (default: the cores)")
       ->check(CLI::Range(1, 1024));
   compare_verb->add_option("--out", comparison.out, "Folder for the results")->capture_default_str();

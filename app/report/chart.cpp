@@ -47,7 +47,9 @@ constexpr const char* style =
 
 /// How gnuplot draws a curve.
 std::string curve_style(const Curve& curve) {
-  static constexpr std::array<int, 4> shapes{7, 5, 9, 13};  // gnuplot's filled circle, square, triangle, diamond
+  static constexpr std::array<int, 4> filled{7, 5, 9, 13};  // gnuplot's circle, square, triangle, diamond
+  static constexpr std::array<int, 4> open{6, 4, 8, 12};
+  const auto& shapes = curve.hollow ? open : filled;
   if (curve.ring)
     return fmt::format("with points pointtype 6 pointsize 1.9 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
   if (!curve.x_low.empty()) {
@@ -89,6 +91,26 @@ std::string gnuplot(const std::string& script_text, Format format, int width, in
   return format == Format::svg ? bytes.substr(bytes.find("<svg")) : bytes;
 }
 
+/// Where a logarithmic axis from low to high has tics: at powers of ten, at 1, 2 and 5, or where it is short at equal
+/// steps.
+std::vector<double> close_tics(double low, double high) {
+  std::vector<double> tics;
+  if (high / low < 12) {
+    const double wish = (high - low) / 4;
+    const double decade = std::pow(10, std::floor(std::log10(wish)));
+    const double step = decade * (wish < 2 * decade ? 1 : wish < 5 * decade ? 2 : 5);
+    for (double k = std::ceil(low / step); k * step <= high; ++k) tics.push_back(k * step);
+    return tics;
+  }
+  for (int decade = static_cast<int>(std::floor(std::log10(low))); std::pow(10, decade) <= high; ++decade) {
+    for (const int step : {1, 2, 5}) {
+      const double at = step * std::pow(10, decade);
+      if (at >= low && at <= high && (high / low <= 300 || step == 1)) tics.push_back(at);
+    }
+  }
+  return tics;
+}
+
 /// Ends near the values (above 0) and tics at 1, 2 and 5 for a logarithmic axis, `x` or `y`.
 std::string close_axis(const std::string& axis, const Chart& chart, std::vector<double> Curve::*values,
                        std::vector<double> Curve::*lows, std::vector<double> Curve::*highs) {
@@ -103,17 +125,12 @@ std::string close_axis(const std::string& axis, const Chart& chart, std::vector<
     }
   }
   if (!(high > 0)) return {};
-  // At least a factor of four, so that there are tics.
-  const double margin = std::max(1.25, std::sqrt(4 * low / high));
+  const double margin = std::max(1.06, std::sqrt(1.3 * low / high));
   low /= margin;
   high *= margin;
   std::string list;
-  for (int decade = static_cast<int>(std::floor(std::log10(low))); std::pow(10, decade) <= high; ++decade) {
-    for (const int step : {1, 2, 5}) {
-      const double at = step * std::pow(10, decade);
-      if (at < low || at > high || (high / low > 300 && step != 1)) continue;
-      list += fmt::format("{}\"{:.6g}\" {:.6g}", list.empty() ? "" : ", ", at, at);
-    }
+  for (const double at : close_tics(low, high)) {
+    list += fmt::format("{}\"{:.6g}\" {:.6g}", list.empty() ? "" : ", ", at, at);
   }
   return fmt::format("set {0}range [{1:.9g}:{2:.9g}]\nset {0}tics ({3})\n", axis, low, high, list);
 }
@@ -121,11 +138,11 @@ std::string close_axis(const std::string& axis, const Chart& chart, std::vector<
 std::string script_of(const std::vector<Chart>& charts) {
   std::string script =
       "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
-      "set lmargin 11\nset rmargin 26\n";
+      "set lmargin 13\nset rmargin 26\n";
   script += fmt::format("set multiplot layout {},1\n", charts.size());
   for (const Chart& chart : charts) {
     script += "set title " + quoted(chart.title) + "\nset xlabel " + quoted(chart.x_label) + "\nset ylabel " +
-              quoted(chart.y_label) + " offset 1\n";
+              quoted(chart.y_label) + "\n";
     script += chart.log_x ? "set logscale x\n" : "unset logscale x\n";
     script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
     script += chart.x_range ? fmt::format("set xrange [{:.9g}:{:.9g}]\n", chart.x_range->first, chart.x_range->second)
@@ -195,6 +212,12 @@ std::string script_of(const CellMap& map) {
         "{}$cells{} using 1:2:(0.5):(0.5) with boxxyerror fillstyle solid 1.0 border rgb '#ffffff' linecolor rgb "
         "'{}' title {}",
         plot.empty() ? "plot " : ", ", k, map.kinds[k].color, quoted(map.kinds[k].letter + "  " + map.kinds[k].name));
+  }
+  if (map.framed) {
+    const auto [column, row] = *map.framed;
+    script += fmt::format(
+        "set object rectangle center {},{} size 0.92,0.92 front fillstyle empty border rgb '#222222' linewidth 2.4\n",
+        column, row);
   }
   if (!any) return script + "plot NaN notitle\n";
   return script + letters + "EOD\n" + plot + ", $letters using 1:2:3 with labels textcolor rgb '#222222' notitle\n";

@@ -17,6 +17,7 @@ struct Curve {
   std::string color = "#000000";
   bool points = false;
   std::size_t mark = 0;  ///< which of four shapes the marks have, where there are more curves than colours
+  bool hollow = false;   ///< marks are not filled
   bool dashed = false;
   bool steps = false;  ///< hold each value until the next
   double width = 1.4;
@@ -54,7 +55,8 @@ struct CellMap {
   std::string title, x_label, y_label;
   std::vector<std::string> x, y;
   std::vector<CellKind> kinds;
-  std::vector<std::vector<int>> kind;  ///< [row][column], an index into `kinds`; -1: no cell
+  std::vector<std::vector<int>> kind;                         ///< [row][column], an index into `kinds`; -1: no cell
+  std::optional<std::pair<std::size_t, std::size_t>> framed;  ///< column and row of a cell with a frame round it
 };
 std::string draw_map_svg(const CellMap& map, int width, int height);
 std::string draw_map_png(const CellMap& map, int width, int height);

@@ -258,6 +258,11 @@ std::string significance_table(const Comparison& comparison, const std::string& 
       escape(against), rows);
 }
 
+std::string timing_html(const TimingNote& timing) {
+  const std::string warning = timing.warning.empty() ? "" : "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
+  return "<p>" + escape(timing.text) + "</p>\n" + warning;
+}
+
 }  // namespace
 
 std::string run_report(const RunResult& run) {
@@ -289,7 +294,7 @@ std::string run_report(const RunResult& run) {
   return page(run.graph, body);
 }
 
-std::string compare_report(const Comparison& comparison) {
+std::string compare_report(const Comparison& comparison, const TimingNote& timing) {
   std::string names;
   for (const CompareRow& row : comparison.rows) names += (names.empty() ? "" : ", ") + row.graph;
   std::string body = fmt::format("<p class=\"sub\">mean ± standard deviation over {} seed{}; tactor {}</p>\n",
@@ -314,7 +319,7 @@ std::string compare_report(const Comparison& comparison) {
     rows += compare_row_html(comparison, c);
   }
   body += "<h2>Error and run time</h2>\n<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n" + rows +
-          "</tbody></table></div>\n";
+          "</tbody></table></div>\n" + timing_html(timing);
   body += significance_table(comparison, comparison.rows.front().graph);
 
   const RunResult& first = comparison.rows.front().runs.front();
@@ -390,6 +395,7 @@ std::string study_report(const Study& study) {
   }
   body += study_chart(study);
   for (std::size_t first = 0; first < comparison.rows.size(); first += settings) body += study_graph_html(study, first);
+  body += timing_html(timing_note(study));
   body += significance_table(comparison, "the first line of each graph");
   return page(study.spec.name, body);
 }

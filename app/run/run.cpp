@@ -111,7 +111,7 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
 
 /// What the nodes report, where they can be asked, and the figures of nodes and edges.
 void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
-  if (nodes != nullptr && !result.interrupted && !result.failure) {
+  if (nodes != nullptr && !result.interrupted && !result.failure && !options.without_reference) {
     try {
       find_reference(plan, options, *nodes, result.reference, result.interrupted);
     } catch (const RunError& error) {

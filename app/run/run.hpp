@@ -72,6 +72,7 @@ struct RunOptions {
   std::filesystem::path cache_folder;
   /// The plan whose reference run judges this one, with the same sinks; null: the plan itself.
   const Plan* reference = nullptr;
+  bool without_reference = false;  ///< no reference run: the figures that need one are left out
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;
   /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.

@@ -53,6 +53,18 @@ struct Comparison {
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
                            std::vector<RunRecord> records, const std::vector<std::string>& metrics = {});
 
+/// What the tables say of how the run times were taken and how far they can be trusted; `warning` tells where they
+/// spread by more than 10 %.
+struct TimingNote {
+  std::string text;
+  std::string warning;        ///< or empty
+  double control_us = 0;      ///< median of the fixed computation
+  double control_spread = 0;  ///< (95th - 5th percentile) / median of it
+};
+/// `repeats`, `warm_up`: of every run.
+TimingNote timing_note(const Comparison& comparison, std::int64_t repeats, std::int64_t warm_up);
+nlohmann::ordered_json to_json(const TimingNote& note, std::int64_t repeats, std::int64_t warm_up);
+
 nlohmann::ordered_json to_json(const Comparison& comparison);
 /// One row of it, with mean, deviation and the values by seed of every figure, and what it is against another.
 nlohmann::ordered_json to_json(const CompareRow& row, const std::vector<Column>& columns);
@@ -61,6 +73,6 @@ nlohmann::ordered_json to_json(const CompareRow& row, const std::vector<Column>&
 /// their 95 % confidence interval, effect size d_z and Wilcoxon's p.
 std::string judged_text(const Comparison& comparison);
 /// The table that `tactor compare` prints.
-std::string comparison_table(const Comparison& comparison);
+std::string comparison_table(const Comparison& comparison, const TimingNote& timing);
 
 }  // namespace tactor

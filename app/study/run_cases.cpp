@@ -10,6 +10,7 @@
 #include <cmath>
 #include <exception>
 #include <fstream>
+#include <iterator>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -18,6 +19,7 @@
 #include "app/run/cpu_time.hpp"
 #include "app/run/references.hpp"
 #include "app/statistics.hpp"
+#include "app/study/crash_notes.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/engine/reference.hpp"
 #include "framework/graph/plan.hpp"
@@ -61,6 +63,7 @@ void in_parallel(std::size_t count, unsigned jobs, double& waited_s, const Work&
   std::exception_ptr failure;
   std::mutex mutex;
   const auto loop = [&] {
+    const CrashStack stack;
     const double waited = waited_for_core();
     for (std::size_t i = next++; i < count; i = next++) {
       try {
@@ -130,15 +133,16 @@ class Engine {
     make_folder(options_.table.parent_path());
     RunTable table(options_.table, options_.mode, identity, names());
     const std::vector<bool> finished = table.finished();
-    for (std::size_t i = 0; i < finished.size(); ++i) {
-      if (!finished[i]) pending_.push_back(i);
-    }
+    const CrashNotes notes(notes_file());
+    const Pending pending = sorted_out(finished, notes.found(), table);
     CasesOutcome outcome;
-    outcome.found = finished.size() - pending_.size();
+    outcome.found = static_cast<std::size_t>(std::count(finished.begin(), finished.end(), true));
     const double wall = clock_seconds(CLOCK_MONOTONIC);
     const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
-    make_references();
-    run_pending(table);
+    done_ = 0;
+    all_ = pending.suspects.size() + pending.others.size();
+    run_all(pending.suspects, 1, 1, table);
+    run_all(pending.others, options_.reference_jobs, options_.jobs, table);
     outcome.cost = {clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu, run_cpu_s_, reference_cpu_s_, waited_for_core_s_,
                     clock_seconds(CLOCK_MONOTONIC) - wall};
     outcome.records = table.read();
@@ -160,6 +164,62 @@ class Engine {
     std::string content;
     std::exception_ptr why;
   };
+
+  /// The runs that are to be made.
+  struct Pending {
+    std::vector<std::size_t> suspects;  // the process crashed in them: one at a time, before the others
+    std::vector<std::size_t> others;
+  };
+
+  /// Beside the table; of a table that begins anew nothing is known.
+  [[nodiscard]] fs::path notes_file() const {
+    fs::path file = options_.table.string() + ".crashes";
+    std::error_code ignored;
+    if (options_.mode != TableMode::resume) fs::remove(file, ignored);
+    return file;
+  }
+
+  /// Adds runs in which the process crashed twice to the table as failed, and sorts the others that are not there.
+  Pending sorted_out(const std::vector<bool>& finished, const std::vector<CrashNote>& notes, RunTable& table) const {
+    Pending pending;
+    for (std::size_t run = 0; run < finished.size(); ++run) {
+      if (finished[run]) continue;
+      std::vector<CrashNote> mine;
+      std::copy_if(notes.begin(), notes.end(), std::back_inserter(mine),
+                   [&](const CrashNote& note) { return concerns(note, run); });
+      if (mine.size() < 2) {
+        (mine.empty() ? pending.others : pending.suspects).push_back(run);
+        continue;
+      }
+      RunRecord record;
+      record.number = run;
+      record.status = RunStatus::failed;
+      record.message = fmt::format("the process crashed in {} ({}), and once more with no other run beside it",
+                                   mine.back().in_reference ? "the reference run that this run needs" : "this run",
+                                   signal_word(mine.back().signal));
+      if (planned_[run / seeds()].plan) record.result.title = planned_[run / seeds()].plan->graph.title;
+      table.add(record);
+    }
+    return pending;
+  }
+
+  [[nodiscard]] bool concerns(const CrashNote& note, std::size_t run) const {
+    if (!note.in_reference || note.run == run) return note.run == run;
+    const bool both =
+        note.run / seeds() < planned_.size() && planned_[note.run / seeds()].plan && planned_[run / seeds()].plan;
+    return both && reference_of(note.run) == reference_of(run);
+  }
+
+  /// What tells the reference run that a run needs from others; empty where it needs none.
+  [[nodiscard]] std::string reference_of(std::size_t run) const {
+    const std::optional<Plan> other = reference_for(run);
+    return reference_id(other ? *other : plan_for(run));
+  }
+
+  void run_all(const std::vector<std::size_t>& runs, unsigned reference_jobs, unsigned jobs, RunTable& table) {
+    if (!options_.without_reference) make_references(runs, reference_jobs);
+    run_pending(runs, jobs, table);
+  }
 
   [[nodiscard]] std::size_t seeds() const { return options_.seeds.size(); }
   [[nodiscard]] std::string graph_name(std::size_t c) const { return cases_[c].graph.stem().string(); }
@@ -253,28 +313,27 @@ class Engine {
   }
 
   /// Runs that differ in what comes after physics share a reference, so each is made once, before the runs ask for it.
-  void make_references() {
+  void make_references(const std::vector<std::size_t>& runs, unsigned jobs) {
     std::set<std::string> seen;
     std::vector<std::size_t> first_uses;
     std::mutex mutex;
-    in_parallel(pending_.size(), options_.reference_jobs, waited_for_core_s_, [&](std::size_t i) {
-      const std::size_t run = pending_[i];
+    in_parallel(runs.size(), jobs, waited_for_core_s_, [&](std::size_t i) {
+      const std::size_t run = runs[i];
       if (!go_on()) return false;
       if (!planned_[run / seeds()].plan) return true;
-      const Plan plan = plan_for(run);
-      const std::optional<Plan> other = reference_for(run);
-      const std::string key = reference_id(other ? *other : plan);
+      const std::string key = reference_of(run);
       const std::lock_guard lock(mutex);
       if (!key.empty() && seen.insert(key).second) first_uses.push_back(run);
       return true;
     });
     std::sort(first_uses.begin(), first_uses.end());
     std::atomic<std::size_t> done{0};
-    in_parallel(first_uses.size(), options_.reference_jobs, waited_for_core_s_, [&](std::size_t i) {
+    in_parallel(first_uses.size(), jobs, waited_for_core_s_, [&](std::size_t i) {
       if (!go_on()) return false;
       const std::size_t run = first_uses[i];
       tell(done++, first_uses.size(), "reference runs");
       const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+      const CrashPlace place(run, true);
       try {
         const Plan plan = plan_for(run);
         const std::optional<Plan> other = reference_for(run);
@@ -290,29 +349,28 @@ class Engine {
     });
   }
 
-  void run_pending(RunTable& table) {
+  void run_pending(std::vector<std::size_t> runs, unsigned jobs, RunTable& table) {
     // Seeds outside and cases inside: a machine that slows down for a while does so for all methods alike.
-    std::sort(pending_.begin(), pending_.end(), [this](std::size_t a, std::size_t b) {
+    std::sort(runs.begin(), runs.end(), [this](std::size_t a, std::size_t b) {
       return std::pair(a % seeds(), a / seeds()) < std::pair(b % seeds(), b / seeds());
     });
     std::mutex mutex;
-    std::size_t done = 0;
-    in_parallel(pending_.size(), options_.jobs, waited_for_core_s_, [&](std::size_t i) {
+    in_parallel(runs.size(), jobs, waited_for_core_s_, [&](std::size_t i) {
       if (!go_on()) return false;
       {
-        const std::size_t c = pending_[i] / seeds();
+        const std::size_t c = runs[i] / seeds();
         const std::lock_guard lock(mutex);
-        tell(done, pending_.size(), graph_name(c) + " " + cases_[c].setting);
+        tell(done_, all_, graph_name(c) + " " + cases_[c].setting);
       }
       const double control = measure_control();
       const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
-      std::optional<RunRecord> record = run_one(pending_[i]);
+      std::optional<RunRecord> record = run_one(runs[i]);
       if (!record) return false;
       record->control_us = control;
       const std::lock_guard lock(mutex);
       run_cpu_s_ += clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
       table.add(*record);
-      tell(++done, pending_.size(), "runs");
+      tell(++done_, all_, "runs");
       return true;
     });
   }
@@ -327,6 +385,7 @@ class Engine {
       record.message = planned.refused;
       return record;
     }
+    const CrashPlace place(run, false);
     try {
       std::vector<RunResult> results;
       const Plan plan = plan_for(run);
@@ -364,6 +423,7 @@ class Engine {
     run_options.note = [this](const std::string& text) { note(text); };
     run_options.progress = [this](double, const char*) { return go_on(); };
     if (reference) run_options.reference = &*reference;
+    run_options.without_reference = options_.without_reference;
     return execute(plan, run_options);
   }
 
@@ -377,7 +437,7 @@ class Engine {
   const std::vector<fs::path>& mesh_folders_;
   const CasesOptions& options_;
   std::vector<Planned> planned_;
-  std::vector<std::size_t> pending_;  // numbers of runs
+  std::size_t done_ = 0, all_ = 0;  // runs to be made
   std::atomic<bool> stopped_ = false;
   std::mutex notes_, progress_;
   double run_cpu_s_ = 0;

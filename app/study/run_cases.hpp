@@ -27,11 +27,12 @@ struct RunCase {
 
 struct CasesOptions {
   std::vector<std::uint64_t> seeds;
-  unsigned reference_jobs = 2;  ///< reference runs at once
-  unsigned jobs = 1;            ///< judged runs at once; figures do not depend on it
-  std::int64_t repeats = 1;     ///< of every run; run times are their medians
-  std::int64_t warm_up = 0;     ///< runs before these that do not count
-  bool curves = false;          ///< keep all curves of the first seed, for reports
+  unsigned reference_jobs = 2;     ///< reference runs at once
+  unsigned jobs = 1;               ///< judged runs at once; figures do not depend on it
+  std::int64_t repeats = 1;        ///< of every run; run times are their medians
+  std::int64_t warm_up = 0;        ///< runs before these that do not count
+  bool without_reference = false;  ///< no reference runs: figures that need one are left out
+  bool curves = false;             ///< keep all curves of the first seed, for reports
   /// Cases that are refused as bad input are results, unless all are.
   bool refused_are_results = false;
   std::filesystem::path cache_folder;

@@ -115,7 +115,8 @@ std::vector<std::string> names_of(const StudyAxis& axis) {
 }
 
 CellMap drawing_of(const StabilityMaps& maps, const StabilityMap& map) {
-  CellMap drawing{map_name(map), maps.x.name, maps.y.name, names_of(maps.x), names_of(maps.y), kinds(), {}};
+  CellMap drawing{map_name(map), maps.x.name, maps.y.name, names_of(maps.x), names_of(maps.y), kinds(), {}, {}};
+  if (map.own_x && map.own_y) drawing.framed = {*map.own_x, *map.own_y};
   for (const auto& row : map.cells) {
     drawing.kind.emplace_back();
     for (const StabilityCell& cell : row) drawing.kind.back().push_back(number(cell.verdict));
@@ -154,11 +155,27 @@ void record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Regi
   RunOptions options;
   options.cache_folder = default_cache_folder();
   options.recording = out / "recording.h5";
+  options.without_reference = study.spec.without_reference;
   const RunResult result = execute(plan, options);
   write_file(out / "summary.json", to_json(result).dump(2) + "\n");
   write_file(out / "graph.yaml", result.graph_yaml);
   write_file(out / "report.html", run_report(result));
   cell.recording = "worst/" + name;
+}
+
+/// The graph with what is laid over it, as text; empty where it is refused.
+std::string graph_text(const RunCase& c, const Overrides& overrides, Registry& registry,
+                       const std::vector<fs::path>& mesh_folders) {
+  try {
+    return to_yaml(make_plan(load_graph(c.graph, registry, overrides, mesh_folders)).graph);
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+/// The cell of the graph's own values, or null.
+const StabilityCell* own_cell(const StabilityMap& map) {
+  return map.own_x && map.own_y ? &map.cells[*map.own_y][*map.own_x] : nullptr;
 }
 
 Json number_json(double value) {
@@ -194,6 +211,31 @@ StabilityMaps stability_maps(const Study& study) {
     maps.maps.push_back(std::move(map));
   }
   return maps;
+}
+
+void find_own_values(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
+                     const std::vector<fs::path>& mesh_folders) {
+  const auto find_in = [&](const StudyAxis& axis, const RunCase& c, const Overrides& plain,
+                           const std::string& wanted) -> std::optional<std::size_t> {
+    for (std::size_t i = 0; i < axis.values.size(); ++i) {
+      Overrides with = plain;
+      if (axis.values[i].overlay) with.layers.push_back(*axis.values[i].overlay);
+      for (const std::string& path : axis.paths) with.set.push_back(path + "=" + axis.values[i].text);
+      if (graph_text(c, with, registry, mesh_folders) == wanted) return i;
+    }
+    return std::nullopt;
+  };
+  for (StabilityMap& map : maps.maps) {
+    const std::size_t first = map.cells[0][0].row;
+    Overrides plain = cases[first].overrides;
+    plain.seed = study.comparison.seeds.front();
+    plain.layers.resize(study.spec.methods.empty() ? 0 : 1);
+    for (const std::string& set : study.setting(first).set) std::erase(plain.set, set);
+    const std::string wanted = graph_text(cases[first], plain, registry, mesh_folders);
+    if (wanted.empty()) continue;
+    map.own_x = find_in(maps.x, cases[first], plain, wanted);
+    map.own_y = find_in(maps.y, cases[first], plain, wanted);
+  }
 }
 
 void record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
@@ -234,7 +276,8 @@ std::string stability_table(const Study& study, const StabilityMaps& maps) {
     for (std::size_t row = map.cells.size(); row-- > 0;) {
       out += fmt::format("  {:>{}}", maps.y.values[row].text, width);
       for (const StabilityCell& cell : map.cells[row]) {
-        out += fmt::format("{:>{}}", kinds()[static_cast<std::size_t>(number(cell.verdict))].letter, cell_width);
+        const std::string& letter = kinds()[static_cast<std::size_t>(number(cell.verdict))].letter;
+        out += fmt::format("{:>{}}", &cell == own_cell(map) ? "[" + letter + "]" : letter, cell_width);
       }
       out += "\n";
     }
@@ -250,7 +293,7 @@ std::string stability_table(const Study& study, const StabilityMaps& maps) {
       }
     }
   }
-  return out + "\n" + key + "\n";
+  return out + "\n" + key + "; [ ] the graph's own values\n";
 }
 
 Json to_json(const StabilityMaps& maps) {
@@ -271,7 +314,14 @@ Json to_json(const StabilityMaps& maps) {
                          {"recording", cell.recording}});
       }
     }
-    json["maps"].push_back({{"graph", map.graph}, {"method", map.method}, {"cells", cells}});
+    Json own;
+    if (const StabilityCell* cell = own_cell(map)) {
+      own = {{"x", maps.x.values[*map.own_x].text},
+             {"y", maps.y.values[*map.own_y].text},
+             {"verdict", name_of(cell->verdict)},
+             {"reason", cell->reason}};
+    }
+    json["maps"].push_back({{"graph", map.graph}, {"method", map.method}, {"own", own}, {"cells", cells}});
   }
   return json;
 }
@@ -284,7 +334,7 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
       "the "
       "tool's weight had given. Not finite: a signal became NaN or infinite. Refused or failed: there was no whole run "
       "to "
-      "judge.</p>\n",
+      "judge. A frame is round the cell whose values are the graph's own.</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION);
   // The key wants its height too.

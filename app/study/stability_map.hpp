@@ -29,6 +29,7 @@ struct StabilityCell {
 /// The map of one graph and method; cells are [row of y][column of x].
 struct StabilityMap {
   std::string graph, method;
+  std::optional<std::size_t> own_x, own_y;  ///< the values that the graph has without the study's; absent: others
   std::vector<std::vector<StabilityCell>> cells;
 };
 
@@ -40,6 +41,10 @@ struct StabilityMaps {
 
 /// Throws InputError where no run was judged.
 StabilityMaps stability_maps(const Study& study);
+
+/// Finds in each map which values are the graph's own, by comparing the graphs that they make.
+void find_own_values(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
+                     const std::vector<std::filesystem::path>& mesh_folders);
 
 /// Runs the worst cells that are not stable anew, as many as the study says, with a recording; they land in
 /// FOLDER/worst/.

@@ -251,36 +251,7 @@ std::string run_times_csv(const Study& study) {
 }
 
 TimingNote timing_note(const Study& study) {
-  std::vector<double> control, spreads;
-  for (const CompareRow& row : study.comparison.rows) {
-    for (std::size_t s = 0; s < row.status.size(); ++s) {
-      if (row.status[s] != RunStatus::done) continue;
-      control.push_back(row.control_us[s]);
-      if (std::isfinite(row.spread[s])) spreads.push_back(row.spread[s]);
-    }
-  }
-  TimingNote note;
-  if (control.empty()) return note;
-  note.control_us = median(control);
-  note.control_spread = (quantile(control, 0.95) - quantile(control, 0.05)) / note.control_us;
-  note.text = study.spec.repeats > 1
-                  ? fmt::format(
-                        "Run times are CPU times, the median of {} repeats after {} that did not count; the "
-                        "repeats of a run spread by {:.1f} % in the median and {:.1f} % at most. ",
-                        study.spec.repeats, study.spec.warm_up, 100 * median(spreads), 100 * quantile(spreads, 1))
-                  : "Run times are CPU times of a single run each. ";
-  note.text += fmt::format(
-      "A fixed computation before each run took {:.0f} us in the median and spread by {:.1f} % (5th to 95th "
-      "percentile).",
-      note.control_us, 100 * note.control_spread);
-  const double worst = std::max(note.control_spread, spreads.empty() ? 0 : quantile(spreads, 0.5));
-  if (worst > 0.1) {
-    note.warning = fmt::format(
-        "The machine was not quiet: run times spread by {:.0f} %, more than 10 %. Compare them with "
-        "care, or run the study anew with --jobs 1 on an idle machine.",
-        100 * worst);
-  }
-  return note;
+  return timing_note(study.comparison, study.spec.repeats, study.spec.warm_up);
 }
 
 std::string failures_text(const Study& study) {
@@ -300,12 +271,7 @@ Json to_json(const Study& study) {
   json["study"] = study.spec.name;
   json["title"] = study.spec.title;
   json["seeds"] = study.comparison.seeds;
-  const TimingNote timing = timing_note(study);
-  json["timing"] = {{"repeats", study.spec.repeats},
-                    {"warm_up", study.spec.warm_up},
-                    {"control_us", timing.control_us},
-                    {"control_spread", timing.control_spread},
-                    {"warning", timing.warning}};
+  json["timing"] = to_json(timing_note(study), study.spec.repeats, study.spec.warm_up);
   json["settings"] = Json::array();
   for (const StudySetting& setting : study.settings) {
     Json one = to_json(setting);

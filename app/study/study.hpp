@@ -61,14 +61,7 @@ std::string label(const StudySetting& setting);
 std::string study_csv(const Study& study);
 /// A line a run in the same order: what took how long.
 std::string run_times_csv(const Study& study);
-/// What the tables say of how the run times were taken and how far they can be trusted; `warning` tells where they
-/// spread by more than 10 %.
-struct TimingNote {
-  std::string text;
-  std::string warning;        ///< or empty
-  double control_us = 0;      ///< median of the fixed computation
-  double control_spread = 0;  ///< (95th - 5th percentile) / median of it
-};
+/// What is said of the run times of the study.
 TimingNote timing_note(const Study& study);
 std::string word_of(RunStatus status);
 /// A line for every run that failed or was refused.

@@ -101,6 +101,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   options.jobs = request.jobs;
   options.repeats = spec.repeats;
   options.warm_up = spec.warm_up;
+  options.without_reference = spec.without_reference;
   options.refused_are_results = spec.report == StudyReport::stability;
   options.table = folder / "study.sqlite";
   options.mode = request.resume ? TableMode::resume : request.overwrite ? TableMode::overwrite : TableMode::create;
@@ -128,6 +129,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
     report = write_work_precision(folder, study, found);
   } else if (spec.report == StudyReport::stability) {
     StabilityMaps maps = stability_maps(study);
+    find_own_values(maps, study, cases, registry, console.mesh_folders);
     record_worst(maps, study, cases, registry, console.mesh_folders, folder);
     json["stability"] = to_json(maps);
     fmt::print("{}\n", stability_table(study, maps));
@@ -154,6 +156,8 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   CasesOptions options;
   options.seeds = seeds_from(request.first_seed, request.seeds);
   options.reference_jobs = request.jobs;
+  options.repeats = request.repeats;
+  options.warm_up = request.repeats > 1 ? 1 : 0;
   options.curves = true;
   options.table = request.out / "compare.sqlite";
   options.mode = TableMode::overwrite;
@@ -167,11 +171,14 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   }
   if (outcome.interrupted) throw RunError("interrupted");
   const Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
-  fmt::print("{}\n", comparison_table(comparison));
+  const TimingNote timing = timing_note(comparison, options.repeats, options.warm_up);
+  fmt::print("{}\n", comparison_table(comparison, timing));
   // A file that cannot be written leaves the table.
   std::fflush(stdout);
-  write_file(request.out / "compare.json", to_json(comparison).dump(2) + "\n");
-  write_file(request.out / "report.html", compare_report(comparison));
+  nlohmann::ordered_json json = to_json(comparison);
+  json["timing"] = to_json(timing, options.repeats, options.warm_up);
+  write_file(request.out / "compare.json", json.dump(2) + "\n");
+  write_file(request.out / "report.html", compare_report(comparison, timing));
   fmt::print("  {}\n", (request.out / "report.html").string());
   return 0;
 }

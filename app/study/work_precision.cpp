@@ -41,6 +41,10 @@ std::pair<std::string, std::string> place_of(const Study& study, const StudySett
   return {join_words(curve), join_words(values)};
 }
 
+bool is_bound(const StudySpec& spec, const StudySetting& setting) {
+  return std::find(spec.bounds.begin(), spec.bounds.end(), setting.method) != spec.bounds.end();
+}
+
 WorkGraph points_of(const Study& study, std::size_t graph) {
   WorkGraph out;
   const std::size_t settings = study.settings.size();
@@ -51,7 +55,8 @@ WorkGraph points_of(const Study& study, std::size_t graph) {
     const auto [curve, values] = place_of(study, study.settings[s]);
     out.points.push_back({curve, values, spread_of(row.figure(study.spec.error, comparison.columns)),
                           spread_of(row.figure("cpu_ms_per_s", comparison.columns)),
-                          spread_of(row.figure("method_us_per_tick", comparison.columns))});
+                          spread_of(row.figure("method_us_per_tick", comparison.columns)),
+                          is_bound(study.spec, study.settings[s])});
   }
   return out;
 }
@@ -69,18 +74,18 @@ WorkGraph over_graphs(const std::vector<WorkGraph>& graphs) {
   return out;
 }
 
-void mark_fronts(WorkGraph& graph) {
+void mark_fronts(WorkGraph& graph, StudyTime time) {
   std::vector<double> error, run, tick;
   for (const WorkPoint& p : graph.points) {
-    error.push_back(p.error.centre);
+    error.push_back(p.bound ? std::nan("") : p.error.centre);  // pareto_front leaves it out
     run.push_back(p.ms_per_s.centre);
     tick.push_back(p.us_per_tick.centre);
   }
   const std::vector<bool> of_run = pareto_front(error, run);
   const std::vector<bool> of_tick = pareto_front(error, tick);
   for (std::size_t p = 0; p < graph.points.size(); ++p) {
-    graph.points[p].front_run = of_run[p];
-    graph.points[p].front_tick = of_tick[p];
+    graph.points[p].front_run = time != StudyTime::tick && of_run[p];
+    graph.points[p].front_tick = time != StudyTime::run && of_tick[p];
   }
 }
 
@@ -106,6 +111,7 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
     bars.mark = c / series_colors;
     for (const WorkPoint& p : graph.points) {
       const Spread& t = p.*time;
+      if (p.curve == names[c] && p.bound) bars.hollow = true;
       if (p.curve != names[c] || !std::isfinite(p.error.centre) || !std::isfinite(t.centre)) continue;
       bars.x.push_back(p.error.centre);
       bars.x_low.push_back(p.error.low);
@@ -119,6 +125,7 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
       }
     }
     if (bars.x.empty()) continue;
+    if (bars.hollow) bars.name += " (bound)";
     if (bars.x.size() > 1) {
       Curve line{"", bars.x, bars.y, bars.color};
       chart.curves.push_back(std::move(line));
@@ -134,8 +141,12 @@ std::vector<Chart> charts_of(const WorkPrecision& found, const WorkGraph& graph)
   const auto add = [&](Chart chart) {
     if (!chart.curves.empty()) charts.push_back(std::move(chart));
   };
-  add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms a simulated second"));
-  add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
+  if (found.time != StudyTime::tick) {
+    add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms a simulated second"));
+  }
+  if (found.time != StudyTime::run) {
+    add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
+  }
   return charts;
 }
 
@@ -155,6 +166,7 @@ std::string point_name(const WorkPoint& p) {
 }
 
 std::string front_text(const WorkPoint& p) {
+  if (p.bound) return "a bound";
   return std::string(p.front_run ? "run" : "") + (p.front_run && p.front_tick ? ", " : "") +
          (p.front_tick ? "tick" : "");
 }
@@ -194,10 +206,10 @@ std::vector<bool> pareto_front(std::span<const double> x, std::span<const double
 }
 
 WorkPrecision work_precision(const Study& study) {
-  WorkPrecision found{study.spec.error, {}};
+  WorkPrecision found{study.spec.error, study.spec.time, {}};
   for (std::size_t g = 0; g < study.spec.graphs.size(); ++g) found.graphs.push_back(points_of(study, g));
   if (found.graphs.size() > 1) found.graphs.push_back(over_graphs(found.graphs));
-  for (WorkGraph& graph : found.graphs) mark_fronts(graph);
+  for (WorkGraph& graph : found.graphs) mark_fronts(graph, study.spec.time);
   return found;
 }
 
@@ -233,6 +245,7 @@ Json to_json(const WorkPrecision& found) {
                         {"error", spread(p.error)},
                         {"cpu_ms_per_s", spread(p.ms_per_s)},
                         {"method_us_per_tick", spread(p.us_per_tick)},
+                        {"bound", p.bound},
                         {"front_run", p.front_run},
                         {"front_tick", p.front_tick}});
     }
@@ -248,9 +261,10 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
       "one "
       "geometric standard deviation to each side; both axes are logarithmic. A ring marks what nothing undercuts: no "
       "other "
-      "point has a smaller error in as little time. {}</p>\n",
+      "method has a smaller error in as little time. {}{}</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION,
+      study.spec.bounds.empty() ? "" : "Hollow marks are bounds, which no method can be asked to undercut. ",
       escape(timing.text));
   if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
   // What is over all graphs comes first.

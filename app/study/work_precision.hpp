@@ -26,7 +26,8 @@ struct WorkPoint {
   Spread error;             ///< in the unit of the figure
   Spread ms_per_s;          ///< CPU time of the run in ms for a simulated second
   Spread us_per_tick;       ///< CPU time of prediction and interpolation in us for a tick of the device
-  bool front_run = false;   ///< no other point of the graph has a smaller error in as little CPU time of the run
+  bool bound = false;       ///< no method, but what methods cannot be asked for: on no front
+  bool front_run = false;   ///< no other method of the graph has a smaller error in as little CPU time of the run
   bool front_tick = false;  ///< nor in as little a tick
 };
 
@@ -36,7 +37,8 @@ struct WorkGraph {
 };
 
 struct WorkPrecision {
-  std::string error;  ///< the figure
+  std::string error;                 ///< the figure
+  StudyTime time = StudyTime::both;  ///< which are shown, and have a front
   std::vector<WorkGraph> graphs;
 };
 

@@ -350,10 +350,10 @@ class StudyReader {
 
   void read_reference(const Tree& tree, StudySpec& study) {
     if (tree.is_scalar()) {
-      static_cast<void>(read_choice(tree, "reference", {"own"}, diagnostics_));
+      study.without_reference = read_choice(tree, "reference", {"own", "none"}, diagnostics_).value_or("own") == "none";
       return;
     }
-    if (!expect_map(tree, "reference", "own or a map {over, set}", diagnostics_)) return;
+    if (!expect_map(tree, "reference", "own, none or a map {over, set}", diagnostics_)) return;
     check_keys(tree, "reference", "key of a reference", {"over", "set"}, diagnostics_);
     if (const Tree* t = tree.value("over")) study.reference_over = read_overlays(*t, "reference.over");
     std::set<std::string> named;
@@ -378,17 +378,36 @@ class StudyReader {
     return texts;
   }
 
+  /// Methods of the study by their names.
+  void read_bounds(const Tree& tree, StudySpec& study) {
+    study.bounds = read_texts(tree, "report.bounds");
+    std::vector<std::string> names;
+    for (const Overlay& method : study.methods) names.push_back(method.name);
+    for (std::size_t i = 0; i < study.bounds.size(); ++i) {
+      const std::string& name = study.bounds[i];
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      diagnostics_.error(tree.items[i].place,
+                         "report.bounds: expected a method of the study, found " + name + did_you_mean(name, names));
+    }
+  }
+
   void read_report(const Tree& tree, StudySpec& study) {
     const std::vector<std::string> kinds{"table", "work_precision", "stability"};
     const Tree* kind = &tree;
     if (tree.is_map()) {
-      check_keys(tree, "report", "key of a report", {"kind", "error", "worst", "record"}, diagnostics_);
+      check_keys(tree, "report", "key of a report", {"kind", "error", "time", "bounds", "worst", "record"},
+                 diagnostics_);
       kind = tree.value("kind");
       if (kind == nullptr) {
         diagnostics_.error(tree.place, "report: expected the key kind, found none");
         return;
       }
       if (const Tree* t = tree.value("error")) study.error = read_text(*t, "report.error", diagnostics_).value_or("");
+      if (const Tree* t = tree.value("time")) {
+        const std::string time = read_choice(*t, "report.time", {"both", "run", "tick"}, diagnostics_).value_or("both");
+        study.time = time == "run" ? StudyTime::run : time == "tick" ? StudyTime::tick : StudyTime::both;
+      }
+      if (const Tree* t = tree.value("bounds")) read_bounds(*t, study);
       if (const Tree* t = tree.value("worst")) study.worst = integer(*t, "report.worst", 0, 100);
       if (const Tree* t = tree.value("record")) study.record = read_texts(*t, "report.record");
     }
@@ -402,6 +421,8 @@ class StudyReader {
                                                     " alone, found with kind: " + name);
     };
     only_for("error", StudyReport::work_precision, "work_precision");
+    only_for("time", StudyReport::work_precision, "work_precision");
+    only_for("bounds", StudyReport::work_precision, "work_precision");
     only_for("worst", StudyReport::stability, "stability");
     only_for("record", StudyReport::stability, "stability");
   }
@@ -422,6 +443,11 @@ class StudyReader {
     if (study.design == StudyDesign::latin_hypercube && study.vary.empty()) {
       diagnostics_.error(place_of("design"),
                          "design: latin_hypercube: expected something under `vary` to draw, found nothing");
+    }
+    if (study.report == StudyReport::work_precision && study.without_reference) {
+      diagnostics_.error(place_of("reference"),
+                         "reference: none: expected another report than work_precision, whose errors need a reference "
+                         "run, found that");
     }
     if (study.report != StudyReport::stability) return;
     if (study.vary.size() != 2) {

@@ -47,6 +47,9 @@ enum class StudyDesign : std::uint8_t {
 /// What is made of the runs.
 enum class StudyReport : std::uint8_t { table, work_precision, stability };
 
+/// Which run time a work-precision diagram shows: of the whole run, of the methods alone, or one diagram of each.
+enum class StudyTime : std::uint8_t { both, run, tick };
+
 /// A checked study file. Paths of files are absolute.
 struct StudySpec {
   std::string name;   ///< the file's stem
@@ -69,9 +72,12 @@ struct StudySpec {
   std::vector<Overlay> reference_over;
   std::vector<std::string> reference_set;
   std::vector<Place> reference_set_places;
+  bool without_reference = false;    ///< no reference run is made, and no figure that needs one
   std::vector<std::string> metrics;  ///< figures that tables show; none: the usual ones
   StudyReport report = StudyReport::table;
   std::string error = "delivered.force.rms_error_N";  ///< the figure that work-precision diagrams show as error
+  StudyTime time = StudyTime::both;                   ///< the run times that they show
+  std::vector<std::string> bounds;  ///< methods that tell what no method can be asked for: not on the Pareto front
   std::int64_t worst = 3;           ///< cells of a map of stability that are run anew with a recording
   std::vector<std::string> record;  ///< outputs that are recorded there; none: motion and force
   std::int64_t repeats = 1;         ///< of every run, for its run time

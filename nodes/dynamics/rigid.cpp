@@ -19,7 +19,7 @@ NodeInfo RigidDynamics::declare() {
       "Up to 8 bodies are solved as one, those of `motion: translation` without rotation. The tool feels the true "
       "spring, the device the one limited to force_max.");
   declare_inertial(d);
-  d.cheaper("dynamics.translation");
+  d.cheaper("dynamics.translation").cheaper("dynamics.quasistatic");
   return d.info();
 }
 

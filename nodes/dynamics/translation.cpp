@@ -23,6 +23,7 @@ NodeInfo TranslationDynamics::declare() {
       "does not matter. No rotation and no torque are computed. Every moving body of the scene must have `motion: "
       "translation`.");
   declare_inertial(d);
+  d.cheaper("dynamics.quasistatic");
   return d.info();
 }
 

@@ -28,8 +28,13 @@ BOOST_AUTO_TEST_CASE(a_spread_is_the_geometric_mean_and_deviation) {
   BOOST_TEST(std::isnan(spread_of(std::vector<double>{1, 0}).centre));
 }
 
-BOOST_AUTO_TEST_CASE(points_are_on_the_curve_of_their_method_and_swaps) {
+namespace {
+
+/// Two methods at two values each, the first without an error below 3.
+Study two_methods(const std::vector<std::string>& bounds, StudyTime shown) {
   StudySpec spec;
+  spec.bounds = bounds;
+  spec.time = shown;
   spec.graphs = {"a.yaml"};
   spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
   spec.vary = {{"x.p", {"x.p"}, {{"1", {}, {}}, {"2", {}, {}}}, {}}};
@@ -47,12 +52,37 @@ BOOST_AUTO_TEST_CASE(points_are_on_the_curve_of_their_method_and_swaps) {
     row.values = {{error}, {time}};
     comparison.rows.push_back(row);
   }
-  const WorkPrecision found = work_precision(make_study(spec, comparison));
+  return make_study(spec, comparison);
+}
+
+std::vector<bool> front_of(const std::vector<WorkPoint>& points) {
+  std::vector<bool> front;
+  for (const WorkPoint& p : points) front.push_back(p.front_run);
+  return front;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(points_are_on_the_curve_of_their_method_and_swaps) {
+  const WorkPrecision found = work_precision(two_methods({}, StudyTime::both));
   BOOST_REQUIRE(found.graphs.size() == 1U);
   const std::vector<WorkPoint>& all = found.graphs[0].points;
   BOOST_TEST(all[1].curve == "hold");
   BOOST_TEST(all[1].values == "x.p=2");
   BOOST_TEST(all[2].curve == "line");
-  const std::vector<bool> front{all[0].front_run, all[1].front_run, all[2].front_run, all[3].front_run};
-  BOOST_CHECK(front == std::vector<bool>({false, false, true, true}));
+  BOOST_CHECK(front_of(all) == std::vector<bool>({false, false, true, true}));
+}
+
+BOOST_AUTO_TEST_CASE(bounds_are_on_no_front_and_undercut_nothing) {
+  const WorkPrecision found = work_precision(two_methods({"line"}, StudyTime::both));
+  const std::vector<WorkPoint>& all = found.graphs[0].points;
+  BOOST_TEST(!all[0].bound);
+  BOOST_TEST(all[2].bound);
+  // Without `line`, the other method's points are the best there are.
+  BOOST_CHECK(front_of(all) == std::vector<bool>({true, true, false, false}));
+}
+
+BOOST_AUTO_TEST_CASE(a_run_time_that_is_not_shown_has_no_front) {
+  const WorkPrecision found = work_precision(two_methods({}, StudyTime::tick));
+  BOOST_CHECK(front_of(found.graphs[0].points) == std::vector<bool>(4, false));
 }

@@ -144,9 +144,15 @@ class Outputs(CommandTest):
 
     def test_compare_puts_error_and_run_time_side_by_side(self):
         out = self.folder / "cmp"
-        self.run_ok("compare", *(GRAPHS / f"duck_{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "2",
-                    "--duration", "1.5", "--out", out)
+        compared = self.run_ok("compare", *(GRAPHS / f"duck_{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "2",
+                               "--duration", "1.5", "--out", out)
         result = json.loads((out / "compare.json").read_text())
+        # How far the run times can be trusted is told everywhere.
+        self.assertGreater(result["timing"]["control_us"], 0)
+        self.assertEqual(result["timing"]["warning"] != "", result["timing"]["control_spread"] > 0.1)
+        for text in (compared.stdout, (out / "report.html").read_text()):
+            self.assertIn("A fixed computation before each run took", text)
+            self.assertEqual("The machine was not quiet" in text, result["timing"]["warning"] != "")
         self.assertEqual([g["graph"] for g in result["graphs"]], ["duck_off", "duck_fixed", "duck_refit"])
         for graph in result["graphs"]:
             self.assertEqual(len(graph["figures"]["delivered.force.rms_error_N"]["by_seed"]), 2)

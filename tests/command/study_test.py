@@ -2,6 +2,7 @@
 import csv
 import json
 import os
+import pathlib
 import signal
 import sqlite3
 import subprocess
@@ -12,6 +13,7 @@ import yaml
 from harness import GRAPHS, HAS_HDF5, TACTOR, CommandTest, needs_collision, needs_hdf5, tactor
 
 RECORDED = GRAPHS / "recorded.yaml"
+FAULT_NODES = pathlib.Path(os.environ.get("TACTOR_BUILD", pathlib.Path(TACTOR).resolve().parents[1])) / "tests/nodes"
 
 
 class StudyTest(CommandTest):
@@ -82,6 +84,9 @@ class Table(StudyTest):
         process.communicate()
         before = dict(self.table("killed", "SELECT run, cpu_s FROM runs"))
         self.assertLess(len(before), 360)
+        # Who kills the process says nothing of the run that it was in.
+        crashes = self.folder / "killed" / "study.sqlite.crashes"
+        self.assertEqual(crashes.read_text() if crashes.exists() else "", "")
         result = self.study(None, "killed", code=2)
         self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
         self.study(None, "killed", "--resume")
@@ -210,9 +215,92 @@ class Failures(StudyTest):
         result = self.study(graph, "bad", "--resume", "--overwrite", code=2)
         self.assertIn("--resume", result.stderr)
 
+    def test_bounds_and_missing_references_are_checked(self):
+        graph = f"graphs: [{RECORDED}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}]\n"
+        self.bad(graph + "report: {kind: work_precision, bounds: [hodl]}\n", "study.yaml:3:41: ",
+                 "report.bounds: expected a method of the study, found hodl", 'did you mean "hold"?')
+        self.bad(graph + "report: {kind: stability, bounds: [hold]}\n", "report.bounds: expected with kind: work_precision alone")
+        self.bad(graph + "reference: none\nreport: work_precision\n", "study.yaml:3:12: ", "reference: none: expected another report")
+        self.bad(graph + "reference: nobody\n", "study.yaml:3:12: ", "own, none")
+
     def test_a_metric_that_nothing_reports_is_told(self):
         result = self.study(f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\nmetrics: [delivered.force.rms_eror_N]\n", "out")
         self.assertIn('delivered.force.rms_eror_N: no run reports it; did you mean "delivered.force.rms_error_N"?', result.stderr)
+
+
+# A node behind the coupling that ends the process where the study says; `judged`: the reference run has it too.
+CRASHING = """extends: %(graph)s
+nodes: {culprit: {type: fault.aborts, at: 100 s, lasts: 1 s}}
+edges:
+  - coupling.force -> culprit.in
+  - culprit.out -> prediction.force
+  - %(judged)s.%(port)s -> metrics.force
+"""
+CRASHES = """graphs: [%(graph)s]
+vary: {culprit.at: [100 s, 0.3 s, 200 s]}
+seeds: 2
+duration: 0.6 s
+"""
+
+
+class Crashes(StudyTest):
+    """A run that takes the process with it does so twice, the second time alone, and then is a row like other failures."""
+
+    def setUp(self):
+        super().setUp()
+        self.environment["TACTOR_NODE_PATH"] = str(FAULT_NODES)
+
+    def crash(self, *options):
+        return self.study(None, "out", *options, code=-signal.SIGABRT)
+
+    def write_study(self, judged, port):
+        graph = self.write("crashing.yaml", CRASHING % {"graph": RECORDED, "judged": judged, "port": port})
+        (self.folder / "study.yaml").write_text(CRASHES % {"graph": graph})
+
+    def statuses(self):
+        return [(line["culprit.at"], line["seed"], line["status"]) for line in self.lines("out")]
+
+    def test_a_run_that_crashes_twice_is_a_failed_row(self):
+        self.write_study("coupling", "force")
+        first = self.crash("--jobs", "1")
+        self.assertIn("the process crashed in a run", first.stderr)
+        # Both seeds of 0.3 s crash; each is tried once with the others and once alone.
+        for _ in range(3):
+            self.crash("--jobs", "1", "--resume")
+        result = self.study(None, "out", "--jobs", "1", "--resume", code=1)
+        self.assertEqual(self.statuses(), [(at, seed, "failed" if at == "0.3 s" else "done")
+                                           for at in ("100 s", "0.3 s", "200 s") for seed in ("1001", "1002")])
+        self.assertIn("crashing culprit.at=0.3 s, seed 1001: the process crashed in this run (SIGABRT), and once more with no "
+                      "other run beside it", result.stderr)
+        messages = self.table("out", "SELECT message FROM runs WHERE status = 'failed'")
+        self.assertEqual(len(messages), 2)
+        # It is over: nothing is run again, and a study that begins anew knows nothing of it.
+        self.study(None, "out", "--resume", code=1)
+        self.crash("--jobs", "1", "--overwrite")
+        self.assertEqual(len((self.folder / "out" / "study.sqlite.crashes").read_text().splitlines()), 1)
+
+    def test_a_reference_run_that_crashes_fails_all_runs_that_need_it(self):
+        self.write_study("culprit", "out")
+        self.crash("--jobs", "1")
+        for _ in range(8):
+            result = tactor("study", self.folder / "study.yaml", "--out", self.folder / "out", "--jobs", "1", "--resume",
+                            environment=self.environment)
+            if result.returncode != -signal.SIGABRT:
+                break
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("the process crashed in the reference run that this run needs (SIGABRT)", result.stderr)
+        self.assertEqual([s for _, _, s in self.statuses()], ["done"] * 2 + ["failed"] * 2 + ["done"] * 2)
+
+    def test_runs_beside_one_that_crashes_are_not_blamed(self):
+        self.write_study("coupling", "force")
+        result = None
+        for attempt in range(8):
+            result = tactor("study", self.folder / "study.yaml", "--out", self.folder / "out", "--jobs", "3",
+                            *(["--resume"] if attempt else []), environment=self.environment)
+            if result.returncode != -signal.SIGABRT:
+                break
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertEqual([s for _, _, s in self.statuses()], ["done"] * 2 + ["failed"] * 2 + ["done"] * 2)
 
 
 @needs_collision
@@ -248,10 +336,12 @@ set: {{device.loop: open, metrics.rest: 0.5 s}}
 vary:
   collision.cost.constant: [2 ms, 40 ms]
   coupling.k_t: [100 N/m, -3 N/m]
+reference: none
 seeds: 1
 duration: 2.5 s
 report: {{kind: stability, worst: 1}}
 """, "out")
+        self.assertNotIn("delivered.force.rms_error_N", self.lines("out")[0])
         (stability,) = json.loads(self.bytes_of("out", "study.json"))["stability"]["maps"]
         cells = {(c["x"], c["y"]): c for c in stability["cells"]}
         self.assertEqual(len(cells), 4)
@@ -266,6 +356,21 @@ report: {{kind: stability, worst: 1}}
         self.assertTrue((worst / "graph.yaml").exists())
         self.assertEqual(HAS_HDF5, (worst / "recording.h5").exists())
         self.assertTrue(self.bytes_of("out", "stability_wall_closed_loop.png").startswith(b"\x89PNG"))
+        # Neither value of the study is the graph's own.
+        self.assertIsNone(stability["own"])
+        self.study(f"""
+graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+vary:
+  collision.margin: [1 mm, 2 mm]
+  coupling: {{swap: {{own: {{nodes: {{}}}}, soft: {{nodes: {{coupling: {{k_t: 100 N/m}}}}}}}}}}
+reference: none
+seeds: 1
+duration: 1 s
+report: {{kind: stability, worst: 0}}
+""", "own")
+        (own,) = json.loads(self.bytes_of("own", "study.json"))["stability"]["maps"]
+        self.assertEqual([own["own"]["x"], own["own"]["y"]], ["2 mm", "own"])
+        self.assertEqual(own["own"]["verdict"], own["cells"][1]["verdict"])
         # A map in which nothing could run is a bad study.
         refused = self.study(f"""
 graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
@@ -275,8 +380,24 @@ report: stability
         self.assertIn('did you mean "k_t"?', refused.stderr)
 
 
+def clock_of(graph):
+    """The clock of a graph file, or of what it extends."""
+    content = yaml.safe_load(graph.read_text())
+    if "clock" in content:
+        return content["clock"]
+    extended = content.get("extends", [])
+    found = [clock_of(graph.parent / file) for file in ([extended] if isinstance(extended, str) else extended)]
+    return next((clock for clock in reversed(found) if clock), None)
+
+
 @needs_collision
 class Shipped(StudyTest):
+    def test_every_shipped_graph_is_among_those_that_are_judged(self):
+        study = yaml.safe_load((GRAPHS / "studies/stability_shipped.yaml").read_text())
+        wanted = {graph.name for graph in GRAPHS.glob("*.yaml") if clock_of(graph) != "real"}
+        self.assertGreater(len(wanted), 50)
+        self.assertEqual({pathlib.Path(graph).name for graph in study["graphs"]}, wanted)
+
     def test_every_study_runs_in_short(self):
         studies = sorted((GRAPHS / "studies").glob("*.yaml"))
         self.assertGreater(len(studies), 10)
@@ -289,6 +410,13 @@ class Shipped(StudyTest):
                 self.assertGreaterEqual(len(lines), 2)
                 self.assertEqual({line["status"] for line in lines}, {"done"})
                 self.assertIn("<table", (out / "report.html").read_text())
+                for line in lines:  # nothing that is shipped becomes NaN or infinite, nor is refused
+                    if study.stem == "stability_shipped":
+                        self.assertLess(float(line["stability.verdict"]), 4)
+                maps = json.loads((out / "study.json").read_text()).get("stability", {}).get("maps", [])
+                if study.stem.startswith("stability_scenes"):
+                    self.assertEqual([m["graph"] for m in maps], ["duck", "duck_closed_loop", "bunny", "peg_in_hole"])
+                    self.assertEqual([m["own"]["verdict"] for m in maps], ["stable"] * 4)
 
 
 if __name__ == "__main__":

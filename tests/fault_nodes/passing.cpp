@@ -1,6 +1,7 @@
 #include "tests/fault_nodes/passing.hpp"
 
 #include <chrono>
+#include <cstdlib>
 #include <limits>
 #include <stdexcept>
 #include <thread>
@@ -37,6 +38,19 @@ NodeInfo Throws::declare() {
 
 void Throws::step(StepContext& context) {
   if (params_.is_now(context.now())) throw std::runtime_error("it broke on purpose");
+  out.send(in.latest()->stamp.valid, in.latest()->value);
+}
+
+NodeInfo Aborts::declare() {
+  Declare<Aborts> declaration("fault.aborts", "Passes wrenches on, and ends the process.");
+  declaration.input("in", &Aborts::in, {.doc = "what it passes on", .trigger = Trigger::yes})
+      .output("out", &Aborts::out, "what came in");
+  declare_when(declaration);
+  return declaration.info();
+}
+
+void Aborts::step(StepContext& context) {
+  if (params_.is_now(context.now())) std::abort();
   out.send(in.latest()->stamp.valid, in.latest()->value);
 }
 

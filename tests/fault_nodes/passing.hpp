@@ -1,4 +1,4 @@
-// Nodes that pass on what they get and go wrong once: they stall, throw, or send what is not finite.
+// Nodes that pass on what they get and go wrong once: they stall, throw, end the process, or send what is not finite.
 #pragma once
 
 #include "framework/core/messages.hpp"
@@ -47,6 +47,21 @@ class Throws final : public Node {
  public:
   using Params = When;
   Throws(const Params& params, const NodeContext&) : params_(params) {}
+  static NodeInfo declare();
+  void step(StepContext& context) override;
+
+  Input<Wrench> in;
+  Output<Wrench> out;
+
+ private:
+  Params params_;
+};
+
+/// Ends the process at its first step after `at`, as a broken belief does.
+class Aborts final : public Node {
+ public:
+  using Params = When;
+  Aborts(const Params& params, const NodeContext&) : params_(params) {}
   static NodeInfo declare();
   void step(StepContext& context) override;
 

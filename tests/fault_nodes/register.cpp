@@ -5,6 +5,7 @@
 TACTOR_NODES(registry) {
   registry.add<tactor::fault::Stall>();
   registry.add<tactor::fault::Throws>();
+  registry.add<tactor::fault::Aborts>();
   registry.add<tactor::fault::NotFinite>();
   registry.add<tactor::fault::Device>();
 }
