@@ -256,6 +256,7 @@ int emulate(const std::vector<std::string>& words) {
     if (name.starts_with(prefix)) kinds.push_back(name.substr(prefix.size()));
   }
   std::sort(kinds.begin(), kinds.end());
+  if (kinds.empty()) throw InputError("emulate: this build has no emulators; they come with Modbus and USB");
   const std::string kind = words.empty() ? "" : words[0];
   if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) {
     throw InputError(fmt::format("emulate: expected one of {}, found {}{}", fmt::join(kinds, ", "),

@@ -4,8 +4,9 @@ import pathlib
 import subprocess
 import unittest
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_collision, needs_live, tactor
+from harness import GRAPHS, ROOT, TACTOR, CommandTest, built, needs_collision, needs_live, tactor
 
+KINDS = [kind for kind in ("modbus", "usb") if built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so")]
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
 GRAPH = """clock: real
 duration: 1 s
@@ -33,7 +34,21 @@ class Devices(CommandTest):
     def test_an_emulator_that_is_not_there_is_told(self):
         result = tactor("emulate", "modbsu")
         self.assertEqual(result.returncode, 2)
-        self.assertIn("emulate: expected one of modbus", result.stderr)
+        programs = pathlib.Path(TACTOR).resolve().parent.glob("tactor-emulate-*")
+        kinds = ", ".join(sorted(program.name.removeprefix("tactor-emulate-") for program in programs))
+        self.assertIn(f"emulate: expected one of {kinds}, found modbsu" if kinds else "this build has no emulators", result.stderr)
+
+    def test_a_broken_profile_is_told_in_a_line_and_the_others_are_listed(self):
+        whole = self.run_ok("devices")
+        self.assertEqual(whole.stderr, "")
+        for kind in KINDS:
+            with self.subTest(kind=kind):
+                (self.folder / kind).mkdir()
+                broken = self.write(f"{kind}/broken.yaml", "title: [1]\nline: {baud: x}\n")
+                result = self.run_ok("devices", environment={"TACTOR_PROFILE_PATH": str(self.folder)})
+                self.assertRegex(result.stderr, rf"\Atactor: {broken}:\d+:\d+: .* \(and \d+ more\)\n\Z")
+                self.assertEqual(result.stdout, whole.stdout)
+                broken.unlink()
 
     def test_a_graph_without_hardware_has_nothing_to_try(self):
         for verb in ("test", "calibrate"):
