@@ -38,7 +38,7 @@ Endpoint parse_endpoint(const std::string& text);
 /// their requests; so after the fence has been answered no older one is under way, and before that an older answer is
 /// refused by its length. On a serial line an exception proves nothing, because it has no length of its own to tell it
 /// from an older one: the fence must be answered with words. The same is done after a serial port was opened, for what
-/// an earlier session, also that of another program, may have left under way. Over TCP the transaction number does that
+/// an earlier session may have left under way. Over TCP the transaction number does that
 /// too, and a new connection starts clean.
 class Client {
  public:
