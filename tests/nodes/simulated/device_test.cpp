@@ -8,6 +8,7 @@
 #include "devices/simulated/simulated.hpp"
 #include "framework/core/segment.hpp"
 #include "tests/framework/realtime/allocation_count.hpp"
+#include "tests/nodes/defaults.hpp"
 
 using namespace tactor;
 
@@ -18,12 +19,8 @@ class Bench {
  public:
   explicit Bench(const std::map<std::string, ParamValue>& given, bool torque = true) {
     const NodeInfo info = SimulatedDevice::declare();
-    std::vector<ParamValue> values;
-    for (const ParamInfo& param : info.params) {
-      const auto it = given.find(param.name);
-      values.push_back(it == given.end() ? param.default_value.value() : it->second);
-      if (param.name == "rate") period_ = Duration::from_rate(std::get<double>(values.back()));
-    }
+    const std::vector<ParamValue> values = test::param_values(info, given);
+    period_ = Duration::from_rate(std::get<double>(values.at(info.param("rate").value())));
     NodeContext context;
     context.name = "device";
     context.scene = &scene_;
