@@ -21,7 +21,7 @@
 #include "app/node_reference.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
-#include "app/report/html_report.hpp"
+#include "app/report/run_report.hpp"
 #include "app/run/live.hpp"
 #include "app/run/live_view.hpp"
 #include "app/run/run.hpp"

@@ -11,7 +11,7 @@
 #include "app/output.hpp"
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
-#include "app/report/html_report.hpp"
+#include "app/report/run_report.hpp"
 #include "app/run/summary.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/graph/plan.hpp"

@@ -10,10 +10,10 @@
 
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
-#include "app/report/html_report.hpp"
 #include "app/study/stability_map.hpp"
 #include "app/study/study.hpp"
 #include "app/study/study_export.hpp"
+#include "app/study/study_report.hpp"
 #include "app/study/work_precision.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/disk_cache.hpp"

@@ -1,181 +1,18 @@
-#include "app/report/html_report.hpp"
+#include "app/study/study_report.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
+#include "app/report/run_curves.hpp"
+#include "app/report/run_report.hpp"
 #include "app/run/summary.hpp"
 
 namespace tactor {
 
 namespace {
-
-/// Every k-th value, so that a long curve stays light; k keeps at most `most` of them.
-Curve thinned(const Series& series, std::string name, std::string color, std::size_t most = 3500) {
-  Curve curve;
-  curve.name = std::move(name);
-  curve.color = std::move(color);
-  const std::size_t step = std::max<std::size_t>(1, series.time.size() / most);
-  for (std::size_t i = 0; i < series.time.size(); i += step) {
-    curve.x.push_back(series.time[i]);
-    curve.y.push_back(series.value[i]);
-  }
-  return curve;
-}
-
-Curve cut(const Series& series, std::string name, std::string color, std::pair<double, double> range) {
-  Curve curve;
-  curve.name = std::move(name);
-  curve.color = std::move(color);
-  // One sample beyond each end, so that lines reach the border and steps begin with the value held before.
-  for (std::size_t i = 0; i < series.time.size(); ++i) {
-    const bool before = i + 1 < series.time.size() && series.time[i + 1] < range.first;
-    const bool after = i > 0 && series.time[i - 1] > range.second;
-    if (before || after) continue;
-    curve.x.push_back(series.time[i]);
-    curve.y.push_back(series.value[i]);
-  }
-  return curve;
-}
-
-/// The 150 ms in which the reference moves most, where there is one: that is where methods differ.
-std::pair<double, double> liveliest_window(const RunResult& run) {
-  constexpr double length = 0.150;
-  const Series* force = run.curve("reference.norm");
-  if (force == nullptr) force = run.curve("commanded.norm");
-  if (force == nullptr || force->time.size() < 3) return {0, length};
-  const std::vector<double>& t = force->time;
-  const std::vector<double>& f = force->value;
-  std::vector<double> path(f.size(), 0.0);
-  for (std::size_t i = 1; i < f.size(); ++i) path[i] = path[i - 1] + std::abs(f[i] - f[i - 1]);
-  std::size_t begin = 0;
-  double best = -1;
-  double at = t.front();
-  for (std::size_t end = 0; end < t.size(); ++end) {
-    while (t[end] - t[begin] > length) ++begin;
-    if (path[end] - path[begin] > best && t[begin] > 0.3) {
-      best = path[end] - path[begin];
-      at = t[begin];
-    }
-  }
-  return {at, at + length};
-}
-
-/// The axis on which the commanded force varies most: the one to look at in a zoom.
-std::string liveliest_axis(const RunResult& run, std::pair<double, double> range) {
-  std::string best = "x";
-  double most = -1;
-  for (const char* axis : {"x", "y", "z"}) {
-    const Series* s = run.curve(std::string("commanded.") + axis);
-    if (s == nullptr) continue;
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
-    for (std::size_t i = 0; i < s->time.size(); ++i) {
-      if (s->time[i] < range.first || s->time[i] > range.second) continue;
-      low = std::min(low, s->value[i]);
-      high = std::max(high, s->value[i]);
-    }
-    if (high - low > most) {
-      most = high - low;
-      best = axis;
-    }
-  }
-  return best;
-}
-
-/// Force, displacement, contacts and physics rate over the whole run.
-std::vector<Chart> four_rows(const RunResult& run) {
-  std::vector<Chart> charts;
-  const std::pair<double, double> range{0, run.duration_s};
-  Chart force{"Force on the device", "", "N", {}, range};
-  if (const Series* s = run.curve("reference.norm")) {
-    force.curves.push_back(thinned(*s, "reference", "#555555"));
-  }
-  if (const Series* s = run.curve("commanded.norm")) {
-    force.curves.push_back(thinned(*s, "commanded", series_color(0)));
-  }
-  if (!force.curves.empty()) charts.push_back(std::move(force));
-  struct Row {
-    const char* series;
-    const char* title;
-    const char* unit;
-    bool steps;
-  };
-  for (const Row& row : {Row{"displacement", "Device displacement", "m", false}, Row{"contacts", "Contacts", "", true},
-                         Row{"physics_rate", "Physics rate", "Hz", true}}) {
-    const Series* s = run.curve(row.series);
-    if (s == nullptr || s->time.empty()) continue;
-    Chart chart{row.title, "", row.unit, {thinned(*s, "", series_color(0))}, range};
-    chart.curves.front().steps = row.steps;
-    charts.push_back(std::move(chart));
-  }
-  if (!charts.empty()) charts.back().x_label = "time s";
-  return charts;
-}
-
-std::string figures_table(const RunResult& run) {
-  std::string rows;
-  for (const auto& [name, value] : run.figures) {
-    rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escape(name), pretty(value));
-  }
-  return "<table><thead><tr><th>figure</th><th>value</th></tr></thead><tbody>\n" + rows + "</tbody></table>\n";
-}
-
-std::string cost_table(const RunResult& run) {
-  std::string rows;
-  for (const NodeCost& node : run.nodes) {
-    rows +=
-        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(node.node),
-                    escape(node.type), node.steps, pretty(node.median_us), pretty(node.p99_us), pretty(node.total_s));
-  }
-  return "<table><thead><tr><th>node</th><th>type</th><th>steps</th><th>median µs</th><th>p99 µs</th><th>CPU "
-         "s</th></tr></thead><tbody>\n" +
-         rows + "</tbody></table>\n";
-}
-
-std::string edge_table(const RunResult& run) {
-  std::string rows;
-  for (const EdgeResult& edge : run.edges) {
-    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(edge.edge),
-                        escape(edge.queue), edge.figures.delivered, edge.figures.dropped, edge.figures.superseded);
-  }
-  return "<table><thead><tr><th>edge</th><th>queue</th><th>delivered</th><th>dropped</th><th>superseded</th></tr>"
-         "</thead><tbody>\n" +
-         rows + "</tbody></table>\n";
-}
-
-std::string chosen_and_left_out(const RunResult& run) {
-  std::string items;
-  for (const Chosen& c : run.chosen) {
-    items +=
-        fmt::format("<li>node {}: {} is {}: {}</li>\n", escape(c.node), escape(c.asked), escape(c.type), escape(c.why));
-  }
-  if (run.left_out.empty()) items += "<li>nothing was left out</li>\n";
-  for (const LeftOut& item : run.left_out) {
-    items += fmt::format("<li>{}: {}</li>\n", escape(item.what), escape(item.why));
-  }
-  return "<ul>" + items + "</ul>\n";
-}
-
-Chart zoom_on(const RunResult& run, std::pair<double, double> range, const std::string& axis) {
-  Chart chart{fmt::format("150 ms, force along {}", axis), "time s", "N", {}, range};
-  if (const Series* s = run.curve("reference." + axis)) {
-    chart.curves.push_back(cut(*s, "reference", "#000000", range));
-    chart.curves.back().dashed = true;
-  }
-  return chart;
-}
-
-Curve arrivals(const RunResult& run, std::pair<double, double> range, const std::string& axis) {
-  Curve curve;
-  if (const Series* s = run.curve("physics." + axis)) curve = cut(*s, "physics results, on arrival", "#888888", range);
-  curve.points = true;
-  return curve;
-}
 
 std::string ratio_cell(const std::optional<GeometricMean>& m) {
   return m ? fmt::format("<td>{:.3f} [{:.3f}, {:.3f}]</td>", m->ratio, m->low, m->high) : "<td>-</td>";
@@ -264,35 +101,6 @@ std::string timing_html(const TimingNote& timing) {
 }
 
 }  // namespace
-
-std::string run_report(const RunResult& run) {
-  const std::string time = run.live ? "live" : fmt::format("of virtual time in {} s", pretty(run.wall_s));
-  std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
-                                 run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
-                                 pretty(run.peak_memory_MB), TACTOR_VERSION);
-  if (run.failure) body += "<p class=\"bad\">The run has failed: " + escape(*run.failure) + "</p>\n";
-  if (run.interrupted) body += "<p>The run was ended early.</p>\n";
-  if (run.live) {
-    for (const std::string& text : run.live->missing) body += "<p>Real time degraded: " + escape(text) + "</p>\n";
-  }
-  const std::vector<Chart> rows = four_rows(run);
-  if (!rows.empty()) body += "<h2>The run</h2>\n" + draw_svg(rows, 1160, 210);
-  const std::pair<double, double> range = liveliest_window(run);
-  const std::string axis = liveliest_axis(run, range);
-  Chart zoom = zoom_on(run, range, axis);
-  if (const Series* s = run.curve("commanded." + axis))
-    zoom.curves.push_back(cut(*s, "commanded", series_color(0), range));
-  if (!zoom.curves.empty()) {
-    zoom.curves.push_back(arrivals(run, range, axis));
-    body += "<h2>Zoom</h2>\n" + draw_svg({zoom}, 1160, 360);
-  }
-  body += "<h2>Figures</h2>\n" + figures_table(run);
-  body += "<h2>Run time</h2>\n<p>CPU time of each step on one core.</p>\n" + cost_table(run);
-  body += "<h2>Edges</h2>\n" + edge_table(run);
-  body += "<h2>Chosen and left out</h2>\n" + chosen_and_left_out(run);
-  body += "<h2>Graph, resolved</h2>\n<pre>" + escape(run.graph_yaml) + "</pre>\n";
-  return page(run.graph, body);
-}
 
 std::string compare_report(const Comparison& comparison, const TimingNote& timing) {
   std::string names;
