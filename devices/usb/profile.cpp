@@ -446,15 +446,16 @@ std::vector<std::filesystem::path> usb_profile_folders() {
       if (!part.empty()) folders.emplace_back(part);
     }
   }
-  const auto add_beside = [&folders](const std::filesystem::path& file) {
-    for (const char* place : {"profiles", "nodes/profiles", "../lib/tactor/profiles", "../bin/nodes/profiles"}) {
-      folders.push_back((file.parent_path() / place).lexically_normal());
-    }
-  };
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&usb_profile_folders), &info) != 0 && info.dli_fname != nullptr) {
+    // Where this is linked into the program, the name is what the program was called by, which is no path.
     std::error_code ignored;
-    add_beside(std::filesystem::weakly_canonical(info.dli_fname, ignored));
+    const std::filesystem::path library = std::filesystem::weakly_canonical(info.dli_fname, ignored);
+    if (library.filename() != program.filename()) folders.push_back(library.parent_path() / "profiles");
+  }
+  for (const char* place : {"nodes/profiles", "../" TACTOR_LIBDIR "/tactor/profiles", "../bin/nodes/profiles"}) {
+    folders.push_back((program.parent_path() / place).lexically_normal());
   }
   return folders;
 }
