@@ -32,7 +32,7 @@ std::string lean_graph_text(const Lean& lean, const LeanRequest& request, Regist
   std::vector<std::string> extended{fs::proximate(request.graph, file.parent_path()).string()};
   for (const fs::path& over : request.overrides.over)
     extended.push_back(fs::proximate(over, file.parent_path()).string());
-  const std::string overlay = to_overlay(base, wanted, wanted.title, extended);
+  std::string overlay = to_overlay(base, wanted, wanted.title, extended);
   write_file(file, overlay);
   try {
     if (to_yaml(plan_of(file, {}).graph) == to_yaml(wanted)) return overlay;

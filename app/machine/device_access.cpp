@@ -55,9 +55,16 @@ Finding group_finding() {
   return finding;
 }
 
+/// The rule as it was built or installed beside the program.
+std::string shipped_rule() {
+  const fs::path prefix = fs::read_symlink("/proc/self/exe").parent_path().parent_path();
+  return prefix / "lib" / "udev" / "rules.d" / "70-tactor.rules";
+}
+
 Finding rule_finding() {
   Finding finding{"udev_rule", "udev rule", Grade::ok, "", "", ""};
-  for (const char* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"}) {
+  for (const char* folder :
+       {"/etc/udev/rules.d", "/usr/local/lib/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"}) {
     const fs::path rule = fs::path(folder) / "70-tactor.rules";
     std::error_code error;
     if (!fs::exists(rule, error)) continue;
@@ -71,9 +78,8 @@ Finding rule_finding() {
   finding.grade = Grade::degraded;
   finding.found = "none";
   finding.cost = "USB devices can be opened by root alone";
-  finding.mend =
-      "sudo cp scripts/70-tactor.rules /etc/udev/rules.d/ && sudo udevadm control --reload # then plug the device in "
-      "anew";
+  finding.mend = "sudo cp " + shipped_rule() +
+                 " /etc/udev/rules.d/ && sudo udevadm control --reload # then plug the device in anew";
   return finding;
 }
 

@@ -32,7 +32,7 @@ std::vector<std::string> discover(std::vector<std::string>&) {
   const auto tell = [&lines](const UsbDeviceInfo& info) {
     std::string line = "falcon: Novint Falcon";
     if (!info.path.empty()) line += ", at " + info.path;
-    if (!info.may_open) line += "; this user may not open it: install scripts/70-tactor.rules";
+    if (!info.may_open) line += "; this user may not open it: `tactor doctor` says how to let them";
     lines.push_back(line + " (type: falcon.device)");
   };
   const UsbNumbers kind[] = {{falcon::vendor, falcon::product}};

@@ -45,7 +45,7 @@ std::string line_of(const UsbProfile& profile, const UsbDeviceInfo& info) {
   std::string text = profile.name + ": " + profile.title;
   if (!info.path.empty()) text += ", at " + info.path;
   if (!info.serial.empty()) text += ", serial number " + info.serial;
-  if (!info.may_open) text += "; this user may not open it: install scripts/70-tactor.rules";
+  if (!info.may_open) text += "; this user may not open it: `tactor doctor` says how to let them";
   return text + " (type: usb.device, profile: " + profile.name + ")";
 }
 

@@ -449,7 +449,7 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
       if (code != 0) {
         impl->handle = nullptr;
         why = "device " + numbers + " at " + path_of(device) +
-              (code == LIBUSB_ERROR_ACCESS ? " may not be opened by this user; install scripts/70-tactor.rules"
+              (code == LIBUSB_ERROR_ACCESS ? " may not be opened by this user; `tactor doctor` says how to let them"
                                            : std::string(" cannot be opened: ") + libusb_error_name(code));
         continue;
       }

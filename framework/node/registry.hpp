@@ -60,9 +60,10 @@ std::vector<std::filesystem::path> default_node_folders();
 /// The version keeps a library built against other headers out: it grows with every change of what the libraries and
 /// the program share (messages, ports, declarations, the scene).
 #define TACTOR_NODE_ABI 4
-// NOLINTNEXTLINE(bugprone-macro-parentheses): a parameter name cannot stand in parentheses.
+// NOLINTBEGIN(bugprone-macro-parentheses): a parameter name cannot stand in parentheses.
 #define TACTOR_NODES(registry)                                              \
   extern "C" __attribute__((visibility("default"))) int tactor_node_abi() { \
     return TACTOR_NODE_ABI;                                                 \
   }                                                                         \
   extern "C" __attribute__((visibility("default"))) void tactor_register_nodes(::tactor::Registry& registry)
+// NOLINTEND(bugprone-macro-parentheses)

@@ -335,7 +335,8 @@ std::vector<std::uint8_t> Emulator::reply_to(const std::uint8_t* request, int le
       write_n = std::clamp(write_n, 0, 123);
       std::vector<std::uint16_t> written(static_cast<std::size_t>(write_n));
       for (int i = 0; i < write_n; ++i)
-        written[static_cast<std::size_t>(i)] = static_cast<std::uint16_t>(word_at(data + 2 * i));
+        written[static_cast<std::size_t>(i)] =
+            static_cast<std::uint16_t>(word_at(data + 2 * static_cast<std::ptrdiff_t>(i)));
       good = write_at + write_n <= 65536 && device_.write(write_at, write_n, written.data());
       if (good && function == 23) good = device_.read(at, std::min(n, 125), words.data());
     }

@@ -19,7 +19,7 @@
 #include "devices/modbus/emulator/faults.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
-struct _modbus;
+struct _modbus;  // NOLINT(bugprone-reserved-identifier): libmodbus calls it so
 
 namespace tactor::modbus {
 

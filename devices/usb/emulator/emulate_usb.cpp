@@ -227,6 +227,10 @@ int emulate(int argc, char** argv) {
   setenv("TACTOR_EMULATED_USB", description.c_str(), 1);
   setenv("TACTOR_USB_FILE", device_path, 1);
   put_in_front("LD_PRELOAD", preload);
+#ifdef __SANITIZE_ADDRESS__
+  // The sanitizer's library comes behind ours then, which it refuses unless it is told not to look.
+  put_in_front("ASAN_OPTIONS", "verify_asan_link_order=0");
+#endif
   return run(options.command);
 }
 

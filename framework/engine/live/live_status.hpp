@@ -23,7 +23,7 @@ struct LatencyFigures {
 
 /// The figures of a histogram, all of one moment though its writer may go on; `whole` with its counts.
 inline LatencyFigures figures_of(const LatencyHistogram& counting, bool whole) {
-  const LatencyHistogram h(counting);
+  const LatencyHistogram h(counting);  // NOLINT(performance-unnecessary-copy-initialization): the moment
   LatencyFigures f{h.count(), h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.quantile(0.9999), h.max(), {}};
   if (whole) f.counts = h.counts();
   return f;

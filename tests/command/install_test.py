@@ -1,0 +1,182 @@
+"""An installation finds what it needs beside itself: nodes, meshes, graphs, profiles, emulators, the library in front of the C
+library and the udev rule."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, CommandTest
+from harness import needs_collision, needs_hdf5, needs_live, tactor
+
+BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
+PATIENCE = 150  # s, for what takes a few seconds on an idle machine
+HAS_MODBUS = (BUILD / "bin/tactor-emulate-modbus").exists()
+HAS_USB = (BUILD / "bin/tactor-emulate-usb").exists()
+# Late answers of a busy machine are not what these tests are about.
+EASY = "force_max: 5 N, link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s, failure_timeout: 5 s, stuck_after: 0 s"
+
+
+def is_program(path):
+    with open(path, "rb") as file:
+        return file.read(4) == b"\x7fELF"
+
+
+def setUpModule():
+    Installed.prefix = pathlib.Path(tempfile.mkdtemp(prefix="tactor-installed-")).resolve() / "prefix"
+    unittest.addModuleCleanup(shutil.rmtree, Installed.prefix.parent, ignore_errors=True)
+    result = subprocess.run(["cmake", "--install", BUILD, "--prefix", Installed.prefix], capture_output=True, text=True,
+                            check=False)
+    if result.returncode != 0:
+        raise AssertionError(f"cmake --install: {result.stdout[-2000:]}{result.stderr}")
+
+
+class Installed(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.program = self.prefix / "bin/tactor"
+        self.share = self.prefix / "share/tactor"
+        # A newcomer's: a folder that holds nothing of ours, and the programs on the path.
+        self.elsewhere = self.folder / "elsewhere"
+        self.elsewhere.mkdir()
+        self.environment["PATH"] = f"{self.prefix / 'bin'}:{os.environ['PATH']}"
+        self.environment["XDG_RUNTIME_DIR"] = str(self.folder)
+
+    def run_ok(self, *arguments, **options):
+        return super().run_ok(*arguments, **{"program": "tactor", "cwd": self.elsewhere, "timeout": PATIENCE, **options})
+
+    def pressed_wall(self, device):
+        return self.write("pressed.yaml", PRESSED_WALL % {"device": f"{device}, {EASY}", "height": "2 mm", "duration": "1 s"})
+
+    def device_part(self):
+        return json.loads((self.folder / "out/summary.json").read_text())["device"]
+
+
+class Programs(Installed):
+    def test_every_library_is_found_and_none_in_the_build_folder(self):
+        programs = [p for p in sorted(self.prefix.rglob("*")) if p.is_file() and not p.is_symlink() and is_program(p)]
+        self.assertIn(self.program, programs)
+        for path in programs:
+            with self.subTest(file=path.name):
+                text = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
+                self.assertNotIn("not found", text)
+                self.assertNotIn(str(BUILD), text)
+
+    def test_all_nodes_of_the_build_are_there(self):
+        built = tactor("nodes", "--markdown").stdout
+        self.assertIn("sink.metrics", built)
+        self.assertEqual(self.run_ok("nodes", "--markdown").stdout, built)
+
+    def test_a_link_to_the_command_is_followed(self):
+        link = self.elsewhere / "tactor"
+        link.symlink_to(self.program)
+        self.assertIn("sink.metrics", self.run_ok("nodes", program=str(link)).stdout)
+
+    def test_devices_and_the_machine_are_looked_at(self):
+        self.assertTrue(self.run_ok("devices").stdout)
+        diagnosis = json.loads(self.run_ok("doctor", "--json", "--seconds", "0.1").stdout)
+        self.assertEqual([finding["id"] for finding in diagnosis["devices"]], ["ports", "serial_group", "udev_rule"])
+
+    def test_a_study_is_run(self):
+        graph = self.write("graph.yaml", (EDGES_OF_A_SMALL_GRAPH + METRICS_OF_A_SMALL_GRAPH).replace(
+            "nodes:", "nodes:\n  metrics: {type: sink.metrics}"))
+        study = self.write("study.yaml", f"graphs: [{graph}]\nvary: {{device.force_max: [4 N, 6 N]}}\nseeds: 2\n"
+                                         "duration: 0.1 s\n")
+        self.run_ok("study", study, "--out", self.folder / "out")
+        self.assertEqual(len((self.folder / "out/study.csv").read_text().splitlines()), 1 + 2 * 2)
+
+
+class Graphs(Installed):
+    def test_those_of_the_repository_are_there(self):
+        def files(folder):
+            return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.suffix in (".yaml", ".csv")}
+        self.assertEqual(files(self.share / "graphs"), files(GRAPHS))
+
+    @needs_collision
+    @needs_hdf5
+    def test_one_of_each_mesh_is_run(self):
+        for name in ("bunny_refit", "duck_refit", "peg_in_hole_refit"):
+            with self.subTest(graph=name):
+                self.run_ok("run", self.share / f"graphs/{name}.yaml", "--duration", "0.3", "--out", self.folder / name)
+                summary = json.loads((self.folder / name / "summary.json").read_text())
+                self.assertGreater(summary["physics"]["steps"], 0)
+
+    @needs_collision
+    def test_a_method_is_laid_over_one(self):
+        text = self.run_ok("check", "--explain", self.share / "graphs/duck.yaml",
+                           "--over", self.share / "graphs/methods/kalman.yaml").stdout
+        self.assertIn("prediction.kalman", text)
+
+
+@unittest.skipUnless(HAS_MODBUS, "this build has no Modbus")
+class Modbus(Installed):
+    def emulate(self, profile):
+        emulator = subprocess.Popen(["tactor", "emulate", "modbus", profile, "--tcp", "0"], cwd=self.elsewhere, text=True,
+                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=dict(os.environ, **self.environment))
+
+        def end():
+            if emulator.poll() is None:
+                emulator.kill()
+            emulator.communicate()
+        self.addCleanup(end)
+        ready = emulator.stdout.readline()
+        self.assertTrue(ready.startswith("ready "), ready)
+        return ready.split()[1]
+
+    def test_each_profile_is_emulated_by_its_name(self):
+        names = [p.stem for p in sorted((self.share / "profiles/modbus").glob("*.yaml"))]
+        self.assertEqual(names, [p.stem for p in sorted((ROOT / "devices/modbus/profiles").glob("*.yaml"))])
+        for name in names:
+            with self.subTest(profile=name):
+                self.emulate(name)
+
+    @needs_live
+    @needs_collision
+    def test_a_live_run_drives_an_emulated_motor(self):
+        text = (self.share / "profiles/modbus/iris_orca.yaml").read_text()
+        text = text.replace("response_timeout: 25 ms", "response_timeout: 400 ms").replace("time: 150 ms", "time: 5 s")
+        connect = self.emulate(self.write("orca.yaml", text))
+        graph = self.pressed_wall(f'type: modbus.actuator, profile: orca.yaml, connect: "{connect}", origin: [0, 0, -50 mm]')
+        self.run_ok("run", graph, "--out", self.folder / "out")
+        self.assertGreater(self.device_part()["ticks"], 0)
+
+    @needs_collision
+    def test_the_graph_of_the_orca_finds_its_profile_by_name(self):
+        self.run_ok("check", self.share / "graphs/bunny_orca.yaml")
+
+
+@unittest.skipUnless(HAS_USB, "this build has no USB")
+class Usb(Installed):
+    def run_program(self, *words):
+        return subprocess.run(words, capture_output=True, text=True, cwd=self.elsewhere, timeout=PATIENCE, check=False,
+                              env=dict(os.environ, **self.environment))
+
+    def test_each_profile_is_emulated_by_its_name(self):
+        names = [p.stem for p in sorted((ROOT / "devices/usb/profiles").glob("*.yaml"))]
+        self.assertTrue(names)
+        for name in (*names, "falcon"):
+            for start in (["tactor", "emulate", "usb"], ["tactor-emulate-usb"]):
+                with self.subTest(profile=name, start=start[0]):
+                    result = self.run_program(*start, name, "--", "tactor", "devices")
+                    self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+                    self.assertIn(name, result.stdout)
+
+    @needs_live
+    @needs_collision
+    def test_a_live_run_drives_an_emulated_device(self):
+        graph = self.pressed_wall("type: usb.device, profile: polhem, origin: [0, 0, 10 mm]")
+        result = self.run_program("tactor", "emulate", "usb", "polhem", "--",
+                                  "tactor", "run", graph, "--out", self.folder / "out")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.assertGreater(self.device_part()["ticks"], 0)
+
+    def test_the_rule_of_udev_lies_where_udev_looks_below_the_usual_prefixes(self):
+        rule = (self.prefix / "lib/udev/rules.d/70-tactor.rules").read_text()
+        self.assertRegex(rule, re.compile(r'ATTR\{idVendor\}=="0403"'))
+
+
+if __name__ == "__main__":
+    unittest.main()
