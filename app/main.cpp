@@ -27,6 +27,7 @@
 #include "app/run/run.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/study_command.hpp"
+#include "devices/hardware/profile_files.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/graph/plan.hpp"
@@ -49,8 +50,7 @@ std::vector<fs::path> mesh_folders() {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
   folders.push_back(program.parent_path() / "meshes");
   folders.push_back(program.parent_path() / "share" / "tactor" / "meshes");
-  folders.push_back(program.parent_path() / "profiles");
-  folders.push_back(program.parent_path() / "share" / "tactor" / "profiles");
+  for (const fs::path& folder : profile_folders()) folders.push_back(folder);
   return folders;
 }
 
@@ -157,7 +157,7 @@ int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool
   for (const fs::path& graph : graphs) {
     try {
       const Plan plan = make_plan(load_graph(graph, registry, options.overrides(), mesh_folders()));
-      for (const std::string& note : check_bodies(plan)) tell_note(note);
+      for (const std::string& note : check_nodes(plan)) tell_note(note);
       fmt::print("{}: ok\n", graph.string());
       if (explained) fmt::print("{}\n", explain(plan));
     } catch (const InputError& error) {

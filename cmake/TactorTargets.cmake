@@ -58,6 +58,17 @@ function(tactor_node_library prefix)
   set_property(GLOBAL APPEND PROPERTY TACTOR_NODE_LIBRARIES tactor_${prefix})
 endfunction()
 
+# tactor_profiles(KIND): the profiles in the caller's folder `profiles`, for devices on that kind of line. They are found
+# beside the program, as meshes are.
+function(tactor_profiles kind)
+  file(GLOB profiles CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/profiles/*.yaml)
+  foreach(profile ${profiles})
+    get_filename_component(name ${profile} NAME)
+    configure_file(${profile} ${CMAKE_BINARY_DIR}/profiles/${kind}/${name} COPYONLY)
+  endforeach()
+  install(FILES ${profiles} DESTINATION ${CMAKE_INSTALL_DATADIR}/tactor/profiles/${kind})
+endfunction()
+
 # tactor_test(NAME SOURCES ... [LIBS ...]): a Boost.Test executable that ctest runs as NAME.
 function(tactor_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})

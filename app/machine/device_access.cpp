@@ -8,31 +8,22 @@
 #include <filesystem>
 #include <string>
 
+#include "devices/hardware/serial_ports.hpp"
+
 namespace tactor {
 
 namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<std::string> serial_ports() {
-  std::vector<std::string> ports;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator("/dev", error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("ttyUSB") || name.starts_with("ttyACM")) ports.push_back(entry.path().string());
-  }
-  std::sort(ports.begin(), ports.end());
-  return ports;
-}
-
-Finding ports_finding(const std::vector<std::string>& ports) {
+Finding ports_finding(const std::vector<SerialPort>& ports) {
   Finding finding{"ports", "serial ports", Grade::ok, "", "", ""};
   std::string closed;
-  for (const std::string& port : ports) {
-    finding.found += (finding.found.empty() ? "" : ", ") + port;
-    if (access(port.c_str(), R_OK | W_OK) != 0) closed += (closed.empty() ? "" : ", ") + port;
+  for (const SerialPort& port : ports) {
+    finding.found += (finding.found.empty() ? "" : ", ") + port.file.string();
+    if (!port.may_open) closed += (closed.empty() ? "" : ", ") + port.file.string();
   }
-  if (ports.empty()) finding.found = "no USB serial adapter is attached";
+  if (ports.empty()) finding.found = "no serial adapter or card is attached";
   if (closed.empty()) return finding;
   finding.grade = Grade::bad;
   finding.cost = "this user may not open " + closed;

@@ -123,11 +123,13 @@ GraphSpec trial_graph(const GraphSpec& graph, const NodeSpec& device, double for
   return trial;
 }
 
-/// Runs it and shows where the device is, ten times a second on a terminal, else once a second.
-RunResult run_trial(const GraphSpec& graph, const DeviceTrial& trial) {
+/// Runs it and shows where the device is, ten times a second on a terminal, else once a second. What the device has to
+/// say of itself beforehand is added to `notes`.
+RunResult run_trial(const GraphSpec& graph, const DeviceTrial& trial, std::vector<std::string>& notes) {
   const bool terminal = isatty(STDOUT_FILENO) == 1;
   double shown = -1;
   RunOptions options;
+  options.note = [&notes](const std::string& note) { notes.push_back(note); };
   options.live_progress = [&](const LiveStatus& status) {
     TrialState& shared = trial_state();
     const std::scoped_lock lock(shared.mutex);
@@ -173,7 +175,13 @@ std::string device_list(Registry& registry) {
   std::string out;
   for (const NodeInfo* info : registry.types()) {
     if (!info->discover) continue;
-    for (const std::string& line : info->discover()) out += fmt::format("  {:<18} {}\n", info->type, line);
+    std::vector<std::string> notes;
+    try {
+      for (const std::string& line : info->discover(notes)) out += fmt::format("  {:<18} {}\n", info->type, line);
+    } catch (const RunError& error) {
+      notes.push_back(error.what());
+    }
+    for (const std::string& note : notes) tell_note(note);
   }
   return out.empty() ? "no device is attached that Tactor recognises\n" : out;
 }
@@ -212,10 +220,10 @@ int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial
   registry.add<TrialForce>();
   fmt::print("  {} ({}): where it is, without a force\n", device.name, device.info->type);
   const double watch = std::max(trial.seconds, 0.5);
-  if (const int code = tell_result(run_trial(trial_graph(graph, device, 0, 1, watch, registry), trial), "moved");
-      code != 0) {
-    return code;
-  }
+  std::vector<std::string> notes, told_already;
+  const RunResult watched = run_trial(trial_graph(graph, device, 0, 1, watch, registry), trial, notes);
+  if (const int code = tell_result(watched, "moved"); code != 0) return code;
+  for (const std::string& note : notes) fmt::print("  Note: {}\n", note);
   const std::string question = fmt::format(
       "  Give it up to {:g} N, along x, y and z of the scene and back, for {:g} s?", trial.force, 6 * trial.seconds);
   if (!confirmed(question, trial.yes)) {
@@ -228,7 +236,7 @@ int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial
     shared.any = false;
   }
   const GraphSpec forces = trial_graph(graph, device, trial.force, trial.seconds, 6 * trial.seconds + 2, registry);
-  return tell_result(run_trial(forces, trial), fmt::format("moved by up to {:g} N", trial.force));
+  return tell_result(run_trial(forces, trial, told_already), fmt::format("moved by up to {:g} N", trial.force));
 }
 
 void calibrate_device(const NodeSpec& device, bool yes) {

@@ -186,7 +186,7 @@ class Engine {
                            ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                            "conditions; add --set clock=virtual");
         }
-        for (const std::string& text : check_bodies(*planned.plan)) note(text);
+        for (const std::string& text : check_nodes(*planned.plan)) note(text);
         if (cases_[c].reference) planned.reference = plan_of(cases_[c].graph, *cases_[c].reference);
         planned.content = content_of(planned);
       } catch (const GraphError& error) {

@@ -26,7 +26,7 @@ HardwareParts parts_of(std::unique_ptr<FalconLink> link) {
   return parts;
 }
 
-std::vector<std::string> discover() {
+std::vector<std::string> discover(std::vector<std::string>&) {
   UsbBus bus;
   std::vector<std::string> lines;
   const auto tell = [&lines](const UsbDeviceInfo& info) {
@@ -91,7 +91,7 @@ NodeInfo Falcon::declare() {
   HardwareParams defaults;
   defaults.connect_timeout = Duration{60'000'000'000};  // firmware and homing by hand
   declare_hardware(declaration, defaults);
-  declaration.check_params([](const P& params) { firmware_of(params); }).discover(discover);
+  declaration.check_params([](const P& params, std::vector<std::string>*) { firmware_of(params); }).discover(discover);
   return declaration.info();
 }
 

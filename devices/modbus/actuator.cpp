@@ -5,7 +5,8 @@
 #include <cstdio>
 
 #include "devices/hardware/declare_hardware.hpp"
-#include "devices/modbus/serial_ports.hpp"
+#include "devices/hardware/profile_files.hpp"
+#include "devices/hardware/serial_ports.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor::modbus {
@@ -21,8 +22,13 @@ std::string text_of(const char* format, double a, double b = 0) {
   return text;
 }
 
-HardwareParts make_parts(const Actuator::Params& params) {
+void tell(const Setup& setup, std::vector<std::string>* notes) {
+  if (notes != nullptr && !setup.danger.empty()) notes->push_back(setup.danger);
+}
+
+HardwareParts make_parts(const Actuator::Params& params, const NodeContext& context) {
   Setup setup = make_setup(params);
+  tell(setup, context.notes);
   HardwareParts parts;
   std::vector<Vec3> directions;
   double finest = 1;
@@ -42,6 +48,41 @@ HardwareParts make_parts(const Actuator::Params& params) {
   return parts;
 }
 
+/// How long a cycle takes on the line of a setup, and with which settings.
+std::string cycle_text(const Setup& setup) {
+  std::string text = text_of("a cycle takes %.3g ms", 1e3 * setup.line.cycle_s);
+  if (!setup.endpoint.serial) return text;
+  const LineSettings& line = setup.profile.line;
+  return text + " at " + std::to_string(line.baud) + " baud with " + std::to_string(line.character_bits()) +
+         " bits a character";
+}
+
+/// A watchdog that is shorter than two cycles runs out where a single one is late, one that is shorter than a cycle
+/// always.
+void check_watchdog(const Setup& setup) {
+  if (!setup.profile.watchdog) return;
+  constexpr double cycles = 2;
+  const double time = setup.profile.watchdog->time.seconds();
+  if (time * setup.rate >= cycles * (1 - 1e-9)) return;
+  const double needed = cycles / time;
+  throw InputError("the watchdog of " + setup.profile.name + ": expected a time of at least two cycles of the line, " +
+                   text_of("%.4g ms at %.4g Hz", 1e3 * cycles / setup.rate, setup.rate) +
+                   text_of(", found %.4g ms, within which it would let go again and again; ", 1e3 * time) +
+                   (needed <= setup.line.rate
+                        ? text_of("set link_rate to %.4g Hz or more, or watchdog.time of the profile higher", needed)
+                        : text_of("the line carries at most %.4g Hz (", setup.line.rate) + cycle_text(setup) +
+                              "): set watchdog.time of the profile higher"));
+}
+
+/// What there is to know of a device that nothing makes let go when the commands end.
+std::string danger_of(const Profile& profile) {
+  if (profile.watchdog) return {};
+  return profile.name +
+         ": its profile names no watchdog: where this program is killed or the line is cut, the device may keep the "
+         "last "
+         "force that it was given; keep an emergency stop or the switch of its power within reach";
+}
+
 std::string calibrate(const Actuator::Params& params, const Ask& ask) {
   const Setup setup = make_setup(params);
   if (setup.profile.calibrate.empty()) return setup.profile.name + " needs no calibration";
@@ -54,10 +95,28 @@ std::string calibrate(const Actuator::Params& params, const Ask& ask) {
   return link.name() + ": calibrated";
 }
 
+/// A line for each serial port that a Modbus line may be on. Nothing is sent to it: Modbus has no request that any
+/// device may safely be given. Nor is anything known of what is on it, so that all profiles are looked at.
+std::vector<std::string> discover(std::vector<std::string>& notes) {
+  for (const std::filesystem::path& file : profile_files("modbus")) {
+    try {
+      static_cast<void>(plan_cycle(read_profile(file)));
+    } catch (const InputError& error) {
+      notes.push_back(broken_profile(file, error));
+    }
+  }
+  std::vector<std::string> lines;
+  for (const SerialPort& port : serial_ports()) {
+    lines.push_back("serial port rtu:" + port.file.string() + ": " + port.adapter +
+                    (port.may_open ? "" : "; may not be opened by this user: see `tactor doctor`"));
+  }
+  return lines;
+}
+
 }  // namespace
 
 Setup make_setup(const Actuator::Params& params) {
-  Setup setup{read_profile(params.profile), parse_endpoint(params.connect), 0, {}};
+  Setup setup{read_profile(params.profile), parse_endpoint(params.connect), 0, {}, {}};
   LineSettings& line = setup.profile.line;
   if (params.unit > 0) line.unit = params.unit;
   if (params.baud > 0) line.baud = params.baud;
@@ -65,12 +124,8 @@ Setup make_setup(const Actuator::Params& params) {
   setup.line = line_rate(plan_cycle(setup.profile), line, setup.endpoint.serial);
   setup.rate = params.link_rate > 0 ? params.link_rate : std::min(params.rate, share_of_line * setup.line.rate);
   if (setup.rate > setup.line.rate) {
-    std::string how = text_of("at most %.6g Hz; a cycle takes %.3g ms", setup.line.rate, 1e3 * setup.line.cycle_s);
-    if (setup.endpoint.serial) {
-      how += " at " + std::to_string(line.baud) + " baud with " + std::to_string(line.character_bits()) +
-             " bits a character";
-    }
-    throw InputError("link_rate: expected what the line of " + setup.profile.name + " can carry, " + how + ", found " +
+    throw InputError("link_rate: expected what the line of " + setup.profile.name + " can carry, " +
+                     text_of("at most %.6g Hz; ", setup.line.rate) + cycle_text(setup) + ", found " +
                      text_of("%.6g Hz", params.link_rate));
   }
   // A sample must come before it is too old to be used.
@@ -78,11 +133,13 @@ Setup make_setup(const Actuator::Params& params) {
     throw InputError("link_timeout: expected at least a cycle of the line, " + text_of("%.3g ms", 1e3 / setup.rate) +
                      ", found " + text_of("%.3g ms", 1e3 * params.link_timeout.seconds()));
   }
+  check_watchdog(setup);
+  setup.danger = danger_of(setup.profile);
   return setup;
 }
 
 Actuator::Actuator(const Params& params, const NodeContext& context)
-    : HardwareDevice(params, context, make_parts(params)) {}
+    : HardwareDevice(params, context, make_parts(params, context)) {}
 
 NodeInfo Actuator::declare() {
   Declare<Actuator> declaration("modbus.actuator", "A real actuator on Modbus, TCP or a serial line.");
@@ -110,8 +167,9 @@ NodeInfo Actuator::declare() {
       .real("response_timeout", &Params::response_timeout,
             {.doc = "of one answer; 0: that of the profile", .unit = "s", .default_value = 0, .min = 0, .max = 5});
   declare_hardware(declaration, defaults);
-  declaration.check_params([](const Params& params) { static_cast<void>(make_setup(params)); })
-      .discover([] { return serial_ports(); })
+  declaration
+      .check_params([](const Params& params, std::vector<std::string>* notes) { tell(make_setup(params), notes); })
+      .discover(discover)
       .calibrate(calibrate);
   return declaration.info();
 }

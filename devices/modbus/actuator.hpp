@@ -30,11 +30,13 @@ class Actuator final : public HardwareDevice {
 struct Setup {
   Profile profile;
   Endpoint endpoint;
-  double rate = 0;  ///< Hz, of the cycles
-  LineRate line;    ///< what the line can carry
+  double rate = 0;     ///< Hz, of the cycles
+  LineRate line;       ///< what the line can carry
+  std::string danger;  ///< what the user must know of the device before a force; empty: nothing
 };
 
-/// Throws YamlError for the profile, and InputError for an endpoint that is none and for a rate beyond the line.
+/// Throws YamlError for the profile, and InputError for an endpoint that is none, for a rate beyond the line, and for a
+/// watchdog of the device that runs out within two cycles.
 Setup make_setup(const Actuator::Params& params);
 
 }  // namespace tactor::modbus

@@ -1,12 +1,17 @@
 #include "devices/modbus/client.hpp"
 
+#include <fcntl.h>
 #include <modbus/modbus-rtu.h>
 #include <modbus/modbus-tcp.h>
 #include <modbus/modbus.h>
+#include <poll.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -48,6 +53,16 @@ LinkError kind_of(int error) {
   }
 }
 
+/// Whatever libmodbus does or a test hands over: a write to this file takes what there is room for, and returns.
+void never_block(int file) {
+  const int flags = fcntl(file, F_GETFL);
+  if (flags >= 0) fcntl(file, F_SETFL, flags | O_NONBLOCK);
+}
+
+std::string milliseconds(Duration d) {
+  return std::to_string(d.ns / 1'000'000) + " ms";
+}
+
 std::string what_of(const Transaction& t) {
   char text[80];
   if (t.function == 6 || t.function == 16) {
@@ -84,6 +99,10 @@ Endpoint parse_endpoint(const std::string& text) {
 }
 
 void Client::Free::operator()(void* context) const {
+  // Closing a serial port waits, by default for 30 s, until what was written has gone out. What is not out by now was
+  // never answered.
+  const int file = modbus_get_socket(static_cast<modbus_t*>(context));
+  if (file >= 0) tcflush(file, TCOFLUSH);
   modbus_close(static_cast<modbus_t*>(context));
   modbus_free(static_cast<modbus_t*>(context));
 }
@@ -114,6 +133,7 @@ void Client::attach(int file) {
   disconnect();
   TACTOR_DEMAND(make_context());
   modbus_set_socket(static_cast<modbus_t*>(context_.get()), file);
+  never_block(file);
   unclear_ = false;
 }
 
@@ -129,6 +149,7 @@ bool Client::connect(LinkFailure& failure) {
     failure = {LinkError::disconnected, std::string("no connection: ") + modbus_strerror(error), true};
     return false;
   }
+  never_block(modbus_get_socket(static_cast<modbus_t*>(context_.get())));
   unclear_ = endpoint_.serial;
   return true;
 }
@@ -143,9 +164,22 @@ void Client::keep_silence() {
   MonotonicClock::sleep_until(until);
 }
 
+// At most so much at once, because a peer that never stops sending may be quicker.
+bool Client::throw_away() {
+  constexpr int most_reads = 16;
+  const int file = modbus_get_socket(static_cast<modbus_t*>(context_.get()));
+  if (endpoint_.serial) return tcflush(file, TCIOFLUSH) == 0;
+  std::array<char, 4096> bytes{};
+  for (int i = 0; i < most_reads; ++i) {
+    const ssize_t n = recv(file, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (n < 0) return errno == EAGAIN || errno == EWOULDBLOCK;
+    if (n < static_cast<ssize_t>(bytes.size())) break;
+  }
+  return true;
+}
+
 bool Client::drain() {
-  auto* context = static_cast<modbus_t*>(context_.get());
-  const int file = modbus_get_socket(context);
+  const int file = modbus_get_socket(static_cast<modbus_t*>(context_.get()));
   const Duration look = std::max(Duration{2'000'000}, line_.silent() + Duration{2 * line_.character().ns});
   const Instant give_up = MonotonicClock::now() + line_.response_timeout + longest_answer_;
   // Silent twice in a row.
@@ -154,7 +188,7 @@ bool Client::drain() {
     if (ioctl(file, FIONREAD, &waiting) != 0) return false;
     if (waiting > 0) {
       silent = 0;
-      if (modbus_flush(context) < 0) return false;
+      if (!throw_away()) return false;
       if (MonotonicClock::now() > give_up) return false;
     } else {
       ++silent;
@@ -176,8 +210,13 @@ bool Client::clear_line(LinkFailure& failure) {
   std::vector<std::uint16_t> words(static_cast<std::size_t>(fence_.count));
   if (!request({.function = fence_.function, .read_address = fence_.address, .read_count = fence_.count}, nullptr,
                words.data(), failure)) {
-    // An exception is an answer too, and no read of the cycle looks like it either.
     if (failure.error != LinkError::exception) return false;
+    if (endpoint_.serial) {
+      failure.text = "the fence is refused, so that late answers cannot be told from new ones: " + failure.text +
+                     "; give the profile a fence that the device answers with words";
+      failure.reopen = true;
+      return false;
+    }
   }
   unclear_ = false;
   return true;
@@ -193,9 +232,29 @@ bool Client::transfer(const Transaction& transaction, const std::uint16_t* writt
   return request(transaction, written, read, failure);
 }
 
+bool Client::has_room(const Transaction& t, LinkFailure& failure) {
+  pollfd file{modbus_get_socket(static_cast<modbus_t*>(context_.get())), POLLOUT, 0};
+  const Instant give_up = MonotonicClock::now() + line_.response_timeout;
+  for (;;) {
+    const std::int64_t left = std::max<std::int64_t>(0, (give_up - MonotonicClock::now()).ns);
+    const timespec time{left / 1'000'000'000, left % 1'000'000'000};
+    const int ready = ppoll(&file, 1, &time, nullptr);
+    if (ready < 0 && errno == EINTR) continue;
+    // What is wrong with the file the request finds out.
+    if (ready != 0) return true;
+    failure = {LinkError::timeout,
+               "the line takes no request within " + milliseconds(line_.response_timeout) +
+                   ": what was sent before is still waiting to go out (" + what_of(t) + ")",
+               true};
+    unclear_ = true;
+    return false;
+  }
+}
+
 bool Client::request(const Transaction& t, const std::uint16_t* written, std::uint16_t* read, LinkFailure& failure) {
   auto* context = static_cast<modbus_t*>(context_.get());
   keep_silence();
+  if (!has_room(t, failure)) return false;
   errno = 0;
   int done = -1, expected = 0;
   switch (t.function) {
@@ -232,7 +291,7 @@ void Client::explain(int error, const Transaction& t, LinkFailure& failure) {
   unclear_ = unclear_ || (failure.error != LinkError::exception);
   std::string text = modbus_strerror(error);
   if (error == ETIMEDOUT) {
-    text = "no whole answer within " + std::to_string(line_.response_timeout.ns / 1'000'000) + " ms";
+    text = "no whole answer within " + milliseconds(line_.response_timeout);
   } else if (failure.error == LinkError::exception) {
     text = "exception " + std::to_string(error - MODBUS_ENOBASE) + " (" + text + ")";
   }

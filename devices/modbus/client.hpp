@@ -26,8 +26,9 @@ Endpoint parse_endpoint(const std::string& text);
 
 /// Talks to one slave.
 ///
-/// Bounds: an answer that is not complete by the response timeout has failed, however its bytes drip in. libmodbus'
-/// own recovery is off.
+/// Bounds: an answer that is not complete by the response timeout has failed, however its bytes drip in, and so has a
+/// request that the line does not take within another one: writes never block. What comes without end is thrown away
+/// for a bounded time, and closing a serial port does not wait for what nobody takes. libmodbus' own recovery is off.
 ///
 /// Late answers: a serial answer carries nothing that tells which request it belongs to, so that the answer to a
 /// request given up for lost would be taken for that to the next one, and show where the device was. After every
@@ -35,7 +36,9 @@ Endpoint parse_endpoint(const std::string& text);
 /// waits for a response timeout and the longest answer, throws away what has come until the line is silent, and then
 /// sends the fence: a read whose answer differs in length from all answers of the cycle. Answers come in the order of
 /// their requests; so after the fence has been answered no older one is under way, and before that an older answer is
-/// refused by its length. The same is done after a serial port was opened. Over TCP the transaction number does that
+/// refused by its length. On a serial line an exception proves nothing, because it has no length of its own to tell it
+/// from an older one: the fence must be answered with words. The same is done after a serial port was opened, for what
+/// an earlier session, also that of another program, may have left under way. Over TCP the transaction number does that
 /// too, and a new connection starts clean.
 class Client {
  public:
@@ -45,7 +48,8 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Connects; over TCP within the response timeout.
+  /// Connects; over TCP within the response timeout for each address that the host's name has, after the time that the
+  /// system takes to look the name up.
   bool connect(LinkFailure& failure);
   /// Takes over a connection that was made elsewhere, for tests; the file is closed with the client.
   void attach(int file);
@@ -68,6 +72,8 @@ class Client {
   bool make_context();
   bool clear_line(LinkFailure& failure);
   bool drain();
+  bool throw_away();
+  bool has_room(const Transaction& transaction, LinkFailure& failure);
   bool request(const Transaction& transaction, const std::uint16_t* written, std::uint16_t* read, LinkFailure& failure);
   void explain(int error, const Transaction& transaction, LinkFailure& failure);
   void keep_silence();

@@ -67,26 +67,74 @@ bool is_like(const Fence& fence, const Transaction& transaction) {
   return transaction.function == fence.function && transaction.read_count == fence.count;
 }
 
-Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
+/// All reads that are ever asked for: those of the cycle, and of single registers.
+std::vector<Transaction> all_reads(const Profile& profile, const CyclePlan& plan) {
   std::vector<Transaction> all = plan.each;
   all.insert(all.end(), plan.seldom.begin(), plan.seldom.end());
+  const auto add = [&](std::size_t index) {
+    const RegisterInfo& info = profile.registers[index];
+    all.push_back({.function = info.read_function, .read_address = info.address, .read_count = info.width()});
+  };
+  for (const Expectation& e : profile.identify) add(e.index);
+  for (const auto* steps : {&profile.start_up, &profile.shut_down, &profile.calibrate}) {
+    for (const Step& step : *steps) {
+      if (step.kind == Step::Kind::expect) add(step.index);
+    }
+  }
+  return all;
+}
+
+/// Reads from the beginning of a register to the end of another one, with gaps of up to so many words between.
+std::vector<Fence> spans(const Profile& profile, int gap) {
+  std::vector<Fence> result;
+  for (const int function : {3, 4}) {
+    std::set<std::size_t> readable;
+    for (std::size_t i = 0; i < profile.registers.size(); ++i) {
+      const RegisterInfo& info = profile.registers[i];
+      if (info.readable && info.read_function == function) readable.insert(i);
+    }
+    const std::vector<std::size_t> list = by_address(profile, readable);
+    for (std::size_t first = 0; first < list.size(); ++first) {
+      const int begin = profile.registers[list[first]].address;
+      int end = begin;
+      for (std::size_t i = first; i < list.size(); ++i) {
+        const RegisterInfo& info = profile.registers[list[i]];
+        end = std::max(end, info.address + info.width());
+        if (end - begin > most_read) break;
+        result.push_back({function, begin, end - begin});
+        if (i + 1 < list.size() && profile.registers[list[i + 1]].address - end > gap) break;
+      }
+    }
+  }
+  return result;
+}
+
+Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
+  const std::vector<Transaction> all = all_reads(profile, plan);
   const auto taken = [&](const Fence& fence) {
     return std::any_of(all.begin(), all.end(), [&](const Transaction& t) { return is_like(fence, t); });
   };
   const std::string why =
-      "a fence, a read that no read of the cycle looks like (function and count), by which late "
-      "answers on a serial line are told from new ones";
+      "a fence, a read that no read of the cycle, of identify or of a sequence looks like (function and count), by "
+      "which "
+      "late answers on a serial line are told from new ones";
   if (profile.fence) {
     if (!taken(*profile.fence)) return *profile.fence;
     throw InputError("fence: expected " + why + ", found function " + std::to_string(profile.fence->function) +
-                     " and count " + std::to_string(profile.fence->count) + ", which the cycle has");
+                     " and count " + std::to_string(profile.fence->count) + ", which one of them has");
   }
+  // The surest to be answered first: registers that the device has, then parts of them, then words between them.
+  std::vector<Fence> candidates = spans(profile, 0);
   for (const Transaction& t : all) {
+    // Function 23 answers as itself, so that function 3 is always free beside it.
     for (int count = t.read_count; count >= 1; --count) {
-      // Function 23 answers as itself, so that function 3 is always free beside it.
-      const Fence fence{t.function == 4 ? 4 : 3, t.read_address, count};
-      if (!taken(fence)) return fence;
+      candidates.push_back({t.function == 4 ? 4 : 3, t.read_address, count});
     }
+  }
+  const std::vector<Fence> with_gaps = spans(profile, largest_gap);
+  candidates.insert(candidates.end(), with_gaps.begin(), with_gaps.end());
+  for (const Fence& fence : candidates) {
+    if (!taken(fence)) return fence;
   }
   throw InputError("expected the key fence with " + why + ", found none, and none suggests itself");
 }

@@ -27,7 +27,10 @@ struct CyclePlan {
       9;  ///< characters on a serial line, of all answers to this plan, to the fence and to single registers
 };
 
-/// Throws InputError where no fence can be found that no read of the cycle looks like; the profile must name one then.
+/// The fence is a read that no other one looks like, by function and count, be it in the cycle, of `identify` or of a
+/// sequence: an answer to any of them may be under way when a line is opened anew. Throws InputError where the
+/// profile names one that is not such, or names none and none is found among the registers that can be read; it must
+/// name one then.
 CyclePlan plan_cycle(const Profile& profile);
 
 /// Seconds that a transaction takes on a serial line: all characters of both frames, the turnaround of the device, and

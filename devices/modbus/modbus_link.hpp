@@ -18,8 +18,8 @@ namespace tactor::modbus {
 /// and goes through shut_down, each once more where it failed and the connection still stands, and shut_down also where
 /// zero was refused.
 ///
-/// A cycle takes as long as its transactions, at most one response timeout each plus, after a failure, that of the
-/// client's fence (see Client).
+/// A cycle takes as long as its transactions, at most two response timeouts each (until the line takes the request, and
+/// until it is answered) plus, after a failure, those of the client's fence and the wait before it (see Client).
 class ModbusLink final : public Link {
  public:
   /// Throws InputError as plan_cycle does.

@@ -176,8 +176,16 @@ void ProfileReader::watchdog(const Tree& tree) {
     return;
   }
   const auto seconds = value_of(*time, "watchdog.time", *index);
-  if (seconds && *seconds > 0) profile_.watchdog = {*index, Duration::from_seconds(*seconds)};
-  if (seconds && *seconds <= 0) error(*time, "watchdog.time: expected a time above zero, found " + describe(*time));
+  if (!seconds) return;
+  // As the device gets it; many take zero for none.
+  std::uint16_t words[2] = {0, 0};
+  encode(profile_.registers[*index], *seconds, words);
+  const double counted = decode(profile_.registers[*index], words);
+  if (counted > 0) {
+    profile_.watchdog = {*index, Duration::from_seconds(counted)};
+  } else {
+    error(*time, "watchdog.time: expected a time of at least a count of its register, found " + describe(*time));
+  }
 }
 
 void ProfileReader::fence(const Tree& tree) {

@@ -49,8 +49,8 @@ std::string line_of(const UsbProfile& profile, const UsbDeviceInfo& info) {
   return text + " (type: usb.device, profile: " + profile.name + ")";
 }
 
-std::vector<std::string> discover() {
-  const std::vector<UsbProfile> profiles = all_usb_profiles();
+std::vector<std::string> discover(std::vector<std::string>& notes) {
+  const std::vector<UsbProfile> profiles = all_usb_profiles(notes);
   std::vector<UsbNumbers> kinds;
   for (const UsbProfile& profile : profiles) kinds.push_back({profile.vendor, profile.product});
   UsbBus bus;
@@ -116,7 +116,9 @@ NodeInfo UsbDevice::declare() {
       .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
       .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");
   declare_hardware(declaration);
-  declaration.check_params([](const P& params) { profile_of(params); }).calibrate(calibrate).discover(discover);
+  declaration.check_params([](const P& params, std::vector<std::string>*) { profile_of(params); })
+      .calibrate(calibrate)
+      .discover(discover);
   return declaration.info();
 }
 

@@ -1,15 +1,12 @@
 #include "devices/usb/profile.hpp"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <set>
-#include <sstream>
 
+#include "devices/hardware/profile_files.hpp"
 #include "devices/usb/wooden_kinematics.hpp"
 #include "framework/core/check.hpp"
 #include "framework/yaml/yaml_values.hpp"
@@ -438,60 +435,21 @@ UsbProfile parse_usb_profile(const std::string& text, const std::string& file) {
   return checked(tree, file, diagnostics);
 }
 
-std::vector<std::filesystem::path> usb_profile_folders() {
-  std::vector<std::filesystem::path> folders;
-  if (const char* path = std::getenv("TACTOR_PROFILE_PATH")) {
-    std::istringstream parts(path);
-    for (std::string part; std::getline(parts, part, ':');) {
-      if (!part.empty()) folders.emplace_back(part);
-    }
-  }
-  const auto add_beside = [&folders](const std::filesystem::path& file) {
-    for (const char* place : {"profiles", "nodes/profiles", "../lib/tactor/profiles", "../bin/nodes/profiles"}) {
-      folders.push_back((file.parent_path() / place).lexically_normal());
-    }
-  };
-  Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&usb_profile_folders), &info) != 0 && info.dli_fname != nullptr) {
-    std::error_code ignored;
-    add_beside(std::filesystem::weakly_canonical(info.dli_fname, ignored));
-  }
-  return folders;
-}
-
 std::filesystem::path find_usb_profile(const std::string& name) {
-  std::error_code ignored;
-  if (name.find('/') != std::string::npos && std::filesystem::is_regular_file(name, ignored)) return name;
-  const bool ends = name.ends_with(".yaml");
-  std::string inside = ends ? name : name + ".yaml";
-  if (!inside.starts_with("usb/")) inside = "usb/" + inside;
-  for (const std::filesystem::path& folder : usb_profile_folders()) {
-    if (std::filesystem::is_regular_file(folder / inside, ignored)) return folder / inside;
-  }
-  if (ends && std::filesystem::is_regular_file(name, ignored)) return name;
+  if (const auto file = find_profile("usb", name)) return *file;
   std::vector<std::string> names;
-  for (const UsbProfile& profile : all_usb_profiles()) names.push_back(profile.name);
+  for (const std::filesystem::path& file : profile_files("usb")) names.push_back(file.stem().string());
   throw InputError("profile: expected the name of a profile (" + list_of(names) + ") or the path of one, found \"" +
                    name + "\"" + did_you_mean(name, names));
 }
 
-std::vector<UsbProfile> all_usb_profiles() {
+std::vector<UsbProfile> all_usb_profiles(std::vector<std::string>& notes) {
   std::vector<UsbProfile> profiles;
-  for (const std::filesystem::path& folder : usb_profile_folders()) {
-    std::error_code ignored;
-    std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "usb", ignored)) {
-      if (entry.path().extension() == ".yaml") files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
-    for (const std::filesystem::path& file : files) {
-      const auto same = [&](const UsbProfile& p) { return p.name == file.stem().string(); };
-      if (std::any_of(profiles.begin(), profiles.end(), same)) continue;
-      try {
-        profiles.push_back(read_usb_profile(file));
-      } catch (const InputError&) {
-        // Told to who names it; a list of what is attached does without.
-      }
+  for (const std::filesystem::path& file : profile_files("usb")) {
+    try {
+      profiles.push_back(read_usb_profile(file));
+    } catch (const InputError& error) {
+      notes.push_back(broken_profile(file, error));
     }
   }
   return profiles;

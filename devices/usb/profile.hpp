@@ -59,12 +59,10 @@ UsbProfile read_usb_profile(const std::filesystem::path& file);
 /// The same of a text; `file` is what errors call it.
 UsbProfile parse_usb_profile(const std::string& text, const std::string& file);
 
-/// The folders that hold profiles: those of TACTOR_PROFILE_PATH, and those that belong to the program.
-std::vector<std::filesystem::path> usb_profile_folders();
-/// The file of a profile by its name (`polhem`, `usb/polhem.yaml`) or path. Throws InputError, with the names there
-/// are, where there is none.
+/// The file of a profile by its name (`polhem`, `usb/polhem.yaml`) or path (see find_profile). Throws InputError, with
+/// the names there are, where there is none.
 std::filesystem::path find_usb_profile(const std::string& name);
-/// All profiles in the folders that can be read.
-std::vector<UsbProfile> all_usb_profiles();
+/// All profiles in the folders that can be read; for each of the others a line in `notes`.
+std::vector<UsbProfile> all_usb_profiles(std::vector<std::string>& notes);
 
 }  // namespace tactor

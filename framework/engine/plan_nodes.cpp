@@ -31,10 +31,11 @@ PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
   }
 }
 
-std::vector<std::string> check_bodies(const Plan& plan) {
+std::vector<std::string> check_nodes(const Plan& plan) {
   std::vector<std::string> notes;
   for (const NodeSpec& spec : plan.nodes) {
     if (spec.info->check_bodies) at_place(spec, [&] { spec.info->check_bodies(plan.graph.scene, &notes); });
+    if (spec.info->check_params) at_place(spec, [&] { spec.info->check_params(spec.params, &notes); });
   }
   return notes;
 }

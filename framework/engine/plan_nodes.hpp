@@ -40,8 +40,8 @@ class PlanNodes {
   std::vector<std::unique_ptr<Node>> nodes_;
 };
 
-/// Loads the bodies of the plan's scene as its nodes would, without making the nodes, and returns their notes.
-/// Throws InputError as PlanNodes does.
-std::vector<std::string> check_bodies(const Plan& plan);
+/// Loads the bodies of the plan's scene and checks the parameters as its nodes would, without making the nodes, and
+/// returns their notes. Throws InputError as PlanNodes does.
+std::vector<std::string> check_nodes(const Plan& plan);
 
 }  // namespace tactor

@@ -86,7 +86,7 @@ void check_node(const GraphSpec& graph, const NodeSpec& node, bool reference, Di
   }
   if (!node.info->check_params) return;
   try {
-    node.info->check_params(node.params);
+    node.info->check_params(node.params, nullptr);
   } catch (const YamlError& error) {
     diagnostics.add(error);
   } catch (const InputError& error) {

@@ -84,8 +84,8 @@ class Declare {
     info_.hardware = true;
     return actuator();
   }
-  /// Which devices are attached: a line for each.
-  Declare& discover(std::function<std::vector<std::string>()> list) {
+  /// Which devices are attached (see NodeInfo::discover).
+  Declare& discover(std::function<std::vector<std::string>(std::vector<std::string>&)> list) {
     info_.discover = std::move(list);
     return *this;
   }
@@ -98,9 +98,11 @@ class Declare {
     return *this;
   }
   /// What of the parameters only the node can check (see NodeInfo::check_params).
-  Declare& check_params(std::function<void(const P&)> check) {
+  Declare& check_params(std::function<void(const P&, std::vector<std::string>*)> check) {
     auto params = params_;
-    info_.check_params = [params, check](const std::vector<ParamValue>& values) { check(assign_all(*params, values)); };
+    info_.check_params = [params, check](const std::vector<ParamValue>& values, std::vector<std::string>* notes) {
+      check(assign_all(*params, values), notes);
+    };
     return *this;
   }
   /// Its steps allocate, lock and wait for nothing, so that a graph may put it into the real-time lane.

@@ -150,10 +150,12 @@ struct NodeInfo {
   /// without making it; empty: the node reads no files of bodies.
   std::function<void(const Scene&, std::vector<std::string>* notes)> check_bodies;
   /// Throws InputError (YamlError for errors inside a file that a parameter names) where the node would refuse these
-  /// values, without making it; asked when a graph is planned. Empty: nothing but the declaration says what is good.
-  std::function<void(const std::vector<ParamValue>&)> check_params{};
-  /// Of hardware: a line for each attached device that the type recognises, asked without opening any for long.
-  std::function<std::vector<std::string>()> discover{};
+  /// values, and tells notes as NodeContext does, without making it; asked when a graph is planned, then without
+  /// notes (null). Empty: nothing but the declaration says what is good.
+  std::function<void(const std::vector<ParamValue>&, std::vector<std::string>* notes)> check_params{};
+  /// Of hardware: a line for each attached device that the type recognises, asked without opening any for long. What
+  /// keeps devices from being recognised, such as a broken profile, is a line each in `notes`.
+  std::function<std::vector<std::string>(std::vector<std::string>& notes)> discover{};
   /// Of hardware: does what the device needs to know where it is, asks before anything moves, and returns what was
   /// done. Throws InputError or RunError. Empty: the device needs none.
   std::function<std::string(const std::vector<ParamValue>&, const Ask&)> calibrate{};

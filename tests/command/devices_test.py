@@ -50,8 +50,9 @@ class Emulated(CommandTest):
         text = text.replace("response_timeout: 25 ms", "response_timeout: 400 ms").replace("time: 150 ms", "time: 5 s")
         self.profile = self.write("orca.yaml", text)
 
-    def graph(self, *arguments):
-        emulator = subprocess.Popen([TACTOR, "emulate", "modbus", self.profile, "--tcp", "0", *arguments],
+    def graph(self, *arguments, profile=None):
+        profile = profile or self.profile
+        emulator = subprocess.Popen([TACTOR, "emulate", "modbus", profile, "--tcp", "0", *arguments],
                                     stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
         def end():
@@ -61,7 +62,7 @@ class Emulated(CommandTest):
         self.addCleanup(end)
         ready = emulator.stdout.readline()
         self.assertTrue(ready.startswith("ready tcp:127.0.0.1:"), ready)
-        return self.write("device.yaml", GRAPH % (self.profile, ready.split()[1]))
+        return self.write("device.yaml", GRAPH % (profile, ready.split()[1]))
 
     def answer(self, *arguments, text=""):
         return subprocess.run([TACTOR, *map(str, arguments)], input=text, capture_output=True, text=True, timeout=300,
@@ -93,6 +94,16 @@ class Emulated(CommandTest):
         self.assertGreater(max(forces), 0.1)
         self.assertLess(min(forces), -0.1)
         self.assertEqual(forces[-1], 0)
+
+    @needs_live
+    def test_a_device_without_a_watchdog_is_told_before_the_force_is_confirmed(self):
+        text = (ROOT / "devices/modbus/profiles/oriental_az.yaml").read_text()
+        graph = self.graph(profile=self.write("az.yaml", text.replace("response_timeout: 30 ms", "response_timeout: 400 ms")))
+        result = self.answer("device", "test", graph, "--seconds", "0.5", text="n\n")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        warning = result.stdout.find("Note: az: its profile names no watchdog")
+        self.assertTrue(0 < warning < result.stdout.find("Give it up to 1 N"), result.stdout)
+        self.assertNotIn("watchdog", self.answer("device", "test", self.graph(), "--seconds", "0.5", text="n\n").stdout)
 
     def test_a_device_is_calibrated(self):
         graph = self.graph()

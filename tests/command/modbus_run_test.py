@@ -211,6 +211,10 @@ class ModbusRun(CommandTest):
                 self.assertRegex(result.stderr, text)
         refused(r"bad.yaml:\d+:\d+: nodes.device: link_rate: expected what the line of orca can carry, at most \d+\.\d+ Hz; "
                 r"a cycle takes .* ms at 19200 baud .*, found 900 Hz", more=EASY + ", link_rate: 900 Hz")
+        quick = self.write("quick.yaml", self.profile.read_text().replace("time: 3 s", "time: 60 ms"))
+        refused(r"bad.yaml:\d+:\d+: nodes.device: the watchdog of quick: expected a time of at least two cycles of the line, "
+                r"67\.\d+ ms at 29\.\d+ Hz, found 60 ms, .* the line carries at most 31\.\d+ Hz \(a cycle takes .* at 19200 baud",
+                profile=quick)
         refused("nodes.device: connect: expected tcp:HOST:PORT or rtu:PATH", connect="udp:1")
         broken = self.write("broken.yaml", self.profile.read_text().replace("address: 342, type", "address: 70000, type"))
         refused(r"broken.yaml:\d+:\d+: registers.position.address: expected a whole number", profile=broken)
@@ -218,6 +222,18 @@ class ModbusRun(CommandTest):
         result = tactor("check", self.write("virtual.yaml", graph.read_text().replace("clock: real", "clock: virtual")), environment=self.environment)
         self.assertEqual(result.returncode, 2)
         self.assertIn("expected clock: real, because modbus.actuator drives hardware", result.stderr)
+
+    def test_a_motor_without_a_watchdog_is_told_by_check_and_run(self):
+        profile = self.write("forgetful.yaml", (ROOT / "devices/modbus/profiles/oriental_az.yaml").read_text())
+        warning = "tactor: forgetful: its profile names no watchdog: where this program is killed"
+        graph = self.graph("tcp:127.0.0.1:9", "connect_timeout: 0.3 s, failure_timeout: 0.3 s", profile)
+        check = self.run_ok("check", graph)
+        self.assertEqual(check.stderr.count(warning), 1, check.stderr)
+        self.assertIn("an emergency stop", check.stderr)
+        run = tactor("run", graph, "--out", self.out, environment=self.environment)
+        self.assertEqual(run.stderr.count(warning), 1, run.stderr)
+        # The other motor has one, and nothing is said.
+        self.assertNotIn("watchdog", self.run_ok("check", self.graph("tcp:127.0.0.1:9")).stderr)
 
     def test_the_shipped_graph_runs_against_its_emulator(self):
         connect = self.emulate()

@@ -94,7 +94,7 @@ def copy_build(root):
         copy_as_it_is(file, root)
         for line in output("ldd", file).splitlines():
             needed.update(word for word in line.split() if word.startswith("/"))
-    for file in needed | set((BIN / "nodes/profiles/usb").glob("*.yaml")):
+    for file in needed | set((BUILD / "profiles/usb").glob("*.yaml")):
         copy_as_it_is(file, root)
 
 

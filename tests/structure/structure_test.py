@@ -67,6 +67,8 @@ class Includes(unittest.TestCase):
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
             # Devices read their profiles with the errors that graphs have; nodes read no YAML.
             "devices": ("framework/core", "framework/node", "framework/realtime", "framework/yaml", "devices"),
+            # The command knows no device; it asks where profiles lie, and which ports there are.
+            "app": ("framework", "app", "devices/hardware"),
         }
         for path in SOURCES:
             for folder, targets in allowed.items():

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "devices/hardware/profile_files.hpp"
 #include "devices/modbus/emulator/server.hpp"
 #include "framework/core/check.hpp"
 
@@ -93,19 +94,6 @@ Arguments parse(const std::vector<std::string>& words) {
   return a;
 }
 
-/// The file, or the profile of that name that comes with Tactor.
-fs::path find_profile(const std::string& name) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  std::vector<fs::path> folders{"", program.parent_path() / "profiles",
-                                program.parent_path() / "share" / "tactor" / "profiles"};
-  for (const fs::path& folder : folders) {
-    for (const std::string& text : {name, name + ".yaml", "modbus/" + name + ".yaml"}) {
-      if (fs::is_regular_file(folder / text)) return folder / text;
-    }
-  }
-  return name;  // whose reader says that it is not there
-}
-
 bool obey(Emulator& emulator, const std::string& line) {
   if (line == "quit") return false;
   if (line.starts_with("fault ")) {
@@ -148,7 +136,8 @@ int run(const std::vector<std::string>& words) {
     }
   }
   Arguments a = parse(words);
-  Profile profile = read_profile(find_profile(a.profile));
+  // Where there is none, its reader says so.
+  Profile profile = read_profile(find_profile("modbus", a.profile).value_or(a.profile));
   if (a.baud > 0) profile.line.baud = a.baud;
   Emulator emulator(std::move(profile), a.options);
   emulator.start();

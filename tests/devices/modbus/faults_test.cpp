@@ -187,6 +187,21 @@ BOOST_DATA_TEST_CASE(an_exception_is_told_with_its_number, both, serial) {
   BOOST_TEST(rig.recovers());
 }
 
+BOOST_AUTO_TEST_CASE(an_exception_is_no_answer_to_the_fence_of_a_serial_line) {
+  Rig rig(true);
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  rig.emulator.inject(fault("exception"));
+  BOOST_TEST(rig.fails());
+  BOOST_CHECK(rig.failure.error == LinkError::exception);
+  rig.link.close();
+  // The exceptions go on. Each could be that of an older request, so that none says that the line is clear.
+  for (int i = 0; i < 3; ++i) {
+    BOOST_TEST(!rig.open());
+    BOOST_TEST(rig.failure.text.find("the fence is refused") != std::string::npos, rig.failure.text);
+    BOOST_TEST(rig.failure.text.find("exception 4") != std::string::npos, rig.failure.text);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_connection_that_is_reset_is_opened_anew) {
   Rig rig(false);
   BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);

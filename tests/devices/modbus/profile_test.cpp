@@ -8,6 +8,7 @@
 
 #include "devices/modbus/actuator.hpp"
 #include "framework/core/temporary_folder.hpp"
+#include "tests/nodes/defaults.hpp"
 
 using namespace tactor;
 using namespace tactor::modbus;
@@ -194,8 +195,9 @@ BOOST_AUTO_TEST_CASE(a_cycle_joins_what_lies_together_and_writes_nothing_else) {
   BOOST_TEST(plan.each[0].write_count == 2);
   BOOST_TEST(plan.each[1].function == 3);
   BOOST_TEST(plan.each[1].read_count == 2);
-  // The only read of the cycle has two words, so the fence has one.
-  BOOST_TEST(plan.fence.count == 1);
+  // The read of the cycle has two words and that of the identity has one, so the fence has all from one to the other.
+  BOOST_TEST(plan.fence.address == 1);
+  BOOST_TEST(plan.fence.count == 11);
   p.combined = true;
   const CyclePlan combined = plan_cycle(p);
   BOOST_TEST(combined.each.size() == 1U);
@@ -203,6 +205,103 @@ BOOST_AUTO_TEST_CASE(a_cycle_joins_what_lies_together_and_writes_nothing_else) {
   p.combined = false;
   p.fence = Fence{3, 10, 2};
   BOOST_CHECK_THROW(plan_cycle(p), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(no_read_that_is_ever_asked_for_looks_like_the_fence) {
+  const auto fence_of = [](const std::string& text) { return plan_cycle(parse_profile(text, "p.yaml")).fence; };
+  // Where the identity is read by one word, a fence of one is refused; where by two, one is right.
+  const std::string by_two = replaced(good, "{register: id, value: 7}", "{register: position, min: 0 m, max: 1 m}");
+  BOOST_TEST(fence_of(by_two).count == 1);
+  BOOST_TEST(fence_of(by_two + "fence: {address: 10, count: 1}\n").address == 10);
+  const auto refused = [](const InputError& error) {
+    return std::string(error.what()).find("found function 3 and count 1, which one of them has") != std::string::npos;
+  };
+  BOOST_CHECK_EXCEPTION(fence_of(good + "fence: {address: 10, count: 1}\n"), InputError, refused);
+  // So it is with a register that a sequence waits for.
+  const std::string waits = replaced(by_two, "  - {wait: 1 ms}", "  - {expect: id, value: 7}");
+  BOOST_CHECK_EXCEPTION(fence_of(waits + "fence: {address: 10, count: 1}\n"), InputError, refused);
+  // Far from all others, no read is left that the device surely answers.
+  const std::string far = replaced(good, "address: 10,", "address: 1000,");
+  const auto asks = [](const InputError& error) {
+    return std::string(error.what()).starts_with("expected the key fence with a fence, a read that no read");
+  };
+  BOOST_CHECK_EXCEPTION(fence_of(far), InputError, asks);
+  BOOST_TEST(fence_of(far + "fence: {address: 1000, count: 3}\n").count == 3);
+}
+
+BOOST_AUTO_TEST_CASE(a_watchdog_of_less_than_two_cycles_is_refused_with_the_figure) {
+  const TemporaryFolder folder;
+  const auto setup = [&](const std::string& time, double link_rate, const std::string& connect = "rtu:/dev/ttyUSB0") {
+    const std::filesystem::path file = folder.path() / "p.yaml";
+    std::ofstream(file) << replaced(good, "identify:",
+                                    "  patience: {address: 40, type: uint16, access: write, scale: 1 ms}\n"
+                                    "watchdog: {register: patience, time: " +
+                                        time + "}\nidentify:");
+    Actuator::Params params;
+    params.profile = file;
+    params.connect = connect;
+    params.link_rate = link_rate;
+    return make_setup(params);
+  };
+  const auto says = [](const std::string& part) {
+    return [part](const InputError& error) { return std::string(error.what()).find(part) != std::string::npos; };
+  };
+  // The line carries 79.2 Hz at most and runs at 95 % of that of itself: two cycles take 26.59 ms.
+  BOOST_TEST(setup("27 ms", 0).danger.empty());
+  BOOST_CHECK_EXCEPTION(
+      setup("26 ms", 0), InputError,
+      says("the watchdog of p: expected a time of at least two cycles of the line, 26.59 ms at 75.23 "
+           "Hz, found 26 ms, within which it would let go again and again; set link_rate to 76.92 Hz"));
+  BOOST_TEST(setup("26 ms", 77).rate == 77);
+  // 25 ms would take 80 Hz.
+  BOOST_CHECK_EXCEPTION(setup("25 ms", 79), InputError,
+                        says("the line carries at most 79.19 Hz (a cycle takes 12.6 ms at 115200 baud with 11 bits a "
+                             "character): set watchdog.time"));
+  // What the graph asks for counts too, exactly twice the cycle is right.
+  BOOST_CHECK_EXCEPTION(setup("49 ms", 40), InputError, says("50 ms at 40 Hz, found 49 ms"));
+  BOOST_TEST(setup("50 ms", 40).rate == 40);
+  // Over TCP the two transactions take the device's turnaround of 1 ms each.
+  BOOST_TEST(setup("4 ms", 500, "tcp:host:502").rate == 500);
+  BOOST_CHECK_EXCEPTION(setup("3 ms", 500, "tcp:host:502"), InputError, says("4 ms at 500 Hz, found 3 ms"));
+}
+
+BOOST_AUTO_TEST_CASE(a_watchdog_has_at_least_a_count_of_its_register) {
+  const std::string text = replaced(good, "identify:",
+                                    "  patience: {address: 40, type: uint16, access: write, scale: 1 ms}\n"
+                                    "watchdog: {register: patience, time: 1.4 ms}\nidentify:");
+  // As the device counts it.
+  BOOST_TEST(parse_profile(text, "p.yaml").watchdog.value().time.ns == 1'000'000);
+  BOOST_TEST(error_of(replaced(text, "1.4 ms", "0.4 ms"))
+                 .find("watchdog.time: expected a time of at least a count of its register, found 0.4 ms") !=
+             std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_device_without_a_watchdog_is_told_as_a_danger) {
+  int without = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(TACTOR_SOURCE_DIR "/devices/modbus/profiles")) {
+    Actuator::Params params;
+    params.profile = entry.path();
+    params.connect = "rtu:/dev/ttyUSB0";
+    const Setup setup = make_setup(params);
+    BOOST_TEST(setup.danger.empty() == setup.profile.watchdog.has_value());
+    if (setup.danger.empty()) continue;
+    ++without;
+    BOOST_TEST(setup.danger.starts_with(entry.path().stem().string() + ": its profile names no watchdog"));
+    // Both ways to it: the check of the parameters, and the node.
+    std::vector<std::string> of_check, of_node;
+    const NodeInfo info = Actuator::declare();
+    const std::vector<ParamValue> values =
+        test::param_values(info, {{"profile", entry.path().string()}, {"connect", std::string("rtu:/dev/ttyUSB0")}});
+    info.check_params(values, &of_check);
+    const Scene scene;
+    NodeContext context;
+    context.scene = &scene;
+    context.notes = &of_node;
+    info.create(values, context);
+    BOOST_TEST(of_check == std::vector<std::string>{setup.danger});
+    BOOST_TEST(of_node == of_check);
+  }
+  BOOST_TEST(without == 2);
 }
 
 BOOST_AUTO_TEST_CASE(the_rate_of_a_line_is_that_of_its_characters) {

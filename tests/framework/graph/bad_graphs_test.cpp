@@ -37,7 +37,7 @@ std::vector<Expected> expectations(const fs::path& file) {
 // What a check of the graph says is wrong, each `place: message`: of the plan, or else of the bodies.
 std::vector<std::string> errors(const fs::path& file, Registry& registry) {
   try {
-    check_bodies(make_plan(load_graph(file, registry)));
+    check_nodes(make_plan(load_graph(file, registry)));
   } catch (const GraphError& e) {
     std::vector<std::string> texts;
     for (const Diagnostic& d : e.diagnostics()) texts.push_back(d.place.text() + ": " + d.message);
