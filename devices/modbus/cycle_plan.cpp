@@ -10,7 +10,6 @@ namespace tactor::modbus {
 
 namespace {
 
-constexpr int largest_gap = 8;     // words that are read for nothing rather than asked for apart
 constexpr int most_read = 125;     // words an answer may hold
 constexpr int most_written = 121;  // words that function 23 may write
 
@@ -32,7 +31,7 @@ std::vector<Transaction> reads(const Profile& profile, const std::set<std::size_
       if (any) {
         Transaction& last = result.back();
         const int last_end = last.read_address + last.read_count;
-        if (info.address - last_end <= largest_gap && end - last.read_address <= most_read) {
+        if (info.address - last_end <= profile.read_gap && end - last.read_address <= most_read) {
           last.read_count = std::max(last.read_count, end - last.read_address);
           continue;
         }
@@ -44,23 +43,45 @@ std::vector<Transaction> reads(const Profile& profile, const std::set<std::size_
   return result;
 }
 
-std::vector<Transaction> writes(const Profile& profile, const std::set<std::size_t>& registers) {
+/// By the function that each register declares, in the order of their addresses. Function 6 takes one word at a time.
+std::vector<Transaction> writes(const Profile& profile, const std::vector<std::size_t>& registers) {
   std::vector<Transaction> result;
-  for (const std::size_t r : by_address(profile, registers)) {
+  for (const std::size_t r : by_address(profile, {registers.begin(), registers.end()})) {
     const RegisterInfo& info = profile.registers[r];
     const int end = info.address + info.width();
-    if (!result.empty()) {
+    if (!result.empty() && result.back().function == info.write_function) {
       Transaction& last = result.back();
-      if (info.address <= last.write_address + last.write_count && end - last.write_address <= most_written) {
+      const int last_end = last.write_address + last.write_count;
+      const int furthest = info.write_function == 6 ? last_end - 1 : last_end;
+      if (info.address <= furthest && end - last.write_address <= most_written) {
         last.write_count = std::max(last.write_count, end - last.write_address);
-        if (last.write_count > 1) last.function = 16;
         continue;
       }
     }
-    const int function = info.write_function == 6 && info.width() == 1 ? 6 : 16;
-    result.push_back({.function = function, .write_address = info.address, .write_count = info.width()});
+    result.push_back({.function = info.write_function, .write_address = info.address, .write_count = info.width()});
   }
   return result;
+}
+
+/// Joins the one write by function 23 to the first read by function 3.
+void combine(const Profile& profile, std::vector<Transaction>& writes, std::vector<Transaction>& reads) {
+  const auto by = [](int function) { return [function](const Transaction& t) { return t.function == function; }; };
+  const auto blocks = std::count_if(writes.begin(), writes.end(), by(23));
+  if (blocks != (profile.combined ? 1 : 0)) {
+    throw InputError(std::string("cycle: expected ") +
+                     (profile.combined ? "one block of words that is written by function 23"
+                                       : "cycle: combined for what is written by function 23") +
+                     ", found " + std::to_string(blocks));
+  }
+  if (!profile.combined) return;
+  const auto write = std::find_if(writes.begin(), writes.end(), by(23));
+  const auto read = std::find_if(reads.begin(), reads.end(), by(3));
+  if (read == reads.end())
+    throw InputError("cycle: expected a register that is read by function 3 to combine, found none");
+  read->function = 23;
+  read->write_address = write->write_address;
+  read->write_count = write->write_count;
+  writes.erase(write);
 }
 
 bool is_like(const Fence& fence, const Transaction& transaction) {
@@ -131,7 +152,7 @@ Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
       candidates.push_back({t.function == 4 ? 4 : 3, t.read_address, count});
     }
   }
-  const std::vector<Fence> with_gaps = spans(profile, largest_gap);
+  const std::vector<Fence> with_gaps = spans(profile, profile.read_gap);
   candidates.insert(candidates.end(), with_gaps.begin(), with_gaps.end());
   for (const Fence& fence : candidates) {
     if (!taken(fence)) return fence;
@@ -142,15 +163,8 @@ Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
 }  // namespace
 
 CyclePlan plan_cycle(const Profile& profile) {
-  std::set<std::size_t> written, read, seldom;
-  for (const Axis& axis : profile.axes) {
-    read.insert(axis.position);
-    written.insert(axis.effort);
-    if (axis.sign) written.insert(*axis.sign);
-  }
-  for (const auto* values : {&profile.each_cycle, &profile.at_zero}) {
-    for (const auto& [index, value] : *values) written.insert(index);
-  }
+  std::set<std::size_t> read, seldom;
+  for (const Axis& axis : profile.axes) read.insert(axis.position);
   for (const Button& button : profile.buttons) read.insert(button.index);
   CyclePlan plan;
   for (const Status& status : profile.status) {
@@ -158,15 +172,8 @@ CyclePlan plan_cycle(const Profile& profile) {
     if (status.every > 1)
       plan.seldom_every = plan.seldom_every == 1 ? status.every : std::min(plan.seldom_every, status.every);
   }
-  std::vector<Transaction> first = writes(profile, written), then = reads(profile, read);
-  const auto by_23 = [](const Transaction& t) { return t.function == 3; };
-  const auto combined = std::find_if(then.begin(), then.end(), by_23);
-  if (profile.combined && !first.empty() && combined != then.end()) {
-    combined->function = 23;
-    combined->write_address = first.back().write_address;
-    combined->write_count = first.back().write_count;
-    first.pop_back();
-  }
+  std::vector<Transaction> first = writes(profile, profile.written_each_cycle()), then = reads(profile, read);
+  combine(profile, first, then);
   plan.each = std::move(first);
   plan.each.insert(plan.each.end(), then.begin(), then.end());
   plan.seldom = reads(profile, seldom);

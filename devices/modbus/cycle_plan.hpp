@@ -16,8 +16,10 @@ struct Transaction {
   int write_address = 0, write_count = 0;
 };
 
-/// What a cycle does: first what it writes, then what it reads. Reads join registers that are up to 8 words apart;
-/// writes join neighbours alone, so that no word is written that the profile does not name.
+/// What a cycle does: first what it writes, then what it reads. Reads join registers that are up to the profile's
+/// read_gap apart. Each write goes by the function that its register declares; those by 16 or by 23 join neighbours
+/// alone, so that no word is written that the profile does not name. A combined cycle writes its one block by 23 with
+/// the first read by 3.
 struct CyclePlan {
   std::vector<Transaction> each;    ///< in every cycle
   std::vector<Transaction> seldom;  ///< one of them, in turn, in every `seldom_every`-th cycle
@@ -30,7 +32,8 @@ struct CyclePlan {
 /// The fence is a read that no other one looks like, by function and count, be it in the cycle, of `identify` or of a
 /// sequence: an answer to any of them may be under way when a line is opened anew. Throws InputError where the
 /// profile names one that is not such, or names none and none is found among the registers that can be read; it must
-/// name one then.
+/// name one then. Throws it too where what is declared as function 23 and the cycle do not agree, which a profile that
+/// was read from a file never does.
 CyclePlan plan_cycle(const Profile& profile);
 
 /// Seconds that a transaction takes on a serial line: all characters of both frames, the turnaround of the device, and

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "devices/modbus/profile_reader.hpp"
 
@@ -296,12 +297,50 @@ void ProfileReader::axes(const Tree& tree) {
   }
 }
 
+// Function 23 is that of the combined cycle, which has one block of words to write.
+void ProfileReader::function_23(const Tree& tree) {
+  std::vector<RegisterInfo> cycle;
+  for (const std::size_t index : profile_.written_each_cycle()) cycle.push_back(profile_.registers[index]);
+  std::sort(cycle.begin(), cycle.end(),
+            [](const RegisterInfo& a, const RegisterInfo& b) { return a.address < b.address; });
+  const auto by_23 = [](const RegisterInfo& info) { return info.writable && info.write_function == 23; };
+  const auto refuse = [&](const RegisterInfo& info, const std::string& what) {
+    diagnostics_.error(info.place, "registers." + info.name + ".function: expected " + what + ", found 23");
+  };
+  for (const RegisterInfo& info : profile_.registers) {
+    const auto same = [&](const RegisterInfo& other) { return other.name == info.name; };
+    if (!by_23(info)) continue;
+    if (!profile_.combined) {
+      refuse(info, "6 or 16 where the cycle is separate (function 23 is for cycle: combined)");
+    } else if (std::none_of(cycle.begin(), cycle.end(), same)) {
+      refuse(info, "6 or 16 for a register that is not written in each cycle");
+    }
+  }
+  if (!profile_.combined) return;
+  const auto first = std::find_if(cycle.begin(), cycle.end(), by_23);
+  if (first == cycle.end()) {
+    error(*tree.value("cycle"),
+          "cycle: expected a register with function: 23 among those that are written in each cycle, found none");
+    return;
+  }
+  int end = first->address;
+  for (const RegisterInfo& info : cycle) {
+    if (!by_23(info)) continue;
+    if (info.address > end) refuse(info, "6 or 16 for words apart from those of " + first->name);
+    end = std::max(end, info.address + info.width());
+  }
+  const auto reads_by_3 = [&](const Axis& axis) { return profile_.registers[axis.position].read_function == 3; };
+  if (std::none_of(profile_.axes.begin(), profile_.axes.end(), reads_by_3)) {
+    error(*tree.value("cycle"), "cycle: expected a position that is read by function 3 to combine, found none");
+  }
+}
+
 void ProfileReader::emulated(const Tree& tree) {
   const Tree* map = tree.value("emulated");
   if (map == nullptr || !expect_map(*map, "emulated", "a map", diagnostics_)) return;
   check_keys(*map, "emulated", "key",
              {"mass", "damping", "stiffness", "travel", "rest", "swing", "swing_rate", "enabled", "error",
-              "watchdog_bit", "initial", "reacts"},
+              "watchdog_bit", "initial", "reacts", "silence"},
              diagnostics_);
   EmulatedDynamics& e = profile_.emulated;
   const auto take = [&](const char* key, const char* unit, double min, double max, bool above, double& into) {
@@ -320,6 +359,24 @@ void ProfileReader::emulated(const Tree& tree) {
   integer(*map, "emulated", "watchdog_bit", 0, 15, [&](int v) { e.watchdog_bit = v; });
   if (const Tree* initial = map->value("initial")) values_of(*initial, "emulated.initial", false, e.initial);
   reactions(*map);
+  silence(*map);
+}
+
+void ProfileReader::silence(const Tree& map) {
+  const Tree* tree = map.value("silence");
+  const std::string path = "emulated.silence";
+  if (tree == nullptr || !expect_map(*tree, path, "a map of after, sets and to", diagnostics_)) return;
+  check_keys(*tree, path, "key", {"after", "sets", "to"}, diagnostics_);
+  const Tree *sets = needed(*tree, path, "sets"), *to = needed(*tree, path, "to");
+  if (needed(*tree, path, "after") == nullptr || sets == nullptr || to == nullptr) return;
+  EmulatedDynamics::Silence result;
+  duration(*tree, path, "after", longest_wait_s, true, result.after);
+  const auto s = register_named(*sets, path + ".sets", true, false);
+  const auto t = s ? value_of(*to, path + ".to", *s) : std::nullopt;
+  if (!t) return;
+  result.sets = *s;
+  result.to = *t;
+  profile_.emulated.silence = result;
 }
 
 void ProfileReader::reactions(const Tree& map) {
@@ -349,7 +406,7 @@ Profile ProfileReader::read(const Tree& tree) {
   check_keys(
       tree, "", "key",
       {"title", "line", "word_order", "byte_order", "registers", "identify", "start_up", "shut_down", "calibrate",
-       "each_cycle", "at_zero", "cycle", "status", "buttons", "watchdog", "fence", "axes", "emulated"},
+       "each_cycle", "at_zero", "cycle", "read_gap", "status", "buttons", "watchdog", "fence", "axes", "emulated"},
       diagnostics_);
   if (const Tree* title = tree.value("title")) profile_.title = read_text(*title, "title", diagnostics_).value_or("");
   if (const Tree* l = tree.value("line")) line(*l);
@@ -367,6 +424,7 @@ Profile ProfileReader::read(const Tree& tree) {
     const auto word = read_choice(*cycle, "cycle", {"combined", "separate"}, diagnostics_);
     profile_.combined = word && *word == "combined";
   }
+  integer(tree, "the profile", "read_gap", 0, 120, [&](int v) { profile_.read_gap = v; });
   status(tree);
   buttons(tree);
   watchdog(tree);
@@ -374,6 +432,7 @@ Profile ProfileReader::read(const Tree& tree) {
   axes(tree);
   emulated(tree);
   overlaps();
+  if (!diagnostics_.any()) function_23(tree);
   return std::move(profile_);
 }
 
@@ -388,6 +447,18 @@ Profile finish(const std::optional<Tree>& tree, const std::string& file, Diagnos
 }
 
 }  // namespace
+
+std::vector<std::size_t> Profile::written_each_cycle() const {
+  std::set<std::size_t> written;
+  for (const Axis& axis : axes) {
+    written.insert(axis.effort);
+    if (axis.sign) written.insert(*axis.sign);
+  }
+  for (const auto* values : {&each_cycle, &at_zero}) {
+    for (const auto& [index, value] : *values) written.insert(index);
+  }
+  return {written.begin(), written.end()};
+}
 
 Duration LineSettings::silent() const {
   if (silence) return *silence;

@@ -112,6 +112,13 @@ struct EmulatedDynamics {
   };
   std::vector<Reaction> reacts;
   int watchdog_bit = 0;  ///< set there when the watchdog has run out
+  /// When no request has come for `after`, `sets` becomes `to` (SI); the effort goes on.
+  struct Silence {
+    Duration after;
+    std::size_t sets = 0;
+    double to = 0;
+  };
+  std::optional<Silence> silence;
 };
 
 struct Profile {
@@ -124,12 +131,16 @@ struct Profile {
   std::vector<std::pair<std::size_t, double>> each_cycle;  ///< registers that are written anew with each command (SI)
   std::vector<std::pair<std::size_t, double>> at_zero;     ///< in place of those where all efforts are zero (SI)
   bool combined = false;                                   ///< a cycle writes and reads with function 23
+  int read_gap = 0;  ///< words that no register names and that may be read between two that are asked for at once
   std::vector<Status> status;
   std::vector<Button> buttons;
   std::optional<Watchdog> watchdog;
   std::optional<Fence> fence;
   std::vector<Axis> axes;
   EmulatedDynamics emulated;
+
+  /// The registers that a command writes, each once.
+  [[nodiscard]] std::vector<std::size_t> written_each_cycle() const;
 };
 
 /// Reads a profile. Throws YamlError with every error there is, each with file:line:column.

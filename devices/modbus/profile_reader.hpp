@@ -76,9 +76,11 @@ class ProfileReader {
   void check_effort(const Tree& tree, const std::string& path, const Axis& axis);
   void emulated(const Tree& tree);
   void reactions(const Tree& map);
+  void silence(const Tree& map);
   void values_of(const Tree& map, const std::string& path, bool write,
                  std::vector<std::pair<std::size_t, double>>& into);
   void overlaps();
+  void function_23(const Tree& tree);
 
   Diagnostics& diagnostics_;
   Profile profile_;

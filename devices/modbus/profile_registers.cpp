@@ -41,15 +41,15 @@ void ProfileReader::functions(const Tree& tree, const std::string& path, Registe
   const auto one = [&](const Tree& value) {
     const auto code = read_integer(value, path + ".function", 3, 23, diagnostics_);
     if (!code) return;
-    const bool reads = *code == 3 || *code == 4 || *code == 23, writes = *code == 6 || *code == 16 || *code == 23;
+    const bool reads = *code == 3 || *code == 4, writes = *code == 6 || *code == 16 || *code == 23;
     if (!reads && !writes) {
       error(value, path + ".function: expected 3, 4, 6, 16 or 23, found " + describe(value));
-    } else if (*code != 23 && ((reads && !info.readable) || (writes && !info.writable))) {
+    } else if ((reads && !info.readable) || (writes && !info.writable)) {
       error(value, path + ".function: expected a function of its access, found " + describe(value));
     } else if (*code == 6 && info.width() == 2) {
       error(value, path + ".function: expected 16 or 23 for a value of 32 bits, found 6, which writes 16 at a time");
     } else {
-      if (reads && *code != 23) info.read_function = static_cast<int>(*code);
+      if (reads) info.read_function = static_cast<int>(*code);
       if (writes) info.write_function = static_cast<int>(*code);
     }
   };
@@ -196,6 +196,9 @@ void ProfileReader::overlaps() {
       if (!fields) {
         diagnostics_.error(a.place, "registers." + a.name + ": expected words of its own, found those of " + b.name +
                                         "; give both their bits where they are fields of one register");
+      } else if (a.write_function != b.write_function) {
+        diagnostics_.error(a.place, "registers." + a.name + ".function: expected that of " + b.name +
+                                        ", a field of the same register, found " + std::to_string(a.write_function));
       }
     }
   }

@@ -103,7 +103,7 @@ class Emulated(CommandTest):
         graph = self.graph("--log", log)
         result = self.answer("device", "test", graph, "--seconds", "0.5", "--force", "0.5", "--yes")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        forces = [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 5]
+        forces = [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 6]
         # One axis along z of the scene: it gets the third pair of forces alone.
         self.assertLessEqual(max(map(abs, forces)), 0.5 + 1e-9)
         self.assertGreater(max(forces), 0.1)

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -22,6 +23,9 @@ def built(*places):
 HAS_COLLISION = built("nodes/libtactor_collision.so", "../lib/tactor/libtactor_collision.so")
 HAS_HDF5 = built("libtactor_record.so", "../lib/libtactor_record.so")
 HAS_LIVE = os.environ.get("TACTOR_LIVE", "1") != "0"
+# Sanitizers have a heap of their own, whose calls are not counted.
+CACHE = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release")) / "CMakeCache.txt"
+IS_SANITIZED = CACHE.exists() and re.search(r"^TACTOR_SANITIZE:\w+=.", CACHE.read_text(), re.MULTILINE) is not None
 needs_live = unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
 needs_collision = unittest.skipUnless(HAS_COLLISION, "this build has no CGAL, so no collision and no meshes")
 needs_hdf5 = unittest.skipUnless(HAS_HDF5, "this build has no HDF5, so no recordings")
@@ -125,6 +129,13 @@ class CommandTest(unittest.TestCase):
         text = (EDGES_OF_A_SMALL_GRAPH + METRICS_OF_A_SMALL_GRAPH).replace(
             "nodes:", "nodes:\n  metrics: {type: sink.metrics}")
         return self.write("judged.yaml", text + extra)
+
+
+def check_loop(test, device):
+    """A device loop that allocated nothing, where that can be counted, and that tells its page faults."""
+    if not IS_SANITIZED:
+        test.assertEqual(device["allocations"], 0)
+    test.assertGreaterEqual(device["page_faults"], 0)
 
 
 def left_out(summary, word):

@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, check_loop, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -21,6 +21,11 @@ PATIENCE = 150  # s, for what takes a few seconds on an idle machine
 FORCE_MAX = 8.0  # N, of the gate
 # Late answers of a busy machine are not what these tests are about.
 EASY = "link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s, failure_timeout: 1 s, recovery_time: 0.2 s, stuck_after: 3 s"
+
+# Faults are over before the run gives up, but not before the gate has let go.
+FAULTY = ("link_timeout: 0.3 s, stale_after: 2 s, sample_age_max: 4 s, failure_timeout: 20 s, recovery_time: 0.2 s, "
+          "stuck_after: 0 s")
+FAULT, READ_FAILED = 3, 3  # as recorded: an engagement and a cause
 
 
 @needs_live
@@ -64,7 +69,7 @@ class ModbusRun(CommandTest):
         rows = []
         for line in self.log.read_text().splitlines():
             words = line.split()
-            if len(words) == 5:  # the last one may be cut
+            if len(words) == 6:  # the last one may be cut
                 rows.append(tuple(map(float, words)))
         return rows
 
@@ -131,6 +136,7 @@ class ModbusRun(CommandTest):
                 self.assertEqual(device["link"]["reconnects"], 0)
                 self.assertGreater(device["link"]["age_us"]["p99"], 0)
                 self.assertGreater(device["velocity_cutoff_Hz"], 1)
+                check_loop(self, device)
                 self.emulator.kill()
 
     def test_a_silent_motor(self):
@@ -178,24 +184,150 @@ class ModbusRun(CommandTest):
         self.assertGreaterEqual(self.summary["device"]["link"]["errors"]["reset"], 1)
         self.assertTrue(any("orca at tcp:127.0.0.1" in remark for remark in self.summary["remarks"]), self.summary)
 
-    def test_when_the_program_is_killed_the_motors_own_watchdog_lets_go(self):
-        profile = self.write("orca_quick.yaml", self.profile.read_text().replace("time: 3 s", "time: 1 s"))
-        process = self.start(self.emulate(profile=profile), profile=profile)
-        self.until_driven(process)
+    def kill_while_driven(self, profile, more=EASY):
+        """Whether the run was killed while the motor had a force; on a busy machine a short watchdog may run out before."""
+        self.log.unlink(missing_ok=True)
+        process = self.start(self.emulate(profile=profile), profile=profile, more=more)
+        end = time.monotonic() + PATIENCE
+        pushed = False
+        while not pushed and process.poll() is None and time.monotonic() < end:
+            time.sleep(0.02)
+            rows = self.log_rows()
+            pushed = len(rows) > 25 and all(row[2] != 0 for row in rows[-25:])
         process.kill()
         process.communicate()
-        killed = time.monotonic_ns()
+        while pushed and not self.log_rows()[-1][4]:
+            self.assertLess(time.monotonic(), end + PATIENCE, "the watchdog does not run out")
+            time.sleep(0.05)
+        self.emulator.kill()
+        self.emulator.communicate()
+        rows = self.log_rows()
+        return pushed and any(row[2] != 0 for row in rows if row[5] == rows[-1][5])
+
+    def check_watchdog(self, time_s):
+        """By the motor's own clock: the force lasts as long as its watchdog says after the last command, and not longer."""
+        step = 0.5e-3  # s, of the emulated motor
+        rows = self.log_rows()
+        last = max(row[5] for row in rows)
+        after = [row for row in rows if row[5] == last]
+        before = [row for row in rows if row[5] < last][-1]
+        # The last command came between these two rows.
+        driven = [row for row in after if row[2] != 0]
+        dead = [row for row in after if row[2] == 0]
+        self.assertTrue(driven and dead)
+        self.assertLessEqual((driven[-1][0] - after[0][0]) * 1e-9, time_s + step)
+        self.assertGreaterEqual((dead[0][0] - before[0]) * 1e-9, time_s)
+        self.assertTrue(all(row[2] == 0 for row in after if row[0] >= dead[0][0]))
+        self.assertTrue(all(row[4] for row in dead))
+        # The registers still hold the force: nobody but the watchdog has taken it away.
+        self.assertNotEqual(after[-1][3], 0)
+
+    def test_when_the_program_is_killed_the_motors_own_watchdog_lets_go(self):
+        profile = self.write("orca_quick.yaml", self.pressing().read_text().replace("time: 60 s", "time: 1 s"))
+        self.assertTrue(any(self.kill_while_driven(profile) for _ in range(5)), "never killed while the motor was pushed")
+        self.check_watchdog(1.0)
+
+    def test_when_the_program_is_killed_the_motor_lets_go_within_its_shipped_time(self):
+        text = self.pressing().read_text().replace("time: 60 s", "time: 150 ms")
+        shipped = (ROOT / "devices/modbus/profiles/iris_orca.yaml").read_text()
+        self.assertIn("watchdog: {register: comms_timeout, time: 150 ms}", shipped)
+        self.assertIn("watchdog: {register: comms_timeout, time: 150 ms}", text)
+        profile = self.write("orca_shipped.yaml", text)
+        self.assertTrue(any(self.kill_while_driven(profile) for _ in range(20)), "never killed while the motor was pushed")
+        self.check_watchdog(0.15)
+
+    def pressing(self):
+        """A motor whose hand stays on the wall, with a force of about 1.5 N, and which waits long for commands."""
+        text = self.profile.read_text().replace("rest: 50 mm, swing: 30 mm, swing_rate: 0.4 Hz",
+                                                "rest: 40 mm, swing: 1 mm, swing_rate: 1 Hz").replace("time: 3 s", "time: 60 s")
+        self.assertIn("rest: 40 mm, swing: 1 mm", text)
+        return self.write("orca.yaml", text.replace("response_timeout: 400 ms", "response_timeout: 200 ms"))
+
+    def tell(self, line, answer):
+        self.emulator.stdin.write(line + "\n")
+        self.emulator.stdin.flush()
+        self.assertEqual(self.emulator.stdout.readline(), answer + "\n")
+
+    def faults_one_after_another(self, line, faults, more=""):
+        """Each fault lasts for a second of the motor's clock, and the next one comes when the motor is driven again."""
+        process = self.start(self.emulate(line=line), more=FAULTY + more, profile=self.pressing())
+        self.until_driven(process)
+        for fault in faults:
+            began = time.monotonic_ns()
+            self.tell("fault " + fault, "injected " + fault)
+            self.wait_until(lambda: self.log_rows()[-1][0] > began + 1e9, process, "a second was over", timeout=PATIENCE)
+            self.tell("clear", "cleared")
+            self.until_driven_again(process, began)
+        return process
+
+    def until_driven_again(self, process, began):
+        """Waits until the motor has had no force at some time after `began` (ns), and then one for a while."""
+        def again():
+            rows = [row for row in self.log_rows() if row[0] > began]
+            first = next((i for i, row in enumerate(rows) if row[2] == 0), len(rows))
+            return any(all(row[2] != 0 for row in rows[i:i + 25]) for i in range(first, len(rows) - 25))
+        self.wait_until(again, process, "the force was taken away and came back", timeout=PATIENCE)
+
+    def check_faults(self, counted, output, least):
+        """The gate let go for want of samples at least so often, and what is told says what was wrong with which device."""
+        with h5py.File(self.out / "recording.h5") as file:
+            safety = file["streams/device.safety/data"][...]
+            force = file["streams/device.commanded/data"][...]["force"]
+        faulty = (safety["engagement"] == FAULT) & (safety["cause"] == READ_FAILED)
+        began = numpy.flatnonzero(faulty[1:] & ~faulty[:-1]) + 1
+        self.assertGreaterEqual(len(began), least)
+        for first in began:
+            until = first + numpy.flatnonzero(~numpy.append(faulty[first:], False))[0]
+            if until <= min(len(faulty), len(force)) - 1:
+                # It comes back by its ramp, from zero.
+                self.assertEqual(numpy.abs(force[until - 5]).max(), 0)
+        errors = self.summary["device"]["link"]["errors"]
+        for kind in counted:
+            self.assertGreater(errors.get(kind, 0), 0, errors)
+        self.assertTrue(any("orca at " in remark for remark in self.summary["remarks"]), self.summary["remarks"])
+        self.assertIn("orca at ", output)
+
+    def test_faults_over_tcp_take_the_force_away_and_it_comes_back(self):
+        process = self.faults_one_after_another(("--tcp", "0"), ("slow:0.5", "late:1.2", "slave", "exception"))
+        stderr = self.end_early(process)
+        self.check_forces()
+        self.check_faults(("timeout", "protocol", "exception"), self.stdout + stderr, least=4)
+
+    def test_faults_on_a_serial_line_take_the_force_away_and_it_comes_back(self):
+        process = self.faults_one_after_another(
+            ("--pty", "--no-line-delay"), ("slow:0.5", "late:1.2", "slave", "crc", "exception"), ", baud: 115200")
+        stderr = self.end_early(process)
+        self.check_forces()
+        self.check_faults(("timeout", "protocol", "crc", "exception"), self.stdout + stderr, least=5)
+
+    def test_a_serial_adapter_that_is_pulled(self):
+        process = self.start(self.emulate("--fault", "unplug@driven+0.2", line=("--pty", "--no-line-delay")))
+        stderr = self.finish(process, 1)
+        self.assertRegex(stderr, r"orca at rtu:/dev/pts/\d+, unit 1")
+        # Nobody can tell the motor any more; its own watchdog is what takes the force away.
         end = time.monotonic() + PATIENCE
-        while not (rows := self.log_rows())[-1][4]:
+        while not self.log_rows()[-1][4]:
             self.assertLess(time.monotonic(), end, "the watchdog does not run out")
             time.sleep(0.05)
-        expired = next(row for row in rows if row[4])
-        self.assertEqual(expired[2], 0)
-        # The last command came before the kill, so its second is over a second after it. The emulator may take that command
-        # late on a busy machine, for which it gets another one.
-        self.assertTrue(all(row[2] == 0 for row in rows if row[0] >= expired[0]))
-        late = [row for row in rows if row[0] > killed + 2e9 and row[2] != 0]
-        self.assertEqual(late, [])
+        self.check_forces()
+        self.assertGreater(max(abs(row[2]) for row in self.log_rows()), 0, "the motor was never pushed")
+        errors = self.summary["device"]["link"]["errors"]
+        self.assertGreater(errors.get("reset", 0) + errors.get("disconnected", 0), 0, errors)
+
+    def test_a_serial_adapter_that_is_plugged_in_again_is_used_again(self):
+        link = self.folder / "adapter"
+        process = self.start(self.emulate(line=("--pty", "--no-line-delay", "--link", link)), profile=self.pressing(),
+                             more=FAULTY + ", baud: 115200")
+        self.until_driven(process)
+        self.tell("fault unplug", "injected unplug")
+        self.wait_until(lambda: not os.path.lexists(link), process, "the adapter was pulled", timeout=PATIENCE)
+        pulled = time.monotonic_ns()
+        self.tell("clear", "cleared")
+        self.until_driven_again(process, pulled)
+        self.end_early(process)
+        self.check_forces()
+        self.assertGreaterEqual(self.summary["device"]["link"]["reconnects"], 1)
+        self.assertTrue(any(f"orca at rtu:{link}" in remark for remark in self.summary["remarks"]), self.summary["remarks"])
 
     def test_nobody_at_the_address(self):
         process = self.start("tcp:127.0.0.1:9", more="connect_timeout: 0.3 s, failure_timeout: 0.3 s")

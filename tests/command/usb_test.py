@@ -7,7 +7,7 @@ import pathlib
 import subprocess
 import unittest
 
-from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_collision, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, check_loop, needs_collision, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -102,6 +102,7 @@ class UsbRun(CommandTest):
         self.assertGreater(device["link"]["cycles"], 100)
         self.assertEqual(device["link"]["reconnects"], 0)
         self.assertEqual(device["jumps"], 0)
+        check_loop(self, device)
 
     def test_the_shipped_graphs_run_beside_their_emulators(self):
         for device, extra in (("polhem", ()), ("falcon", ("--firmware",))):

@@ -9,21 +9,43 @@ namespace tactor::modbus {
 namespace {
 
 constexpr double longest_step_s = 5e-4;
+constexpr int addresses = 65536;
+
+bool all_of(const std::vector<bool>& known, int address, int count) {
+  if (address < 0 || count < 0 || address + count > addresses) return false;
+  return std::all_of(known.begin() + address, known.begin() + address + count, [](bool is) { return is; });
+}
 
 }  // namespace
 
-EmulatedDevice::EmulatedDevice(Profile profile) : profile_(std::move(profile)), words_(65536 + 2) {
-  for (const RegisterInfo& info : profile_.registers) {
-    first_ = std::min(first_, info.address);
-    last_ = std::max(last_, info.address + info.width() - 1);
-  }
-  if (profile_.fence) last_ = std::max(last_, profile_.fence->address + profile_.fence->count - 1);
+EmulatedDevice::EmulatedDevice(Profile profile)
+    : profile_(std::move(profile)), words_(addresses + 2), declared_(addresses), readable_(addresses) {
+  know_addresses();
   for (const auto& [index, value] : profile_.emulated.initial) put(index, value);
   x_.assign(profile_.axes.size(), profile_.emulated.rest);
   v_.assign(profile_.axes.size(), 0.0);
   force_ = v_;
   shown_ = x_;
   show();
+}
+
+void EmulatedDevice::know_addresses() {
+  std::vector<std::pair<int, int>> spans;  // from and to behind the last word
+  for (const RegisterInfo& info : profile_.registers) spans.emplace_back(info.address, info.address + info.width());
+  std::sort(spans.begin(), spans.end());
+  const auto fill = [](std::vector<bool>& known, int from, int to) {
+    std::fill(known.begin() + from, known.begin() + to, true);
+  };
+  int end = spans.empty() ? 0 : spans.front().first;
+  for (const auto& [from, to] : spans) {
+    fill(declared_, from, to);
+    fill(readable_, from - end <= profile_.read_gap ? std::min(end, from) : from, to);
+    end = std::max(end, to);
+  }
+  if (profile_.fence) {
+    const Fence& fence = *profile_.fence;
+    fill(readable_, fence.address, std::min(addresses, fence.address + fence.count));
+  }
 }
 
 double EmulatedDevice::get(std::size_t index) const {
@@ -62,6 +84,11 @@ void EmulatedDevice::step(double dt) {
       if (d.error) set_error(d.watchdog_bit);
     }
   }
+  since_request_s_ += dt;
+  if (d.silence && any_request_ && since_request_s_ > d.silence->after.seconds()) {
+    put(d.silence->sets, d.silence->to);
+    any_request_ = false;
+  }
   const bool on = enabled();
   bool driven = false;
   for (std::size_t i = 0; i < x_.size(); ++i) {
@@ -98,13 +125,13 @@ void EmulatedDevice::show() {
 }
 
 bool EmulatedDevice::read(int address, int count, std::uint16_t* words) {
-  if (address < first_ || address + count - 1 > last_) return false;
+  if (!all_of(readable_, address, count)) return false;
   std::copy_n(words_.begin() + address, count, words);
   return true;
 }
 
 bool EmulatedDevice::write(int address, int count, const std::uint16_t* words) {
-  if (address < first_ || address + count - 1 > last_) return false;
+  if (!all_of(declared_, address, count)) return false;
   const auto touches = [&](std::size_t index) {
     const RegisterInfo& info = profile_.registers[index];
     return info.address < address + count && address < info.address + info.width();
@@ -128,6 +155,7 @@ bool EmulatedDevice::write(int address, int count, const std::uint16_t* words) {
   if (commands) {
     since_command_s_ = 0;
     any_command_ = true;
+    ++commands_;
     if (no_error) expired_ = false;
   }
   return true;
@@ -161,7 +189,7 @@ void EmulatedDevice::become_another() {
 }
 
 EmulatedState EmulatedDevice::state() const {
-  return {x_.front(), force_.front(), effort_of(profile_.axes.front()), expired_};
+  return {x_.front(), force_.front(), effort_of(profile_.axes.front()), expired_, commands_, now_};
 }
 
 }  // namespace tactor::modbus

@@ -11,10 +11,12 @@ namespace tactor::modbus {
 
 /// What went on inside at one instant.
 struct EmulatedState {
-  double position = 0;   ///< m, of the first axis, as it truly is
-  double force = 0;      ///< N, that acts on it now
-  double commanded = 0;  ///< N, as the registers have it
-  bool expired = false;  ///< its watchdog has run out
+  double position = 0;         ///< m, of the first axis, as it truly is
+  double force = 0;            ///< N, that acts on it now
+  double commanded = 0;        ///< N, as the registers have it
+  bool expired = false;        ///< its watchdog has run out
+  std::uint64_t commands = 0;  ///< writes of an effort so far
+  Time time;                   ///< of all that, by the device's clock, which is that of `advance`
 };
 
 /// The registers of a profile and a mass behind each axis: M a = F - b v - k (x - hand), between two hard ends, where F
@@ -28,12 +30,17 @@ class EmulatedDevice {
  public:
   explicit EmulatedDevice(Profile profile);
 
-  /// Moves on to `now`, which does not run backwards.
+  /// A request has come, whatever it asks for.
+  void asked() {
+    since_request_s_ = 0;
+    any_request_ = true;
+  }
+  /// Moves on to `now`, which does not run backwards, in steps of at most half a millisecond.
   void advance(Time now);
-  /// Reads words; false where the device has no such registers (it has all between the first and the last of its
-  /// profile).
+  /// Reads words; false where the device has not all of them: it has those of its profile's registers and fence, and
+  /// what lies between two registers within the profile's read_gap.
   bool read(int address, int count, std::uint16_t* words);
-  /// Writes words; false as above.
+  /// Writes words; false where one belongs to no register.
   bool write(int address, int count, const std::uint16_t* words);
 
   void jump(double by) { shown_offset_ += by; }  ///< m: the encoder shows this much more from now on
@@ -46,6 +53,7 @@ class EmulatedDevice {
   [[nodiscard]] double driven_for() const { return driven_s_; }
 
  private:
+  void know_addresses();
   void step(double dt);
   void show();
   [[nodiscard]] double effort_of(const Axis& axis) const;
@@ -55,12 +63,15 @@ class EmulatedDevice {
 
   Profile profile_;
   std::vector<std::uint16_t> words_;
-  int first_ = 65535, last_ = 0;
+  std::vector<bool> declared_, readable_;  // by address
   std::vector<double> x_, v_, force_, shown_;
   Time now_;
   bool begun_ = false;
   double since_command_s_ = 0;
   bool any_command_ = false;
+  std::uint64_t commands_ = 0;
+  double since_request_s_ = 0;
+  bool any_request_ = false;
   bool expired_ = false;
   double driven_s_ = 0;
   double shown_offset_ = 0;

@@ -11,8 +11,9 @@ namespace tactor::modbus {
 
 namespace {
 
-constexpr std::array<std::string_view, 12> names{"silent",    "slow",  "dribble", "late", "crc",   "slave",
-                                                 "exception", "reset", "another", "jump", "stuck", "status"};
+constexpr std::array<std::string_view, 13> names{"silent", "slow",      "dribble", "late",    "crc",
+                                                 "slave",  "exception", "reset",   "another", "jump",
+                                                 "stuck",  "unplug",    "status"};
 
 std::optional<double> number(std::string_view text) {
   double value = 0;

@@ -20,6 +20,7 @@ enum class FaultKind {
   another,    ///< what identifies the device reads as that of another, and the connection is ended
   jump,       ///< the encoder shows `value` m more (0: 0.06)
   stuck,      ///< the encoder stands still, for `value` s (0: for ever)
+  unplug,     ///< the serial adapter is pulled, for `value` s (0: for ever), and comes back as another terminal
   status,     ///< bit `value` (0: 5) of the error register is set
 };
 

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -16,7 +15,6 @@
 #include "devices/modbus/emulator/server.hpp"
 #include "framework/core/check.hpp"
 
-namespace fs = std::filesystem;
 using namespace tactor;
 using namespace tactor::modbus;
 
@@ -36,17 +34,20 @@ constexpr const char* usage =
     "  --link PATH      a symbolic link to the pseudo-terminal\n"
     "  --fault F        KIND[@TIME or @driven+TIME][:VALUE], any number of times: silent, slow, dribble, late, crc, "
     "slave,\n"
-    "                   exception, reset, another, jump, stuck, status; TIME in s from the first request, or of an\n"
+    "                   exception, reset, another, jump, stuck, unplug, status; TIME in s from the first request, or "
+    "of an\n"
     "                   unbroken force; VALUE in s, m or the bit\n"
-    "  --log FILE       writes time in ns, position, force, commanded force and watchdog, every 2 ms\n\n"
-    "On standard input `fault F` injects one at once, `quit` ends.\n";
+    "  --log FILE       writes time in ns, position, force, commanded force, watchdog and commands so far, every 2 "
+    "ms\n\n"
+    "On standard input `fault F` injects one at once, `clear` ends those that go on, `quit` ends. In the background of "
+    "a\n"
+    "terminal it reads nothing.\n";
 
 struct Arguments {
   std::string profile;
   EmulatorOptions options;
   bool has_line = false;
   int baud = 0;
-  std::string link;
 };
 
 int whole(const std::string& option, const std::string& text, int min, int max) {
@@ -77,7 +78,7 @@ Arguments parse(const std::vector<std::string>& words) {
     } else if (word == "--no-line-delay") {
       a.options.line_delay = false;
     } else if (word == "--link") {
-      a.link = value();
+      a.options.link = value();
     } else if (word == "--fault") {
       a.options.faults.push_back(parse_fault(value()));
     } else if (word == "--log") {
@@ -96,6 +97,11 @@ Arguments parse(const std::vector<std::string>& words) {
 
 bool obey(Emulator& emulator, const std::string& line) {
   if (line == "quit") return false;
+  if (line == "clear") {
+    emulator.end_all_faults();
+    std::printf("cleared\n");
+    std::fflush(stdout);
+  }
   if (line.starts_with("fault ")) {
     try {
       emulator.inject(parse_fault(line.substr(6)));
@@ -108,14 +114,22 @@ bool obey(Emulator& emulator, const std::string& line) {
   return true;
 }
 
+/// Whether what is typed at the terminal is meant for this program. A file or a pipe always is.
+bool in_foreground() {
+  const pid_t foreground = tcgetpgrp(STDIN_FILENO);
+  return foreground < 0 || foreground == getpgrp();
+}
+
 void attend(Emulator& emulator) {
   std::string pending;
   bool listens = true;
   while (asked_to_end == 0) {
-    pollfd input{listens ? STDIN_FILENO : -1, POLLIN, 0};
+    pollfd input{listens && in_foreground() ? STDIN_FILENO : -1, POLLIN, 0};
     if (poll(&input, 1, 50) <= 0 || input.revents == 0) continue;
     char buffer[256];
     const ssize_t n = read(STDIN_FILENO, buffer, sizeof buffer);
+    // It has just been sent to the background.
+    if (n < 0 && !in_foreground()) continue;
     if (n <= 0) {
       // Nobody will say more; it serves until it is ended.
       listens = false;
@@ -136,25 +150,16 @@ int run(const std::vector<std::string>& words) {
     }
   }
   Arguments a = parse(words);
+  if (!a.options.link.empty() && !a.options.serial) throw InputError("--link: expected --pty with it");
   // Where there is none, its reader says so.
   Profile profile = read_profile(find_profile("modbus", a.profile).value_or(a.profile));
   if (a.baud > 0) profile.line.baud = a.baud;
   Emulator emulator(std::move(profile), a.options);
   emulator.start();
-  std::string address = emulator.address();
-  if (!a.link.empty()) {
-    if (!a.options.serial) throw InputError("--link: expected --pty with it");
-    std::error_code error;
-    fs::remove(a.link, error);
-    fs::create_symlink(address.substr(4), a.link, error);
-    if (error) throw InputError("--link " + a.link + ": cannot make it: " + error.message());
-    address = "rtu:" + a.link;
-  }
-  std::printf("ready %s\n", address.c_str());
+  std::printf("ready %s\n", emulator.address().c_str());
   std::fflush(stdout);
   attend(emulator);
   emulator.stop();
-  if (!a.link.empty()) fs::remove(a.link);
   return 0;
 }
 
@@ -162,7 +167,8 @@ int run(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { asked_to_end = 1; });
-  std::signal(SIGPIPE, SIG_IGN);
+  // In the background of a terminal it goes on serving, whatever is typed there, and may still say something.
+  for (const int number : {SIGPIPE, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);
   try {
     return run({argv + 1, argv + argc});
   } catch (const InputError& error) {

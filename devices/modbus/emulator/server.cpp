@@ -67,8 +67,10 @@ Emulator::Emulator(Profile profile, EmulatorOptions options)
 
 Emulator::~Emulator() {
   stop();
+  if (options_.serial) close_pty();
+  if (kept_open_ >= 0) close(kept_open_);
   for (const int file : clients_) close(file);
-  for (const int file : {listen_, terminal_, kept_open_, reply_in_, reply_out_}) {
+  for (const int file : {listen_, reply_in_, reply_out_}) {
     if (file >= 0) close(file);
   }
   if (context_ != nullptr) {
@@ -102,6 +104,7 @@ void Emulator::open_pty() {
   if (terminal_ < 0 || grantpt(terminal_) != 0 || unlockpt(terminal_) != 0) fail("no pseudo-terminal");
   char name[128];
   if (ptsname_r(terminal_, name, sizeof name) != 0) fail("no pseudo-terminal");
+  if (kept_open_ >= 0) close(kept_open_);
   // Kept open, so that the terminal stays when a client closes it, and raw, so that no byte is changed.
   kept_open_ = open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
   termios settings{};
@@ -109,10 +112,35 @@ void Emulator::open_pty() {
   cfmakeraw(&settings);
   tcsetattr(kept_open_, TCSANOW, &settings);
   const LineSettings& line = device_.profile().line;
-  address_ = std::string("rtu:") + name;
-  context_ = modbus_new_rtu(name, line.baud, line.parity, 8, line.stop_bits);
+  if (address_.empty()) address_ = std::string("rtu:") + (options_.link.empty() ? name : options_.link);
+  // What it is called is of no matter: the files are set for each request.
+  if (context_ == nullptr) context_ = modbus_new_rtu(name, line.baud, line.parity, 8, line.stop_bits);
   if (context_ == nullptr) fail("no context");
-  clients_.push_back(dup(terminal_));
+  clients_.push_back(terminal_);
+  if (options_.link.empty()) return;
+  unlink(options_.link.c_str());
+  if (symlink(name, options_.link.c_str()) != 0) fail("--link " + options_.link + ": cannot make it");
+}
+
+void Emulator::close_pty() {
+  if (terminal_ < 0) return;
+  if (!options_.link.empty()) unlink(options_.link.c_str());
+  std::erase(clients_, terminal_);
+  close(terminal_);
+  terminal_ = -1;
+  // Its other end stays open, so that no other program gets a terminal of that name, which a client may ask for again.
+}
+
+void Emulator::pull_or_plug() {
+  if (!options_.serial) return;
+  const bool plugged = terminal_ >= 0;
+  bool pulled = false;
+  {
+    const std::scoped_lock lock(mutex_);
+    pulled = active(FaultKind::unplug) != nullptr;
+  }
+  if (plugged && pulled) close_pty();
+  if (!plugged && !pulled) open_pty();
 }
 
 void Emulator::start() {
@@ -157,8 +185,8 @@ void Emulator::move() {
     if (!log_.is_open() || k % moves_a_log_line != 0) continue;
     const EmulatedState s = device_.state();
     // Flushed, because who ends this program does not always let it end.
-    log_ << MonotonicClock::now().ns << ' ' << s.position << ' ' << s.force << ' ' << s.commanded << ' ' << s.expired
-         << '\n'
+    log_ << (origin_ + (s.time - Time{})).ns << ' ' << s.position << ' ' << s.force << ' ' << s.commanded << ' '
+         << s.expired << ' ' << s.commands << '\n'
          << std::flush;
   }
 }
@@ -205,11 +233,20 @@ void Emulator::begin(Waiting& w) {
 void Emulator::end_faults() {
   const auto lasts = [](FaultKind kind) {
     return kind == FaultKind::silent || kind == FaultKind::crc || kind == FaultKind::slave ||
-           kind == FaultKind::exception || kind == FaultKind::stuck;
+           kind == FaultKind::exception || kind == FaultKind::stuck || kind == FaultKind::unplug;
   };
   for (Waiting& w : faults_) {
     if (!w.begun || w.over || w.fault.value <= 0 || !lasts(w.fault.kind)) continue;
     if ((MonotonicClock::now() - w.began).seconds() < w.fault.value) continue;
+    w.over = true;
+    if (w.fault.kind == FaultKind::stuck) device_.stick(false);
+  }
+}
+
+void Emulator::end_all_faults() {
+  const std::scoped_lock lock(mutex_);
+  for (Waiting& w : faults_) {
+    if (!w.begun || w.over) continue;
     w.over = true;
     if (w.fault.kind == FaultKind::stuck) device_.stick(false);
   }
@@ -234,6 +271,7 @@ void Emulator::serve() {
     if (drops && !options_.serial) {
       while (!clients_.empty()) drop(clients_.back());
     }
+    pull_or_plug();
     std::vector<pollfd> files;
     if (listen_ >= 0) files.push_back({listen_, POLLIN, 0});
     for (const int file : clients_) files.push_back({file, POLLIN, 0});
@@ -281,6 +319,7 @@ void Emulator::answer(int file) {
     const std::scoped_lock lock(mutex_);
     if (!any_request_) first_request_ = MonotonicClock::now();
     any_request_ = true;
+    device_.asked();
   }
   if (options_.serial && options_.line_delay) pause(line_seconds(request, length));
   {

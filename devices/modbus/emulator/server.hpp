@@ -28,7 +28,10 @@ struct EmulatorOptions {
   int port = 0;            ///< of TCP on 127.0.0.1; 0: any that is free
   bool line_delay = true;  ///< on a pseudo-terminal, which ignores the baud rate: the time that the characters take
   std::vector<Fault> faults;
-  std::string log;  ///< a file for `time position force commanded expired`, a line every 2 ms; empty: none
+  std::string link;  ///< a symbolic link that shows where the pseudo-terminal is; empty: none
+  /// A file for `time position force commanded expired commands`, a line every 2 ms; empty: none. The time (ns,
+  /// CLOCK_MONOTONIC) is that of the device's state, however late the line was written.
+  std::string log;
 };
 
 /// An emulated device on its line. The device moves on a thread of its own; another answers, one request at a time and
@@ -47,6 +50,8 @@ class Emulator {
   void stop();
   /// A fault from now on, or when its time comes.
   void inject(const Fault& fault);
+  /// Ends what faults still do to answers and to the encoder.
+  void end_all_faults();
 
   [[nodiscard]] EmulatedState state() const;
   [[nodiscard]] std::uint64_t answers() const { return answers_; }
@@ -64,6 +69,8 @@ class Emulator {
 
   void open_tcp();
   void open_pty();
+  void close_pty();
+  void pull_or_plug();
   void move();
   void serve();
   void accept_client();

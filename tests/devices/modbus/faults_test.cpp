@@ -84,7 +84,7 @@ const std::vector<bool> both{false, true};
 
 /// What a register holds, by a client of its own.
 int word_of(const Emulator& emulator, const Profile& profile, int address) {
-  Client client(parse_endpoint(emulator.address()), profile.line, {3, address, 2}, 20);
+  Client client(parse_endpoint(emulator.address()), profile.line, plan_cycle(profile).fence, 20);
   LinkFailure failure;
   std::uint16_t word = 0;
   const Transaction read{.function = 3, .read_address = address, .read_count = 1};
@@ -225,6 +225,34 @@ BOOST_DATA_TEST_CASE(another_device_behind_the_address_is_not_written_to, both, 
   BOOST_TEST(rig.emulator.writes() == 0U);
 }
 
+BOOST_AUTO_TEST_CASE(an_address_that_no_register_has_is_an_exception) {
+  Profile profile = orca();
+  const auto answers = [&](const Transaction& t) {
+    Emulator emulator(profile, {});
+    emulator.start();
+    Client client(parse_endpoint(emulator.address()), profile.line, plan_cycle(profile).fence, 200);
+    LinkFailure failure;
+    std::uint16_t words[125] = {};
+    BOOST_TEST_REQUIRE(client.connect(failure), failure.text);
+    if (client.transfer(t, words, words, failure)) return true;
+    BOOST_TEST(failure.text.find("exception 2") != std::string::npos, failure.text);
+    return false;
+  };
+  // 344, behind the position, is a word of the fence; 345 is nobody's.
+  BOOST_TEST(answers({.function = 3, .read_address = 342, .read_count = 3}));
+  BOOST_TEST(!answers({.function = 3, .read_address = 342, .read_count = 4}));
+  BOOST_TEST(!answers({.function = 4, .read_address = 409, .read_count = 1}));
+  BOOST_TEST(answers({.function = 16, .write_address = 28, .write_count = 2}));
+  BOOST_TEST(!answers({.function = 16, .write_address = 28, .write_count = 3}));
+  BOOST_TEST(!answers({.function = 6, .write_address = 344, .write_count = 1}));
+  BOOST_TEST(!answers({.function = 23, .read_address = 345, .read_count = 1, .write_address = 28, .write_count = 2}));
+  // From 344 to the force at 348 there are four words, from the mode at 317 to the position 24.
+  profile.read_gap = 4;
+  BOOST_TEST(answers({.function = 3, .read_address = 342, .read_count = 8}));
+  BOOST_TEST(!answers({.function = 3, .read_address = 341, .read_count = 2}));
+  BOOST_TEST(!answers({.function = 16, .write_address = 344, .write_count = 1}));
+}
+
 BOOST_AUTO_TEST_CASE(a_device_that_lacks_the_register_of_its_identity_is_another) {
   Profile other = orca();
   for (RegisterInfo& info : other.registers) {
@@ -312,6 +340,26 @@ BOOST_AUTO_TEST_CASE(a_gripper_without_a_force_is_told_to_stand_still) {
   BOOST_TEST(word_of(rig.emulator, profile, 1000) == 9 << 8);
   BOOST_TEST(rig.cycle(0), rig.failure.text);
   BOOST_TEST(word_of(rig.emulator, profile, 1000) == 1 << 8);
+}
+
+BOOST_AUTO_TEST_CASE(a_gripper_that_is_not_asked_for_a_second_says_so_and_keeps_its_force) {
+  Profile profile = read_profile(TACTOR_SOURCE_DIR "/devices/modbus/profiles/robotiq_2f.yaml");
+  profile.line.response_timeout = Duration{300'000'000};
+  Rig rig(false, profile, profile);
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  BOOST_TEST(rig.eventually([&] { return rig.cycle(30) && rig.emulator.state().force > 29; }));
+  BOOST_TEST(rig.sample.faults == 0U);
+  // By the device's own clock, from a time after the last request.
+  const Time last = rig.emulator.state().time;
+  BOOST_TEST(rig.eventually([&] { return rig.emulator.state().time - last > Duration{1'001'000'000}; }));
+  BOOST_TEST(rig.emulator.state().force > 29);
+  BOOST_TEST(rig.cycle(30), rig.failure.text);
+  BOOST_TEST(rig.sample.faults == 1U << 11);
+  BOOST_TEST(rig.failure.text.find("no communication for 1 s") != std::string::npos, rig.failure.text);
+  rig.link.close();
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  BOOST_TEST(rig.cycle(30), rig.failure.text);
+  BOOST_TEST(rig.sample.faults == 0U);
 }
 
 BOOST_AUTO_TEST_CASE(the_other_profiles_run_against_their_emulators) {

@@ -4,6 +4,7 @@ import pathlib
 import pty
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -72,17 +73,69 @@ registers:
   input:        {address: 3, type: uint16, access: read, function: 4}
   by_6:         {address: 20, type: int16, access: read_write, function: [3, 6]}
   by_16:        {address: 22, type: float32, access: read_write, function: [3, 16], word_order: low_first}
-  by_23:        {address: 30, type: int16, access: read_write, function: 23}
   position:     {address: 40, type: int32, access: read, scale: 1 um}
-  effort:       {address: 42, type: int32, access: write, scale: 1 mN}
+  effort:       {address: 42, type: int32, access: read_write, scale: 1 mN, function: 23}
   beyond:       {address: 5000, type: uint16, access: read}
 identify:
   - {register: uint16, value: 54321}
+cycle: combined
 axes:
   - {position: position, effort: effort, effort_max: 1 N, speed_max: 1 m/s, jump_tolerance: 1 mm}
 """
+# A device that takes one word at a time: it answers every other write with an exception, and tells what it was given.
+ONE_WORD_SERVER = r"""
+import asyncio, sys
+from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
+from pymodbus.server import StartAsyncTcpServer
+
+class OneWord(ModbusSlaveContext):
+    def validate(self, function, address, count=1):
+        return function in (3, 6) and any(a <= address and address + count <= b for a, b in ((1, 2), (10, 12), (20, 22)))
+    def setValues(self, function, address, values):
+        if values[0] != self.getValues(3, address)[0]:
+            print("wrote", function, address, *values, flush=True)
+        super().setValues(function, address, values)
+
+store = OneWord(hr=ModbusSequentialDataBlock(0, [0, 7] + 8 * [0] + [0, 25000] + 20 * [0]), zero_mode=True)
+
+async def main():
+    print("ready", flush=True)
+    await StartAsyncTcpServer(ModbusServerContext(slaves={7: store}, single=False), address=("127.0.0.1", int(sys.argv[1])))
+
+asyncio.run(main())
+"""
+ONE_WORD_PROFILE = """line: {unit: 7, response_timeout: 2 s}
+registers:
+  id:        {address: 1, type: uint16, access: read}
+  position:  {address: 10, type: int32, access: read, scale: 1 um}
+  direction: {address: 20, type: uint16, access: write, function: 6}
+  force:     {address: 21, type: uint16, access: write, scale: 1 mN, function: 6}
+identify:
+  - {register: id, value: 7}
+each_cycle: {direction: 0}
+axes:
+  - {position: position, effort: force, effort_max: 5 N, speed_max: 1 m/s, jump_tolerance: 1 mm, effort_as: magnitude,
+     sign: {register: direction, positive: 1, negative: 2, zero: 0}}
+"""
+# A motor whose force has the type and the word order of a test.
+FORCE_PROFILE = """word_order: %s
+registers:
+  position: {address: 10, type: int32, access: read, scale: 1 um}
+  force:    {address: 28, access: read_write, %s}
+identify:
+  - {register: position, min: -1 m, max: 1 m}
+fence: {address: 10, count: 1}
+axes:
+  - {position: position, effort: force, effort_max: 5 N, speed_max: 1 m/s, jump_tolerance: 1 mm}
+"""
 EXPECTED = {"int32": -123456789, "int32_low": -123456789, "uint32": 4012345678, "uint32_low": 4012345678,
             "float32": 3.1415927, "float32_low": -2.5e-6, "int16": -321, "uint16": 54321, "input": 4}
+
+
+def free_port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
 
 
 class Peer(unittest.TestCase):
@@ -102,10 +155,10 @@ class Peer(unittest.TestCase):
 
 
 class PymodbusServer(Peer):
-    def probe(self, endpoint, *writes):
+    def probe(self, endpoint, *writes, text=PROFILE % "2 s"):
         """Asks until the server listens; what the probe read, by name."""
         profile = self.folder / "peer.yaml"
-        profile.write_text(PROFILE % "2 s")
+        profile.write_text(text)
         end = time.monotonic() + PATIENCE
         while True:
             result = subprocess.run([PROBE, endpoint, profile, *writes], capture_output=True, text=True, timeout=PATIENCE,
@@ -128,13 +181,23 @@ class PymodbusServer(Peer):
         self.assertEqual(float(values["by_6"]), -1234)
         self.assertEqual(float(values["by_16"]), -0.375)
         self.assertEqual(float(values["combined"]), -7)
-        self.assertEqual(float(self.probe(endpoint)["by_23"]), 21)
+        self.assertEqual(float(self.probe(endpoint)["effort"]), 21)
+
+    def test_a_device_that_is_written_by_function_6_alone_is_driven(self):
+        port = free_port()
+        server = self.start("/usr/bin/python3", "-c", ONE_WORD_SERVER, port)
+        self.assertEqual(server.stdout.readline(), "ready\n")
+        # It has three reads of its own lengths, of which a fourth can be told by its function alone.
+        text = ONE_WORD_PROFILE + "fence: {address: 10, count: 1, function: 4}\n"
+        values = self.probe(f"tcp:127.0.0.1:{port}", "--cycle", "-1.5", text=text)
+        self.assertEqual(values, {"q": "0.025"})
+        server.kill()
+        wrote = server.stdout.read().splitlines()
+        # The two registers lie side by side, and are never written at once. In the end both are back at zero.
+        self.assertEqual(wrote, ["wrote 6 20 2", "wrote 6 21 1500", "wrote 6 20 0", "wrote 6 21 0"])
 
     def test_over_tcp(self):
-        import socket
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
+        port = free_port()
         server = self.start("/usr/bin/python3", "-c", SERVER, "tcp", port)
         self.assertEqual(server.stdout.readline(), "ready\n")
         self.check(f"tcp:127.0.0.1:{port}")
@@ -162,8 +225,7 @@ class PymodbusServer(Peer):
 
 @unittest.skipIf(shutil.which("mbpoll") is None, "mbpoll is not installed")
 class Mbpoll(Peer):
-    def emulator(self, *line):
-        profile = ROOT / "devices/modbus/profiles/iris_orca.yaml"
+    def emulator(self, *line, profile=ROOT / "devices/modbus/profiles/iris_orca.yaml"):
         process = self.start(EMULATOR, profile, *line, stdin=subprocess.PIPE)
         ready = process.stdout.readline()
         self.assertTrue(ready.startswith("ready "), ready)
@@ -189,6 +251,35 @@ class Mbpoll(Peer):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         return [float(v) for v in re.findall(r"^\[\d+\]:\s+(-?[\d.]+)", result.stdout, re.MULTILINE)]
 
+    def write(self, endpoint, *arguments):
+        result = self.mbpoll(endpoint, *arguments)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
+    def test_the_force_that_is_written_acts_in_both_word_orders(self):
+        # The words of -1500 and of -1.5 (bfc00000), high word first.
+        for kind, value, register, words in (("int", "-1500", "type: int32, scale: 1 mN", [0xffff, 0xfa24]),
+                                             ("float", "-1.5", "type: float32, scale: 1 N", [0xbfc0, 0])):
+            for order, flags in (("low_first", ()), ("high_first", ("-B",))):
+                with self.subTest(type=kind, words=order):
+                    profile, log = self.folder / "force.yaml", self.folder / f"{kind}_{order}.log"
+                    profile.write_text(FORCE_PROFILE % (order, register))
+                    endpoint = self.emulator("--tcp", "0", "--log", log, profile=profile)
+                    self.write(endpoint, "-t", f"4:{kind}", *flags, "-r", "28", "--", value)
+                    self.assertEqual(self.read(endpoint, "-t", f"4:{kind}", *flags, "-r", "28", "-c", "1"), [float(value)])
+                    self.assertEqual(self.read(endpoint, "-t", "4", "-r", "28", "-c", "2"),
+                                     words if order == "high_first" else words[::-1])
+                    # The motor has it, and nothing else but zero before it.
+                    end = time.monotonic() + PATIENCE
+                    while not (forces := self.forces(log)) or forces[-1] != -1.5:
+                        self.assertLess(time.monotonic(), end, forces[-5:])
+                        time.sleep(0.05)
+                    self.assertEqual(set(forces), {0, -1.5})
+
+    @staticmethod
+    def forces(log):
+        rows = [line.split() for line in log.read_text().splitlines()]
+        return [float(row[2]) for row in rows if len(row) == 6]
+
     def check(self, endpoint):
         self.assertEqual(self.read(endpoint, "-t", "4", "-r", "408", "-c", "1"), [6])
         # mbpoll's 32-bit integers have the low word first unless -B says otherwise.
@@ -197,12 +288,13 @@ class Mbpoll(Peer):
         self.assertTrue(0 < position < 150_000, position)
         # Function 6 and function 16.
         for arguments in (["-r", "163", "--", "250"], ["-r", "143", "--", "77"]):
-            result = self.mbpoll(endpoint, "-t", "4", *arguments)
-            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            self.write(endpoint, "-t", "4", *arguments)
         self.assertEqual(self.read(endpoint, "-t", "4", "-r", "163", "-c", "1"), [250])
         self.assertEqual(self.read(endpoint, "-t", "4", "-r", "143", "-c", "1"), [77])
-        result = self.mbpoll(endpoint, "-t", "4:int", "-r", "28", "--", "-1500")
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        self.write(endpoint, "-t", "4:int", "-r", "28", "--", "-1500")
+        self.assertEqual(self.read(endpoint, "-t", "4:int", "-r", "28", "-c", "1"), [-1500])
+        # -1500 is fffffa24 in hexadecimal; this motor has its low word first.
+        self.assertEqual(self.read(endpoint, "-t", "4", "-r", "28", "-c", "2"), [0xfa24, 0xffff])
         # Input registers show the same, and what is not there is an exception.
         self.assertEqual(self.read(endpoint, "-t", "3", "-r", "408", "-c", "1"), [6])
         result = self.mbpoll(endpoint, "-t", "4", "-r", "5000", "-c", "1")

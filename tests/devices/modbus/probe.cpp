@@ -1,18 +1,35 @@
 // modbus_probe ENDPOINT PROFILE [NAME=VALUE ...]: writes registers of a profile and reads all that can be read, for the
 // tests against independent servers. Prints `NAME VALUE`, or `NAME error KIND TEXT`, a line each.
+// modbus_probe ENDPOINT PROFILE --cycle EFFORT: opens the line as a run does, commands the effort (N) of the first axis
+// in one cycle, prints `q POSITION` (m) and closes.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 
-#include "devices/modbus/client.hpp"
+#include "devices/modbus/modbus_link.hpp"
 
 using namespace tactor;
 using namespace tactor::modbus;
 
 namespace {
 
+int one_cycle(const Profile& profile, const char* endpoint, double effort) {
+  ModbusLink link(profile, parse_endpoint(endpoint));
+  LinkFailure failure;
+  LinkSample sample;
+  const bool opened = link.open(failure);
+  if (opened && link.exchange({{effort}}, sample, failure)) {
+    std::printf("q %.9g\n", sample.q[0]);
+    return 0;
+  }
+  std::printf("%s error %s %s\n", opened ? "cycle" : "connect", std::string(name_of(failure.error)).c_str(),
+              failure.text.c_str());
+  return 1;
+}
+
 int run(int argc, char** argv) {
   const Profile profile = read_profile(argv[2]);
+  if (argc == 5 && std::string(argv[3]) == "--cycle") return one_cycle(profile, argv[1], std::atof(argv[4]));
   const CyclePlan plan = plan_cycle(profile);
   Client client(parse_endpoint(argv[1]), profile.line, plan.fence, plan.longest_answer);
   LinkFailure failure;

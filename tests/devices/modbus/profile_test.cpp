@@ -29,6 +29,24 @@ start_up:
   - {wait: 1 ms}
 axes:
   - {position: position, effort: force, effort_max: 5 N, speed_max: 1 m/s, jump_tolerance: 1 mm}
+read_gap: 8
+)";
+
+// Everything side by side, so that a plan could join what it must not.
+const std::string mixed = R"(line: {baud: 115200, parity: even, turnaround: 1 ms}
+registers:
+  position: {address: 10, type: int32, access: read, scale: 1 um}
+  mode:     {address: 20, type: uint16, access: write, function: 6}
+  force:    {address: 21, type: int16, access: write, scale: 1 mN, function: 6}
+  speed:    {address: 22, type: int16, access: write, function: 16}
+  limit:    {address: 23, type: int16, access: write, function: 16}
+  state:    {address: 40, type: uint16, access: read}
+identify:
+  - {register: state, value: 7}
+each_cycle: {mode: 1, speed: 2, limit: 3}
+fence: {address: 10, count: 4}
+axes:
+  - {position: position, effort: force, effort_max: 5 N, speed_max: 1 m/s, jump_tolerance: 1 mm}
 )";
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -199,12 +217,88 @@ BOOST_AUTO_TEST_CASE(a_cycle_joins_what_lies_together_and_writes_nothing_else) {
   BOOST_TEST(plan.fence.address == 1);
   BOOST_TEST(plan.fence.count == 11);
   p.combined = true;
+  p.registers[2].write_function = 23;
   const CyclePlan combined = plan_cycle(p);
   BOOST_TEST(combined.each.size() == 1U);
   BOOST_TEST(combined.each[0].function == 23);
+  // Where no file has said so, a cycle that does not fit the function is refused all the same.
   p.combined = false;
+  BOOST_CHECK_THROW(plan_cycle(p), InputError);
+  p.registers[2].write_function = 16;
   p.fence = Fence{3, 10, 2};
   BOOST_CHECK_THROW(plan_cycle(p), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(a_register_is_written_by_the_function_that_it_declares) {
+  const auto writes = [](const std::string& text) {
+    std::string result;
+    for (const Transaction& t : plan_cycle(parse_profile(text, "p.yaml")).each) {
+      result +=
+          std::to_string(t.function) + ":" + std::to_string(t.write_address) + "+" + std::to_string(t.write_count);
+      result +=
+          t.read_count > 0 ? "/" + std::to_string(t.read_address) + "+" + std::to_string(t.read_count) + " " : " ";
+    }
+    return result;
+  };
+  // Neighbours by 6 stay apart, those by 16 are one.
+  BOOST_TEST(writes(mixed) == "6:20+1 6:21+1 16:22+2 3:0+0/10+2 ");
+  // A combined cycle takes by 23 what is declared so, wherever it stands, and nothing else.
+  const std::string combined =
+      replaced(mixed, "scale: 1 mN, function: 6", "scale: 1 mN, function: 23") + "cycle: combined\n";
+  BOOST_TEST(writes(combined) == "6:20+1 16:22+2 23:21+1/10+2 ");
+  const std::string two = replaced(combined, "address: 22, type: int16, access: write, function: 16",
+                                   "address: 22, type: int16, access: write, function: 23");
+  BOOST_TEST(writes(two) == "6:20+1 16:23+1 23:21+2/10+2 ");
+  // Two fields of a word by 6 are one write.
+  const std::string fields =
+      replaced(replaced(mixed, "address: 20, type: uint16, access: write,",
+                        "address: 20, type: uint16, bits: [0, 8], access: write,"),
+               "address: 21, type: int16, access: write, scale: 1 mN, function: 6}",
+               "address: 19, type: int16, access: write, scale: 1 mN, function: 6}\n"
+               "  other:    {address: 20, type: uint16, bits: [8, 8], access: write, function: 6}");
+  BOOST_TEST(writes(replaced(fields, "mode: 1,", "mode: 1, other: 4,")) == "6:19+1 6:20+1 16:22+2 3:0+0/10+2 ");
+  // The rate is that of these requests: by 6 eight characters each way, by 16 with two words 13 and 8, by 3 8 and 9.
+  const Profile p = parse_profile(mixed, "p.yaml");
+  const double expected = (4 * 8 + 13 + 8 + 8 + 9) * 11.0 / 115200 + 4 * (2 * 1.75e-3 + 1e-3);
+  BOOST_TEST(line_rate(plan_cycle(p), p.line, true).cycle_s == expected, boost::test_tools::tolerance(1e-5));
+}
+
+BOOST_AUTO_TEST_CASE(function_23_without_a_combined_cycle_is_refused_with_its_place) {
+  const auto says = [](const std::string& text, const std::string& expected) {
+    BOOST_TEST(error_of(text).find(expected) != std::string::npos, error_of(text));
+  };
+  const std::string separate = replaced(mixed, "scale: 1 mN, function: 6", "scale: 1 mN, function: 23");
+  says(separate, "p.yaml:5:3: registers.force.function: expected 6 or 16 where the cycle is separate");
+  const std::string combined = separate + "cycle: combined\n";
+  BOOST_TEST(error_of(combined) == "");
+  says(mixed + "cycle: combined\n", "p.yaml:15:8: cycle: expected a register with function: 23 among those");
+  says(replaced(combined, "address: 23, type: int16, access: write, function: 16",
+                "address: 23, type: int16, access: write, function: 23"),
+       "p.yaml:7:3: registers.limit.function: expected 6 or 16 for words apart from those of force, found 23");
+  says(replaced(combined,
+                "  state: ", "  spare:    {address: 50, type: uint16, access: write, function: 23}\n  state: "),
+       "p.yaml:8:3: registers.spare.function: expected 6 or 16 for a register that is not written in each cycle");
+  says(replaced(combined, "access: read, scale", "access: read, function: 4, scale"),
+       "cycle: expected a position that is read by function 3");
+  says(replaced(mixed, "access: read, scale", "access: read, function: 23, scale"),
+       "registers.position.function: expected a function of its access, found 23");
+}
+
+BOOST_AUTO_TEST_CASE(words_that_no_register_names_are_read_only_where_the_profile_allows_it) {
+  const auto reads = [](const std::string& text) {
+    std::vector<std::pair<int, int>> result;
+    for (const Transaction& t : plan_cycle(parse_profile(text, "p.yaml")).each) {
+      if (t.read_count > 0) result.emplace_back(t.read_address, t.read_count);
+    }
+    return result;
+  };
+  const std::string text = replaced(mixed, "address: 40,", "address: 14,") + "status:\n  state: {others: fault}\n";
+  using Reads = std::vector<std::pair<int, int>>;
+  BOOST_CHECK((reads(text + "read_gap: 1\n") == Reads{{10, 2}, {14, 1}}));
+  BOOST_CHECK((reads(replaced(text, "count: 4", "count: 3")) == Reads{{10, 2}, {14, 1}}));
+  BOOST_CHECK((reads(text + "read_gap: 2\n") == Reads{{10, 5}}));
+  BOOST_TEST(error_of(text + "read_gap: -1\n").find("read_gap: expected a whole number from 0 to 120, found -1") !=
+             std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(no_read_that_is_ever_asked_for_looks_like_the_fence) {
