@@ -353,7 +353,7 @@ class Peer {
 
 // Most of these inputs take a time-out and a fence, so there are fewer of them.
 void fuzz_the_fence(bool serial, std::uint32_t seed) {
-  constexpr int share = 50;
+  constexpr int share = 100;
   Dice dice(seed);
   Peer peer(serial, seed + 1);
   Client client(parse_endpoint(peer.address()), quick_line(10), {3, 10, 3}, 300);
