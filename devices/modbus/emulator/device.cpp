@@ -142,7 +142,7 @@ bool EmulatedDevice::write(int address, int count, const std::uint16_t* words) {
       return info.writable && address + i >= info.address && address + i < info.address + info.width();
     };
     if (std::any_of(profile_.registers.begin(), profile_.registers.end(), is_written)) {
-      words_[static_cast<std::size_t>(address + i)] = words[i];
+      words_[static_cast<std::size_t>(address) + static_cast<std::size_t>(i)] = words[i];
     }
   }
   for (const EmulatedDynamics::Reaction& r : profile_.emulated.reacts) {
@@ -184,7 +184,8 @@ void EmulatedDevice::set_error(int bit) {
 void EmulatedDevice::become_another() {
   for (const Expectation& e : profile_.identify) {
     const RegisterInfo& info = profile_.registers[e.index];
-    for (int i = 0; i < info.width(); ++i) words_[static_cast<std::size_t>(info.address + i)] = e.min > 0 ? 0 : 0x7fff;
+    for (int i = 0; i < info.width(); ++i)
+      words_[static_cast<std::size_t>(info.address) + static_cast<std::size_t>(i)] = e.min > 0 ? 0 : 0x7fff;
   }
 }
 
