@@ -170,6 +170,12 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
       }
     }
   }
+  // A run time that was asked for as a metric has its column among the run times.
+  std::erase_if(comparison.columns, [&](const Column& column) {
+    return !column.run_time &&
+           std::any_of(comparison.columns.begin(), comparison.columns.end(),
+                       [&](const Column& other) { return other.run_time && other.figure == column.figure; });
+  });
   fill_columns(comparison);
   judge(comparison);
   return comparison;

@@ -30,6 +30,7 @@ struct Place {
 // Read by the handler, of which the process has one.
 constinit thread_local Place place;
 int note_file = -1;
+std::string message;
 std::array<struct sigaction, signals.size()> before;
 
 void write_all(int file, std::string_view text) {
@@ -54,9 +55,7 @@ void on_crash(int signal, siginfo_t* info, void*) {
   const bool sent_by_another = info->si_code <= 0 && info->si_pid != getpid();
   if (place.known && !sent_by_another) {
     write_note(signal);
-    write_all(STDERR_FILENO,
-              "\ntactor: the process crashed in a run; the finished runs are kept, and the same command with --resume "
-              "goes on\n");
+    write_all(STDERR_FILENO, message);
   }
   for (std::size_t i = 0; i < signals.size(); ++i) {
     if (signals[i] == signal) sigaction(signal, &before[i], nullptr);
@@ -85,10 +84,12 @@ std::string signal_word(int signal) {
   return name != nullptr ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
 }
 
-CrashNotes::CrashNotes(std::filesystem::path file) : file_(std::move(file)), found_(read_notes(file_)) {
+CrashNotes::CrashNotes(std::filesystem::path file, const std::string& advice)
+    : file_(std::move(file)), found_(read_notes(file_)) {
   TACTOR_DEMAND(note_file < 0);
   note_file = open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (note_file < 0) throw RunError(fmt::format("cannot write {}: {}", file_.string(), std::strerror(errno)));
+  message = "\ntactor: the process crashed in a run" + (advice.empty() ? "" : "; " + advice) + "\n";
   struct sigaction action {};
   action.sa_sigaction = on_crash;
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;

@@ -24,8 +24,9 @@ std::string signal_word(int signal);
 /// cannot be: they are not the run's doing. One object at a time.
 class CrashNotes {
  public:
-  /// Opens the file, which is made where it is missing. Throws RunError where that cannot be.
-  explicit CrashNotes(std::filesystem::path file);
+  /// Opens the file, which is made where it is missing. `advice` is added to the message of a crash on standard error.
+  /// Throws RunError where the file cannot be made.
+  CrashNotes(std::filesystem::path file, const std::string& advice);
   /// Removes a file in which nothing is noted.
   ~CrashNotes();
   CrashNotes(const CrashNotes&) = delete;

@@ -133,7 +133,7 @@ class Engine {
     make_folder(options_.table.parent_path());
     RunTable table(options_.table, options_.mode, identity, names());
     const std::vector<bool> finished = table.finished();
-    const CrashNotes notes(notes_file());
+    const CrashNotes notes(notes_file(), options_.after_crash);
     const Pending pending = sorted_out(finished, notes.found(), table);
     CasesOutcome outcome;
     outcome.found = static_cast<std::size_t>(std::count(finished.begin(), finished.end(), true));

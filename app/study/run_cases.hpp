@@ -38,7 +38,8 @@ struct CasesOptions {
   std::filesystem::path cache_folder;
   std::filesystem::path table;  ///< its folder is made; InputError where that cannot be
   TableMode mode = TableMode::create;
-  TableIdentity identity;                                               ///< its program is filled in
+  std::string after_crash;  ///< what the user is told where a run takes the process with it
+  TableIdentity identity;   ///< its program is filled in
   std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts; by one thread at a time
   std::function<void(const std::string& note)> note;  ///< as RunOptions::note, by one thread at a time
   std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once

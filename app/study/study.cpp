@@ -196,7 +196,8 @@ std::string csv_of(const Study& study, std::vector<std::string> more_head, const
   const Comparison& comparison = study.comparison;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
-      std::vector<std::string> cells{comparison.rows[row].graph, quoted_where_needed(study.setting(row).method)};
+      std::vector<std::string> cells{quoted_where_needed(comparison.rows[row].graph),
+                                     quoted_where_needed(study.setting(row).method)};
       for (const auto& [path, value] : study.setting(row).values) cells.push_back(quoted_where_needed(value));
       cells.push_back(std::to_string(comparison.seeds[s]));
       cells_of(comparison.rows[row], s, cells);

@@ -105,7 +105,13 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   options.refused_are_results = spec.report == StudyReport::stability;
   options.table = folder / "study.sqlite";
   options.mode = request.resume ? TableMode::resume : request.overwrite ? TableMode::overwrite : TableMode::create;
-  options.identity = {spec.name, content_key({spec.text}), options_text(request, spec), {}};
+  // Of the study's text only what decides how runs are made counts here; what they are, their names and graphs tell.
+  options.identity = {spec.name,
+                      content_key({fmt::format("{} repeats, {} warm-up, reference {}", spec.repeats, spec.warm_up,
+                                               spec.without_reference ? "none" : "made")}),
+                      options_text(request, spec),
+                      {}};
+  options.after_crash = "the finished runs are kept, and the same command with --resume goes on";
   options.placed = [&spec](const GraphError& error) { return with_places_of_study(error, spec); };
   Registry registry(default_node_folders());
   CasesOutcome outcome = run_watched(cases, registry, options, console);

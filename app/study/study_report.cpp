@@ -15,7 +15,9 @@ namespace tactor {
 namespace {
 
 std::string ratio_cell(const std::optional<GeometricMean>& m) {
-  return m ? fmt::format("<td>{:.3f} [{:.3f}, {:.3f}]</td>", m->ratio, m->low, m->high) : "<td>-</td>";
+  if (!m) return "<td>-</td>";
+  if (m->count < 2) return fmt::format("<td>{:.3f}</td>", m->ratio);
+  return fmt::format("<td>{:.3f} [{:.3f}, {:.3f}]</td>", m->ratio, m->low, m->high);
 }
 
 std::string study_head(const Study& study, bool figures) {

@@ -1,12 +1,14 @@
 #include "framework/graph/study.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <set>
+#include <string_view>
 
 #include "framework/core/units.hpp"
 #include "framework/graph/merge.hpp"
@@ -18,6 +20,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// Of every table of a study, beside what it varies.
+constexpr std::array<std::string_view, 6> study_columns{"graph",     "method", "seed", "status", "spread_of_repeats",
+                                                        "control_us"};
 constexpr std::int64_t most_values = 10'000;  // of one axis, and of a hypercube
 
 const std::vector<std::string>& study_keys() {
@@ -193,6 +198,10 @@ class StudyReader {
       StudyAxis axis;
       if (entry.value.is_map() && entry.value.find("swap") != nullptr) {
         axis.name = entry.key;
+        if (std::find(study_columns.begin(), study_columns.end(), entry.key) != study_columns.end()) {
+          diagnostics_.error(entry.value.place, path + ": expected a name of your own for the swap; `" + entry.key +
+                                                    "` is a column of every table of a study");
+        }
         read_swap(entry.value, path, axis);
       } else {
         axis.paths = split_paths(entry.key);

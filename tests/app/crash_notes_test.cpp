@@ -26,7 +26,7 @@ int ended_by(const std::filesystem::path& file, const std::function<void()>& wor
     // What the test's own library does about signals is not wanted here.
     for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(signal, SIG_DFL);
     {
-      const CrashNotes notes(file);
+      const CrashNotes notes(file, "");
       const CrashStack stack;
       work();
     }
@@ -56,7 +56,7 @@ BOOST_AUTO_TEST_CASE(crashes_are_noted_with_signal_and_run) {
                const CrashPlace place(12, true);
                raise(SIGFPE);
              }) == SIGFPE);
-  const std::vector<CrashNote> found = CrashNotes(file).found();
+  const std::vector<CrashNote> found = CrashNotes(file, "").found();
   BOOST_REQUIRE(found.size() == 2U);
   BOOST_TEST(found[0].signal == SIGABRT);
   BOOST_TEST(found[0].run == 7U);
@@ -75,7 +75,7 @@ BOOST_AUTO_TEST_CASE(a_stack_that_ran_over_is_noted) {
                const volatile int begin = 1;
                std::exit(run_over(&begin));
              }) == SIGSEGV);
-  const std::vector<CrashNote> found = CrashNotes(file).found();
+  const std::vector<CrashNote> found = CrashNotes(file, "").found();
   BOOST_REQUIRE(found.size() == 1U);
   BOOST_TEST(found[0].run == 3U);
 }
@@ -98,7 +98,7 @@ BOOST_AUTO_TEST_CASE(what_is_nobodys_run_or_comes_from_outside_is_not_noted) {
                  for (;;) pause();
                }) == signal);
   }
-  BOOST_TEST(CrashNotes(file).found().empty());
+  BOOST_TEST(CrashNotes(file, "").found().empty());
   // A file in which nothing is noted is taken away.
   BOOST_TEST(!std::filesystem::exists(file));
 }
@@ -107,7 +107,7 @@ BOOST_AUTO_TEST_CASE(a_line_that_was_cut_off_is_left_out) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "t.crashes";
   std::ofstream(file) << "6 run 4\nnonsense\n11 reference 5\n6 run 1";
-  const std::vector<CrashNote> found = CrashNotes(file).found();
+  const std::vector<CrashNote> found = CrashNotes(file, "").found();
   BOOST_REQUIRE(found.size() == 2U);
   BOOST_TEST(found[1].run == 5U);
 }

@@ -126,13 +126,23 @@ class Table(StudyTest):
         self.assertIn("--overwrite begins anew", self.study(text, "out", code=2).stderr)
         self.study(text, "out", "--resume")
         self.assertEqual(self.bytes_of("out"), first)
-        for change, options, said in ((text + "# more\n", (), "the study has changed since"),
+        self.study("title: another\n" + text + "# more\n", "out", "--resume")  # runs the same runs
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs"], 0)
+        for change, options, said in ((text + "timing: {repeats: 2}\n", (), "the study has changed since"),
+                                      (text.replace("0.6", "0.5"), (), "the graph, or a file that it names, has changed since"),
+                                      (text + "vary: {device.force_max: [4 N]}\n", (), "its runs are others"),
                                       (text, ("--seeds", "3"), "the options of the command line were others")):
             self.assertIn(said, self.study(change, "out", "--resume", *options, code=2).stderr)
         graph.write_text(f"extends: {RECORDED}\nnodes: {{device: {{force_max: 3 N}}}}\n")
         result = self.study(text, "out", "--resume", code=2)
         self.assertIn("the graph, or a file that it names, has changed since: mine as it is, seed 1001", result.stderr)
         self.study(text, "out", "--overwrite")
+
+    def test_a_run_time_may_be_a_metric(self):
+        text = f"graphs: [{RECORDED}]\nseeds: 2\nduration: 0.6 s\nmetrics: [delivered.force.rms_error_N, method_us_per_tick]\n"
+        self.study(text, "out")
+        self.assertNotIn("method_us_per_tick", self.lines("out")[0])
+        self.assertGreater(float(self.lines("out", "run_times.csv")[0]["method_us_per_tick"]), 0)
 
     def test_repeats_are_medians_of_run_times_alone(self):
         self.study(f"graphs: [{RECORDED}]\nseeds: 2\nduration: 0.6 s\ntiming: {{repeats: 3, warm_up: 1}}\n", "out")
