@@ -88,7 +88,8 @@ class Lean(CommandTest):
 
     @needs_hdf5
     def test_a_tapped_duck_needs_neither_rotation_nor_torque_nor_friction(self):
-        found = self.lean("duck_tapped_fine.yaml", "--budget", 0.08)
+        short = ("--duration", 1.5)
+        found = self.lean("duck_tapped_fine.yaml", "--budget", 0.08, *short)
         steps = self.steps(found)
         self.assertIn("without rotation and torque of tool", steps)
         self.assertIn("without friction of tool", steps)
@@ -99,7 +100,7 @@ class Lean(CommandTest):
         self.assertIn("without friction of tool", (self.folder / "lean.md").read_text())
 
         # Both run anew, on the seed of the check: the original errs as it says, the two differ by what the errors allow.
-        seed = ("--seed", found["check_seeds"][0])
+        seed = ("--seed", found["check_seeds"][0], *short)
         original, result = found["check"]["original"]["error_N"], found["check"]["lean"]["error_N"]
         self.assertLessEqual(result, 0.08)
         summary = self.run_graph(GRAPHS / "duck_tapped_fine.yaml", *seed)
