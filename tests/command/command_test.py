@@ -13,7 +13,7 @@ import jsonschema
 import yaml
 
 from harness import (GRAPHS, HAS_COLLISION, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, CommandTest,
-                     left_out, needs_collision, needs_hdf5, needs_live, tactor)
+                     left_out, needs_collision, needs_devices, needs_hdf5, needs_live, tactor)
 
 
 class ExitCodes(CommandTest):
@@ -357,11 +357,13 @@ class Drawing(CommandTest):
             self.assertIn("outputs" if name != "sink.metrics" else "inputs", help_text)
 
     @needs_collision
+    @needs_devices
     def test_the_node_reference_in_the_docs_is_up_to_date(self):
         self.assertEqual((ROOT / "docs/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
                          "write it again: tactor nodes --markdown > docs/nodes.md")
 
     @needs_collision
+    @needs_devices
     def test_the_schema_accepts_the_shipped_graphs(self):
         validator = jsonschema.Draft202012Validator(json.loads(self.run_ok("schema").stdout))
         for graph in sorted(GRAPHS.glob("*.yaml")):

@@ -21,6 +21,7 @@ def built(*places):
 
 # The shipped graphs need collision and the generated meshes, which a build without CGAL lacks.
 HAS_COLLISION = built("nodes/libtactor_collision.so", "../lib/tactor/libtactor_collision.so")
+HAS_DEVICES = all(built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so") for kind in ("modbus", "usb"))
 HAS_HDF5 = built("libtactor_record.so", "../lib/libtactor_record.so")
 HAS_LIVE = os.environ.get("TACTOR_LIVE", "1") != "0"
 # Sanitizers have a heap of their own, whose calls are not counted.
@@ -28,6 +29,7 @@ CACHE = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release")) / "
 IS_SANITIZED = CACHE.exists() and re.search(r"^TACTOR_SANITIZE:\w+=.", CACHE.read_text(), re.MULTILINE) is not None
 needs_live = unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
 needs_collision = unittest.skipUnless(HAS_COLLISION, "this build has no CGAL, so no collision and no meshes")
+needs_devices = unittest.skipUnless(HAS_DEVICES, "this build lacks Modbus or USB, so their node types")
 needs_hdf5 = unittest.skipUnless(HAS_HDF5, "this build has no HDF5, so no recordings")
 # The outputs of a chain that needs no mesh: a trajectory, the simulated device, metrics.
 EDGES_OF_A_SMALL_GRAPH = """
