@@ -72,7 +72,7 @@ bool FalconLink::request(std::uint8_t request, std::uint16_t value, LinkFailure&
   if (result == UsbResult::ok) return true;
   failure =
       result == UsbResult::disconnected
-          ? LinkFailure{LinkError::reset, words(result), true}
+          ? failure_of(result)
           : LinkFailure{LinkError::identity, "its serial chip does not take request " + std::to_string(request), true};
   return false;
 }
@@ -81,8 +81,7 @@ bool FalconLink::request(std::uint8_t request, std::uint16_t value, LinkFailure&
 bool FalconLink::wait(Duration most, LinkFailure& failure) {
   const UsbResult result = port_->wait(most);
   if (result == UsbResult::ok) return true;
-  const bool gone = result == UsbResult::disconnected;
-  failure = {gone ? LinkError::reset : LinkError::protocol, words(result), gone};
+  failure = failure_of(result);
   return false;
 }
 

@@ -60,13 +60,6 @@ void UsbLink::received(std::span<const std::uint8_t> bytes) {
   fresh_ = true;
 }
 
-/// The device has gone: with its power it has lost its zero.
-bool UsbLink::lost(LinkFailure& failure) {
-  if (!profile_.calibration.empty()) store_.forget(port_->identity());
-  failure = {LinkError::reset, words(UsbResult::disconnected), true};
-  return false;
-}
-
 void UsbLink::send(const LinkCommand& command) {
   write_efforts(profile_.output, command.effort, command_);
   if (port_->send(command_)) ++unanswered_;
@@ -76,8 +69,9 @@ void UsbLink::send(const LinkCommand& command) {
 bool UsbLink::wait(Duration most, LinkFailure& failure) {
   const UsbResult result = port_->wait(most);
   if (result == UsbResult::ok) return true;
-  if (result == UsbResult::disconnected) return lost(failure);
-  failure = {LinkError::protocol, words(result)};
+  failure = failure_of(result);
+  // A device that has gone has lost its zero with its power.
+  if (result == UsbResult::disconnected && !profile_.calibration.empty()) store_.forget(port_->identity());
   return false;
 }
 

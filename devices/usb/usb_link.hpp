@@ -59,7 +59,6 @@ class UsbLink final : public Link, private UsbListener {
   bool ask_for_report(Duration most, LinkFailure& failure);
   void send(const LinkCommand& command);
   void read_sample(LinkSample& sample, LinkFailure& failure) const;
-  bool lost(LinkFailure& failure);
 
   UsbProfile profile_;
   UsbSelector selector_;

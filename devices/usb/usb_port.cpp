@@ -24,6 +24,21 @@ namespace {
 /// How long the end of cancelled transfers is waited for; the kernel needs a frame.
 constexpr int cancel_rounds = 200;
 
+const char* words(UsbResult result) {
+  switch (result) {
+    case UsbResult::timeout:
+      return "a transfer has run out of time";
+    case UsbResult::stalled:
+      return "an endpoint has stalled";
+    case UsbResult::overflow:
+      return "a report is longer than a packet";
+    case UsbResult::disconnected:
+      return "the device has been unplugged";
+    default:
+      return "a transfer has failed";
+  }
+}
+
 UsbResult result_of(int code) {
   switch (code) {
     case LIBUSB_ERROR_TIMEOUT:
@@ -163,19 +178,9 @@ class DeviceList {
 
 }  // namespace
 
-const char* words(UsbResult result) {
-  switch (result) {
-    case UsbResult::timeout:
-      return "a transfer has run out of time";
-    case UsbResult::stalled:
-      return "an endpoint has stalled";
-    case UsbResult::overflow:
-      return "a report is longer than a packet";
-    case UsbResult::disconnected:
-      return "the device has been unplugged";
-    default:
-      return "a transfer has failed";
-  }
+LinkFailure failure_of(UsbResult result) {
+  const bool gone = result == UsbResult::disconnected;
+  return {gone ? LinkError::reset : LinkError::protocol, words(result), gone};
 }
 
 UsbSelector selector_of(std::uint16_t vendor, std::uint16_t product, const UsbChoice& choice) {

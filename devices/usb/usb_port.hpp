@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "devices/hardware/link.hpp"
 #include "framework/core/time.hpp"
 
 struct libusb_context;
@@ -39,8 +40,8 @@ struct UsbDeviceInfo {
   bool may_open = false;
 };
 
-/// What went wrong, in words; of what is not ok.
-const char* words(UsbResult result);
+/// What became of a line by a transfer that was not ok. A device that has gone must be opened anew.
+LinkFailure failure_of(UsbResult result);
 
 /// Which device is meant.
 struct UsbSelector {

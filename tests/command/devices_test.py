@@ -67,17 +67,9 @@ class Emulated(CommandTest):
 
     def graph(self, *arguments, profile=None):
         profile = profile or self.profile
-        emulator = subprocess.Popen([TACTOR, "emulate", "modbus", profile, "--tcp", "0", *arguments],
-                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-        def end():
-            if emulator.poll() is None:
-                emulator.kill()
-            emulator.communicate()
-        self.addCleanup(end)
-        ready = emulator.stdout.readline()
-        self.assertTrue(ready.startswith("ready tcp:127.0.0.1:"), ready)
-        return self.write("device.yaml", GRAPH % (profile, ready.split()[1]))
+        _, address = self.emulate_modbus(profile, "--tcp", "0", *arguments)
+        self.assertTrue(address.startswith("tcp:127.0.0.1:"), address)
+        return self.write("device.yaml", GRAPH % (profile, address))
 
     def answer(self, *arguments, text=""):
         return subprocess.run([TACTOR, *map(str, arguments)], input=text, capture_output=True, text=True, timeout=300,

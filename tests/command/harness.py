@@ -113,6 +113,20 @@ class CommandTest(unittest.TestCase):
         self.run_ok("run", graph, "--out", self.folder / out, *arguments, **options)
         return json.loads((self.folder / out / "summary.json").read_text())
 
+    def emulate_modbus(self, profile, *arguments, program=TACTOR, **options):
+        """Starts an emulator, which ends with the test; its process, and the address that it serves."""
+        emulator = subprocess.Popen([program, "emulate", "modbus", profile, *arguments], stdin=subprocess.PIPE,
+                                    stdout=subprocess.PIPE, text=True, **options)
+
+        def end():
+            if emulator.poll() is None:
+                emulator.kill()
+            emulator.communicate()
+        self.addCleanup(end)
+        ready = emulator.stdout.readline()
+        self.assertTrue(ready.startswith("ready "), ready)
+        return emulator, ready.split()[1]
+
     def small_graph(self, extra=""):
         return self.write("small.yaml", EDGES_OF_A_SMALL_GRAPH + extra)
 

@@ -114,17 +114,8 @@ class Graphs(Installed):
 @unittest.skipUnless(HAS_MODBUS, "this build has no Modbus")
 class Modbus(Installed):
     def emulate(self, profile):
-        emulator = subprocess.Popen(["tactor", "emulate", "modbus", profile, "--tcp", "0"], cwd=self.elsewhere, text=True,
-                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=dict(os.environ, **self.environment))
-
-        def end():
-            if emulator.poll() is None:
-                emulator.kill()
-            emulator.communicate()
-        self.addCleanup(end)
-        ready = emulator.stdout.readline()
-        self.assertTrue(ready.startswith("ready "), ready)
-        return ready.split()[1]
+        return self.emulate_modbus(profile, "--tcp", "0", program="tactor", cwd=self.elsewhere,
+                                   env=dict(os.environ, **self.environment))[1]
 
     def test_each_profile_is_emulated_by_its_name(self):
         names = [p.stem for p in sorted((self.share / "profiles/modbus").glob("*.yaml"))]

@@ -42,17 +42,8 @@ class ModbusRun(CommandTest):
         self.log = self.folder / "emulator.log"
 
     def emulate(self, *arguments, line=("--tcp", "0"), profile=None):
-        self.emulator = subprocess.Popen([TACTOR, "emulate", "modbus", profile or self.profile, *line, "--log", self.log,
-                                          *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-        def end():
-            if self.emulator.poll() is None:
-                self.emulator.kill()
-            self.emulator.communicate()
-        self.addCleanup(end)
-        ready = self.emulator.stdout.readline()
-        self.assertTrue(ready.startswith("ready "), ready)
-        return ready.split()[1]
+        self.emulator, address = self.emulate_modbus(profile or self.profile, *line, "--log", self.log, *arguments)
+        return address
 
     def graph(self, connect, more=EASY, profile=None, duration="1 s", name="run.yaml"):
         device = f'type: modbus.actuator, profile: {profile or self.profile}, connect: "{connect}", origin: [0, 0, -50 mm], {more}'

@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -18,6 +17,7 @@
 #include "devices/usb/emulator/known_devices.hpp"
 #include "devices/usb/emulator/usbip.hpp"
 #include "framework/core/check.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
 
@@ -26,7 +26,7 @@ namespace {
 constexpr const char* vhci = "/sys/devices/platform/vhci_hcd.0/";
 constexpr int full_speed = 2;        // enum usb_device_speed of the kernel
 constexpr int on_bus = 1 << 16 | 2;  // bus 1, device 2 where it comes from, which means nothing here
-constexpr long frame_ns = 1'000'000;
+constexpr Duration frame{1'000'000};
 constexpr const char* usage =
     "tactor-attach-usb PROFILE [OPTIONS]\n"
     "Attaches an emulated USB device to this machine's kernel, until it is detached or this program ends. As root, "
@@ -42,10 +42,7 @@ struct Options {
 };
 
 FaultOrder fault_of(const std::string& text) {
-  FaultOrder order;
-  if (const std::string wrong = parse_fault_order(text, order); !wrong.empty()) {
-    throw InputError("--fault: " + wrong + ", found \"" + text + "\"");
-  }
+  const FaultOrder order = read_fault_order("--fault", text);
   if (order.fault == UsbFault::replug) throw InputError("--fault: start the program again instead of \"" + text + "\"");
   return order;
 }
@@ -162,20 +159,14 @@ class Cable {
 
 volatile std::sig_atomic_t stopped = 0;
 
-double now() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 /// Frames of a millisecond until the cable is pulled, by either side, or the program is told to stop.
 void serve(Cable& cable, EmulatedDevice& device, FaultScript script) {
-  double last = now();
+  Instant last = MonotonicClock::now();
   while (stopped == 0) {
-    const timespec pause{0, frame_ns};
-    clock_nanosleep(CLOCK_MONOTONIC, 0, &pause, nullptr);
-    const double dt = now() - last;
-    last += dt;
+    MonotonicClock::sleep_until(MonotonicClock::now() + frame);
+    const Instant now = MonotonicClock::now();
+    const double dt = (now - last).seconds();
+    last = now;
     UsbFault fault{};
     if (script.advance(dt, cable.is_open(), cable.is_open() && device.is_driven(), fault)) {
       if (fault == UsbFault::unplug) return;

@@ -49,11 +49,7 @@ struct Options {
 };
 
 void add_fault(Options& options, const std::string& where, const std::string& text) {
-  FaultOrder order;
-  if (const std::string wrong = parse_fault_order(text, order); !wrong.empty()) {
-    throw InputError(where + ": " + wrong + ", found \"" + text + "\"");
-  }
-  options.faults.push_back(order);
+  options.faults.push_back(read_fault_order(where, text));
 }
 
 void read_script(Options& options, const std::string& file) {

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <utility>
 
+#include "framework/core/check.hpp"
+
 namespace tactor {
 
 namespace {
@@ -64,6 +66,14 @@ std::string parse_fault_order(std::string_view text, FaultOrder& order) {
   if (when.starts_with("+")) when.remove_prefix(1);
   if (!parse_seconds(when, order.seconds)) return "expected seconds from 0 to 1e6 after the @";
   return {};
+}
+
+FaultOrder read_fault_order(const std::string& where, const std::string& text) {
+  FaultOrder order;
+  if (const std::string wrong = parse_fault_order(text, order); !wrong.empty()) {
+    throw InputError(where + ": " + wrong + ", found \"" + text + "\"");
+  }
+  return order;
 }
 
 std::string to_text(const FaultOrder& order) {

@@ -41,6 +41,8 @@ struct FaultOrder {
 bool parse_fault(std::string_view name, UsbFault& fault);
 /// Reads `KIND@SECONDS`, `KIND@driven+SECONDS` or `KIND@+SECONDS`. Empty, or what is wrong with it.
 std::string parse_fault_order(std::string_view text, FaultOrder& order);
+/// The same; throws InputError, with `where` in front, where it is wrong.
+FaultOrder read_fault_order(const std::string& where, const std::string& text);
 /// The same order as a text.
 std::string to_text(const FaultOrder& order);
 /// All names, with commas between.

@@ -1,7 +1,6 @@
 // Lines that take no bytes, lines that never fall silent, and answers that come in a later session: every call ends,
 // and no old answer is believed.
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
@@ -13,6 +12,7 @@
 
 #include "devices/modbus/client.hpp"
 #include "devices/modbus/emulator/server.hpp"
+#include "tests/devices/modbus/loopback.hpp"
 
 using namespace tactor;
 using namespace tactor::modbus;
@@ -61,16 +61,10 @@ struct Connection {
     const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     const int small = 4096;
     BOOST_REQUIRE(setsockopt(listener, SOL_SOCKET, SO_RCVBUF, &small, sizeof small) == 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    BOOST_REQUIRE(bind(listener, reinterpret_cast<sockaddr*>(&address), size) == 0);
-    BOOST_REQUIRE(listen(listener, 1) == 0);
-    BOOST_REQUIRE(getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size) == 0);
+    const sockaddr_in address = tactor::test::listen_on_loopback(listener, 1);
     ours = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     BOOST_REQUIRE(setsockopt(ours, SOL_SOCKET, SO_SNDBUF, &small, sizeof small) == 0);
-    BOOST_REQUIRE(connect(ours, reinterpret_cast<sockaddr*>(&address), size) == 0);
+    BOOST_REQUIRE(connect(ours, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
     theirs = accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
     BOOST_REQUIRE(theirs >= 0);
     close(listener);

@@ -2,7 +2,6 @@
 // that is no answer. TACTOR_FUZZ_INPUTS=1000000 takes a million answers instead of 20,000.
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <termios.h>
@@ -21,6 +20,7 @@
 #include <thread>
 
 #include "devices/modbus/client.hpp"
+#include "tests/devices/modbus/loopback.hpp"
 
 using namespace tactor;
 using namespace tactor::modbus;
@@ -242,13 +242,7 @@ class Peer {
   }
   void listen_at_a_port() {
     listener_ = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    BOOST_REQUIRE(bind(listener_, reinterpret_cast<sockaddr*>(&address), size) == 0);
-    BOOST_REQUIRE(listen(listener_, 4) == 0);
-    BOOST_REQUIRE(getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) == 0);
+    const sockaddr_in address = tactor::test::listen_on_loopback(listener_, 4);
     address_ = "tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
   }
 

@@ -94,6 +94,18 @@ struct Setting {
     }
     BOOST_FAIL("the handle does not move");
   }
+  /// Lets the pushed handle move between two cycles, of which the second must show where it is then.
+  void demand_a_sample_of_now_after_a_pause() {
+    wait_for_effort(1.0);
+    BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
+    const double before = sample.q[0];
+    for (int i = 0; i < 20'000 && angle() < before + 0.1; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const double there = angle();
+    BOOST_TEST_REQUIRE(there > before + 0.1);
+    BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
+    BOOST_TEST(sample.q[0] > there - 0.02);
+  }
   double angle() {
     return emulator->node().locked([this] { return emulator->device().arm().q()[0]; });
   }
@@ -162,14 +174,7 @@ BOOST_FIXTURE_TEST_CASE(a_report_that_lay_in_the_device_since_it_was_closed_is_n
 
 BOOST_FIXTURE_TEST_CASE(a_report_that_waited_for_a_late_cycle_is_no_sample, Setting) {
   open();
-  wait_for_effort(1.0);
-  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
-  const double before = sample.q[0];
-  for (int i = 0; i < 20'000 && angle() < before + 0.1; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  const double there = angle();
-  BOOST_TEST_REQUIRE(there > before + 0.1);
-  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
-  BOOST_TEST(sample.q[0] > there - 0.02);
+  demand_a_sample_of_now_after_a_pause();
 }
 
 BOOST_FIXTURE_TEST_CASE(what_a_device_sent_on_its_own_between_two_cycles_is_no_sample, Setting) {
@@ -177,15 +182,8 @@ BOOST_FIXTURE_TEST_CASE(what_a_device_sent_on_its_own_between_two_cycles_is_no_s
   profile.rate = 100;
   make();
   open();
-  wait_for_effort(1.0);
-  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
-  const double before = sample.q[0];
   // Two reports are taken by the transfers meanwhile, and the firmware holds a third.
-  for (int i = 0; i < 20'000 && angle() < before + 0.1; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  const double there = angle();
-  BOOST_TEST_REQUIRE(there > before + 0.1);
-  BOOST_TEST_REQUIRE(exchange(1.0), failure.text);
-  BOOST_TEST(sample.q[0] > there - 0.02);
+  demand_a_sample_of_now_after_a_pause();
 }
 
 BOOST_FIXTURE_TEST_CASE(a_silent_device_is_a_timeout, Setting) {
