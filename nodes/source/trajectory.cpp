@@ -75,6 +75,7 @@ Path make_path(const TrajectorySource::Params& params, const std::string& name) 
 
 TrajectorySource::TrajectorySource(const Params& params, const NodeContext& context)
     : rotates_(context.torque),
+      halt_(params.halt.ns > 0 ? std::optional(params.halt.seconds()) : std::nullopt),
       path_(make_path(params, context.name)),
       tremor_(params.tremor_amplitude, params.tremor_low, params.tremor_high, params.tremor_components, context.seed) {
   if (params.tremor_low > params.tremor_high) {
@@ -104,6 +105,12 @@ NodeInfo TrajectorySource::declare() {
       .choice("interpolation", &Params::interpolation,
               {{"minimum_jerk", PathKind::minimum_jerk}, {"linear", PathKind::linear}, {"cubic", PathKind::cubic}},
               std::optional(PathKind::minimum_jerk), "how the target moves between way-points")
+      .real("halt", &Params::halt,
+            {.doc = "time from which on the target rests where it is then, without tremor: what follows shows whether "
+                    "a tool comes to rest; 0: never",
+             .unit = "s",
+             .default_value = 0,
+             .min = 0})
       .real("tremor_amplitude", &Params::tremor_amplitude,
             {.doc = "root mean square of the tremor on each axis; 0 for none",
              .unit = "m",
@@ -120,10 +127,13 @@ NodeInfo TrajectorySource::declare() {
 }
 
 Target TrajectorySource::at(double t) const {
-  Target result = path_.at(t, rotates_);
-  const Tremor::Value shake = tremor_.at(t);
+  const bool halted = halt_ && t >= *halt_;
+  const double then = halted ? *halt_ : t;
+  Target result = path_.at(then, rotates_);
+  const Tremor::Value shake = tremor_.at(then);
   result.X_WH.p += shake.p;
   result.V_WH.v += shake.v;
+  if (halted) result.V_WH = {};
   return result;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "framework/core/messages.hpp"
@@ -20,6 +21,7 @@ class TrajectorySource final : public Node {
     Table points;     ///< t [s], x y z [m], rx ry rz [rad]
     std::filesystem::path file;
     PathKind interpolation = PathKind::minimum_jerk;
+    Duration halt;                ///< 0: never
     double tremor_amplitude = 0;  ///< m rms on each axis
     double tremor_low = 0;        ///< Hz
     double tremor_high = 0;       ///< Hz
@@ -37,6 +39,7 @@ class TrajectorySource final : public Node {
 
  private:
   bool rotates_;
+  std::optional<double> halt_;  // s
   Path path_;
   Tremor tremor_;
 };

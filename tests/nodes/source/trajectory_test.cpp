@@ -276,3 +276,23 @@ BOOST_AUTO_TEST_CASE(broken_way_points_are_refused_with_their_place) {
     check_refused(params, "found both");
   }
 }
+
+BOOST_AUTO_TEST_CASE(a_target_that_halts_stays_where_path_and_tremor_have_led_it) {
+  for (const PathKind kind : {PathKind::minimum_jerk, PathKind::linear, PathKind::cubic}) {
+    TrajectorySource::Params params = params_of(bent, kind, 1e-3);
+    const TrajectorySource going(params, context_of());
+    params.halt = Duration::from_seconds(0.9);
+    const TrajectorySource halting(params, context_of());
+    for (const double t : {0.0, 0.5, 0.8999}) {
+      BOOST_TEST(distance(halting.at(t).X_WH.p, going.at(t).X_WH.p) == 0);
+      BOOST_TEST(distance(halting.at(t).V_WH.v, going.at(t).V_WH.v) == 0);
+    }
+    for (const double t : {0.9, 0.9001, 1.2, 100.0}) {
+      const Target at = halting.at(t);
+      BOOST_TEST(distance(at.X_WH.p, going.at(0.9).X_WH.p) == 0);
+      BOOST_TEST(angle_between(at.X_WH.R, going.at(0.9).X_WH.R) < 1e-14);
+      BOOST_TEST(norm(at.V_WH.v) == 0);
+      BOOST_TEST(norm(at.V_WH.w) == 0);
+    }
+  }
+}
