@@ -343,6 +343,12 @@ int main_checked(int argc, char** argv) {
   study_verb->add_option("--seeds", study.seeds, "Number of seeds (default: the study's)")->check(CLI::Range(1, 10000));
   study_verb->add_option("--first-seed", study.first_seed, "The first seed (default: the study's)")
       ->check(CLI::NonNegativeNumber);
+  study_verb
+      ->add_option("--repeats", study.repeats,
+                   "Runs of each seed, for the median of its run time; with one more that does not count where there "
+                   "are several "
+                   "(default: the study's)")
+      ->check(CLI::Range(1, 100));
   study_verb->add_option("--jobs", study.jobs, "Runs at once (default: the cores); only run times depend on it")
       ->check(CLI::Range(1, 1024));
   study_verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)");

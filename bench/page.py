@@ -34,6 +34,12 @@ def filled(template, values):
     return template
 
 
+def timing(found):
+    """How the run times of a study were taken, and what its report warns of, from study.json."""
+    said = found["timing"]
+    return said["text"] + (f" **{said['warning']}**" if said["warning"] else "") + "\n"
+
+
 def write(name, values):
     """Writes docs/NAME.md from scripts/NAME.template.md."""
     (ROOT / f"docs/{name}.md").write_text(filled((ROOT / f"scripts/{name}.template.md").read_text(), values))

@@ -218,6 +218,7 @@ Json to_json(const TimingNote& note, std::int64_t repeats, std::int64_t warm_up)
           {"warm_up", warm_up},
           {"control_us", note.control_us},
           {"control_spread", note.control_spread},
+          {"text", note.text},
           {"warning", note.warning}};
 }
 

@@ -93,6 +93,10 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   StudySpec spec = load_study(request.file, request.is_short);
   if (request.seeds) spec.seeds = *request.seeds;
   if (request.first_seed) spec.first_seed = *request.first_seed;
+  if (request.repeats) {
+    spec.repeats = *request.repeats;
+    spec.warm_up = spec.repeats > 1 ? 1 : 0;
+  }
   const fs::path folder = request.out.value_or(fs::path("out") / spec.name);
   const std::vector<RunCase> cases = study_cases(spec, request.overrides);
   CasesOptions options;

@@ -16,8 +16,10 @@ import study_overhead  # noqa: E402
 study_overhead.TACTOR = os.environ.get("TACTOR", study_overhead.TACTOR)
 
 
-def cell(x, y, verdict="stable", energy=0.0, reason=""):
-    return {"x": x, "y": y, "verdict": verdict, "reason": reason, "passivity_violation_J": energy, "oscillation_amplitude_m": None}
+def cell(x, y, verdict="stable", energy=0.0, reason="", swing=None):
+    """`swing` is the amplitude, m."""
+    return {"x": x, "y": y, "verdict": verdict, "reason": reason, "peak_energy_J": 2 * energy, "passivity_violation_J": energy,
+            "oscillation_amplitude_m": swing, "oscillation_frequency_Hz": swing and 7.0}
 
 
 class Rows(unittest.TestCase):
@@ -27,9 +29,17 @@ class Rows(unittest.TestCase):
 
     def test_each_value_of_y_names_what_is_unstable_and_the_worst_with_its_reason(self):
         cells = [cell("1", "low"), cell("2", "low"), cell("4", "low"), cell("1", "high"), cell("2", "high", "energy", 0.1, "a tenth"),
-                 cell("4", "high", "energy", 0.2, "a fifth"), cell("8", "high", "limit_cycle", 0.0, "it swings"), cell("8", "low")]
-        self.assertEqual(list(limits.rows(cells)), [["low", "none", "", ""], ["high", "2 to 4", "energy growth", "4: a fifth"],
-                                                    ["high", "8", "limit cycle", "8: it swings"]])
+                 cell("4", "high", "energy", 0.2, "a fifth"), cell("8", "high", "limit_cycle", 0.0, "it swings", 0.003), cell("8", "low")]
+        self.assertEqual(list(limits.rows(cells)), [["low", "none", "", "", "", ""], ["high", "2 to 4", "energy growth", "4: a fifth", "", ""],
+                                                    ["high", "8", "limit cycle", "8: it swings", "6", "7"]])
+
+    def test_what_stable_cells_come_to_is_said_of_these_alone(self):
+        cells = [cell("1", "low", energy=1e-3), cell("2", "low", energy=3e-3, swing=4e-6), cell("4", "low", "energy", 5.0, swing=0.1)]
+        said = limits.calm(cells)
+        self.assertIn("peaks at 6 mJ", said)
+        self.assertIn("at most 3 mJ", said)
+        self.assertIn("8 um", said)
+        self.assertEqual(limits.calm(cells[2:]), "")
 
     def test_the_name_of_an_axis_is_short(self):
         self.assertEqual(limits.short_name("scene.bodies.wall.mass, scene.bodies.tool.mass"), "wall.mass")

@@ -90,6 +90,17 @@ class Tables(unittest.TestCase):
         self.assertEqual(table[2], ["100", "0.0563", "0.6", "2", "0.7", "2"])
         self.assertEqual(len(table), 2 + len(results.PAPER_WINDOWS))
 
+    def test_run_times_come_from_the_other_study_and_errors_do_not(self):
+        def of(error, us, text):
+            return {"rows": [{"graph": "wall", "figures": {"delivered.force.rms_error_N": {"mean": error}, "cost_us.refit.median": {"mean": us},
+                                                           "method_us_per_tick": {"mean": 10 * us}}}], "timing": {"text": text, "warning": ""}}
+        both = results.with_run_times(of(0.1, 5.0, "at once"), of(0.9, 2.0, "one at a time"))
+        self.assertEqual({name: value["mean"] for name, value in both["rows"][0]["figures"].items()},
+                         {"delivered.force.rms_error_N": 0.1, "cost_us.refit.median": 2.0, "method_us_per_tick": 20.0})
+        self.assertEqual(results.timing(both), "one at a time\n")
+        with self.assertRaises(ValueError):
+            results.with_run_times(of(0.1, 5.0, ""), {"rows": [], "timing": {}})
+
     def test_the_length_of_a_recording_is_from_its_first_to_its_last_line(self):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "a.csv.gz"
