@@ -52,6 +52,8 @@ std::string curve_style(const Curve& curve) {
   const auto& shapes = curve.hollow ? open : filled;
   if (curve.ring)
     return fmt::format("with points pointtype 6 pointsize 1.9 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
+  if (curve.cross)
+    return fmt::format("with points pointtype 2 pointsize 1.6 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
   if (!curve.x_low.empty()) {
     return fmt::format("with xyerrorbars pointtype {} pointsize 0.8 linewidth {} linecolor rgb \"{}\"",
                        shapes[curve.mark % shapes.size()], curve.width, curve.color);
