@@ -186,7 +186,8 @@ std::string tics(const char* axis, const std::vector<std::string>& names, const 
 }
 
 std::string script_of(const CellMap& map) {
-  std::string script = "set key outside right top vertical Left reverse\nset rmargin 28\nset bmargin 7\nunset grid\n";
+  std::string script =
+      "set key at graph 1.03,1 left top vertical Left reverse\nset rmargin 28\nset bmargin 7\nunset grid\n";
   std::size_t widest = 0;
   for (const std::string& name : map.y) widest = std::max(widest, name.size());
   script += fmt::format("set lmargin {}\n", widest + 8);

@@ -252,8 +252,10 @@ std::string spread_warning(const Comparison& comparison) {
   constexpr std::size_t most_named = 3;
   std::string names;
   for (std::size_t i = 0; i < std::min(rows.size(), most_named); ++i) {
-    names += fmt::format("{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ", rows[i].row->name(),
-                         100 * rows[i].worst, rows[i].beyond, rows[i].row->seeds_done());
+    const CompareRow& row = *rows[i].row;
+    names +=
+        fmt::format("{}{}{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ", row.graph,
+                    row.setting.empty() ? "" : " ", row.setting, 100 * rows[i].worst, rows[i].beyond, row.seeds_done());
   }
   if (rows.size() > most_named) names += fmt::format(" and {} more", rows.size() - most_named);
   return fmt::format("the repeats of {} of {} runs spread by more than 10 %: {}", beyond, runs, names);

@@ -244,6 +244,11 @@ const StabilityCell* own_cell(const StabilityMap& map) {
   return map.own_x && map.own_y ? &map.cells[*map.own_y][*map.own_x] : nullptr;
 }
 
+bool any_own(const StabilityMaps& maps) {
+  return std::any_of(maps.maps.begin(), maps.maps.end(),
+                     [](const StabilityMap& map) { return own_cell(map) != nullptr; });
+}
+
 Json number_json(double value) {
   return std::isfinite(value) ? Json(value) : Json();
 }
@@ -389,7 +394,7 @@ std::string stability_table(const Study& study, const StabilityMaps& maps) {
       }
     }
   }
-  return out + "\n" + key + "; [ ] the graph's own values\n";
+  return out + "\n" + key + (any_own(maps) ? "; [ ] the graph's own values\n" : "\n");
 }
 
 Json to_json(const StabilityMaps& maps) {
@@ -428,11 +433,12 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
   std::string body = fmt::format(
       "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>A cell is as bad as the worst of its seeds.{} "
       "Verdicts "
-      "that no cell has are not told of. A frame is round the cell whose values are the graph's own.</p>\n"
+      "that no cell has are not told of.{}</p>\n"
       "<p>Peak energy is the most that the tool had at a time in its speed and in its height above where it "
       "began.</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
-      study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION, meanings);
+      study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION, meanings,
+      any_own(maps) ? " A frame is round the cell whose values are the graph's own." : "");
   // The key wants its height too.
   const int height = std::max(360, 190 + 34 * static_cast<int>(maps.y.values.size()));
   const int width = std::clamp(400 + 60 * static_cast<int>(maps.x.values.size()), 700, 1160);

@@ -154,6 +154,7 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
     }
     chart.curves.push_back(std::move(bars));
   }
+  if (!cross.x.empty()) ring.name += " (complete)";
   if (!ring.x.empty()) chart.curves.push_back(std::move(ring));
   if (!cross.x.empty()) chart.curves.push_back(std::move(cross));
   return chart;
