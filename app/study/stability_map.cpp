@@ -434,8 +434,8 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
       "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>A cell is as bad as the worst of its seeds.{} "
       "Verdicts "
       "that no cell has are not told of.{}</p>\n"
-      "<p>Peak energy is the most that the tool had at a time in its speed and in its height above where it "
-      "began.</p>\n",
+      "<p>Peak energy is the most that the tool had at a time in its speed and, where it was above its "
+      "start, in height.</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION, meanings,
       any_own(maps) ? " A frame is round the cell whose values are the graph's own." : "");

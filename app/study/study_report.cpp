@@ -21,6 +21,11 @@ std::string ratio_cell(const std::optional<GeometricMean>& m) {
   return fmt::format("<td>{:.3f} [{:.3f}, {:.3f}]</td>", m->ratio, m->low, m->high);
 }
 
+/// The deviation of the values, which fewer than two do not have.
+std::string deviation(const std::vector<double>& values) {
+  return values.size() < 2 ? "-" : pretty(standard_deviation(values));
+}
+
 std::string study_head(const Study& study, bool figures) {
   std::string head = "<tr><th></th><th>delivered RMS, ratio</th><th>one-step RMS, ratio</th>";
   for (const Column& column : study.comparison.columns) {
@@ -38,7 +43,7 @@ std::string study_graph_html(const Study& study, std::size_t first) {
             ratio_cell(study.ratios[row].delivered) + ratio_cell(study.ratios[row].one_step);
     for (const std::vector<double>& by_seed : comparison.rows[row].values) {
       const std::vector<double> values = comparison.rows[row].done(by_seed);
-      html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), pretty(standard_deviation(values)));
+      html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), deviation(values));
     }
     html += "</tr>\n";
   }
@@ -65,8 +70,7 @@ std::string compare_row_html(const Comparison& comparison, std::size_t c) {
   std::string row = fmt::format("<tr><td>{}</td>", escape(comparison.columns[c].label));
   for (const CompareRow& graph : comparison.rows) {
     const std::vector<double> values = graph.done(graph.values[c]);
-    row +=
-        fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)), pretty(standard_deviation(values)));
+    row += fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)), deviation(values));
   }
   return row + "</tr>\n";
 }
