@@ -96,17 +96,17 @@ BOOST_AUTO_TEST_CASE(a_point_that_lacks_seeds_shows_the_others_and_is_on_no_fron
     row.control_us.assign(3, 1000);
     for (std::vector<double>& values : row.values) values.assign(3, values.front());
   }
-  // The best point of all has errors 1, 4 N and none.
+  // The best point of all, in error and in time, has errors 0.5, 2 N and none.
   CompareRow& best = study.comparison.rows[3];
-  best.values[0] = {1, std::nan(""), 4};
-  best.values[1][1] = std::nan("");
+  best.values[0] = {0.5, std::nan(""), 2};
+  best.values[1] = {0.5, std::nan(""), 0.5};
   best.status[1] = RunStatus::failed;
   best.message[1] = "it broke";
   const WorkPrecision found = work_precision(study);
   const std::vector<WorkPoint>& all = found.graphs[0].points;
   BOOST_TEST(all[3].incomplete());
   BOOST_TEST(all[3].seeds_done == 2U);
-  BOOST_TEST(std::abs(all[3].error.centre - 2) < 1e-12);
+  BOOST_TEST(std::abs(all[3].error.centre - 1) < 1e-12);
   BOOST_TEST(!all[2].incomplete());
   // It is not marked as best, nor does it take that from the others.
   BOOST_CHECK(front_of(all) == std::vector<bool>({false, false, true, false}));
