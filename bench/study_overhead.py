@@ -40,14 +40,22 @@ def measure(runs, duration, jobs):
     return engine | {"process_cpu_s": cpu, "process_wall_s": wall}
 
 
+def shares(found):
+    """Shares of the engine's CPU time that are spent inside runs: with reference runs, and of what is left without them."""
+    inside = found["run_cpu_s"] + found["reference_cpu_s"]
+    return inside / found["total_cpu_s"], found["run_cpu_s"] / (found["total_cpu_s"] - found["reference_cpu_s"])
+
+
 def rows(found):
     inside = found["run_cpu_s"] + found["reference_cpu_s"]
+    share, share_without = shares(found)
     yield ["runs", found["runs"]]
     yield ["CPU s inside runs", found["run_cpu_s"]]
     yield ["CPU s inside reference runs", found["reference_cpu_s"]]
     yield ["CPU s of the engine", found["total_cpu_s"]]
     yield ["CPU s of the process, reports included", found["process_cpu_s"]]
-    yield ["share of the engine's CPU inside runs, %", 100 * inside / found["total_cpu_s"]]
+    yield ["share of the engine's CPU inside runs, %", 100 * share]
+    yield ["the same without reference runs, %", 100 * share_without]
     yield ["share of the process' CPU inside runs, %", 100 * inside / found["process_cpu_s"]]
     yield ["cores busy while running", found["total_cpu_s"] / found["wall_s"]]
     yield ["cores busy or asked for, which other programs had", (found["total_cpu_s"] + found["waited_for_core_s"]) / found["wall_s"]]

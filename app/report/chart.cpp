@@ -52,6 +52,8 @@ std::string curve_style(const Curve& curve) {
   const auto& shapes = curve.hollow ? open : filled;
   if (curve.ring)
     return fmt::format("with points pointtype 6 pointsize 1.9 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
+  if (curve.cross)
+    return fmt::format("with points pointtype 2 pointsize 1.6 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
   if (!curve.x_low.empty()) {
     return fmt::format("with xyerrorbars pointtype {} pointsize 0.8 linewidth {} linecolor rgb \"{}\"",
                        shapes[curve.mark % shapes.size()], curve.width, curve.color);
@@ -135,10 +137,20 @@ std::string close_axis(const std::string& axis, const Chart& chart, std::vector<
   return fmt::format("set {0}range [{1:.9g}:{2:.9g}]\nset {0}tics ({3})\n", axis, low, high, list);
 }
 
+/// The margin at the right, in characters, into which the longest name of a curve goes.
+std::size_t margin_of_key(const std::vector<Chart>& charts) {
+  std::size_t longest = 0;
+  for (const Chart& chart : charts) {
+    for (const Curve& curve : chart.curves) longest = std::max(longest, curve.name.size());
+  }
+  return std::clamp<std::size_t>(longest + 8, 26, 60);
+}
+
 std::string script_of(const std::vector<Chart>& charts) {
   std::string script =
       "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
-      "set lmargin 13\nset rmargin 26\n";
+      "set lmargin 13\n";
+  script += fmt::format("set rmargin {}\n", margin_of_key(charts));
   script += fmt::format("set multiplot layout {},1\n", charts.size());
   for (const Chart& chart : charts) {
     script += "set title " + quoted(chart.title) + "\nset xlabel " + quoted(chart.x_label) + "\nset ylabel " +
@@ -184,7 +196,8 @@ std::string tics(const char* axis, const std::vector<std::string>& names, const 
 }
 
 std::string script_of(const CellMap& map) {
-  std::string script = "set key outside right top vertical Left reverse\nset rmargin 28\nset bmargin 7\nunset grid\n";
+  std::string script =
+      "set key at graph 1.03,1 left top vertical Left reverse\nset rmargin 28\nset bmargin 7\nunset grid\n";
   std::size_t widest = 0;
   for (const std::string& name : map.y) widest = std::max(widest, name.size());
   script += fmt::format("set lmargin {}\n", widest + 8);

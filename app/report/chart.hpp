@@ -23,6 +23,7 @@ struct Curve {
   double width = 1.4;
   bool joined = false;  ///< marks with a line through them
   bool ring = false;    ///< marks are large rings, to be laid round others
+  bool cross = false;   ///< marks are large crosses, to be laid over others
   /// Ends of error bars, as long as x and y, or empty.
   std::vector<double> x_low, x_high, y_low, y_high;
 };

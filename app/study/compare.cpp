@@ -90,24 +90,29 @@ void fill_columns(Comparison& comparison) {
 }
 
 void judge(Comparison& comparison) {
-  const auto pooled = [](const CompareRow& row) {
-    std::vector<double> all;
-    for (const RunResult& run : row.runs) {
-      if (const Series* errors = run.curve("one_step_error")) {
-        all.insert(all.end(), errors->value.begin(), errors->value.end());
-      }
-    }
-    return all;
-  };
-  const auto figures = [](const CompareRow& row, std::string_view name) {
-    std::vector<double> all;
-    for (const RunResult& run : row.runs) all.push_back(run.figure(name));
-    return all;
-  };
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
     const CompareRow& first = comparison.rows[row.against];
+    // Both are judged over the seeds that both have.
+    std::vector<std::size_t> seeds;
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] == RunStatus::done && first.status[s] == RunStatus::done) seeds.push_back(s);
+    }
+    const auto pooled = [&](const CompareRow& of) {
+      std::vector<double> all;
+      for (const std::size_t s : seeds) {
+        if (const Series* errors = of.runs[s].curve("one_step_error")) {
+          all.insert(all.end(), errors->value.begin(), errors->value.end());
+        }
+      }
+      return all;
+    };
+    const auto figures = [&](const CompareRow& of, std::string_view name) {
+      std::vector<double> all;
+      for (const std::size_t s : seeds) all.push_back(of.runs[s].figure(name));
+      return all;
+    };
     row.one_step_anova = one_way_anova(pooled(first), pooled(row));
     for (const auto& [target, name] :
          {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
@@ -125,6 +130,33 @@ std::span<const double> CompareRow::figure(std::string_view name, const std::vec
     if (columns[c].figure == name) return values[c];
   }
   return {};
+}
+
+std::vector<double> CompareRow::done(std::span<const double> by_seed) const {
+  std::vector<double> out;
+  for (std::size_t s = 0; s < by_seed.size(); ++s) {
+    if (status[s] == RunStatus::done) out.push_back(by_seed[s]);
+  }
+  return out;
+}
+
+double CompareRow::mean_of(std::string_view name, const std::vector<Column>& columns) const {
+  return mean(done(figure(name, columns)));
+}
+
+std::size_t CompareRow::seeds_done() const {
+  return static_cast<std::size_t>(std::count(status.begin(), status.end(), RunStatus::done));
+}
+
+std::string CompareRow::seeds_text() const {
+  const std::size_t there = seeds_done();
+  if (there == status.size()) return {};
+  return fmt::format("{} of {} seed{}", there, status.size(), status.size() == 1 ? "" : "s");
+}
+
+std::string CompareRow::name() const {
+  const std::string seeds = seeds_text();
+  return graph + (setting.empty() ? "" : " ") + setting + (seeds.empty() ? "" : " (" + seeds + ")");
 }
 
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
@@ -181,6 +213,56 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
   return comparison;
 }
 
+namespace {
+
+/// Beyond this share run times are warned of.
+constexpr double quiet_spread = 0.1;
+
+/// How the run times of a study were taken, without how far they spread.
+std::string taken_text(std::int64_t repeats, std::int64_t warm_up) {
+  const std::string before =
+      warm_up == 0 ? "" : fmt::format(" after {} run{} that did not count", warm_up, warm_up == 1 ? "" : "s");
+  if (repeats > 1) return fmt::format("Run times are CPU times, the median of {} repeats{}", repeats, before);
+  return fmt::format("Run times are CPU times of a single run each{}, and nothing tells how far repeats would spread",
+                     before);
+}
+
+/// The rows with a run whose repeats spread too far, the worst few by name; empty where there is none.
+std::string spread_warning(const Comparison& comparison) {
+  struct Row {
+    const CompareRow* row;
+    double worst;
+    std::size_t beyond;
+  };
+  std::vector<Row> rows;
+  std::size_t runs = 0, beyond = 0;
+  for (const CompareRow& row : comparison.rows) {
+    Row mine{&row, 0, 0};
+    for (const double spread : row.done(row.spread)) {
+      ++runs;
+      if (!(spread > quiet_spread)) continue;
+      ++mine.beyond;
+      mine.worst = std::max(mine.worst, spread);
+    }
+    beyond += mine.beyond;
+    if (mine.beyond > 0) rows.push_back(mine);
+  }
+  if (rows.empty()) return {};
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.worst > b.worst; });
+  constexpr std::size_t most_named = 3;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(rows.size(), most_named); ++i) {
+    const CompareRow& row = *rows[i].row;
+    names +=
+        fmt::format("{}{}{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ", row.graph,
+                    row.setting.empty() ? "" : " ", row.setting, 100 * rows[i].worst, rows[i].beyond, row.seeds_done());
+  }
+  if (rows.size() > most_named) names += fmt::format(" and {} more", rows.size() - most_named);
+  return fmt::format("the repeats of {} of {} runs spread by more than 10 %: {}", beyond, runs, names);
+}
+
+}  // namespace
+
 TimingNote timing_note(const Comparison& comparison, std::int64_t repeats, std::int64_t warm_up) {
   std::vector<double> control, spreads;
   for (const CompareRow& row : comparison.rows) {
@@ -191,38 +273,67 @@ TimingNote timing_note(const Comparison& comparison, std::int64_t repeats, std::
     }
   }
   TimingNote note;
+  note.spread_median = median(spreads);
+  note.spread_worst = quantile(spreads, 1);
   if (control.empty()) return note;
   note.control_us = median(control);
   note.control_spread = (quantile(control, 0.95) - quantile(control, 0.05)) / note.control_us;
-  note.text = repeats > 1 ? fmt::format(
-                                "Run times are CPU times, the median of {} repeats after {} that did not count; the "
-                                "repeats of a run spread by {:.1f} % in the median and {:.1f} % at most. ",
-                                repeats, warm_up, 100 * median(spreads), 100 * quantile(spreads, 1))
-                          : "Run times are CPU times of a single run each. ";
+  note.text = taken_text(repeats, warm_up);
+  if (!spreads.empty()) {
+    note.text += fmt::format("; the repeats of a run spread by {:.1f} % in the median and {:.1f} % at most",
+                             100 * note.spread_median, 100 * note.spread_worst);
+  }
   note.text += fmt::format(
-      "A fixed computation before each run took {:.0f} us in the median and spread by {:.1f} % (5th to 95th "
+      ". A fixed computation before each run took {:.0f} us in the median and spread by {:.1f} % (5th to 95th "
       "percentile).",
       note.control_us, 100 * note.control_spread);
-  const double worst = std::max(note.control_spread, spreads.empty() ? 0 : quantile(spreads, 0.5));
-  if (worst > 0.1) {
+  std::string found = spread_warning(comparison);
+  if (note.control_spread > quiet_spread) {
+    found += fmt::format("{}the fixed computation spread by {:.0f} %, more than 10 %", found.empty() ? "" : "; ",
+                         100 * note.control_spread);
+  }
+  if (!found.empty()) {
     note.warning = fmt::format(
-        "The machine was not quiet: run times spread by {:.0f} %, more than 10 %. Compare them with "
-        "care, or measure anew on an idle machine, a study with --jobs 1.",
-        100 * worst);
+        "The machine was not quiet: {}. Compare run times with care, or measure anew on an idle machine, a study with "
+        "--jobs 1.",
+        found);
   }
   return note;
 }
 
 Json to_json(const TimingNote& note, std::int64_t repeats, std::int64_t warm_up) {
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   return {{"repeats", repeats},
           {"warm_up", warm_up},
+          {"spread_median", number(note.spread_median)},
+          {"spread_worst", number(note.spread_worst)},
           {"control_us", note.control_us},
           {"control_spread", note.control_spread},
           {"text", note.text},
           {"warning", note.warning}};
 }
 
-Json to_json(const CompareRow& row, const std::vector<Column>& columns) {
+std::string word_of(RunStatus status) {
+  return status == RunStatus::done ? "done" : status == RunStatus::failed ? "failed" : "refused";
+}
+
+std::string failures_text(const Comparison& comparison) {
+  std::string out;
+  for (const CompareRow& row : comparison.rows) {
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] == RunStatus::done) continue;
+      out += fmt::format("{}: {}\n", run_name(row.graph, row.setting, comparison.seeds[s]), row.message[s]);
+    }
+  }
+  return out;
+}
+
+Json to_json(const Comparison& comparison, const CompareRow& row) {
+  const auto by_seed = [](const std::vector<double>& values) {
+    Json list = Json::array();
+    for (const double v : values) list.push_back(std::isfinite(v) ? Json(v) : Json());
+    return list;
+  };
   const auto difference = [](const std::optional<PairedDifference>& d) -> Json {
     if (!d) return nullptr;
     return {{"pairs", d->pairs},
@@ -236,14 +347,25 @@ Json to_json(const CompareRow& row, const std::vector<Column>& columns) {
   json["graph"] = row.graph;
   if (!row.setting.empty()) json["setting"] = row.setting;
   json["title"] = row.title;
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    const std::vector<double>& values = row.values[c];
-    Json& figure = json["figures"][columns[c].figure];
-    const double centre = mean(values);
-    figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()}, {"sd", standard_deviation(values)}};
-    figure["by_seed"] = Json::array();
-    for (const double v : values) figure["by_seed"].push_back(std::isfinite(v) ? Json(v) : Json());
+  json["seeds_done"] = row.seeds_done();
+  json["status"] = Json::array();
+  for (const RunStatus status : row.status) json["status"].push_back(word_of(status));
+  json["failures"] = Json::array();
+  for (std::size_t s = 0; s < row.status.size(); ++s) {
+    if (row.status[s] == RunStatus::done) continue;
+    json["failures"].push_back({{"seed", comparison.seeds[s]}, {"message", row.message[s]}});
   }
+  json["figures"] = Json::object();
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+    const std::vector<double> values = row.done(row.values[c]);
+    Json& figure = json["figures"][comparison.columns[c].figure];
+    const double centre = mean(values);
+    figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()},
+              {"sd", std::isfinite(centre) ? Json(standard_deviation(values)) : Json()}};
+    figure["by_seed"] = by_seed(row.values[c]);
+  }
+  json["spread_of_repeats"] = by_seed(row.spread);
+  json["control_us"] = by_seed(row.control_us);
   if (row.one_step_anova) {
     json["against_first"]["one_step_anova"] = {
         {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
@@ -258,7 +380,7 @@ Json to_json(const Comparison& comparison) {
   json["tactor"] = TACTOR_VERSION;
   json["seeds"] = comparison.seeds;
   json["graphs"] = Json::array();
-  for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(row, comparison.columns));
+  for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(comparison, row));
   return json;
 }
 
@@ -267,18 +389,18 @@ std::string judged_text(const Comparison& comparison) {
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
-    out += fmt::format("  {}{}{}", row.graph, row.setting.empty() ? "" : " ", row.setting);
+    std::string found;
+    const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
     if (row.one_step_anova) {
-      out +=
-          fmt::format(": one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p));
+      add(fmt::format("one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p)));
     }
     for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
-      if (d) {
-        out += fmt::format("; {} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
-                           d->effect_size, pretty(d->p_wilcoxon));
-      }
+      if (!d) continue;
+      add(fmt::format("{} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
+                      d->effect_size, pretty(d->p_wilcoxon)));
+      if (d->pairs < comparison.seeds.size()) found += fmt::format(" over {} seeds", d->pairs);
     }
-    out += "\n";
+    out += "  " + row.name() + found + "\n";
   }
   return out;
 }
@@ -288,11 +410,20 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
       fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
   std::size_t label = 22;
   std::size_t width = 12;
+  bool all_done = true;
   for (const Column& column : comparison.columns) label = std::max(label, column.label.size());
-  for (const CompareRow& row : comparison.rows) width = std::max(width, row.graph.size() + 2);
+  for (const CompareRow& row : comparison.rows) {
+    width = std::max({width, row.graph.size() + 2, row.seeds_text().size() + 2});
+    all_done = all_done && row.seeds_text().empty();
+  }
   out += fmt::format("  {:<{}}", "", label);
   for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", row.graph, width);
   out += "\n";
+  if (!all_done) {
+    out += fmt::format("  {:<{}}", "", label);
+    for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", row.seeds_text(), width);
+    out += "\n";
+  }
   bool in_run_times = false;
   for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
     if (comparison.columns[c].run_time && !in_run_times) {
@@ -300,7 +431,9 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
       in_run_times = true;
     }
     out += fmt::format("  {:<{}}", comparison.columns[c].label, label);
-    for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", pretty(mean(row.values[c])), width);
+    for (const CompareRow& row : comparison.rows) {
+      out += fmt::format("{:>{}}", pretty(mean(row.done(row.values[c]))), width);
+    }
     out += "\n";
   }
   out += fmt::format("\n  {}\n{}", timing.text, timing.warning.empty() ? "" : "  " + timing.warning + "\n");

@@ -40,6 +40,16 @@ struct CompareRow {
 
   /// The values of the column that shows this figure, one a seed; empty where there is no such column.
   [[nodiscard]] std::span<const double> figure(std::string_view name, const std::vector<Column>& columns) const;
+  /// Of values by seed those of the runs that are done, which means are taken over.
+  [[nodiscard]] std::vector<double> done(std::span<const double> by_seed) const;
+  /// The mean of a figure over the runs that are done; NaN where there is none.
+  [[nodiscard]] double mean_of(std::string_view name, const std::vector<Column>& columns) const;
+  /// How many runs are done.
+  [[nodiscard]] std::size_t seeds_done() const;
+  /// `9 of 10 seeds`; empty where all runs are done.
+  [[nodiscard]] std::string seeds_text() const;
+  /// The name in tables: graph, setting where there is one, and the seeds that are there where some are not.
+  [[nodiscard]] std::string name() const;
 };
 
 struct Comparison {
@@ -53,11 +63,13 @@ struct Comparison {
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
                            std::vector<RunRecord> records, const std::vector<std::string>& metrics = {});
 
-/// What the tables say of how the run times were taken and how far they can be trusted; `warning` tells where they
-/// spread by more than 10 %.
+/// What the tables say of how the run times were taken and how far they can be trusted. `warning` names the rows with a
+/// run whose repeats spread by more than 10 %, the worst first, and tells where the fixed computation did.
 struct TimingNote {
   std::string text;
   std::string warning;        ///< or empty
+  double spread_median = 0;   ///< of the runs: (longest - shortest) / median of their repeats; NaN without repeats
+  double spread_worst = 0;    ///< the largest of them; NaN without repeats
   double control_us = 0;      ///< median of the fixed computation
   double control_spread = 0;  ///< (95th - 5th percentile) / median of it
 };
@@ -66,8 +78,12 @@ TimingNote timing_note(const Comparison& comparison, std::int64_t repeats, std::
 nlohmann::ordered_json to_json(const TimingNote& note, std::int64_t repeats, std::int64_t warm_up);
 
 nlohmann::ordered_json to_json(const Comparison& comparison);
-/// One row of it, with mean, deviation and the values by seed of every figure, and what it is against another.
-nlohmann::ordered_json to_json(const CompareRow& row, const std::vector<Column>& columns);
+/// One row of it: how each run ended, mean and deviation over the runs that are done and the values by seed of every
+/// figure, and what it is against another.
+nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& row);
+/// A line for every run that failed or was refused.
+std::string failures_text(const Comparison& comparison);
+std::string word_of(RunStatus status);
 
 /// A line for each row that is judged against another: ANOVA of the single one-step errors, and paired differences with
 /// their 95 % confidence interval, effect size d_z and Wilcoxon's p.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <tuple>
 
 #include "app/output.hpp"
@@ -124,12 +125,21 @@ CellMap drawing_of(const StabilityMaps& maps, const StabilityMap& map) {
   return drawing;
 }
 
+/// The texts as a list that YAML reads as texts, whatever they are.
+std::string flow_list(const std::vector<std::string>& texts) {
+  std::string list;
+  for (const std::string& text : texts) {
+    list += list.empty() ? "'" : ", '";
+    for (const char c : text) list += c == '\'' ? std::string("''") : std::string(1, c);
+    list += "'";
+  }
+  return "[" + list + "]";
+}
+
 /// What a cell is worth looking at: where the tool goes and what it is pushed by.
 std::string record_setting(const Plan& plan, const std::vector<std::string>& asked) {
-  std::string list;
-  const auto add = [&](const std::string& output) { list += (list.empty() ? "" : ", ") + output; };
-  for (const std::string& output : asked) add(output);
-  if (!asked.empty()) return "record=[" + list + "]";
+  if (!asked.empty()) return "record=" + flow_list(asked);
+  std::vector<std::string> found;
   for (const NodeSpec& node : plan.nodes) {
     const std::string stage = node.info->type.substr(0, node.info->type.find('.'));
     for (const auto& [of, output] : {std::pair{"dynamics", "state"},
@@ -137,14 +147,16 @@ std::string record_setting(const Plan& plan, const std::vector<std::string>& ask
                                      {"device", "state"},
                                      {"device", "commanded"},
                                      {"collision", "contacts"}}) {
-      if (stage == of && node.info->output(output) != nullptr) add(node.name + "." + output);
+      if (stage == of && node.info->output(output) != nullptr) found.push_back(node.name + "." + output);
     }
   }
-  return "record=[" + list + "]";
+  return "record=" + flow_list(found);
 }
 
-void record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry,
-                 const std::vector<fs::path>& mesh_folders, const fs::path& folder) {
+/// False where it was interrupted.
+bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry,
+                 const std::vector<fs::path>& mesh_folders, const fs::path& folder,
+                 const std::function<bool()>& interrupted) {
   Overrides overrides = c.overrides;
   overrides.seed = study.comparison.seeds[cell.seed];
   const Plan plain = make_plan(load_graph(c.graph, registry, overrides, mesh_folders));
@@ -156,11 +168,35 @@ void record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Regi
   options.cache_folder = default_cache_folder();
   options.recording = out / "recording.h5";
   options.without_reference = study.spec.without_reference;
+  options.progress = [&](double, const char*) { return !interrupted(); };
   const RunResult result = execute(plan, options);
+  if (result.interrupted) {
+    std::error_code ignored;
+    fs::remove_all(out, ignored);
+    return false;
+  }
   write_file(out / "summary.json", to_json(result).dump(2) + "\n");
   write_file(out / "graph.yaml", result.graph_yaml);
   write_file(out / "report.html", run_report(result));
   cell.recording = "worst/" + name;
+  return true;
+}
+
+/// What is wrong with what `set` lays over the case's graph; empty where nothing is, or only other things are.
+std::string error_at(const RunCase& c, const std::string& set, Registry& registry,
+                     const std::vector<fs::path>& mesh_folders) {
+  Overrides overrides = c.overrides;
+  overrides.set.push_back(set);
+  try {
+    static_cast<void>(load_graph(c.graph, registry, overrides, mesh_folders));
+  } catch (const GraphError& error) {
+    for (const Diagnostic& one : error.diagnostics()) {
+      if (one.place.file != "--set " + set) continue;
+      const std::size_t colon = one.message.find(": ");
+      return colon == std::string::npos ? one.message : one.message.substr(colon + 2);
+    }
+  }
+  return {};
 }
 
 /// The graph with what is laid over it, as text; empty where it is refused.
@@ -173,9 +209,44 @@ std::string graph_text(const RunCase& c, const Overrides& overrides, Registry& r
   }
 }
 
+/// The verdicts that a cell of the maps has, from the best to the worst.
+std::set<StabilityVerdict> verdicts_of(const StabilityMaps& maps) {
+  std::set<StabilityVerdict> found;
+  for (const StabilityMap& map : maps.maps) {
+    for (const auto& row : map.cells) {
+      for (const StabilityCell& cell : row) found.insert(cell.verdict);
+    }
+  }
+  return found;
+}
+
+/// What a verdict says, as a sentence for readers of the page.
+const char* meaning_of(StabilityVerdict verdict) {
+  switch (verdict) {
+    case StabilityVerdict::stable:
+      return "Stable: none of the others.";
+    case StabilityVerdict::limit_cycle:
+      return "Limit cycle: the tool swings on while it is to be at rest.";
+    case StabilityVerdict::pushed_through:
+      return "Pushed through: the tool rests where the static balance does not allow it.";
+    case StabilityVerdict::energy:
+      return "Energy growth: the hand got more energy from the device than it and the tool's weight had given.";
+    case StabilityVerdict::not_finite:
+      return "Not finite: a signal became NaN or infinite.";
+    case StabilityVerdict::refused:
+      return "Refused or failed: there was no whole run to judge.";
+  }
+  return "";
+}
+
 /// The cell of the graph's own values, or null.
 const StabilityCell* own_cell(const StabilityMap& map) {
   return map.own_x && map.own_y ? &map.cells[*map.own_y][*map.own_x] : nullptr;
+}
+
+bool any_own(const StabilityMaps& maps) {
+  return std::any_of(maps.maps.begin(), maps.maps.end(),
+                     [](const StabilityMap& map) { return own_cell(map) != nullptr; });
 }
 
 Json number_json(double value) {
@@ -183,6 +254,23 @@ Json number_json(double value) {
 }
 
 }  // namespace
+
+void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Registry& registry,
+                  const std::vector<fs::path>& mesh_folders) {
+  std::vector<Diagnostic> errors;
+  for (std::size_t i = 0; i < spec.record.size(); ++i) {
+    const std::string set = "record=" + flow_list({spec.record[i]});
+    for (const RunCase& c : cases) {
+      const std::string found = error_at(c, set, registry, mesh_folders);
+      if (found.empty()) continue;
+      errors.push_back(
+          {spec.record_places[i], fmt::format("report.record: {} (in {}{}{})", found, c.graph.stem().string(),
+                                              c.setting.empty() ? "" : " ", c.setting)});
+      break;
+    }
+  }
+  if (!errors.empty()) throw GraphError(std::move(errors));
+}
 
 StabilityMaps stability_maps(const Study& study) {
   StabilityMaps maps{study.spec.vary[0], study.spec.vary[1], {}};
@@ -213,11 +301,16 @@ StabilityMaps stability_maps(const Study& study) {
   return maps;
 }
 
-void find_own_values(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                     const std::vector<fs::path>& mesh_folders) {
+bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
+                     const std::vector<fs::path>& mesh_folders, const std::function<bool()>& interrupted) {
+  bool stopped = false;
   const auto find_in = [&](const StudyAxis& axis, const RunCase& c, const Overrides& plain,
                            const std::string& wanted) -> std::optional<std::size_t> {
     for (std::size_t i = 0; i < axis.values.size(); ++i) {
+      if (stopped || interrupted()) {
+        stopped = true;
+        break;
+      }
       Overrides with = plain;
       if (axis.values[i].overlay) with.layers.push_back(*axis.values[i].overlay);
       for (const std::string& path : axis.paths) with.set.push_back(path + "=" + axis.values[i].text);
@@ -226,6 +319,7 @@ void find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
     return std::nullopt;
   };
   for (StabilityMap& map : maps.maps) {
+    if (stopped || interrupted()) return false;
     const std::size_t first = map.cells[0][0].row;
     Overrides plain = cases[first].overrides;
     plain.seed = study.comparison.seeds.front();
@@ -236,17 +330,19 @@ void find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
     map.own_x = find_in(maps.x, cases[first], plain, wanted);
     map.own_y = find_in(maps.y, cases[first], plain, wanted);
   }
+  return !stopped;
 }
 
-void record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                  const std::vector<fs::path>& mesh_folders, const fs::path& folder) {
+bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
+                  const std::vector<fs::path>& mesh_folders, const fs::path& folder,
+                  const std::function<bool()>& interrupted) {
   // What an earlier report left does not belong to this one.
   std::error_code ignored;
   fs::remove_all(folder / "worst", ignored);
   try {
     static_cast<void>(load_record_library());
   } catch (const InputError&) {
-    return;  // this build has no HDF5
+    return true;  // this build has no HDF5
   }
   std::vector<StabilityCell*> bad;
   for (StabilityMap& map : maps.maps) {
@@ -258,7 +354,9 @@ void record_worst(StabilityMaps& maps, const Study& study, const std::vector<Run
   }
   std::stable_sort(bad.begin(), bad.end(), [](const auto* a, const auto* b) { return badness(*a) > badness(*b); });
   if (bad.size() > static_cast<std::size_t>(study.spec.worst)) bad.resize(static_cast<std::size_t>(study.spec.worst));
-  for (StabilityCell* cell : bad) record_cell(*cell, study, cases[cell->row], registry, mesh_folders, folder);
+  return std::all_of(bad.begin(), bad.end(), [&](StabilityCell* cell) {
+    return !interrupted() && record_cell(*cell, study, cases[cell->row], registry, mesh_folders, folder, interrupted);
+  });
 }
 
 std::string stability_table(const Study& study, const StabilityMaps& maps) {
@@ -270,7 +368,10 @@ std::string stability_table(const Study& study, const StabilityMaps& maps) {
   std::size_t cell_width = 4;
   for (const StudyValue& value : maps.x.values) cell_width = std::max(cell_width, value.text.size() + 2);
   std::string key;
-  for (const CellKind& kind : kinds()) key += fmt::format("{}{} {}", key.empty() ? "" : ", ", kind.letter, kind.name);
+  for (const StabilityVerdict verdict : verdicts_of(maps)) {
+    const CellKind& kind = kinds()[static_cast<std::size_t>(number(verdict))];
+    key += fmt::format("{}{} {}", key.empty() ? "" : ", ", kind.letter, kind.name);
+  }
   for (const StabilityMap& map : maps.maps) {
     out += fmt::format("\n{}: {} across, {} upwards\n", map_name(map), maps.x.name, maps.y.name);
     for (std::size_t row = map.cells.size(); row-- > 0;) {
@@ -293,7 +394,7 @@ std::string stability_table(const Study& study, const StabilityMaps& maps) {
       }
     }
   }
-  return out + "\n" + key + "; [ ] the graph's own values\n";
+  return out + "\n" + key + (any_own(maps) ? "; [ ] the graph's own values\n" : "\n");
 }
 
 Json to_json(const StabilityMaps& maps) {
@@ -327,16 +428,17 @@ Json to_json(const StabilityMaps& maps) {
 }
 
 std::string write_stability(const fs::path& folder, const Study& study, const StabilityMaps& maps) {
+  std::string meanings;
+  for (const StabilityVerdict verdict : verdicts_of(maps)) meanings += std::string(" ") + meaning_of(verdict);
   std::string body = fmt::format(
-      "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>A cell is as bad as the worst of its seeds. Limit "
-      "cycle: the "
-      "tool swings on while it is to be at rest. Energy growth: the hand got more energy from the device than it and "
-      "the "
-      "tool's weight had given. Not finite: a signal became NaN or infinite. Refused or failed: there was no whole run "
-      "to "
-      "judge. A frame is round the cell whose values are the graph's own.</p>\n",
+      "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>A cell is as bad as the worst of its seeds.{} "
+      "Verdicts "
+      "that no cell has are not told of.{}</p>\n"
+      "<p>Peak energy is the most that the tool had at a time in its speed and, where it was above its "
+      "start, in height.</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
-      study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION);
+      study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION, meanings,
+      any_own(maps) ? " A frame is round the cell whose values are the graph's own." : "");
   // The key wants its height too.
   const int height = std::max(360, 190 + 34 * static_cast<int>(maps.y.values.size()));
   const int width = std::clamp(400 + 60 * static_cast<int>(maps.x.values.size()), 700, 1160);

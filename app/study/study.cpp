@@ -24,28 +24,48 @@ std::string joined(const std::vector<std::string>& parts, std::string_view betwe
   return text;
 }
 
-/// log(b_i / a_i) for each seed; none where a value is not above zero.
-std::vector<double> log_ratios(std::span<const double> a, std::span<const double> b) {
+/// The seeds of which the row and what it is judged against are done.
+std::vector<bool> judged_seeds(const Comparison& comparison, std::size_t row) {
+  const CompareRow& mine = comparison.rows[row];
+  const CompareRow& other = comparison.rows[mine.against];
+  std::vector<bool> both;
+  for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
+    both.push_back(mine.status[s] == RunStatus::done && other.status[s] == RunStatus::done);
+  }
+  return both;
+}
+
+/// For these seeds the logarithm of the figure's ratio to that of the row it is judged against; none where a value is
+/// not above zero.
+std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view figure,
+                             const std::vector<bool>& seeds) {
+  const CompareRow& mine = comparison.rows[row];
+  const std::span<const double> a = comparison.rows[mine.against].figure(figure, comparison.columns);
+  const std::span<const double> b = mine.figure(figure, comparison.columns);
   std::vector<double> logs;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-    if (!(a[i] > 0 && b[i] > 0)) return {};
-    logs.push_back(std::log(b[i] / a[i]));
+  for (std::size_t s = 0; s < std::min(a.size(), b.size()); ++s) {
+    if (!seeds[s]) continue;
+    if (!(a[s] > 0 && b[s] > 0)) return {};
+    logs.push_back(std::log(b[s] / a[s]));
   }
   return logs;
 }
 
 std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view figure) {
-  const CompareRow& mine = comparison.rows[row];
-  return log_ratios(comparison.rows[mine.against].figure(figure, comparison.columns),
-                    mine.figure(figure, comparison.columns));
+  return row_logs(comparison, row, figure, judged_seeds(comparison, row));
 }
 
-/// Each seed's mean over the graphs; none where a graph has none.
+/// The mean over the graphs for each seed that all of them have; none where a graph has none.
 std::vector<double> logs_over_graphs(const Study& study, std::size_t setting, std::string_view figure) {
   const std::size_t settings = study.settings.size();
-  std::vector<double> sum(study.comparison.seeds.size(), 0.0);
+  std::vector<bool> seeds(study.comparison.seeds.size(), true);
   for (std::size_t row = setting; row < study.comparison.rows.size(); row += settings) {
-    const std::vector<double> logs = row_logs(study.comparison, row, figure);
+    const std::vector<bool> mine = judged_seeds(study.comparison, row);
+    for (std::size_t s = 0; s < seeds.size(); ++s) seeds[s] = seeds[s] && mine[s];
+  }
+  std::vector<double> sum(static_cast<std::size_t>(std::count(seeds.begin(), seeds.end(), true)), 0.0);
+  for (std::size_t row = setting; row < study.comparison.rows.size(); row += settings) {
+    const std::vector<double> logs = row_logs(study.comparison, row, figure, seeds);
     if (logs.size() != sum.size()) return {};
     for (std::size_t s = 0; s < sum.size(); ++s) sum[s] += logs[s] / static_cast<double>(study.spec.graphs.size());
   }
@@ -84,9 +104,16 @@ std::string quoted_where_needed(const std::string& text) {
 double Study::over_graphs(std::size_t setting, std::string_view figure) const {
   std::vector<double> means;
   for (std::size_t row = setting; row < comparison.rows.size(); row += settings.size()) {
-    means.push_back(mean(comparison.rows[row].figure(figure, comparison.columns)));
+    means.push_back(comparison.rows[row].mean_of(figure, comparison.columns));
   }
   return mean(means);
+}
+
+std::string Study::incomplete(std::size_t setting) const {
+  for (std::size_t row = setting; row < comparison.rows.size(); row += settings.size()) {
+    if (!comparison.rows[row].seeds_text().empty()) return " (seeds missing)";
+  }
+  return {};
 }
 
 std::string label(const StudySetting& setting) {
@@ -228,10 +255,6 @@ std::vector<std::string> figures_of(const Study& study, bool run_times) {
 
 }  // namespace
 
-std::string word_of(RunStatus status) {
-  return status == RunStatus::done ? "done" : status == RunStatus::failed ? "failed" : "refused";
-}
-
 std::string study_csv(const Study& study) {
   std::vector<std::string> head{"status"};
   for (std::string& name : figures_of(study, false)) head.push_back(std::move(name));
@@ -255,17 +278,6 @@ TimingNote timing_note(const Study& study) {
   return timing_note(study.comparison, study.spec.repeats, study.spec.warm_up);
 }
 
-std::string failures_text(const Study& study) {
-  std::string out;
-  for (const CompareRow& row : study.comparison.rows) {
-    for (std::size_t s = 0; s < row.status.size(); ++s) {
-      if (row.status[s] == RunStatus::done) continue;
-      out += fmt::format("{}: {}\n", run_name(row.graph, row.setting, study.comparison.seeds[s]), row.message[s]);
-    }
-  }
-  return out;
-}
-
 Json to_json(const Study& study) {
   Json json;
   json["tactor"] = TACTOR_VERSION;
@@ -282,10 +294,8 @@ Json to_json(const Study& study) {
   json["rows"] = Json::array();
   for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
     Json one = to_json(study.setting(row));
-    one.update(to_json(study.comparison.rows[row], study.comparison.columns));
+    one.update(to_json(study.comparison, study.comparison.rows[row]));
     one["against_first"]["ratio"] = to_json(study.ratios[row]);
-    one["status"] = Json::array();
-    for (const RunStatus status : study.comparison.rows[row].status) one["status"].push_back(word_of(status));
     json["rows"].push_back(std::move(one));
   }
   return json;
@@ -294,8 +304,12 @@ Json to_json(const Study& study) {
 std::string study_table(const Study& study) {
   const Comparison& comparison = study.comparison;
   const std::size_t settings = study.settings.size();
+  const auto name_of_row = [&](std::size_t row) {
+    const std::string seeds = comparison.rows[row].seeds_text();
+    return label(study.setting(row)) + (seeds.empty() ? "" : " (" + seeds + ")");
+  };
   std::size_t width = 12;
-  for (const StudySetting& setting : study.settings) width = std::max(width, label(setting).size());
+  for (std::size_t row = 0; row < comparison.rows.size(); ++row) width = std::max(width, name_of_row(row).size());
   const auto line = [&](const std::string& name, const ErrorRatio& ratio, const auto& value) {
     const auto figure = [&](std::string_view f) { return pretty(value(f)); };
     return fmt::format("  {:<{}} {:>10} {:>22} {:>8} {:>11} {:>10} {:>22} {:>10} {:>10}\n", name, width,
@@ -311,13 +325,13 @@ std::string study_table(const Study& study) {
                   comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front());
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     if (row % settings == 0) out += fmt::format("\n{}\n{}", comparison.rows[row].graph, head);
-    out += line(label(study.setting(row)), study.ratios[row],
-                [&](std::string_view figure) { return mean(comparison.rows[row].figure(figure, comparison.columns)); });
+    out += line(name_of_row(row), study.ratios[row],
+                [&](std::string_view figure) { return comparison.rows[row].mean_of(figure, comparison.columns); });
   }
   if (study.spec.graphs.size() > 1) {
     out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), head);
     for (std::size_t s = 0; s < settings; ++s) {
-      out += line(label(study.settings[s]), study.settings[s].over_graphs,
+      out += line(label(study.settings[s]) + study.incomplete(s), study.settings[s].over_graphs,
                   [&](std::string_view figure) { return study.over_graphs(s, figure); });
     }
   }

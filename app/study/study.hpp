@@ -15,7 +15,8 @@
 namespace tactor {
 
 /// The RMS errors of a row, or of a setting over all graphs, as a multiple of those of what it is judged against, by
-/// the geometric mean over seeds; over graphs too, where each seed's ratio is the geometric mean of theirs.
+/// the geometric mean over the seeds that both have; over graphs too, where each seed's ratio is the geometric mean of
+/// theirs.
 struct ErrorRatio {
   std::optional<GeometricMean> delivered;
   std::optional<GeometricMean> one_step;
@@ -38,8 +39,10 @@ struct Study {
   Comparison comparison;
   std::vector<ErrorRatio> ratios;  ///< one a row
 
-  /// The mean over the graphs of a figure's mean over the seeds.
+  /// The mean over the graphs of a figure's mean over the seeds that are done.
   [[nodiscard]] double over_graphs(std::size_t setting, std::string_view figure) const;
+  /// What stands behind the setting's name in tables over the graphs where a graph lacks seeds; else empty.
+  [[nodiscard]] std::string incomplete(std::size_t setting) const;
   [[nodiscard]] const StudySetting& setting(std::size_t row) const { return settings[row % settings.size()]; }
 };
 
@@ -63,9 +66,6 @@ std::string study_csv(const Study& study);
 std::string run_times_csv(const Study& study);
 /// What is said of the run times of the study.
 TimingNote timing_note(const Study& study);
-std::string word_of(RunStatus status);
-/// A line for every run that failed or was refused.
-std::string failures_text(const Study& study);
 nlohmann::ordered_json to_json(const Study& study);
 /// What `tactor study` prints: every graph's settings, then the settings over all graphs.
 std::string study_table(const Study& study);

@@ -69,6 +69,14 @@ nlohmann::ordered_json to_json(const CasesOutcome& outcome) {
           {"wall_s", outcome.cost.wall_s}};
 }
 
+/// Tells on standard error which runs failed. Returns the exit code: 0 where none did.
+int told_failures(const Comparison& comparison) {
+  const std::string failures = failures_text(comparison);
+  if (failures.empty()) return 0;
+  tell(fmt::format("tactor: runs that failed, whose figures are missing:\n{}", failures));
+  return 1;
+}
+
 /// Names of metrics that no run reports, as a line for standard error, or empty.
 std::string missing_metrics(const Study& study) {
   std::string out;
@@ -118,11 +126,12 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   options.after_crash = "the finished runs are kept, and the same command with --resume goes on";
   options.placed = [&spec](const GraphError& error) { return with_places_of_study(error, spec); };
   Registry registry(default_node_folders());
+  if (spec.report == StudyReport::stability) check_record(spec, cases, registry, console.mesh_folders);
   CasesOutcome outcome = run_watched(cases, registry, options, console);
-  if (outcome.interrupted) {
-    throw RunError(fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",
-                               outcome.records.size(), cases.size() * options.seeds.size(), options.table.string()));
-  }
+  const std::string interrupted =
+      fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",
+                  outcome.records.size(), cases.size() * options.seeds.size(), options.table.string());
+  if (outcome.interrupted) throw RunError(interrupted);
   const nlohmann::ordered_json engine = to_json(outcome);
   const Study study =
       make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records), shown_figures(spec)));
@@ -139,8 +148,10 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
     report = write_work_precision(folder, study, found);
   } else if (spec.report == StudyReport::stability) {
     StabilityMaps maps = stability_maps(study);
-    find_own_values(maps, study, cases, registry, console.mesh_folders);
-    record_worst(maps, study, cases, registry, console.mesh_folders, folder);
+    if (!find_own_values(maps, study, cases, registry, console.mesh_folders, console.interrupted) ||
+        !record_worst(maps, study, cases, registry, console.mesh_folders, folder, console.interrupted)) {
+      throw RunError(interrupted);
+    }
     json["stability"] = to_json(maps);
     fmt::print("{}\n", stability_table(study, maps));
     report = write_stability(folder, study, maps);
@@ -154,10 +165,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   write_file(folder / "report.html", report);
   fmt::print("  {}\n", (folder / "report.html").string());
   tell(missing_metrics(study));
-  const std::string failures = failures_text(study);
-  if (failures.empty() || spec.report == StudyReport::stability) return 0;
-  tell(fmt::format("tactor: runs that failed, whose figures are missing:\n{}", failures));
-  return 1;
+  return spec.report == StudyReport::stability ? 0 : told_failures(study.comparison);
 }
 
 int run_compare(const CompareRequest& request, const StudyConsole& console) {
@@ -174,11 +182,6 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   options.identity.title = "compare";
   Registry registry(default_node_folders());
   CasesOutcome outcome = run_watched(cases, registry, options, console);
-  for (const RunRecord& record : outcome.records) {
-    const std::string name = run_name(record.result.graph, {}, record.result.seed) + ": ";
-    if (record.status == RunStatus::refused) throw InputError(name + record.message);
-    if (record.status == RunStatus::failed) throw RunError(name + record.message);
-  }
   if (outcome.interrupted) throw RunError("interrupted");
   const Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
   const TimingNote timing = timing_note(comparison, options.repeats, options.warm_up);
@@ -190,7 +193,11 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   write_file(request.out / "compare.json", json.dump(2) + "\n");
   write_file(request.out / "report.html", compare_report(comparison, timing));
   fmt::print("  {}\n", (request.out / "report.html").string());
-  return 0;
+  const int code = told_failures(comparison);
+  const bool refused = std::any_of(comparison.rows.begin(), comparison.rows.end(), [](const CompareRow& row) {
+    return std::find(row.status.begin(), row.status.end(), RunStatus::refused) != row.status.end();
+  });
+  return refused ? 2 : code;
 }
 
 }  // namespace tactor

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/report/chart.hpp"
@@ -20,6 +21,11 @@ std::string ratio_cell(const std::optional<GeometricMean>& m) {
   return fmt::format("<td>{:.3f} [{:.3f}, {:.3f}]</td>", m->ratio, m->low, m->high);
 }
 
+/// The deviation of the values, which fewer than two do not have.
+std::string deviation(const std::vector<double>& values) {
+  return values.size() < 2 ? "-" : pretty(standard_deviation(values));
+}
+
 std::string study_head(const Study& study, bool figures) {
   std::string head = "<tr><th></th><th>delivered RMS, ratio</th><th>one-step RMS, ratio</th>";
   for (const Column& column : study.comparison.columns) {
@@ -32,10 +38,12 @@ std::string study_graph_html(const Study& study, std::size_t first) {
   const Comparison& comparison = study.comparison;
   std::string html = "<h2>" + escape(comparison.rows[first].graph) + "</h2>\n" + study_head(study, true);
   for (std::size_t row = first; row < first + study.settings.size(); ++row) {
-    html += "<tr><td>" + escape(comparison.rows[row].setting) + "</td>" + ratio_cell(study.ratios[row].delivered) +
-            ratio_cell(study.ratios[row].one_step);
-    for (const std::vector<double>& values : comparison.rows[row].values) {
-      html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), pretty(standard_deviation(values)));
+    const std::string seeds = comparison.rows[row].seeds_text();
+    html += "<tr><td>" + escape(comparison.rows[row].setting) + (seeds.empty() ? "" : " (" + seeds + ")") + "</td>" +
+            ratio_cell(study.ratios[row].delivered) + ratio_cell(study.ratios[row].one_step);
+    for (const std::vector<double>& by_seed : comparison.rows[row].values) {
+      const std::vector<double> values = comparison.rows[row].done(by_seed);
+      html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), deviation(values));
     }
     html += "</tr>\n";
   }
@@ -50,8 +58,10 @@ std::string study_chart(const Study& study) {
     const std::optional<GeometricMean>& error = study.settings[s].over_graphs.delivered;
     const double us = study.over_graphs(s, "method_us_per_tick");
     if (!error || !(us > 0)) continue;
-    chart.curves.push_back({study.comparison.rows[s].setting, {us}, {error->ratio}, series_color(s), true});
+    chart.curves.push_back(
+        {study.comparison.rows[s].setting + study.incomplete(s), {us}, {error->ratio}, series_color(s), true});
     chart.curves.back().mark = s / series_colors;
+    chart.curves.back().hollow = !study.incomplete(s).empty();
   }
   return chart.curves.size() < 2 ? "" : draw_svg({chart}, 1160, 420);
 }
@@ -59,9 +69,8 @@ std::string study_chart(const Study& study) {
 std::string compare_row_html(const Comparison& comparison, std::size_t c) {
   std::string row = fmt::format("<tr><td>{}</td>", escape(comparison.columns[c].label));
   for (const CompareRow& graph : comparison.rows) {
-    const std::vector<double>& values = graph.values[c];
-    row +=
-        fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)), pretty(standard_deviation(values)));
+    const std::vector<double> values = graph.done(graph.values[c]);
+    row += fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)), deviation(values));
   }
   return row + "</tr>\n";
 }
@@ -78,7 +87,7 @@ std::string significance_table(const Comparison& comparison, const std::string& 
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
-    rows += fmt::format("<tr><td>{} {}</td>", escape(row.graph), escape(row.setting));
+    rows += fmt::format("<tr><td>{}</td>", escape(row.name()));
     rows += row.one_step_anova
                 ? fmt::format("<td>{}</td><td>{}</td>", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p))
                 : "<td>-</td><td>-</td>";
@@ -97,6 +106,14 @@ std::string significance_table(const Comparison& comparison, const std::string& 
       escape(against), rows);
 }
 
+std::string failures_html(const Comparison& comparison) {
+  const std::string failures = failures_text(comparison);
+  if (failures.empty()) return {};
+  return "<h2>Runs that failed</h2>\n<p>Their figures are missing; means are over the seeds that are "
+         "there.</p>\n<pre>" +
+         escape(failures) + "</pre>\n";
+}
+
 std::string timing_html(const TimingNote& timing) {
   const std::string warning = timing.warning.empty() ? "" : "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
   return "<p>" + escape(timing.text) + "</p>\n" + warning;
@@ -111,12 +128,12 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
                                  comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s", TACTOR_VERSION);
   body += "<ul>\n";
   for (const CompareRow& row : comparison.rows) {
-    body += fmt::format("<li><b>{}</b>: {}</li>\n", escape(row.graph), escape(row.title));
+    body += fmt::format("<li><b>{}</b>: {}</li>\n", escape(row.name()), escape(row.title));
   }
   body += "</ul>\n";
 
   std::string head = "<tr><th></th>";
-  for (const CompareRow& row : comparison.rows) head += fmt::format("<th colspan=\"2\">{}</th>", escape(row.graph));
+  for (const CompareRow& row : comparison.rows) head += fmt::format("<th colspan=\"2\">{}</th>", escape(row.name()));
   std::string rows = fmt::format("<tr class=\"group\"><td colspan=\"{}\">error, delay, smoothness</td></tr>\n",
                                  1 + 2 * comparison.rows.size());
   bool in_run_times = false;
@@ -130,9 +147,13 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   }
   body += "<h2>Error and run time</h2>\n<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n" + rows +
           "</tbody></table></div>\n" + timing_html(timing);
-  body += significance_table(comparison, comparison.rows.front().graph);
+  body += significance_table(comparison, comparison.rows.front().graph) + failures_html(comparison);
 
-  const RunResult& first = comparison.rows.front().runs.front();
+  // Curves are kept of the first seed alone.
+  const auto drawn = std::find_if(comparison.rows.begin(), comparison.rows.end(),
+                                  [](const CompareRow& row) { return row.status.front() == RunStatus::done; });
+  if (drawn == comparison.rows.end()) return page(names, body);
+  const RunResult& first = drawn->runs.front();
   const std::pair<double, double> range = liveliest_window(first);
   const std::string axis = liveliest_axis(first, range);
   Chart zoom = zoom_on(first, range, axis);
@@ -157,12 +178,15 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
     }
     Curve cost{row.graph, {}, {}, series_color(i), true};
     Curve roughness{row.graph, {}, {}, series_color(i), true};
-    for (const RunResult& r : row.runs) {
+    for (std::size_t s = 0; s < row.runs.size(); ++s) {
+      const RunResult& r = row.runs[s];
+      if (row.status[s] != RunStatus::done) continue;
       cost.x.push_back(1e3 * r.cpu_s / r.duration_s);
       cost.y.push_back(r.figure("delivered.force.rms_error_N"));
       roughness.x.push_back(r.figure("delivered.force.rms_d2_N_per_ms2"));
       roughness.y.push_back(r.figure("delivered.force.rms_error_N"));
     }
+    if (cost.x.empty()) continue;
     pareto.curves.push_back(std::move(cost));
     trade.curves.push_back(std::move(roughness));
   }
@@ -171,7 +195,9 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   body += "<h2>The whole run</h2>\n" + draw_svg({whole}, 1160, 320);
   bool any_error = false;
   for (const CompareRow& row : comparison.rows) {
-    any_error = any_error || std::isfinite(row.runs.front().figure("delivered.force.rms_error_N"));
+    for (const RunResult& run : row.runs) {
+      any_error = any_error || std::isfinite(run.figure("delivered.force.rms_error_N"));
+    }
   }
   if (any_error) {
     body += "<h2>Error against run time, and against smoothness</h2>\n<p>One mark a seed.</p>\n" +
@@ -198,15 +224,15 @@ std::string study_report(const Study& study) {
     body += "<h2>All graphs</h2>\n" + study_head(study, false);
     for (std::size_t s = 0; s < settings; ++s) {
       const ErrorRatio& ratio = study.settings[s].over_graphs;
-      body += "<tr><td>" + escape(comparison.rows[s].setting) + "</td>" + ratio_cell(ratio.delivered) +
-              ratio_cell(ratio.one_step) + "</tr>\n";
+      body += "<tr><td>" + escape(comparison.rows[s].setting) + study.incomplete(s) + "</td>" +
+              ratio_cell(ratio.delivered) + ratio_cell(ratio.one_step) + "</tr>\n";
     }
     body += "</tbody></table></div>\n";
   }
   body += study_chart(study);
   for (std::size_t first = 0; first < comparison.rows.size(); first += settings) body += study_graph_html(study, first);
   body += timing_html(timing_note(study));
-  body += significance_table(comparison, "the first line of each graph");
+  body += significance_table(comparison, "the first line of each graph") + failures_html(comparison);
   return page(study.spec.name, body);
 }
 

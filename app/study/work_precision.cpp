@@ -45,31 +45,47 @@ bool is_bound(const StudySpec& spec, const StudySetting& setting) {
   return std::find(spec.bounds.begin(), spec.bounds.end(), setting.method) != spec.bounds.end();
 }
 
-WorkGraph points_of(const Study& study, std::size_t graph) {
-  WorkGraph out;
-  const std::size_t settings = study.settings.size();
+/// What the setting has in these rows of the comparison, one a graph: over the seeds of which all of them are done, the
+/// geometric mean over the rows.
+WorkPoint point_of(const Study& study, std::size_t setting, const std::vector<std::size_t>& rows) {
   const Comparison& comparison = study.comparison;
-  out.graph = comparison.rows[graph * settings].graph;
-  for (std::size_t s = 0; s < settings; ++s) {
-    const CompareRow& row = comparison.rows[graph * settings + s];
-    const auto [curve, values] = place_of(study, study.settings[s]);
-    out.points.push_back({curve, values, spread_of(row.figure(study.spec.error, comparison.columns)),
-                          spread_of(row.figure("cpu_ms_per_s", comparison.columns)),
-                          spread_of(row.figure("method_us_per_tick", comparison.columns)),
-                          is_bound(study.spec, study.settings[s])});
+  std::vector<std::size_t> seeds;
+  for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
+    const bool done = std::all_of(rows.begin(), rows.end(),
+                                  [&](std::size_t row) { return comparison.rows[row].status[s] == RunStatus::done; });
+    if (done) seeds.push_back(s);
   }
-  return out;
+  const auto spread = [&](std::string_view figure) {
+    std::vector<double> by_seed;
+    for (const std::size_t s : seeds) {
+      std::vector<double> over_rows;
+      for (const std::size_t row : rows) {
+        const std::span<const double> values = comparison.rows[row].figure(figure, comparison.columns);
+        over_rows.push_back(values.empty() ? std::nan("") : values[s]);
+      }
+      by_seed.push_back(spread_of(over_rows).centre);
+    }
+    return spread_of(by_seed);
+  };
+  const auto [curve, values] = place_of(study, study.settings[setting]);
+  return {curve,
+          values,
+          spread(study.spec.error),
+          spread("cpu_ms_per_s"),
+          spread("method_us_per_tick"),
+          is_bound(study.spec, study.settings[setting]),
+          seeds.size(),
+          comparison.seeds.size()};
 }
 
-/// The geometric mean over graphs, whose spread is that of the graphs.
-WorkGraph over_graphs(const std::vector<WorkGraph>& graphs) {
-  WorkGraph out{fmt::format("all {} graphs", graphs.size()), graphs.front().points};
-  for (std::size_t p = 0; p < out.points.size(); ++p) {
-    for (Spread WorkPoint::*quantity : {&WorkPoint::error, &WorkPoint::ms_per_s, &WorkPoint::us_per_tick}) {
-      std::vector<double> centres;
-      for (const WorkGraph& graph : graphs) centres.push_back((graph.points[p].*quantity).centre);
-      out.points[p].*quantity = spread_of(centres);
-    }
+/// The points of these graphs together, by their index.
+WorkGraph points_of(const Study& study, std::string name, const std::vector<std::size_t>& graphs) {
+  WorkGraph out{std::move(name), {}};
+  const std::size_t settings = study.settings.size();
+  for (std::size_t s = 0; s < settings; ++s) {
+    std::vector<std::size_t> rows;
+    for (const std::size_t graph : graphs) rows.push_back(graph * settings + s);
+    out.points.push_back(point_of(study, s, rows));
   }
   return out;
 }
@@ -77,7 +93,7 @@ WorkGraph over_graphs(const std::vector<WorkGraph>& graphs) {
 void mark_fronts(WorkGraph& graph, StudyTime time) {
   std::vector<double> error, run, tick;
   for (const WorkPoint& p : graph.points) {
-    error.push_back(p.bound ? std::nan("") : p.error.centre);  // pareto_front leaves it out
+    error.push_back(p.bound || p.incomplete() ? std::nan("") : p.error.centre);  // pareto_front leaves it out
     run.push_back(p.ms_per_s.centre);
     tick.push_back(p.us_per_tick.centre);
   }
@@ -106,6 +122,8 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
   }
   Curve ring{"not undercut", {}, {}, "#222222"};
   ring.ring = true;
+  Curve cross{"incomplete: seeds failed", {}, {}, "#c00000"};
+  cross.cross = true;
   for (std::size_t c = 0; c < names.size(); ++c) {
     Curve bars{names[c].empty() ? graph.graph : names[c], {}, {}, series_color(c)};
     bars.mark = c / series_colors;
@@ -119,6 +137,10 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
       bars.y.push_back(t.centre);
       bars.y_low.push_back(t.low);
       bars.y_high.push_back(t.high);
+      if (p.incomplete()) {
+        cross.x.push_back(p.error.centre);
+        cross.y.push_back(t.centre);
+      }
       if (p.*front) {
         ring.x.push_back(p.error.centre);
         ring.y.push_back(t.centre);
@@ -132,7 +154,9 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
     }
     chart.curves.push_back(std::move(bars));
   }
+  if (!cross.x.empty()) ring.name += " (complete)";
   if (!ring.x.empty()) chart.curves.push_back(std::move(ring));
+  if (!cross.x.empty()) chart.curves.push_back(std::move(cross));
   return chart;
 }
 
@@ -166,6 +190,9 @@ std::string point_name(const WorkPoint& p) {
 }
 
 std::string front_text(const WorkPoint& p) {
+  if (p.incomplete()) {
+    return fmt::format("{}{} of {} seed{}", p.bound ? "a bound, " : "", p.seeds_done, p.seeds, p.seeds == 1 ? "" : "s");
+  }
   if (p.bound) return "a bound";
   return std::string(p.front_run ? "run" : "") + (p.front_run && p.front_tick ? ", " : "") +
          (p.front_tick ? "tick" : "");
@@ -207,8 +234,13 @@ std::vector<bool> pareto_front(std::span<const double> x, std::span<const double
 
 WorkPrecision work_precision(const Study& study) {
   WorkPrecision found{study.spec.error, study.spec.time, {}};
-  for (std::size_t g = 0; g < study.spec.graphs.size(); ++g) found.graphs.push_back(points_of(study, g));
-  if (found.graphs.size() > 1) found.graphs.push_back(over_graphs(found.graphs));
+  const std::size_t count = study.spec.graphs.size();
+  std::vector<std::size_t> all;
+  for (std::size_t g = 0; g < count; ++g) {
+    all.push_back(g);
+    found.graphs.push_back(points_of(study, study.comparison.rows[g * study.settings.size()].graph, {g}));
+  }
+  if (count > 1) found.graphs.push_back(points_of(study, fmt::format("all {} graphs", count), all));
   for (WorkGraph& graph : found.graphs) mark_fronts(graph, study.spec.time);
   return found;
 }
@@ -246,6 +278,8 @@ Json to_json(const WorkPrecision& found) {
                         {"cpu_ms_per_s", spread(p.ms_per_s)},
                         {"method_us_per_tick", spread(p.us_per_tick)},
                         {"bound", p.bound},
+                        {"seeds_done", p.seeds_done},
+                        {"seeds", p.seeds},
                         {"front_run", p.front_run},
                         {"front_tick", p.front_tick}});
     }
@@ -256,15 +290,21 @@ Json to_json(const WorkPrecision& found) {
 
 std::string write_work_precision(const std::filesystem::path& folder, const Study& study, const WorkPrecision& found) {
   const TimingNote timing = timing_note(study);
+  const bool incomplete = std::any_of(found.graphs.begin(), found.graphs.end(), [](const WorkGraph& graph) {
+    return std::any_of(graph.points.begin(), graph.points.end(), [](const WorkPoint& p) { return p.incomplete(); });
+  });
   std::string body = fmt::format(
       "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>Marks are geometric means over the seeds, bars reach "
-      "one "
-      "geometric standard deviation to each side; both axes are logarithmic. A ring marks what nothing undercuts: no "
-      "other "
-      "method has a smaller error in as little time. {}{}</p>\n",
+      "one geometric standard deviation over the seeds to each side; {}both axes are logarithmic. A ring marks what "
+      "nothing undercuts: no other method has a smaller error in as little time. {}{}{}</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION,
+      found.graphs.size() > 1 ? "over all graphs, each seed has the geometric mean of theirs; " : "",
       study.spec.bounds.empty() ? "" : "Hollow marks are bounds, which no method can be asked to undercut. ",
+      incomplete
+          ? "A cross marks what lacks seeds, because runs failed: it shows the seeds that are there, has no ring "
+            "and takes none from others, for the seeds it lacks may be the hard ones. "
+          : "",
       escape(timing.text));
   if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
   // What is over all graphs comes first.
@@ -282,7 +322,7 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
     }
     body += table_html(found, *graph);
   }
-  const std::string failures = failures_text(study);
+  const std::string failures = failures_text(study.comparison);
   if (!failures.empty()) body += "<h2>Runs that failed</h2>\n<pre>" + escape(failures) + "</pre>\n";
   return page(study.spec.name, body);
 }

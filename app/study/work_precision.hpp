@@ -19,20 +19,26 @@ struct Spread {
 /// NaN where there is no value, or one is not above zero.
 Spread spread_of(std::span<const double> values);
 
-/// One setting in one graph.
+/// One setting in one graph, or over all of them, where each seed's value is the geometric mean of theirs. Over the
+/// seeds that are done, of all graphs.
 struct WorkPoint {
-  std::string curve;        ///< the method and the swaps
-  std::string values;       ///< the parameters that vary along the curve
-  Spread error;             ///< in the unit of the figure
-  Spread ms_per_s;          ///< CPU time of the run in ms for a simulated second
-  Spread us_per_tick;       ///< CPU time of prediction and interpolation in us for a tick of the device
-  bool bound = false;       ///< no method, but what methods cannot be asked for: on no front
+  std::string curve;   ///< the method and the swaps
+  std::string values;  ///< the parameters that vary along the curve
+  Spread error;        ///< in the unit of the figure
+  Spread ms_per_s;     ///< CPU time of the run in ms for a simulated second
+  Spread us_per_tick;  ///< CPU time of prediction and interpolation in us for a tick of the device
+  bool bound = false;  ///< no method, but what methods cannot be asked for: on no front
+  std::size_t seeds_done = 0;
+  std::size_t seeds = 0;    ///< that were asked for
   bool front_run = false;   ///< no other method of the graph has a smaller error in as little CPU time of the run
   bool front_tick = false;  ///< nor in as little a tick
+
+  /// Some seeds failed. Such a point is on no front and undercuts nothing: the seeds it lacks may be the hard ones.
+  [[nodiscard]] bool incomplete() const { return seeds_done < seeds; }
 };
 
 struct WorkGraph {
-  std::string graph;  ///< or `all N graphs`: geometric means over them
+  std::string graph;  ///< or `all N graphs`
   std::vector<WorkPoint> points;
 };
 

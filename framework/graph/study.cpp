@@ -418,7 +418,10 @@ class StudyReader {
       }
       if (const Tree* t = tree.value("bounds")) read_bounds(*t, study);
       if (const Tree* t = tree.value("worst")) study.worst = integer(*t, "report.worst", 0, 100);
-      if (const Tree* t = tree.value("record")) study.record = read_texts(*t, "report.record");
+      if (const Tree* t = tree.value("record")) {
+        study.record = read_texts(*t, "report.record");
+        for (const Tree& item : t->items) study.record_places.push_back(item.place);
+      }
     }
     const std::string name = read_choice(*kind, "report", kinds, diagnostics_).value_or("table");
     study.report = name == "work_precision" ? StudyReport::work_precision

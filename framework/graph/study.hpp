@@ -77,11 +77,12 @@ struct StudySpec {
   StudyReport report = StudyReport::table;
   std::string error = "delivered.force.rms_error_N";  ///< the figure that work-precision diagrams show as error
   StudyTime time = StudyTime::both;                   ///< the run times that they show
-  std::vector<std::string> bounds;  ///< methods that tell what no method can be asked for: not on the Pareto front
-  std::int64_t worst = 3;           ///< cells of a map of stability that are run anew with a recording
-  std::vector<std::string> record;  ///< outputs that are recorded there; none: motion and force
-  std::int64_t repeats = 1;         ///< of every run, for its run time
-  std::int64_t warm_up = 0;         ///< runs before these whose run time does not count
+  std::vector<std::string> bounds;   ///< methods that tell what no method can be asked for: not on the Pareto front
+  std::int64_t worst = 3;            ///< cells of a map of stability that are run anew with a recording
+  std::vector<std::string> record;   ///< outputs that are recorded there; none: motion and force
+  std::vector<Place> record_places;  ///< of each
+  std::int64_t repeats = 1;          ///< of every run, for its run time
+  std::int64_t warm_up = 0;          ///< runs before these whose run time does not count
 };
 
 /// One combination: an index into each axis' values, or for drawn values the values themselves.

@@ -31,11 +31,12 @@ Wrench command_at(std::span<const Stamped<Wrench>> commanded, Time t, std::size_
   return cursor == 0 ? Wrench{} : commanded[cursor - 1].value;
 }
 
-/// J, kinetic energy and height above the first sample, the most; stops at a sample that is not finite.
+/// J, kinetic energy and height above the first sample, the most; stops at a sample that is not finite. Height below it
+/// counts nothing: a tool that goes down has its motion still.
 double peak_energy(const RunSignals& signals) {
   double peak = 0;
   for (const ToolSample& s : signals.tool) {
-    const double height = -dot(signals.gravity_W, s.p_WT - signals.tool.front().p_WT);
+    const double height = std::max(0.0, -dot(signals.gravity_W, s.p_WT - signals.tool.front().p_WT));
     const double energy = signals.mass * (0.5 * dot(s.v_WT, s.v_WT) + height);
     if (!std::isfinite(energy)) break;
     peak = std::max(peak, energy);

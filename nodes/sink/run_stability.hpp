@@ -36,8 +36,8 @@ struct RunSignals {
 /// The finding; `rest` is the time at the end over which the tool is to be at rest, zero: nothing is asked of it.
 /// Energy is counted where hand and device meet: given is minus the commanded wrench times the way of the handle, so
 /// that `generated_J` is the most that the hand has got beyond what it had given and what the tool's weight gave.
-/// `peak_energy_J` is the most kinetic energy and height of the tool above its first position. Absent where there are
-/// neither two samples of the handle nor two of the tool.
+/// `peak_energy_J` is the most that the tool had at a time in kinetic energy and, where it was above its first
+/// position, in height. Absent where there are neither two samples of the handle nor two of the tool.
 std::optional<StabilityFinding> run_stability(const RunSignals& signals, Duration rest, double swing_max);
 
 }  // namespace tactor

@@ -191,10 +191,99 @@ BOOST_AUTO_TEST_CASE(run_times_that_spread_by_more_than_a_tenth_are_warned_of) {
   BOOST_TEST(timing_note(make_study(spec, figures)).warning.empty());
   for (CompareRow& row : figures.rows) row.spread.assign(2, 0.3);
   BOOST_TEST(timing_note(make_study(spec, figures)).warning.find("30 %") != std::string::npos);
+  // One run of eight is enough, whatever the median is: the row is named, with how far and how many.
+  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.02);
+  figures.rows[3].spread[1] = 0.42;
+  const TimingNote one = timing_note(make_study(spec, figures));
+  BOOST_TEST(one.spread_median == 0.02);
+  BOOST_TEST(one.spread_worst == 0.42);
+  BOOST_TEST(one.text.find("2.0 % in the median and 42.0 % at most") != std::string::npos, one.text);
+  BOOST_TEST(
+      one.warning.find("the repeats of 1 of 8 runs spread by more than 10 %: b s (by 42 % at most, in 1 of 2)") !=
+          std::string::npos,
+      one.warning);
+  // The worst come first and the rest are counted.
+  for (std::size_t row = 0; row < 4; ++row) figures.rows[row].graph = std::string(1, static_cast<char>('k' + row));
+  for (std::size_t row = 0; row < 4; ++row) figures.rows[row].spread[0] = 0.15 + 0.1 * static_cast<double>(row);
+  const std::string all = timing_note(make_study(spec, figures)).warning;
+  BOOST_TEST(all.find("the repeats of 5 of 8 runs spread by more than 10 %: n s (by 45 % at most, in 2 of 2), m s (by "
+                      "35 % at most, in 1 of 2), l s (by 25 % at most, in 1 of 2) and 1 more") != std::string::npos,
+             all);
   for (CompareRow& row : figures.rows) row.spread.assign(2, 0.02);
   for (std::size_t row = 0; row < 4; ++row) figures.rows[row].control_us = {1000, row < 2 ? 1000 : 1500.0};
   const TimingNote note = timing_note(make_study(spec, figures));
   BOOST_TEST(note.control_us == 1000);
   BOOST_TEST(note.control_spread == 0.5);
-  BOOST_TEST(!note.warning.empty());
+  BOOST_TEST(note.warning.find("the fixed computation spread by 50 %") != std::string::npos, note.warning);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_said_of_run_times_tells_repeats_from_single_runs) {
+  StudySpec spec;
+  spec.graphs = {"a.yaml", "b.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
+  const std::string single = timing_note(make_study(spec, comparison())).text;
+  BOOST_TEST(single.find("of a single run each, and nothing tells how far repeats would spread.") != std::string::npos,
+             single);
+  spec.warm_up = 2;
+  const std::string warm = timing_note(make_study(spec, comparison())).text;
+  BOOST_TEST(warm.find("of a single run each after 2 runs that did not count") != std::string::npos, warm);
+}
+
+BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_everywhere) {
+  StudySpec spec;
+  spec.graphs = {"a.yaml", "b.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
+  Comparison figures = comparison();
+  figures.rows[3].values[0][0] = std::numeric_limits<double>::quiet_NaN();
+  figures.rows[3].status[0] = RunStatus::failed;
+  figures.rows[3].message[0] = "it broke";
+  const Study study = make_study(spec, figures);
+  const CompareRow& row = study.comparison.rows[3];
+  BOOST_TEST(row.name() == "b s (1 of 2 seeds)");
+  BOOST_TEST(row.mean_of("delivered.force.rms_error_N", study.comparison.columns) == 2.0);
+  // The ratio of the seed that both have, 2 to 1; over the graphs sqrt(1/4 * 2) of that seed alone.
+  BOOST_TEST(study.ratios[3].delivered->count == 1U);
+  BOOST_TEST(std::abs(study.ratios[3].delivered->ratio - 2) < 1e-12);
+  BOOST_TEST(study.settings[1].over_graphs.delivered->count == 1U);
+  BOOST_TEST(std::abs(study.settings[1].over_graphs.delivered->ratio - std::sqrt(0.5)) < 1e-12);
+  const std::string table = study_table(study);
+  BOOST_TEST(table.find("line (1 of 2 seeds)") != std::string::npos, table);
+  BOOST_TEST(table.find("line (seeds missing)") != std::string::npos, table);
+  BOOST_TEST(failures_text(study.comparison) == "b s, seed 7: it broke\n");
+  const nlohmann::ordered_json json = to_json(study)["rows"][3];
+  BOOST_TEST(json["seeds_done"] == 1);
+  BOOST_TEST(json["status"].dump() == R"(["failed","done"])");
+  BOOST_TEST(json["failures"].dump() == R"([{"seed":7,"message":"it broke"}])");
+  BOOST_TEST(json["figures"]["delivered.force.rms_error_N"]["mean"] == 2.0);
+  // With no seed left there is no figure, and no crash.
+  figures.rows[3].status[1] = RunStatus::failed;
+  figures.rows[3].values[0][1] = std::numeric_limits<double>::quiet_NaN();
+  const Study none = make_study(spec, figures);
+  BOOST_TEST(!none.ratios[3].delivered);
+  BOOST_TEST(!none.settings[1].over_graphs.delivered);
+  BOOST_TEST(study_table(none).find("line (0 of 2 seeds)") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
+  std::vector<RunRecord> records(6);
+  const auto fill = [&](std::size_t number, double error) {
+    records[number].number = number;
+    records[number].result.figures = {{"delivered.force.rms_error_N", error}};
+  };
+  // The first row errs 1, 2, 3 N by seed, the second 2, -, 5 N: differences 1 and 2 N of the first and the last seed.
+  for (std::size_t s = 0; s < 3; ++s) fill(s, 1.0 + static_cast<double>(s));
+  fill(3, 2);
+  fill(5, 5);
+  records[4].number = 4;
+  records[4].status = RunStatus::failed;
+  records[4].message = "it broke";
+  const Comparison found = make_comparison({{"a.yaml", {}, {}, 0, {}}, {"b.yaml", {}, {}, 0, {}}}, {1, 2, 3}, records);
+  BOOST_REQUIRE(found.rows[1].delivered.has_value());
+  BOOST_TEST(found.rows[1].delivered->pairs == 2U);
+  BOOST_TEST(found.rows[1].delivered->mean == 1.5);
+  BOOST_TEST(judged_text(found).find("b (2 of 3 seeds): ") == 2U, judged_text(found));
+  BOOST_TEST(judged_text(found).find(" over 2 seeds") != std::string::npos);
+  const std::string table = comparison_table(found, timing_note(found, 1, 0));
+  BOOST_TEST(table.find("2 of 3 seeds") != std::string::npos, table);
+  BOOST_TEST(table.find("3.50") != std::string::npos, table);
 }

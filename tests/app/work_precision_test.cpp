@@ -3,7 +3,10 @@
 
 #include <boost/test/unit_test.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <vector>
+
+#include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
 
@@ -80,6 +83,83 @@ BOOST_AUTO_TEST_CASE(bounds_are_on_no_front_and_undercut_nothing) {
   BOOST_TEST(all[2].bound);
   // Without `line`, the other method's points are the best there are.
   BOOST_CHECK(front_of(all) == std::vector<bool>({true, true, false, false}));
+}
+
+BOOST_AUTO_TEST_CASE(a_point_that_lacks_seeds_shows_the_others_and_is_on_no_front) {
+  Study study = two_methods({}, StudyTime::both);
+  study.comparison.seeds = {1, 2, 3};
+  for (CompareRow& row : study.comparison.rows) {
+    row.status.assign(3, RunStatus::done);
+    row.message.assign(3, "");
+    row.runs.resize(3);
+    row.spread.assign(3, 0.01);
+    row.control_us.assign(3, 1000);
+    for (std::vector<double>& values : row.values) values.assign(3, values.front());
+  }
+  // The best point of all, in error and in time, has errors 0.5, 2 N and none.
+  CompareRow& best = study.comparison.rows[3];
+  best.values[0] = {0.5, std::nan(""), 2};
+  best.values[1] = {0.5, std::nan(""), 0.5};
+  best.status[1] = RunStatus::failed;
+  best.message[1] = "it broke";
+  const WorkPrecision found = work_precision(study);
+  const std::vector<WorkPoint>& all = found.graphs[0].points;
+  BOOST_TEST(all[3].incomplete());
+  BOOST_TEST(all[3].seeds_done == 2U);
+  BOOST_TEST(std::abs(all[3].error.centre - 1) < 1e-12);
+  BOOST_TEST(!all[2].incomplete());
+  // It is not marked as best, nor does it take that from the others.
+  BOOST_CHECK(front_of(all) == std::vector<bool>({false, false, true, false}));
+  BOOST_TEST(work_precision_table(study, found).find("2 of 3 seeds") != std::string::npos);
+  const TemporaryFolder folder;
+  const std::string page = write_work_precision(folder.path(), study, found);
+  for (const char* text : {"incomplete: seeds failed", "not undercut (complete)", "2 of 3 seeds",
+                           "A cross marks what lacks seeds", "it broke"}) {
+    BOOST_TEST(page.find(text) != std::string::npos, text);
+  }
+  BOOST_TEST(to_json(found)["graphs"][0]["points"][3]["seeds_done"] == 2);
+  // Nothing of this is said where nothing is missing.
+  const Study whole = two_methods({}, StudyTime::both);
+  const std::string plain = write_work_precision(folder.path(), whole, work_precision(whole));
+  BOOST_TEST(plain.find("incomplete") == std::string::npos);
+  BOOST_TEST(plain.find("A cross") == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(over_all_graphs_bars_are_over_seeds) {
+  StudySpec spec;
+  spec.graphs = {"a.yaml", "b.yaml"};
+  Comparison comparison;
+  comparison.seeds = {1, 2, 3};
+  comparison.columns = {{"delivered.force.rms_error_N", "error"}, {"cpu_ms_per_s", "time", true}};
+  // By seed the geometric means over the graphs are 2, 8 and (where both are done) 4.
+  const std::vector<std::vector<double>> errors{{1, 4, 2}, {4, 16, 8}};
+  for (std::size_t g = 0; g < 2; ++g) {
+    CompareRow row;
+    row.graph = g == 0 ? "a" : "b";
+    row.against = g;
+    row.runs.resize(3);
+    row.status.assign(3, RunStatus::done);
+    row.message.assign(3, "");
+    row.spread = row.control_us = {1, 1, 1};
+    row.values = {errors[g], {1, 1, 1}};
+    comparison.rows.push_back(row);
+  }
+  const WorkPrecision found = work_precision(make_study(spec, comparison));
+  BOOST_REQUIRE(found.graphs.size() == 3U);
+  const Spread all = found.graphs[2].points[0].error;
+  BOOST_TEST(found.graphs[2].graph == "all 2 graphs");
+  // Logarithms ln 2, ln 8, ln 4: mean ln 4, sample deviation ln 2. The graphs, at 2 and 8, would be a deviation of 1.41
+  // times that apart.
+  BOOST_TEST(std::abs(all.centre - 4) < 1e-12);
+  BOOST_TEST(std::abs(all.low - 2) < 1e-12);
+  BOOST_TEST(std::abs(all.high - 8) < 1e-12);
+  // A seed that one graph lacks is not among those over all: ln 2 and ln 8 are left.
+  comparison.rows[1].status[2] = RunStatus::failed;
+  comparison.rows[1].values[0][2] = comparison.rows[1].values[1][2] = std::nan("");
+  const WorkPoint point = work_precision(make_study(spec, comparison)).graphs[2].points[0];
+  BOOST_TEST(point.seeds_done == 2U);
+  BOOST_TEST(std::abs(point.error.centre - 4) < 1e-12);
+  BOOST_TEST(std::abs(point.error.high - 4 * std::pow(2, std::sqrt(2))) < 1e-12);
 }
 
 BOOST_AUTO_TEST_CASE(a_run_time_that_is_not_shown_has_no_front) {

@@ -53,7 +53,13 @@ class Overhead(unittest.TestCase):
         self.assertLess(found["run_cpu_s"] + found["reference_cpu_s"], found["total_cpu_s"])
         self.assertLess(found["total_cpu_s"], found["process_cpu_s"])
         self.assertGreater(found["waited_for_core_s"], 0)
-        self.assertEqual(len(list(study_overhead.rows(found))), 9)
+        self.assertEqual(len(list(study_overhead.rows(found))), 10)
+
+    def test_a_study_of_many_short_runs_spends_its_time_inside_them(self):
+        found = study_overhead.measure(100, 0.5, 2)
+        for share in study_overhead.shares(found):
+            self.assertGreaterEqual(share, 0.8, found)
+        self.assertGreaterEqual((found["run_cpu_s"] + found["reference_cpu_s"]) / found["process_cpu_s"], 0.8, found)
 
 
 if __name__ == "__main__":

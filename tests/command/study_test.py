@@ -77,6 +77,23 @@ class Table(StudyTest):
             self.assertGreater(float(times["control_us"]), 0)
             self.assertNotIn("cpu_ms_per_s", line)
 
+    @needs_collision
+    def test_any_number_of_jobs_gives_the_same_bytes_of_a_mesh_and_its_reference(self):
+        # Two methods share the reference run of a seed; the cache begins empty, so that each number of jobs makes its own.
+        text = (f"graphs: [{GRAPHS / 'duck.yaml'}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/burg.yaml'}]\n"
+                "seeds: 2\nduration: 1.2 s\n")
+        for jobs in ("1", "2"):
+            self.environment["TACTOR_CACHE"] = str(self.folder / f"cache{jobs}")
+            self.study(text, jobs, "--jobs", jobs)
+        self.assertEqual(self.bytes_of("1"), self.bytes_of("2"))
+        lines = self.lines("1")
+        self.assertEqual([(line["method"], line["seed"]) for line in lines],
+                         [(method, seed) for method in ("hold", "burg") for seed in ("1001", "1002")])
+        for line in lines:  # in contact, judged by a reference run, and not all alike
+            self.assertGreater(float(line["contacts.max"]), 0)
+            self.assertGreater(float(line["delivered.force.rms_error_N"]), 0)
+        self.assertEqual(len({line["delivered.force.rms_error_N"] for line in lines}), 4)
+
     def test_a_killed_study_goes_on_with_nothing_lost_and_nothing_run_twice(self):
         (self.folder / "study.yaml").write_text(MANY)
         process = self.start("killed", "--jobs", "2")
@@ -318,8 +335,150 @@ class Crashes(StudyTest):
         self.assertEqual([s for _, _, s in self.statuses()], ["done"] * 2 + ["failed"] * 2 + ["done"] * 2)
 
 
+# A node behind the coupling that fails from then on.
+BREAKING = """extends: %(graph)s
+nodes: {culprit: {type: fault.throws, at: %(at)s, lasts: 1 s}}
+edges:
+  - coupling.force -> culprit.in
+  - culprit.out -> prediction.force
+  - coupling.force -> metrics.force
+"""
+
+
+class Comparisons(StudyTest):
+    """`tactor compare` shows the runs that are done beside those that failed."""
+
+    def setUp(self):
+        super().setUp()
+        self.environment["TACTOR_NODE_PATH"] = str(FAULT_NODES)
+        self.broken = self.write("broken.yaml", BREAKING % {"graph": RECORDED, "at": "0.3 s"})
+        self.whole = self.write("whole.yaml", BREAKING % {"graph": RECORDED, "at": "100 s"})
+
+    def compare(self, *graphs, code=1, options=()):
+        out = self.folder / "compared"
+        result = tactor("compare", *graphs, "--seeds", "2", "--duration", "0.6", "--out", out, *options, environment=self.environment)
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        return result, json.loads((out / "compare.json").read_text()), (out / "report.html").read_text()
+
+    def test_a_graph_that_fails_leaves_the_others_their_figures(self):
+        for graphs in ((self.whole, self.broken), (self.broken, self.whole)):
+            with self.subTest(first=graphs[0].name):
+                result, found, page = self.compare(*graphs)
+                for seed in (1, 2):
+                    self.assertRegex(result.stderr, rf"broken, seed {seed}: .*it broke on purpose")
+                self.assertNotIn("whole", result.stderr)
+                rows = {row["graph"]: row for row in found["graphs"]}
+                self.assertEqual([rows[g]["seeds_done"] for g in ("whole", "broken")], [2, 0])
+                self.assertEqual(rows["broken"]["status"], ["failed", "failed"])
+                self.assertEqual([failure["seed"] for failure in rows["broken"]["failures"]], [1, 2])
+                self.assertIn("it broke on purpose", rows["broken"]["failures"][0]["message"])
+                self.assertGreater(rows["whole"]["figures"]["delivered.force.rms_error_N"]["mean"], 0)
+                self.assertIsNone(rows["broken"]["figures"]["delivered.force.rms_error_N"]["mean"])
+                self.assertIn("0 of 2 seeds", result.stdout)
+                for text in ("Runs that failed", "broken, seed 2", "it broke on purpose", "0 of 2 seeds", "<svg"):
+                    self.assertIn(text, page)
+
+    def test_a_comparison_of_which_nothing_is_done_still_says_so_everywhere(self):
+        result, found, page = self.compare(self.broken)
+        self.assertIn("0 of 2 seeds", result.stdout)
+        self.assertEqual(found["graphs"][0]["seeds_done"], 0)
+        self.assertIn("it broke on purpose", page)
+
+    def test_where_all_is_well_nothing_of_it_is_said(self):
+        result, found, page = self.compare(self.whole, RECORDED, code=0)
+        self.assertEqual(found["graphs"][0]["failures"], [])
+        for text in (result.stdout, page):
+            self.assertNotIn("of 2 seeds", text)
+            self.assertNotIn("failed", text)
+            self.assertIn("Run times are CPU times of a single run each", text)
+        self.assertIsNone(found["timing"]["spread_worst"])
+
+    def test_repeats_tell_how_far_they_spread(self):
+        _, found, page = self.compare(RECORDED, code=0, options=("--repeats", "3"))
+        timing = found["timing"]
+        spreads = found["graphs"][0]["spread_of_repeats"]
+        self.assertEqual(timing["spread_worst"], max(spreads))
+        self.assertIn("the median of 3 repeats after 1 run that did not count", page)
+        # Any run that is off is told by the name of its row.
+        self.assertEqual(max(spreads) > 0.1, "spread by more than 10 %: recorded" in timing["warning"])
+
+
 @needs_collision
 class Reports(StudyTest):
+    def test_a_point_that_lacks_a_seed_is_drawn_and_marked(self):
+        text = (f"graphs: [{GRAPHS / 'wall.yaml'}, {RECORDED}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/kalman.yaml'}]\n"
+                "seeds: 3\nduration: 1.2 s\nreport: work_precision\ntiming: {repeats: 1, warm_up: 0}\n")
+        self.study(text, "out")
+        whole = json.loads(self.bytes_of("out", "study.json"))["work_precision"]["graphs"]
+        # The second seed of the wall by hold, which the table then has as failed.
+        with sqlite3.connect(self.folder / "out" / "study.sqlite") as db:
+            (run,), = db.execute("SELECT run FROM names WHERE graph = 'wall' AND setting = 'hold' AND seed = 1002")
+            db.execute("UPDATE runs SET status = 'failed', message = 'it broke' WHERE run = ?", (run,))
+            for table in ("figures", "costs", "repeats"):
+                db.execute(f"DELETE FROM {table} WHERE run = ?", (run,))
+        result = self.study(None, "out", "--resume", code=1)
+        self.assertIn("wall hold, seed 1002: it broke", result.stderr)
+        self.assertIn("2 of 3 seeds", result.stdout)
+        found = json.loads(self.bytes_of("out", "study.json"))["work_precision"]["graphs"]
+        error = {(g["graph"], p["curve"]): p for g in found for p in g["points"]}
+        values = [float(line["delivered.force.rms_error_N"]) for line in self.lines("out")
+                  if (line["graph"], line["method"], line["status"]) == ("wall", "hold", "done")]
+        self.assertEqual(len(values), 2)
+        self.assertAlmostEqual(error["wall", "hold"]["error"]["centre"], (values[0] * values[1]) ** 0.5)
+        for name in ("wall", "all 2 graphs"):
+            self.assertEqual(error[name, "hold"]["seeds_done"], 2)
+            self.assertFalse(error[name, "hold"]["front_run"] or error[name, "hold"]["front_tick"])
+            self.assertTrue(error[name, "kalman"]["front_run"])
+        self.assertEqual(error["recorded", "hold"]["error"], {p["curve"]: p for p in whole[1]["points"]}["hold"]["error"])
+        self.assertIn("incomplete: seeds failed", self.bytes_of("out", "work_precision_wall.svg").decode())
+        self.assertNotIn("incomplete", self.bytes_of("out", "work_precision_recorded.svg").decode())
+
+    def test_an_output_to_record_that_a_graph_lacks_is_refused_before_anything_runs(self):
+        result = self.study(f"""graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+vary: {{collision.margin: [1 mm, 2 mm], coupling.k_t: [100 N/m, -3 N/m]}}
+seeds: 1
+report:
+  kind: stability
+  record: [dynamics.state, dynamics.stat, devise.state]
+""", "out", code=2)
+        for text in ("study.yaml:6:28: report.record: dynamics", 'did you mean "state"?', "study.yaml:6:43: report.record: there is no node",
+                     'did you mean "device"?', "in wall_closed_loop"):
+            self.assertIn(text, result.stderr)
+        self.assertFalse((self.folder / "out").exists())
+
+    @needs_hdf5
+    def test_an_interrupt_while_the_worst_are_recorded_keeps_the_table(self):
+        stiffness = ", ".join(f"{k} N/m" for k in range(100, 500, 50))
+        (self.folder / "study.yaml").write_text(f"""
+graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+set: {{device.loop: open, metrics.rest: 0.5 s}}
+vary:
+  collision.cost.constant: [20 ms, 40 ms]
+  coupling.k_t: [{stiffness}]
+reference: none
+seeds: 1
+duration: 30 s
+report: {{kind: stability, worst: 100}}
+""")
+        out = self.folder / "out"
+        process = subprocess.Popen([TACTOR, "study", self.folder / "study.yaml", "--out", out], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, env=dict(os.environ, **self.environment))
+        self.addCleanup(process.communicate)
+        self.addCleanup(process.kill)
+        self.wait_until((out / "worst").is_dir, process, "it recorded the worst cells")
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1, stderr)
+        self.assertRegex(stderr.decode(), r"interrupted: 16 of 16 runs are kept in .*study.sqlite; .* --resume goes on")
+        recorded = list((out / "worst").iterdir())
+        self.assertLess(len(recorded), 16)
+        for folder in recorded:  # what was under way leaves nothing
+            self.assertTrue((folder / "report.html").exists(), folder)
+        (self.folder / "study.yaml").write_text((self.folder / "study.yaml").read_text().replace("worst: 100", "worst: 1"))
+        self.study(None, "out", "--resume")
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs"], 0)
+        self.assertEqual(len(list((out / "worst").iterdir())), 1)
+
     def test_a_work_precision_study_leaves_its_pictures_and_tables(self):
         result = self.study(f"""
 graphs: [{GRAPHS / "wall.yaml"}, {RECORDED}]

@@ -122,6 +122,24 @@ BOOST_AUTO_TEST_CASE(a_weight_that_is_let_down_and_lifted_makes_no_energy) {
   BOOST_TEST(f->generated_J < 1e-12);
 }
 
+BOOST_AUTO_TEST_CASE(a_tool_below_its_start_has_the_energy_of_its_motion) {
+  // z = -A (1 - cos w t): all the way below the start, where the weight is worth far less than nothing.
+  const double mass = 0.3, g = 9.81, A = 0.025, rate = 2 * pi;
+  std::vector<ToolSample> tool, turned;
+  for (int ms = 0; ms <= 1000; ++ms) {
+    const double z = A * (1 - std::cos(rate * 1e-3 * ms)), v = A * rate * std::sin(rate * 1e-3 * ms);
+    tool.push_back({stamp_ms(ms).valid, {0, 0, -z}, {0, 0, -v}});
+    turned.push_back({stamp_ms(ms).valid, {0, 0, z}, {0, 0, v}});
+  }
+  const double fastest = 0.5 * mass * std::pow(A * rate, 2);
+  const auto below = run_stability({{}, {}, tool, mass, {0, 0, -g}}, {}, 1e-4);
+  BOOST_TEST(std::abs(below->peak_energy_J - fastest) < 1e-9);
+  // Above the start height counts too; as it is worth so much more here, the most is where the tool turns back, at
+  // rest.
+  const auto above = run_stability({{}, {}, turned, mass, {0, 0, -g}}, {}, 1e-4);
+  BOOST_TEST(std::abs(above->peak_energy_J - mass * g * 2 * A) < 1e-9);
+}
+
 BOOST_AUTO_TEST_CASE(what_is_not_finite_is_told) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   DelayedSpring spring(0, 0);
