@@ -4,10 +4,13 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <new>
 
+#include "app/run/cpu_time.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -15,7 +18,9 @@ namespace tactor {
 namespace {
 
 using Word = std::atomic<std::uint64_t>;
-static_assert(Word::is_always_lock_free, "a lock would not work between processes, nor in a signal");
+constexpr double never = std::numeric_limits<double>::infinity();
+static_assert(Word::is_always_lock_free && std::atomic<double>::is_always_lock_free,
+              "a lock would not work between processes, nor in a signal");
 
 /// Never 0, which stands for none.
 std::uint64_t to_word(RunPlace place) {
@@ -28,13 +33,20 @@ RunPlace to_place(std::uint64_t word) {
 
 }  // namespace
 
+/// One thread.
+struct CrashBoard::Slot {
+  Word place = 0;
+  std::atomic<double> since = never;  // s, of the monotonic clock
+};
+
 struct CrashBoard::Shared {
   Word rows = 0;
+  std::atomic<double> timeout = never;  // s
   Word has_table = 0;
   Word trial = 0;    // run + 1
   Word signal = 0;   // that the process brought upon itself
   Word culprit = 0;  // the place where it did
-  // Behind it the slots: the place of each thread that is at one.
+  // Behind it the slots.
 };
 
 namespace {
@@ -66,12 +78,12 @@ std::string signal_word(int signal) {
   return name != nullptr ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
 }
 
-CrashBoard::CrashBoard(unsigned threads) : size_(sizeof(Shared) + threads * sizeof(Word)) {
+CrashBoard::CrashBoard(unsigned threads) : size_(sizeof(Shared) + threads * sizeof(Slot)) {
   void* memory = mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) throw RunError(fmt::format("no memory to share: {}", std::strerror(errno)));
   shared_ = new (memory) Shared;
-  auto* const first = reinterpret_cast<Word*>(shared_ + 1);
-  for (unsigned t = 0; t < threads; ++t) new (first + t) Word(0);
+  auto* const first = reinterpret_cast<Slot*>(shared_ + 1);
+  for (unsigned t = 0; t < threads; ++t) new (first + t) Slot;
   slots_ = {first, threads};
 }
 
@@ -81,16 +93,36 @@ CrashBoard::~CrashBoard() {
 
 void CrashBoard::begin() {
   for (Word* word : {&shared_->trial, &shared_->signal, &shared_->culprit}) *word = 0;
-  for (Word& slot : slots_) slot = 0;
+  for (Slot& slot : slots_) {
+    slot.since = never;
+    slot.place = 0;
+  }
 }
 
 std::vector<RunPlace> CrashBoard::places() const {
   if (shared_->culprit != 0) return {to_place(shared_->culprit)};
   std::vector<RunPlace> places;
-  for (const Word& slot : slots_) {
-    if (const std::uint64_t word = slot; word != 0) places.push_back(to_place(word));
+  for (const Slot& slot : slots_) {
+    if (const std::uint64_t word = slot.place; word != 0) places.push_back(to_place(word));
   }
   return places;
+}
+
+std::optional<RunPlace> CrashBoard::overdue(double not_before) const {
+  const double now = clock_seconds(CLOCK_MONOTONIC);
+  for (const Slot& slot : slots_) {
+    const std::uint64_t word = slot.place;
+    if (word != 0 && now - std::max<double>(slot.since, not_before) > shared_->timeout) return to_place(word);
+  }
+  return std::nullopt;
+}
+
+void CrashBoard::set_timeout(double seconds) {
+  shared_->timeout = seconds;
+}
+
+double CrashBoard::timeout() const {
+  return shared_->timeout;
 }
 
 int CrashBoard::signal() const {
@@ -124,20 +156,26 @@ bool CrashBoard::has_table() const {
 
 CrashPlace::CrashPlace(CrashBoard* board, RunPlace place) {
   if (board == nullptr) return;
-  for (Word& slot : board->slots_) {
+  for (CrashBoard::Slot& slot : board->slots_) {
     std::uint64_t none = 0;
-    if (!slot.compare_exchange_strong(none, to_word(place))) continue;
+    if (!slot.place.compare_exchange_strong(none, to_word(place))) continue;
     slot_ = &slot;
     break;
   }
   TACTOR_DEMAND(slot_ != nullptr);
-  my_slot = slot_;
+  my_slot = &slot_->place;
+  if (place.stage != RunStage::planning) begin();
+}
+
+void CrashPlace::begin() {
+  if (slot_ != nullptr) slot_->since = clock_seconds(CLOCK_MONOTONIC);
 }
 
 CrashPlace::~CrashPlace() {
   if (slot_ == nullptr) return;
   my_slot = nullptr;
-  *slot_ = 0;
+  slot_->since = never;
+  slot_->place = 0;
 }
 
 CrashSignals::CrashSignals(CrashBoard* board) {

@@ -45,12 +45,18 @@ class CrashBoard {
 
   /// The places that the process is in or was in when it ended: one alone where its own signal told which.
   [[nodiscard]] std::vector<RunPlace> places() const;
+  /// A place where a thread has been for longer than the time limit, counted from `not_before` on where that is later
+  /// than its begin, in s of the monotonic clock; nothing where there is none, or while planning.
+  [[nodiscard]] std::optional<RunPlace> overdue(double not_before) const;
   /// The signal that the process brought upon itself in one of them; 0 where there was none.
   [[nodiscard]] int signal() const;
 
   /// The process is alone with the first run that it makes. Nothing: it no longer is.
   void set_trial(std::optional<std::size_t> run);
   [[nodiscard]] std::optional<std::size_t> trial() const;
+  /// For a run, in s of real time. It holds for all processes from now on.
+  void set_timeout(double seconds);
+  [[nodiscard]] double timeout() const;
   /// Of all processes since the board was made.
   void count_row();
   [[nodiscard]] std::size_t rows() const;
@@ -62,8 +68,9 @@ class CrashBoard {
   friend class CrashPlace;
   friend class CrashSignals;
   struct Shared;
+  struct Slot;
   Shared* shared_ = nullptr;
-  std::span<std::atomic<std::uint64_t>> slots_;
+  std::span<Slot> slots_;
   std::size_t size_ = 0;  // in bytes
 };
 
@@ -72,11 +79,13 @@ class CrashPlace {
  public:
   CrashPlace(CrashBoard* board, RunPlace place);
   ~CrashPlace();
+  /// The time limit counts anew.
+  void begin();
   CrashPlace(const CrashPlace&) = delete;
   CrashPlace& operator=(const CrashPlace&) = delete;
 
  private:
-  std::atomic<std::uint64_t>* slot_ = nullptr;
+  CrashBoard::Slot* slot_ = nullptr;
 };
 
 /// While it lives, SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT tell the board at which place the thread is that brought

@@ -130,7 +130,9 @@ class Engine {
         mesh_folders_(mesh_folders),
         options_(options),
         board_(options.supervisor != nullptr ? &options.supervisor->board() : nullptr),
-        begun_(board_ != nullptr && board_->has_table()) {}
+        begun_(board_ != nullptr && board_->has_table()) {
+    if (board_ != nullptr && options.run_timeout_s) board_->set_timeout(*options.run_timeout_s);
+  }
 
   CasesOutcome run() {
     const CrashSignals signals(board_);
@@ -454,12 +456,13 @@ class Engine {
       record.message = planned.message;
       return record;
     }
-    const CrashPlace place(board_, {RunStage::run, run});
+    CrashPlace place(board_, {RunStage::run, run});
     try {
       std::vector<RunResult> results;
       const Plan plan = plan_for(run);
       const std::optional<Plan> reference = reference_for(run);
       for (std::int64_t r = -options_.warm_up; r < options_.repeats; ++r) {
+        place.begin();
         RunResult result = execute_once(plan, reference);
         if (result.interrupted) return std::nullopt;
         if (result.failure) throw RunError(*result.failure);

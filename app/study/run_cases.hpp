@@ -33,7 +33,9 @@ struct CasesOptions {
   std::int64_t repeats = 1;        ///< of every run; run times are their medians
   std::int64_t warm_up = 0;        ///< runs before these that do not count
   bool without_reference = false;  ///< no reference runs: figures that need one are left out
-  bool curves = false;             ///< keep all curves of the first seed, for reports
+  /// Of real time, for every repeat of a run and every reference run; needs a supervisor.
+  std::optional<double> run_timeout_s;
+  bool curves = false;  ///< keep all curves of the first seed, for reports
   /// Cases that are refused as bad input are results, unless all are.
   bool refused_are_results = false;
   std::filesystem::path cache_folder;

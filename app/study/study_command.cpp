@@ -105,6 +105,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   options.warm_up = spec.warm_up;
   options.without_reference = spec.without_reference;
   options.refused_are_results = spec.report == StudyReport::stability;
+  options.run_timeout_s = spec.run_timeout_s;
   options.table = folder / "study.sqlite";
   options.mode = request.resume ? TableMode::resume : request.overwrite ? TableMode::overwrite : TableMode::create;
   // Of the study's text only what decides how runs are made counts here; what they are, their names and graphs tell.

@@ -15,6 +15,7 @@
 
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
+#include "app/run/cpu_time.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -88,9 +89,16 @@ std::optional<int> Supervisor::watch() {
 /// The wait status of the child, passing on what asks to end.
 int Supervisor::wait_for(pid_t child) {
   const sigset_t set = awaited();
+  overdue_.reset();
+  double looked = clock_seconds(CLOCK_MONOTONIC);
+  double not_before = 0;
   for (;;) {
-    const timespec second{1, 0};
-    const int number = sigtimedwait(&set, nullptr, &second);
+    const timespec pause{0, 200'000'000};
+    const int number = sigtimedwait(&set, nullptr, &pause);
+    // Who was stopped with Ctrl-Z has stopped the runs too: their time begins anew.
+    const double now = clock_seconds(CLOCK_MONOTONIC);
+    if (now - looked > 5) not_before = now;
+    looked = now;
     int status = 0;
     const pid_t ended = waitpid(child, &status, WNOHANG);
     if (ended < 0 && errno != EINTR) throw RunError(fmt::format("cannot wait for a process: {}", std::strerror(errno)));
@@ -100,14 +108,19 @@ int Supervisor::wait_for(pid_t child) {
       if (ended == 0) kill(child, number);
     }
     if (ended == child) return status;
+    if (!overdue_) overdue_ = board_.overdue(not_before);
+    if (overdue_) kill(child, SIGKILL);
   }
 }
 
 /// What became of a process; nothing where another one is to go on.
 std::optional<int> Supervisor::judge(int status) {
-  const std::vector<RunPlace> places = board_.places();
+  std::vector<RunPlace> places = board_.places();
   std::string ending;
-  if (WIFSIGNALED(status)) {
+  if (overdue_ && WIFSIGNALED(status)) {
+    places = {*overdue_};
+    ending = fmt::format("took longer than {} s, the run_timeout", board_.timeout());
+  } else if (WIFSIGNALED(status)) {
     const int number = WTERMSIG(status);
     if (std::find(crash_signals.begin(), crash_signals.end(), number) == crash_signals.end()) return end_by(number);
     ending = ending_by(number);
@@ -119,20 +132,18 @@ std::optional<int> Supervisor::judge(int status) {
   }
   ++crashes_;
   clear_bar_line();
+  const std::string kept = "; the runs that had finished are kept";
   if (asked_to_end_) {
-    tell_note("interrupted, and then " + ending);
+    tell_note("interrupted, and then the process crashed: " + ending + kept);
     return 1;
   }
   if (places.empty()) {
-    tell_note("the process was " + ending +
-              " outside of any run, so that it is not tried again; the runs that had "
-              "finished are kept");
+    tell_note("the process crashed outside of any run, so that it is not tried again: " + ending + kept);
     return 1;
   }
   learn(ending, places);
   if (crashes_in_vain_ < 3) return std::nullopt;
-  tell_note("the process was " + ending +
-            ", the third time without a further run; the runs that had finished are kept");
+  tell_note("the process crashed three times without one more run: " + ending + kept);
   return 1;
 }
 

@@ -27,11 +27,11 @@ class Supervisor {
   explicit Supervisor(unsigned threads);
 
   /// Forks a process, in which it returns nothing and which goes on with the command. In the process that called, it
-  /// waits, passing SIGINT, SIGTERM and SIGHUP on, and forks another one where that crashed in a run; then it returns
-  /// the exit code. A crash that is not a run's, or three in a row that brought the table no further, it tells on
-  /// standard error, and returns 1. Where another signal ended the process, the same one ends the caller. If the caller
-  /// is killed, so is the process. To be called before the program makes threads. Throws RunError where there can be no
-  /// process.
+  /// waits, passing SIGINT, SIGTERM and SIGHUP on, kills it where a run exceeds the time limit of the board, and forks
+  /// another one where it crashed in a run or was killed; then it returns the exit code. A crash that is not a run's,
+  /// or three in a row that brought the table no further, it tells on standard error, and returns 1. Where another
+  /// signal ended the process, the same one ends the caller. If the caller is killed, so is the process. To be called
+  /// before the program makes threads. Throws RunError where there can be no process.
   std::optional<int> watch();
 
   // What the processes that are made need to know.
@@ -58,6 +58,7 @@ class Supervisor {
   std::vector<RunPlace> suspects_;
   std::map<RunPlace, std::string> lost_;
   bool asked_to_end_ = false;
+  std::optional<RunPlace> overdue_;  // for which the process is killed
 };
 
 }  // namespace tactor

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <functional>
+#include <optional>
 #include <set>
 
 using namespace tactor;
@@ -127,6 +128,22 @@ BOOST_AUTO_TEST_CASE(of_runs_beside_each_other_the_innocent_one_is_made) {
   BOOST_TEST((table.rows() == std::set<std::size_t>{0, 2, 3, 4}));
   BOOST_TEST(table.supervisor.lost().size() == 1U);
   BOOST_TEST(table.supervisor.lost().contains({RunStage::run, 1}));
+}
+
+BOOST_AUTO_TEST_CASE(a_run_that_hangs_is_ended_and_its_neighbour_not_blamed) {
+  Table* all = nullptr;
+  Table table([&all](const Table&, std::size_t run) {
+    all->supervisor.board().set_timeout(1);
+    if (run != 3) return;
+    CrashBoard& board = all->supervisor.board();
+    CrashPlace beside(&board, {RunStage::planning, 7});  // never overdue
+    for (;;) pause();
+  });
+  all = &table;
+  BOOST_TEST(table.watch() == 0);
+  BOOST_TEST((table.rows() == std::set<std::size_t>{0, 1, 2, 4}));
+  BOOST_REQUIRE(table.supervisor.lost().size() == 1U);
+  BOOST_TEST(table.supervisor.lost().at({RunStage::run, 3}) == "took longer than 1 s, the run_timeout");
 }
 
 BOOST_AUTO_TEST_CASE(crashes_that_bring_nothing_end) {

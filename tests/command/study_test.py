@@ -372,6 +372,14 @@ class Crashes(StudyTest):
             self.assertEqual({status for status, _ in self.failures(by).values()}, {"done"})
             self.assertEqual(self.crashes(by), 1)
 
+    def test_a_run_that_takes_too_long_is_ended(self):
+        text = self.methods(good="", hangs="at: 0.3 s, by: hang") + "run_timeout: 5 s\n"
+        result = self.study(text.replace("seeds: 2", "seeds: 1"), "out", "--jobs", "2", code=1)
+        why = "took longer than 5 s, the run_timeout"
+        self.assertEqual(self.failures("out"), {"good": ("done", ""), "hangs": ("failed", ALONE + why)})
+        self.assertIn(f"crashing hangs, seed 1001: {why}; it is tried once more, alone", result.stderr)
+        self.assertIn("study.yaml:7:14: run_timeout: ", self.study(text.replace("5 s", "0 s"), "bad", code=2).stderr)
+
     def test_a_comparison_goes_on_too(self):
         good = self.graph()
         bad = self.write("bad.yaml", f"extends: {good}\nnodes: {{culprit: {{at: 0.3 s}}}}\n")
