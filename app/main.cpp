@@ -10,6 +10,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -27,6 +28,7 @@
 #include "app/run/run.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/study_command.hpp"
+#include "app/study/supervisor.hpp"
 #include "devices/hardware/profile_files.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -147,8 +149,11 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
 
-StudyConsole console() {
-  return {mesh_folders(), [] { return interrupted != 0; }};
+/// Does the work in a process of its own, and in a new one where a run has crashed that.
+int supervised(unsigned threads, const std::function<int(const StudyConsole&)>& work) {
+  Supervisor supervisor(threads);
+  if (const std::optional<int> code = supervisor.watch()) return *code;
+  return work({mesh_folders(), [] { return interrupted != 0; }, &supervisor});
 }
 
 int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool explained) {
@@ -331,7 +336,7 @@ int main_checked(int argc, char** argv) {
   compare_verb->add_option("--out", comparison.out, "Folder for the results")->capture_default_str();
   compare_verb->callback([&] {
     comparison.overrides = options.overrides();
-    result = run_compare(comparison, console());
+    result = supervised(comparison.jobs, [&](const StudyConsole& console) { return run_compare(comparison, console); });
   });
 
   StudyRequest study;
@@ -357,7 +362,7 @@ int main_checked(int argc, char** argv) {
   study_verb->add_flag("--short", study.is_short, "Use what the study says under `short`");
   study_verb->callback([&] {
     study.overrides = options.overrides();
-    result = run_study(study, console());
+    result = supervised(study.jobs, [&](const StudyConsole& console) { return run_study(study, console); });
   });
 
   bool explained = false;

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <exception>
 #include <fstream>
-#include <iterator>
+#include <map>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -19,7 +19,8 @@
 #include "app/run/cpu_time.hpp"
 #include "app/run/references.hpp"
 #include "app/statistics.hpp"
-#include "app/study/crash_notes.hpp"
+#include "app/study/crash_board.hpp"
+#include "app/study/supervisor.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/engine/reference.hpp"
 #include "framework/graph/plan.hpp"
@@ -124,24 +125,35 @@ class Engine {
  public:
   Engine(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
          const CasesOptions& options)
-      : cases_(cases), registry_(registry), mesh_folders_(mesh_folders), options_(options) {}
+      : cases_(cases),
+        registry_(registry),
+        mesh_folders_(mesh_folders),
+        options_(options),
+        board_(options.supervisor != nullptr ? &options.supervisor->board() : nullptr),
+        begun_(board_ != nullptr && board_->has_table()) {
+    if (board_ != nullptr && options.run_timeout_s) board_->set_timeout(*options.run_timeout_s);
+  }
 
   CasesOutcome run() {
+    const CrashSignals signals(board_);
+    tell_of_crash();
+    const std::size_t made_before = board_ != nullptr ? board_->rows() : 0;
     plan_all();
     TableIdentity identity = options_.identity;
     identity.program = program_hash();
     make_folder(options_.table.parent_path());
-    RunTable table(options_.table, options_.mode, identity, names());
+    RunTable table(options_.table, begun_ ? TableMode::resume : options_.mode, identity, names());
+    if (board_ != nullptr) board_->set_has_table();
     const std::vector<bool> finished = table.finished();
-    const CrashNotes notes(notes_file(), options_.after_crash);
-    const Pending pending = sorted_out(finished, notes.found(), table);
+    const Pending pending = sorted_out(finished, table);
     CasesOutcome outcome;
-    outcome.found = static_cast<std::size_t>(std::count(finished.begin(), finished.end(), true));
+    outcome.found = static_cast<std::size_t>(std::count(finished.begin(), finished.end(), true)) - made_before;
+    outcome.crashes = options_.supervisor != nullptr ? options_.supervisor->crashes() : 0;
     const double wall = clock_seconds(CLOCK_MONOTONIC);
     const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
     done_ = 0;
     all_ = pending.suspects.size() + pending.others.size();
-    run_all(pending.suspects, 1, 1, table);
+    try_alone(pending.suspects, table);
     run_all(pending.others, options_.reference_jobs, options_.jobs, table);
     outcome.cost = {clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu, run_cpu_s_, reference_cpu_s_, waited_for_core_s_,
                     clock_seconds(CLOCK_MONOTONIC) - wall};
@@ -158,62 +170,107 @@ class Engine {
  private:
   /// What a case is planned to, once for all seeds.
   struct Planned {
-    std::optional<Plan> plan;       // none where it is refused
+    std::optional<Plan> plan;       // none where it is refused, or crashes the process
     std::optional<Plan> reference;  // of the graph that judges it, where that is another
-    std::string refused;
+    RunStatus status = RunStatus::refused;
+    std::string message;  // why there is no plan
     std::string content;
     std::exception_ptr why;
   };
 
   /// The runs that are to be made.
   struct Pending {
-    std::vector<std::size_t> suspects;  // the process crashed in them: one at a time, before the others
+    std::vector<std::size_t> suspects;  // a process crashed in them: one at a time, before the others
     std::vector<std::size_t> others;
   };
 
-  /// Beside the table; of a table that begins anew nothing is known.
-  [[nodiscard]] fs::path notes_file() const {
-    fs::path file = options_.table.string() + ".crashes";
-    std::error_code ignored;
-    if (options_.mode != TableMode::resume) fs::remove(file, ignored);
-    return file;
+  /// Says what the process before this one ended in.
+  void tell_of_crash() {
+    if (options_.supervisor == nullptr || !options_.supervisor->last()) return;
+    const Crash& crash = *options_.supervisor->last();
+    std::vector<std::string> names;
+    for (const RunPlace& place : crash.places) names.push_back(name_of(place));
+    const char* const next = crash.is_last              ? "it has failed, and the others go on"
+                             : crash.places.size() == 1 ? "it is tried once more, alone"
+                                                        : "each is tried once more, alone";
+    note(fmt::format("{}: {}; {}", fmt::join(names, ", or "), crash.ending, next));
   }
 
-  /// Adds runs in which the process crashed twice to the table as failed, and sorts the others that are not there.
-  Pending sorted_out(const std::vector<bool>& finished, const std::vector<CrashNote>& notes, RunTable& table) const {
-    Pending pending;
-    for (std::size_t run = 0; run < finished.size(); ++run) {
-      if (finished[run]) continue;
-      std::vector<CrashNote> mine;
-      std::copy_if(notes.begin(), notes.end(), std::back_inserter(mine),
-                   [&](const CrashNote& note) { return concerns(note, run); });
-      if (mine.size() < 2) {
-        (mine.empty() ? pending.others : pending.suspects).push_back(run);
+  [[nodiscard]] std::string name_of(RunPlace place) const {
+    if (place.stage != RunStage::planning) {
+      return (place.stage == RunStage::reference ? "the reference run of " : "") + name_of(place.number);
+    }
+    const RunCase& c = cases_[place.number];
+    return "the planning of " + graph_name(place.number) + (c.setting.empty() ? "" : " ") + c.setting;
+  }
+
+  /// Adds runs that are given up to the table as failed, and sorts the others that are not there.
+  Pending sorted_out(const std::vector<bool>& finished, RunTable& table) const {
+    std::vector<bool> pending = finished;
+    pending.flip();
+    Pending sorted;
+    if (options_.supervisor != nullptr) {
+      add_lost(pending, table);
+      for (const RunPlace& place : options_.supervisor->suspects()) {
+        if (place.stage == RunStage::planning || !pending[place.number]) continue;
+        pending[place.number] = false;
+        sorted.suspects.push_back(place.number);
+      }
+    }
+    for (std::size_t run = 0; run < pending.size(); ++run) {
+      if (pending[run]) sorted.others.push_back(run);
+    }
+    return sorted;
+  }
+
+  /// A run is given up where it crashed a process, and where the reference run did that it needs.
+  void add_lost(std::vector<bool>& pending, RunTable& table) const {
+    std::map<std::string, std::string> endings;  // of reference runs
+    for (const auto& [place, ending] : options_.supervisor->lost()) {
+      if (place.stage == RunStage::reference) endings.emplace(reference_of(place.number), ending);
+    }
+    for (std::size_t run = 0; run < pending.size(); ++run) {
+      if (!pending[run] || !planned_[run / seeds()].plan) continue;
+      RunRecord record;
+      const auto own = options_.supervisor->lost().find({RunStage::run, run});
+      if (own != options_.supervisor->lost().end()) {
+        record.message = lost_message(own->second);
+      } else if (const auto other = endings.empty() ? endings.end() : endings.find(reference_of(run));
+                 other != endings.end()) {
+        record.message = "the reference run that this run needs was " + lost_message(other->second);
+      } else {
         continue;
       }
-      RunRecord record;
       record.number = run;
       record.status = RunStatus::failed;
-      record.message = fmt::format("the process crashed in {} ({}), and once more with no other run beside it",
-                                   mine.back().in_reference ? "the reference run that this run needs" : "this run",
-                                   signal_word(mine.back().signal));
-      if (planned_[run / seeds()].plan) record.result.title = planned_[run / seeds()].plan->graph.title;
-      table.add(record);
+      record.result.title = planned_[run / seeds()].plan->graph.title;
+      add(record, table);
+      pending[run] = false;
     }
-    return pending;
   }
 
-  [[nodiscard]] bool concerns(const CrashNote& note, std::size_t run) const {
-    if (!note.in_reference || note.run == run) return note.run == run;
-    const bool both =
-        note.run / seeds() < planned_.size() && planned_[note.run / seeds()].plan && planned_[run / seeds()].plan;
-    return both && reference_of(note.run) == reference_of(run);
+  static std::string lost_message(const std::string& ending) {
+    return "tried twice, the second time with no other run beside it: " + ending;
+  }
+
+  void add(const RunRecord& record, RunTable& table) const {
+    table.add(record);
+    if (board_ != nullptr) board_->count_row();
   }
 
   /// What tells the reference run that a run needs from others; empty where it needs none.
   [[nodiscard]] std::string reference_of(std::size_t run) const {
     const std::optional<Plan> other = reference_for(run);
     return reference_id(other ? *other : plan_for(run));
+  }
+
+  /// One after the other, and the first one as the first of the process.
+  void try_alone(const std::vector<std::size_t>& runs, RunTable& table) {
+    for (const std::size_t run : runs) {
+      if (board_ != nullptr) board_->set_trial(run == runs.front() ? std::optional(run) : std::nullopt);
+      run_all({run}, 1, 1, table);
+    }
+    if (board_ != nullptr) board_->set_trial(std::nullopt);
   }
 
   void run_all(const std::vector<std::size_t>& runs, unsigned reference_jobs, unsigned jobs, RunTable& table) {
@@ -239,6 +296,8 @@ class Engine {
     std::size_t refused = 0;
     for (std::size_t c = 0; c < cases_.size(); ++c) {
       Planned& planned = planned_[c];
+      if (lost_in_planning(c)) continue;
+      const CrashPlace place(board_, {RunStage::planning, c});
       try {
         planned.plan = plan_of(cases_[c].graph, cases_[c].overrides);
         if (planned.plan->graph.clock == Clock::real) {
@@ -246,7 +305,9 @@ class Engine {
                            ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                            "conditions; add --set clock=virtual");
         }
-        for (const std::string& text : check_nodes(*planned.plan)) note(text);
+        for (const std::string& text : check_nodes(*planned.plan)) {
+          if (!begun_) note(text);  // else a process before this one has said it
+        }
         if (cases_[c].reference) planned.reference = plan_of(cases_[c].graph, *cases_[c].reference);
         planned.content = content_of(planned);
       } catch (const GraphError& error) {
@@ -262,11 +323,21 @@ class Engine {
     if (refused == cases_.size() && refused > 0) std::rethrow_exception(planned_.front().why);
   }
 
+  /// Whether it is given up, because its planning crashed a process.
+  bool lost_in_planning(std::size_t c) {
+    if (options_.supervisor == nullptr) return false;
+    const auto found = options_.supervisor->lost().find({RunStage::planning, c});
+    if (found == options_.supervisor->lost().end()) return false;
+    planned_[c].status = RunStatus::failed;
+    planned_[c].message = "its planning was " + lost_message(found->second);
+    return true;
+  }
+
   static void refuse(Planned& planned, std::string text, std::exception_ptr why) {
     planned.plan.reset();
-    planned.refused = std::move(text);
+    planned.message = std::move(text);
     planned.why = std::move(why);
-    planned.content = content_key({"refused", planned.refused});
+    planned.content = content_key({"refused", planned.message});
   }
 
   static std::string content_of(const Planned& planned) {
@@ -333,7 +404,7 @@ class Engine {
       const std::size_t run = first_uses[i];
       tell(done++, first_uses.size(), "reference runs");
       const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
-      const CrashPlace place(run, true);
+      const CrashPlace place(board_, {RunStage::reference, run});
       try {
         const Plan plan = plan_for(run);
         const std::optional<Plan> other = reference_for(run);
@@ -369,7 +440,7 @@ class Engine {
       record->control_us = control;
       const std::lock_guard lock(mutex);
       run_cpu_s_ += clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
-      table.add(*record);
+      add(*record, table);
       tell(++done_, all_, "runs");
       return true;
     });
@@ -381,16 +452,17 @@ class Engine {
     RunRecord record;
     record.number = run;
     if (!planned.plan) {
-      record.status = RunStatus::refused;
-      record.message = planned.refused;
+      record.status = planned.status;
+      record.message = planned.message;
       return record;
     }
-    const CrashPlace place(run, false);
+    CrashPlace place(board_, {RunStage::run, run});
     try {
       std::vector<RunResult> results;
       const Plan plan = plan_for(run);
       const std::optional<Plan> reference = reference_for(run);
       for (std::int64_t r = -options_.warm_up; r < options_.repeats; ++r) {
+        place.begin();
         RunResult result = execute_once(plan, reference);
         if (result.interrupted) return std::nullopt;
         if (result.failure) throw RunError(*result.failure);
@@ -436,6 +508,8 @@ class Engine {
   Registry& registry_;
   const std::vector<fs::path>& mesh_folders_;
   const CasesOptions& options_;
+  CrashBoard* const board_;  // null where nobody watches
+  const bool begun_;         // by a process before this one, which crashed: the table is of this command
   std::vector<Planned> planned_;
   std::size_t done_ = 0, all_ = 0;  // runs to be made
   std::atomic<bool> stopped_ = false;

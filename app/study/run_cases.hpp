@@ -15,6 +15,7 @@
 namespace tactor {
 
 class Registry;
+class Supervisor;
 
 /// What is run with every seed.
 struct RunCase {
@@ -32,14 +33,18 @@ struct CasesOptions {
   std::int64_t repeats = 1;        ///< of every run; run times are their medians
   std::int64_t warm_up = 0;        ///< runs before these that do not count
   bool without_reference = false;  ///< no reference runs: figures that need one are left out
-  bool curves = false;             ///< keep all curves of the first seed, for reports
+  /// Of real time, for every repeat of a run and every reference run; needs a supervisor.
+  std::optional<double> run_timeout_s;
+  bool curves = false;  ///< keep all curves of the first seed, for reports
   /// Cases that are refused as bad input are results, unless all are.
   bool refused_are_results = false;
   std::filesystem::path cache_folder;
   std::filesystem::path table;  ///< its folder is made; InputError where that cannot be
   TableMode mode = TableMode::create;
-  std::string after_crash;  ///< what the user is told where a run takes the process with it
-  TableIdentity identity;   ///< its program is filled in
+  /// Whose process this is: runs that crash it are tried alone, and are failed where they do so again. Null: a crash
+  /// ends the runs.
+  Supervisor* supervisor = nullptr;
+  TableIdentity identity;                                               ///< its program is filled in
   std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts; by one thread at a time
   std::function<void(const std::string& note)> note;  ///< as RunOptions::note, by one thread at a time
   std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once
@@ -47,7 +52,7 @@ struct CasesOptions {
   std::function<GraphError(const GraphError&)> placed;
 };
 
-/// What the engine spent, for its overhead.
+/// What the engine spent, for its overhead; without what processes spent that crashed.
 struct CasesCost {
   double total_cpu_s = 0;        ///< of the process, from the first run to the last
   double run_cpu_s = 0;          ///< of these, in runs: planning, nodes made, warm-up, repeats, judging
@@ -59,7 +64,8 @@ struct CasesCost {
 /// All runs of the cases, one a case and seed: number = case * seeds + seed.
 struct CasesOutcome {
   std::vector<RunRecord> records;  ///< by number; with all runs there unless interrupted
-  std::size_t found = 0;           ///< runs that the table had already
+  std::size_t found = 0;           ///< runs that the table had before the command
+  std::size_t crashes = 0;         ///< of processes before this one
   bool interrupted = false;
   CasesCost cost;
 };

@@ -6,12 +6,14 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <thread>
 
 #include "framework/core/check.hpp"
 
@@ -146,9 +148,14 @@ struct RunTable::Database {
     const std::string file = path.string() + ".lock";
     lock = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (lock < 0) throw RunError(fmt::format("cannot write {}: {}", file, std::strerror(errno)));
-    if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
-      throw InputError(
-          fmt::format("{}: expected a table that nobody writes, found another tactor at it", path.string()));
+    // A process that was killed just now may not be gone yet.
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    while (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+      if (std::chrono::steady_clock::now() > until) {
+        throw InputError(
+            fmt::format("{}: expected a table that nobody writes, found another tactor at it", path.string()));
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   }
   void execute(const char* sql) const {
@@ -206,7 +213,9 @@ struct RunTable::Database {
           name.text(2) != std::to_string(runs[i].seed)) {
         return "its runs are others: " + run;
       }
-      if (name.text(3) != runs[i].content) return "the graph, or a file that it names, has changed since: " + run;
+      const bool both_known = !name.text(3).empty() && !runs[i].content.empty();
+      if (both_known && name.text(3) != runs[i].content)
+        return "the graph, or a file that it names, has changed since: " + run;
     }
     return i == runs.size() ? "" : "its runs are others";
   }

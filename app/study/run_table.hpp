@@ -35,7 +35,8 @@ struct RunName {
   std::string graph;
   std::string setting;
   std::uint64_t seed = 0;
-  std::string content;  ///< hash of the resolved graph and the bytes of its files, or of why it is refused
+  std::string content;  ///< hash of the resolved graph and the bytes of its files, or of why it is refused; or empty:
+                        ///< not known, which agrees with any
 };
 
 /// What the runs of a table were made for; tables of another one are not gone on with.

@@ -42,6 +42,7 @@ CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, 
   };
   options.cache_folder = default_cache_folder();
   options.interrupted = console.interrupted;
+  options.supervisor = console.supervisor;
   options.progress = [&](double share, const std::string& what) {
     bar.draw(share, what);
     return !console.interrupted();
@@ -62,6 +63,7 @@ std::string options_text(const StudyRequest& request, const StudySpec& spec) {
 nlohmann::ordered_json to_json(const CasesOutcome& outcome) {
   return {{"runs", outcome.records.size() - outcome.found},
           {"runs_found", outcome.found},
+          {"crashes", outcome.crashes},
           {"total_cpu_s", outcome.cost.total_cpu_s},
           {"run_cpu_s", outcome.cost.run_cpu_s},
           {"reference_cpu_s", outcome.cost.reference_cpu_s},
@@ -115,6 +117,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   options.warm_up = spec.warm_up;
   options.without_reference = spec.without_reference;
   options.refused_are_results = spec.report == StudyReport::stability;
+  options.run_timeout_s = spec.run_timeout_s;
   options.table = folder / "study.sqlite";
   options.mode = request.resume ? TableMode::resume : request.overwrite ? TableMode::overwrite : TableMode::create;
   // Of the study's text only what decides how runs are made counts here; what they are, their names and graphs tell.
@@ -123,7 +126,6 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
                                                spec.without_reference ? "none" : "made")}),
                       options_text(request, spec),
                       {}};
-  options.after_crash = "the finished runs are kept, and the same command with --resume goes on";
   options.placed = [&spec](const GraphError& error) { return with_places_of_study(error, spec); };
   Registry registry(default_node_folders());
   if (spec.report == StudyReport::stability) check_record(spec, cases, registry, console.mesh_folders);

@@ -26,9 +26,9 @@ constexpr std::array<std::string_view, 6> study_columns{"graph",     "method", "
 constexpr std::int64_t most_values = 10'000;  // of one axis, and of a hypercube
 
 const std::vector<std::string>& study_keys() {
-  static const std::vector<std::string> keys{"title",   "graphs", "methods",    "set",      "vary",
-                                             "design",  "seeds",  "first_seed", "duration", "reference",
-                                             "metrics", "report", "timing",     "short"};
+  static const std::vector<std::string> keys{"title",       "graphs",  "methods",    "set",      "vary",
+                                             "design",      "seeds",   "first_seed", "duration", "reference",
+                                             "run_timeout", "metrics", "report",     "timing",   "short"};
   return keys;
 }
 
@@ -98,6 +98,10 @@ class StudyReader {
       if (named_.count("duration") > 0) diagnostics_.error(t->place, "duration: named in `set` or `vary` too");
       const auto duration = read_duration(*t, "duration", true, diagnostics_);
       if (duration) study.duration_s = duration->seconds();
+    }
+    if (const Tree* t = tree.value("run_timeout")) {
+      const auto timeout = read_duration(*t, "run_timeout", true, diagnostics_);
+      if (timeout) study.run_timeout_s = timeout->seconds();
     }
     if (const Tree* t = tree.value("reference")) read_reference(*t, study);
     if (const Tree* t = tree.value("metrics")) study.metrics = read_texts(*t, "metrics");

@@ -67,7 +67,8 @@ struct StudySpec {
   std::uint64_t design_seed = 1;  ///< of its draws
   std::int64_t seeds = 20;
   std::uint64_t first_seed = 1001;
-  std::optional<double> duration_s;  ///< of every run; absent: the graphs' own
+  std::optional<double> duration_s;     ///< of every run; absent: the graphs' own
+  std::optional<double> run_timeout_s;  ///< of real time, for every run and reference run; absent: none
   /// Laid over each graph to make its reference run; both empty: the judged graph's own reference run.
   std::vector<Overlay> reference_over;
   std::vector<std::string> reference_set;

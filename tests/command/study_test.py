@@ -6,6 +6,7 @@ import pathlib
 import signal
 import sqlite3
 import subprocess
+import time
 import unittest
 
 import yaml
@@ -35,10 +36,10 @@ class StudyTest(CommandTest):
     def lines(self, out, name="study.csv"):
         return list(csv.DictReader(self.bytes_of(out, name).decode().splitlines()))
 
-    def start(self, out, *options):
+    def start(self, out, *options, **more):
         """The command in the background, once its table has some runs and is not yet whole."""
         process = subprocess.Popen([TACTOR, "study", self.folder / "study.yaml", "--out", self.folder / out, *options],
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=dict(os.environ, **self.environment))
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=dict(os.environ, **self.environment), **more)
         self.addCleanup(process.communicate)
         self.addCleanup(process.kill)
 
@@ -50,6 +51,29 @@ class StudyTest(CommandTest):
 
         self.wait_until(some, process, "its table had three runs")
         return process
+
+    def wait_for(self, condition, what, timeout=120):
+        end = time.monotonic() + timeout
+        while not condition():
+            self.assertLess(time.monotonic(), end, f"{timeout} s have gone by before {what}")
+            time.sleep(0.02)
+
+
+def stat(pid):
+    """State and parent of a process; nothing where there is none."""
+    try:
+        return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[:2]
+    except OSError:
+        return None
+
+
+def is_alive(pid):
+    return (stat(pid) or "Z")[0] not in "ZX"
+
+
+def children(parent):
+    pids = [int(folder.name) for folder in pathlib.Path("/proc").iterdir() if folder.name.isdigit()]
+    return [pid for pid in pids if (stat(pid) or " ?")[1] == str(parent)]
 
 
 MANY = f"""
@@ -97,13 +121,19 @@ class Table(StudyTest):
     def test_a_killed_study_goes_on_with_nothing_lost_and_nothing_run_twice(self):
         (self.folder / "study.yaml").write_text(MANY)
         process = self.start("killed", "--jobs", "2")
+        # As the kernel does where memory is short: the command goes on in another process.
+        first, = children(process.pid)
+        os.kill(first, signal.SIGKILL)
+        self.wait_until(lambda: children(process.pid) not in ([], [first]), process, "it went on")
+        second, = children(process.pid)
+        rows = len(self.table("killed", "SELECT run FROM runs"))
+        self.wait_until(lambda: len(self.table("killed", "SELECT run FROM runs")) > rows, process, "it had another run")
         process.kill()
-        process.communicate()
+        _, stderr = process.communicate()
+        self.wait_for(lambda: not is_alive(second), "what it had started ended with it")
+        self.assertIn(b"killed (SIGKILL), perhaps for lack of memory; ", stderr)
         before = dict(self.table("killed", "SELECT run, cpu_s FROM runs"))
         self.assertLess(len(before), 360)
-        # Who kills the process says nothing of the run that it was in.
-        crashes = self.folder / "killed" / "study.sqlite.crashes"
-        self.assertEqual(crashes.read_text() if crashes.exists() else "", "")
         result = self.study(None, "killed", code=2)
         self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
         self.study(None, "killed", "--resume")
@@ -127,6 +157,22 @@ class Table(StudyTest):
         self.assertGreaterEqual(kept, 3)
         self.study(None, "out", "--resume")
         self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs_found"], kept)
+
+    def test_an_interrupt_from_the_terminal_reaches_both_processes_and_is_told_once(self):
+        (self.folder / "study.yaml").write_text(MANY)
+        process = self.start("out", "--jobs", "2", start_new_session=True)
+        os.killpg(process.pid, signal.SIGINT)
+        _, stderr = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1)
+        self.assertEqual(stderr.decode().count("interrupted"), 1, stderr)
+
+    def test_who_asks_the_process_of_the_runs_to_end_ends_the_study(self):
+        (self.folder / "study.yaml").write_text(MANY)
+        process = self.start("out", "--jobs", "2")
+        os.kill(children(process.pid)[0], signal.SIGTERM)
+        _, stderr = process.communicate(timeout=120)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn(b"--resume goes on", stderr)
 
     def test_two_at_once_are_refused(self):
         (self.folder / "study.yaml").write_text(MANY)
@@ -266,13 +312,9 @@ nodes: {culprit: {type: fault.aborts, at: 100 s, lasts: 1 s}}
 edges:
   - coupling.force -> culprit.in
   - culprit.out -> prediction.force
-  - %(judged)s.%(port)s -> metrics.force
+  - %(judged)s -> metrics.force
 """
-CRASHES = """graphs: [%(graph)s]
-vary: {culprit.at: [100 s, 0.3 s, 200 s]}
-seeds: 2
-duration: 0.6 s
-"""
+ALONE = "tried twice, the second time with no other run beside it: "
 
 
 class Crashes(StudyTest):
@@ -282,57 +324,91 @@ class Crashes(StudyTest):
         super().setUp()
         self.environment["TACTOR_NODE_PATH"] = str(FAULT_NODES)
 
-    def crash(self, *options):
-        return self.study(None, "out", *options, code=-signal.SIGABRT)
+    def graph(self, judged="coupling.force"):
+        return self.write("crashing.yaml", CRASHING % {"graph": RECORDED, "judged": judged})
 
-    def write_study(self, judged, port):
-        graph = self.write("crashing.yaml", CRASHING % {"graph": RECORDED, "judged": judged, "port": port})
-        (self.folder / "study.yaml").write_text(CRASHES % {"graph": graph})
+    def methods(self, **methods):
+        """A study whose methods are the culprit's parameters."""
+        listed = "".join(f"  - {name}: {{nodes: {{culprit: {{{text}}}}}}}\n" for name, text in methods.items())
+        return f"graphs: [{self.graph()}]\nmethods:\n{listed}seeds: 2\nduration: 0.6 s\n"
 
-    def statuses(self):
-        return [(line["culprit.at"], line["seed"], line["status"]) for line in self.lines("out")]
+    def failures(self, out):
+        """What became of each method: its status, and why; the same for both seeds."""
+        rows = set(self.table(out, "SELECT setting, status, message FROM runs NATURAL JOIN names"))
+        self.assertEqual(len(rows), len({setting for setting, _, _ in rows}), rows)
+        return {setting: (status, message) for setting, status, message in rows}
 
-    def test_a_run_that_crashes_twice_is_a_failed_row(self):
-        self.write_study("coupling", "force")
-        first = self.crash("--jobs", "1")
-        self.assertIn("the process crashed in a run", first.stderr)
-        # Both seeds of 0.3 s crash; each is tried once with the others and once alone.
-        for _ in range(3):
-            self.crash("--jobs", "1", "--resume")
-        result = self.study(None, "out", "--jobs", "1", "--resume", code=1)
-        self.assertEqual(self.statuses(), [(at, seed, "failed" if at == "0.3 s" else "done")
-                                           for at in ("100 s", "0.3 s", "200 s") for seed in ("1001", "1002")])
-        self.assertIn("crashing culprit.at=0.3 s, seed 1001: the process crashed in this run (SIGABRT), and once more with no "
-                      "other run beside it", result.stderr)
-        messages = self.table("out", "SELECT message FROM runs WHERE status = 'failed'")
-        self.assertEqual(len(messages), 2)
-        # It is over: nothing is run again, and a study that begins anew knows nothing of it.
-        self.study(None, "out", "--resume", code=1)
-        self.crash("--jobs", "1", "--overwrite")
-        self.assertEqual(len((self.folder / "out" / "study.sqlite.crashes").read_text().splitlines()), 1)
+    def crashes(self, out):
+        return json.loads(self.bytes_of(out, "study.json"))["engine"]["crashes"]
+
+    def test_one_command_ends_with_every_good_run_and_every_bad_one_a_failed_row(self):
+        text = self.methods(good="", aborts="at: 0.3 s", also_good="at: 200 s", overflows="at: 0.3 s, by: overflow",
+                            is_killed="at: 0.3 s, by: kill", exits="at: 0.3 s, by: exit")
+        result = self.study(text, "two", "--jobs", "2", code=1)
+        self.assertEqual(self.failures("two"), {
+            "good": ("done", ""), "also_good": ("done", ""), "aborts": ("failed", ALONE + "ended by SIGABRT"),
+            "overflows": ("failed", ALONE + "ended by SIGSEGV"), "exits": ("failed", ALONE + "ended with exit code 3"),
+            "is_killed": ("failed", ALONE + "killed (SIGKILL), perhaps for lack of memory")})
+        self.assertIn(f"crashing overflows, seed 1002: {ALONE}ended by SIGSEGV", result.stderr)
+        self.assertIn("crashing aborts, seed 1001: ended by SIGABRT; it has failed, and the others go on", result.stderr)
+        self.assertNotIn("--resume", result.stderr)
+        self.study(None, "one", "--jobs", "1", code=1)
+        self.assertEqual(self.bytes_of("one"), self.bytes_of("two"))
+        self.assertEqual(self.failures("one"), self.failures("two"))
+        # Nobody runs beside them, so each of the eight crashes once after others and once alone.
+        self.assertEqual(self.crashes("one"), 16)
+        # It is over: nothing is run again.
+        self.study(None, "one", "--resume", code=1)
+        self.assertEqual(self.crashes("one"), 0)
 
     def test_a_reference_run_that_crashes_fails_all_runs_that_need_it(self):
-        self.write_study("culprit", "out")
-        self.crash("--jobs", "1")
-        for _ in range(8):
-            result = tactor("study", self.folder / "study.yaml", "--out", self.folder / "out", "--jobs", "1", "--resume",
-                            environment=self.environment)
-            if result.returncode != -signal.SIGABRT:
-                break
-        self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("the process crashed in the reference run that this run needs (SIGABRT)", result.stderr)
-        self.assertEqual([s for _, _, s in self.statuses()], ["done"] * 2 + ["failed"] * 2 + ["done"] * 2)
+        graph = self.graph("culprit.out")
+        for jobs in ("1", "2"):
+            # Where the device stops has no part in the reference run.
+            self.study(f"graphs: [{graph}]\nvary: {{culprit.at: [100 s, 0.3 s], device.force_max: [4 N, 6 N]}}\nseeds: 2\n"
+                       "duration: 0.6 s\n", jobs, "--jobs", jobs, code=1)
+            bad = ("failed", "the reference run that this run needs was " + ALONE + "ended by SIGABRT")
+            self.assertEqual(self.failures(jobs), {
+                f"culprit.at={at} device.force_max={force}": bad if at == "0.3 s" else ("done", "")
+                for at in ("100 s", "0.3 s") for force in ("4 N", "6 N")})
+            self.assertEqual(self.crashes(jobs), 4)  # twice a seed
+            self.environment["TACTOR_CACHE"] = str(self.folder / "another_cache")
+        self.assertEqual(self.bytes_of("1"), self.bytes_of("2"))
 
-    def test_runs_beside_one_that_crashes_are_not_blamed(self):
-        self.write_study("coupling", "force")
-        result = None
-        for attempt in range(8):
-            result = tactor("study", self.folder / "study.yaml", "--out", self.folder / "out", "--jobs", "3",
-                            *(["--resume"] if attempt else []), environment=self.environment)
-            if result.returncode != -signal.SIGABRT:
-                break
+    def test_a_case_that_crashes_where_it_is_planned_fails_with_all_its_runs(self):
+        result = self.study(self.methods(good="", bad="by: planning", too="by: planning"), "out", code=1)
+        bad = ("failed", "its planning was " + ALONE + "ended by SIGABRT")
+        self.assertEqual(self.failures("out"), {"good": ("done", ""), "bad": bad, "too": bad})
+        self.assertIn("the planning of crashing bad: ended by SIGABRT; it has failed", result.stderr)
+        # The table of an earlier command is not taken for this one's.
+        result = self.study(None, "out", code=2)
+        self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
+        self.study(None, "out", "--resume", code=1)
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs_found"], 6)
+
+    def test_a_crash_that_does_not_come_again_costs_no_run(self):
+        for by, at in (("abort", "0.3 s"), ("kill", "0.3 s"), ("planning", "100 s")):
+            once = self.folder / f"once_{by}"
+            self.study(self.methods(good="", also_good="at: 200 s", bad=f"at: {at}, by: {by}, once: '{once}'"), by, "--jobs", "2")
+            self.assertTrue(once.exists())
+            self.assertEqual({status for status, _ in self.failures(by).values()}, {"done"})
+            self.assertEqual(self.crashes(by), 1)
+
+    def test_a_run_that_takes_too_long_is_ended(self):
+        text = self.methods(good="", hangs="at: 0.3 s, by: hang") + "run_timeout: 5 s\n"
+        result = self.study(text.replace("seeds: 2", "seeds: 1"), "out", "--jobs", "2", code=1)
+        why = "took longer than 5 s, the run_timeout"
+        self.assertEqual(self.failures("out"), {"good": ("done", ""), "hangs": ("failed", ALONE + why)})
+        self.assertIn(f"crashing hangs, seed 1001: {why}; it is tried once more, alone", result.stderr)
+        self.assertIn("study.yaml:7:14: run_timeout: ", self.study(text.replace("5 s", "0 s"), "bad", code=2).stderr)
+
+    def test_a_comparison_goes_on_too(self):
+        good = self.graph()
+        bad = self.write("bad.yaml", f"extends: {good}\nnodes: {{culprit: {{at: 0.3 s}}}}\n")
+        result = tactor("compare", good, bad, "--seeds", "2", "--duration", "0.6", "--out", self.folder / "out",
+                        environment=self.environment)
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertEqual([s for _, _, s in self.statuses()], ["done"] * 2 + ["failed"] * 2 + ["done"] * 2)
+        self.assertIn(f"bad, seed 1: {ALONE}ended by SIGABRT", result.stderr)
 
 
 # A node behind the coupling that fails from then on.

@@ -1,10 +1,16 @@
 #include "tests/fault_nodes/passing.hpp"
 
+#include <unistd.h>
+
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 namespace tactor::fault {
 
@@ -28,6 +34,41 @@ void Stall::step(StepContext& context) {
   out.send(in.latest()->stamp.valid, in.latest()->value);
 }
 
+namespace {
+
+// Told as the process ends, so that no compiler takes the stack away.
+volatile int depth = 0;
+
+int run_over() {
+  volatile int here[1024] = {};
+  depth = depth + 1;
+  const int deeper = depth > 0 ? run_over() : 0;  // it always is
+  return deeper + here[7];
+}
+
+}  // namespace
+
+void Aborts::Params::go_wrong() const {
+  if (!once.empty()) {
+    if (std::ifstream(once)) return;
+    std::ofstream(once) << "once\n";
+  }
+  switch (by) {
+    case By::abort:
+    case By::planning:
+      std::abort();
+    case By::overflow:
+      std::exit(run_over());
+    case By::kill:
+      raise(SIGKILL);
+      break;
+    case By::exit:
+      std::_Exit(3);
+    case By::hang:
+      for (;;) pause();
+  }
+}
+
 NodeInfo Throws::declare() {
   Declare<Throws> declaration("fault.throws", "Passes wrenches on, and throws.");
   declaration.input("in", &Throws::in, {.doc = "what it passes on", .trigger = Trigger::yes})
@@ -44,13 +85,30 @@ void Throws::step(StepContext& context) {
 NodeInfo Aborts::declare() {
   Declare<Aborts> declaration("fault.aborts", "Passes wrenches on, and ends the process.");
   declaration.input("in", &Aborts::in, {.doc = "what it passes on", .trigger = Trigger::yes})
-      .output("out", &Aborts::out, "what came in");
+      .output("out", &Aborts::out, "what came in")
+      .choice(
+          "by", &Params::by,
+          {{"abort", By::abort},
+           {"overflow", By::overflow},
+           {"kill", By::kill},
+           {"exit", By::exit},
+           {"hang", By::hang},
+           {"planning", By::planning}},
+          std::optional(By::abort),
+          "abort: as a broken belief does; overflow: its stack runs over; kill: SIGKILL; exit: exit code 3; hang: it "
+          "sleeps for ever; planning: as abort, while the run is planned")
+      .check_params([](const Params& params, std::vector<std::string>*) {
+        if (params.by == By::planning) params.go_wrong();
+      })
+      .text("once", &Params::once, "",
+            "a file: made where it is missing, and where it is there nothing happens; empty: "
+            "it goes wrong every time");
   declare_when(declaration);
   return declaration.info();
 }
 
 void Aborts::step(StepContext& context) {
-  if (params_.is_now(context.now())) std::abort();
+  if (params_.is_now(context.now())) params_.go_wrong();
   out.send(in.latest()->stamp.valid, in.latest()->value);
 }
 

@@ -1,6 +1,8 @@
 // Nodes that pass on what they get and go wrong once: they stall, throw, end the process, or send what is not finite.
 #pragma once
 
+#include <string>
+
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 
@@ -57,10 +59,15 @@ class Throws final : public Node {
   Params params_;
 };
 
-/// Ends the process at its first step after `at`, as a broken belief does.
+/// Ends the process at its first step after `at`, or does not come back from it; or ends it while a run is planned.
 class Aborts final : public Node {
  public:
-  using Params = When;
+  enum class By { abort, overflow, kill, exit, hang, planning };
+  struct Params : When {
+    By by = By::abort;
+    std::string once;
+    void go_wrong() const;
+  };
   Aborts(const Params& params, const NodeContext&) : params_(params) {}
   static NodeInfo declare();
   void step(StepContext& context) override;
