@@ -219,7 +219,7 @@ class Table(StudyTest):
         self.assertEqual(self.table("asked", "SELECT run, count(*) FROM repeats GROUP BY run"), [(0, 4), (1, 4)])
         timing = json.loads(self.bytes_of("asked", "study.json"))["timing"]
         self.assertEqual((timing["repeats"], timing["warm_up"]), (4, 1))
-        self.assertIn("the median of 4 repeats after 1 that did not count", timing["text"])
+        self.assertIn("the median of 4 repeats after 1 run that did not count", timing["text"])
 
     @needs_hdf5
     def test_the_table_is_there_as_hdf5(self):
