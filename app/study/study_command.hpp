@@ -25,7 +25,8 @@ struct StudyRequest {
   Overrides overrides;
   std::optional<std::int64_t> seeds;
   std::optional<std::uint64_t> first_seed;
-  std::optional<std::int64_t> repeats;  ///< of every run, for its run time; one more before them where there are several
+  std::optional<std::int64_t>
+      repeats;  ///< of every run, for its run time; one more before them where there are several
   unsigned jobs = 1;
   std::optional<std::filesystem::path> out;  ///< absent: out/NAME
   bool resume = false, overwrite = false;
