@@ -150,10 +150,7 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
     row.status[s] = record.status;
     row.message[s] = record.message;
     row.control_us[s] = record.control_us;
-    if (record.cpu_s.size() > 1) {
-      const auto [low, high] = std::minmax_element(record.cpu_s.begin(), record.cpu_s.end());
-      row.spread[s] = (*high - *low) / median(record.cpu_s);
-    }
+    row.spread[s] = spread_of_repeats(record.cpu_s);
     row.runs[s] = std::move(record.result);
   }
   for (const std::string& metric : metrics) comparison.columns.push_back({metric, metric});
@@ -181,44 +178,16 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
   return comparison;
 }
 
-TimingNote timing_note(const Comparison& comparison, std::int64_t repeats, std::int64_t warm_up) {
+TimingNote timing_note(const Comparison& comparison, Repeats repeats) {
   std::vector<double> control, spreads;
   for (const CompareRow& row : comparison.rows) {
     for (std::size_t s = 0; s < row.status.size(); ++s) {
       if (row.status[s] != RunStatus::done) continue;
       control.push_back(row.control_us[s]);
-      if (std::isfinite(row.spread[s])) spreads.push_back(row.spread[s]);
+      spreads.push_back(row.spread[s]);
     }
   }
-  TimingNote note;
-  if (control.empty()) return note;
-  note.control_us = median(control);
-  note.control_spread = (quantile(control, 0.95) - quantile(control, 0.05)) / note.control_us;
-  note.text = repeats > 1 ? fmt::format(
-                                "Run times are CPU times, the median of {} repeats after {} that did not count; the "
-                                "repeats of a run spread by {:.1f} % in the median and {:.1f} % at most. ",
-                                repeats, warm_up, 100 * median(spreads), 100 * quantile(spreads, 1))
-                          : "Run times are CPU times of a single run each. ";
-  note.text += fmt::format(
-      "A fixed computation before each run took {:.0f} us in the median and spread by {:.1f} % (5th to 95th "
-      "percentile).",
-      note.control_us, 100 * note.control_spread);
-  const double worst = std::max(note.control_spread, spreads.empty() ? 0 : quantile(spreads, 0.5));
-  if (worst > 0.1) {
-    note.warning = fmt::format(
-        "The machine was not quiet: run times spread by {:.0f} %, more than 10 %. Compare them with "
-        "care, or measure anew on an idle machine, a study with --jobs 1.",
-        100 * worst);
-  }
-  return note;
-}
-
-Json to_json(const TimingNote& note, std::int64_t repeats, std::int64_t warm_up) {
-  return {{"repeats", repeats},
-          {"warm_up", warm_up},
-          {"control_us", note.control_us},
-          {"control_spread", note.control_spread},
-          {"warning", note.warning}};
+  return timing_note(control, spreads, repeats, 0.5, "measure anew on an idle machine, a study with --jobs 1");
 }
 
 Json to_json(const CompareRow& row, const std::vector<Column>& columns) {

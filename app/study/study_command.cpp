@@ -162,8 +162,9 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   CasesOptions options;
   options.seeds = seeds_from(request.first_seed, request.seeds);
   options.reference_jobs = request.jobs;
-  options.repeats = request.repeats;
-  options.warm_up = request.repeats > 1 ? 1 : 0;
+  const Repeats repeats = warmed_up(request.repeats);
+  options.repeats = repeats.count;
+  options.warm_up = repeats.warm_up;
   options.curves = true;
   options.table = request.out / "compare.sqlite";
   options.mode = TableMode::overwrite;
@@ -177,12 +178,12 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   }
   if (outcome.interrupted) throw RunError("interrupted");
   const Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
-  const TimingNote timing = timing_note(comparison, options.repeats, options.warm_up);
+  const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", comparison_table(comparison, timing));
   // A file that cannot be written leaves the table.
   std::fflush(stdout);
   nlohmann::ordered_json json = to_json(comparison);
-  json["timing"] = to_json(timing, options.repeats, options.warm_up);
+  json["timing"] = to_json(timing);
   write_file(request.out / "compare.json", json.dump(2) + "\n");
   write_file(request.out / "report.html", compare_report(comparison, timing));
   fmt::print("  {}\n", (request.out / "report.html").string());

@@ -14,6 +14,7 @@ NodeInfo SdfCollision::declare() {
   declare_pairs(d);
   d.cheaper("collision.primitive");
   declare_cells(d, CellOptions{}.resolution);
+  d.coarser("resolution", {std::int64_t{64}, std::int64_t{32}, std::int64_t{16}});
   return d.info();
 }
 
