@@ -277,7 +277,10 @@ nlohmann::ordered_json to_json(const Lean& lean) {
     if (trial.outcome == LeanOutcome::refused) {
       t["why"] = trial.figures.after.refused;
     } else {
-      if (trial.outcome != LeanOutcome::over_budget) t["saving"] = trial.saving;
+      if (trial.outcome != LeanOutcome::over_budget) {
+        t["saving"] = trial.saving;
+        t["before"] = json_of(trial.figures.before);
+      }
       t["figures"] = json_of(trial.figures.after);
     }
     json["trials"].push_back(std::move(t));
