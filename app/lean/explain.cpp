@@ -255,10 +255,6 @@ void add_nodes(Explanation& e, const Timed& timed, const std::vector<HeapUse>& h
   }
 }
 
-std::string percent(double share) {
-  return std::isfinite(share) ? fmt::format("{:.0f} %", 100 * share) : "-";
-}
-
 std::string megabytes(double bytes) {
   return fmt::format("{:.2f} MB", 1e-6 * bytes);
 }

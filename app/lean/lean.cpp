@@ -69,10 +69,6 @@ void check(Lean& lean, LeanMeasure& measure, const LeanLimits& limits) {
   measure.time_by_turns(both, seeds);
 }
 
-std::string percent(double share) {
-  return std::isfinite(share) ? fmt::format("{:.0f} %", 100 * share) : "-";
-}
-
 Row error_cells(const LeanFigures& f) {
   return {pretty(f.error), pretty(f.max_error), pretty(f.torque_error)};
 }
@@ -224,8 +220,8 @@ Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& option
   const LeanMeasure::Looked original_looked{&lean.original, &start};
   measure.time_by_turns(std::span(&original_looked, 1), options.seeds);
   const auto moves = [&registry](const GraphSpec& graph) { return lean_moves(graph, registry); };
-  const auto compare = [&](const GraphSpec& before, const GraphSpec& after) {
-    return measure.compare(before, after, options.seeds, limits);
+  const auto compare = [&](const GraphSpec& before, const LeanMove<GraphSpec>& move) {
+    return measure.compare(before, move.state, !move.leaves_out, options.seeds, limits);
   };
   const auto told = [&](const GraphSpec& graph) {
     auto found = moves(graph);

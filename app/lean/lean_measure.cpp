@@ -123,33 +123,44 @@ LeanFigures LeanMeasure::first_look(const GraphSpec& graph, std::span<const std:
   return figures;
 }
 
-void LeanMeasure::time_by_turns(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds) {
-  if (options_.repeats.warm_up == 0) return;
-  for (std::int64_t repeat = 0; repeat < options_.repeats.count; ++repeat) {
-    for (const Looked& looked : graphs) looked.figures->repeats.push_back(0);
-    for (const std::uint64_t seed : seeds) {
-      for (const Looked& looked : graphs) {
-        looked.figures->repeats.back() +=
-            run(*looked.graph, seed, truth(seed).reference).cost / static_cast<double>(seeds.size());
-      }
+void LeanMeasure::take_turn(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds) {
+  for (const Looked& looked : graphs) looked.figures->repeats.push_back(0);
+  for (const std::uint64_t seed : seeds) {
+    for (const Looked& looked : graphs) {
+      looked.figures->repeats.back() +=
+          run(*looked.graph, seed, truth(seed).reference).cost / static_cast<double>(seeds.size());
     }
   }
+}
+
+void LeanMeasure::keep_medians(std::span<const Looked> graphs) {
   for (const Looked& looked : graphs) {
+    if (looked.figures->repeats.empty()) continue;
     looked.figures->cost = median(looked.figures->repeats);
     spreads_.push_back(spread_of_repeats(looked.figures->repeats));
   }
 }
 
-LeanPair LeanMeasure::compare(const GraphSpec& before, const GraphSpec& after, std::span<const std::uint64_t> seeds,
-                              const LeanLimits& limits) {
+void LeanMeasure::time_by_turns(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds) {
+  if (options_.repeats.warm_up == 0) return;
+  for (std::int64_t repeat = 0; repeat < options_.repeats.count; ++repeat) take_turn(graphs, seeds);
+  keep_medians(graphs);
+}
+
+LeanPair LeanMeasure::compare(const GraphSpec& before, const GraphSpec& after, bool must_save,
+                              std::span<const std::uint64_t> seeds, const LeanLimits& limits) {
   LeanPair pair;
   pair.after = first_look(after, seeds);
   if (!pair.after.refused.empty() || !limits.keep(pair.after)) return pair;
   pair.before = first_look(before, seeds);
-  // A single look may err by that much.
-  if (pair.after.cost > 1.25 * pair.before.cost) return pair;
   const std::array<Looked, 2> both{{{&before, &pair.before}, {&after, &pair.after}}};
-  time_by_turns(both, seeds);
+  // A single look may err by that much.
+  if (options_.repeats.warm_up == 0 || (must_save && pair.after.cost > 1.1 * pair.before.cost)) return pair;
+  for (std::int64_t repeat = 0; repeat < options_.repeats.count; ++repeat) {
+    take_turn(both, seeds);
+    if (must_save && pair.savings().back() <= 0) break;
+  }
+  keep_medians(both);
   return pair;
 }
 

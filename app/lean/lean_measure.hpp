@@ -57,10 +57,10 @@ class LeanMeasure {
   /// machine that slows down does so for all of them. Where they are not to be repeated the first look stays.
   void time_by_turns(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds);
 
-  /// A first look at a graph, and where it keeps the limits, at the one before it; where it does not cost far more,
-  /// both by turns.
-  [[nodiscard]] LeanPair compare(const GraphSpec& before, const GraphSpec& after, std::span<const std::uint64_t> seeds,
-                                 const LeanLimits& limits);
+  /// A first look at a graph, and where it keeps the limits, at the one before it; then both by turns. With
+  /// `must_save` that ends with the first turn that saves nothing, or before it where the first look costs far more.
+  [[nodiscard]] LeanPair compare(const GraphSpec& before, const GraphSpec& after, bool must_save,
+                                 std::span<const std::uint64_t> seeds, const LeanLimits& limits);
 
   /// Of all runs since this was last asked; the quantile `judged` of the spreads of the repeats warns.
   [[nodiscard]] TimingNote timing(double judged);
@@ -77,6 +77,8 @@ class LeanMeasure {
     std::optional<double> torque;  // N m, RMS; none where the original has none
   };
   const Truth& truth(std::uint64_t seed);
+  void take_turn(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds);
+  void keep_medians(std::span<const Looked> graphs);
   [[nodiscard]] GraphSpec prepared(const GraphSpec& graph, std::uint64_t seed) const;
   [[nodiscard]] Run run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference);
 

@@ -92,15 +92,15 @@ struct LeanPath {
 /// Takes, as long as there is one, the move with the largest saving of those that keep the limits and save: at least
 /// `min_saving` in the median of the repeats, and something in each, in two looks. One that leaves something out is
 /// taken in any case, after those that save more. `moves(state)` gives the moves of a state, those of a group one after
-/// the other from fine to coarse. `compare(before, after)` measures a state beside the one before it; where the one
-/// after it is over the limits only its errors count. A group ends at the first of its moves that is over the budget,
-/// for good. A move that saved nothing is measured again when nothing else is left to take, because its share has grown
-/// by then. The start must keep the limits.
+/// the other from fine to coarse. `compare(before, move)` measures the state after the move beside the one before it;
+/// where the one after it is over the limits only its errors count. A group ends at the first of its moves that is over
+/// the budget, for good. A move that saved nothing is measured again when nothing else is left to take, because its
+/// share has grown by then. The start must keep the limits.
 template <class State>
 class LeanSearch {
  public:
   using Moves = std::function<std::vector<LeanMove<State>>(const State&)>;
-  using Compare = std::function<LeanPair(const State& before, const State& after)>;
+  using Compare = std::function<LeanPair(const State& before, const LeanMove<State>& move)>;
 
   LeanSearch(const LeanLimits& limits, Moves moves, Compare compare)
       : limits_(limits), moves_(std::move(moves)), compare_(std::move(compare)) {}
@@ -163,7 +163,7 @@ class LeanSearch {
   }
 
   const LeanTrial& try_out(const LeanMove<State>& move, const State& before) {
-    LeanTrial trial{.round = round_, .group = move.group, .what = move.what, .figures = compare_(before, move.state)};
+    LeanTrial trial{.round = round_, .group = move.group, .what = move.what, .figures = compare_(before, move)};
     if (trial.figures.after.refused.empty()) judge(trial, move.leaves_out);
     path_.trials.push_back(std::move(trial));
     return path_.trials.back();

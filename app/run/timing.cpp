@@ -35,6 +35,10 @@ double spread_of_repeats(std::span<const double> times) {
   return (*high - *low) / median(times);
 }
 
+std::string percent(double share) {
+  return std::isfinite(share) ? fmt::format("{:.0f} %", 100 * share) : "-";
+}
+
 TimingNote timing_note(std::span<const double> control_us, std::span<const double> spreads, Repeats repeats,
                        double judged, const std::string& anew) {
   TimingNote note{.repeats = repeats, .text = {}, .warning = {}};

@@ -25,6 +25,8 @@ double measure_control();
 
 /// (longest - shortest) / median of the times of repeats; NaN for fewer than two.
 double spread_of_repeats(std::span<const double> times);
+/// `12 %`, or `-` of what is not finite.
+std::string percent(double share);
 
 /// What the tables say of how the run times were taken and how far they can be trusted; `warning` tells where they
 /// spread by more than 10 %.

@@ -111,13 +111,15 @@ BOOST_FIXTURE_TEST_CASE(a_move_is_timed_by_turns_with_what_it_came_from, Fixture
   LeanMeasure twice(graph, measure);
   static_cast<void>(twice.first_look(graph, seeds));
   made.clear();
-  const LeanPair pair = twice.compare(graph, after, seeds, {.error = 1});
+  const LeanPair pair = twice.compare(graph, after, true, seeds, {.error = 1});
   BOOST_TEST(made == (std::vector<double>{1e1, 1e5, 1e5, 1e1, 1e5, 1e1, 1e5, 1e1}), boost::test_tools::per_element());
   BOOST_TEST(pair.savings().size() == 3U);
   // What costs far more is not looked at again.
   made.clear();
-  BOOST_TEST(twice.compare(after, graph, seeds, {.error = 1}).after.repeats.empty());
+  BOOST_TEST(twice.compare(after, graph, true, seeds, {.error = 1}).after.repeats.empty());
   BOOST_TEST(made == (std::vector<double>{1e5, 1e1}), boost::test_tools::per_element());
+  // Unless it is taken in any case.
+  BOOST_TEST(twice.compare(after, graph, false, seeds, {.error = 1}).after.repeats.size() == 3U);
 }
 
 BOOST_FIXTURE_TEST_CASE(a_run_that_is_interrupted_ends_there, Fixture) {

@@ -38,9 +38,9 @@ std::vector<LeanMove<State>> knobs(const State& state, int most, bool leaves_out
 
 LeanPath<State> search(const LeanLimits& limits, LeanSearch<State>::Moves moves,
                        const std::function<LeanFigures(const State&)>& figures, int* compared = nullptr) {
-  const auto compare = [&](const State& before, const State& after) {
+  const auto compare = [&](const State& before, const LeanMove<State>& move) {
     if (compared != nullptr) ++*compared;
-    return LeanPair{figures(before), figures(after)};
+    return LeanPair{figures(before), figures(move.state)};
   };
   return LeanSearch<State>(limits, std::move(moves), compare).run({0, 0, 0}, figures({0, 0, 0}));
 }
@@ -151,7 +151,8 @@ BOOST_AUTO_TEST_CASE(a_saving_counts_where_every_repeat_has_it_by_the_median_of_
   // b saves 0.5 twice and nothing once, c 0.01 every time.
   const std::map<std::string, std::array<double, 3>> after{
       {"a", {90, 160, 150}}, {"b", {50, 100, 301}}, {"c", {99, 198, 297}}};
-  const auto compare = [&](const State& before, const State& state) {
+  const auto compare = [&](const State& before, const LeanMove<State>& move) {
+    const State& state = move.state;
     LeanPair pair{{.cost = 200, .repeats = {100, 200, 300}}, {.cost = 1}};
     for (std::size_t k = 0; k < state.size(); ++k) {
       if (state[k] == before[k]) continue;
@@ -172,7 +173,8 @@ BOOST_AUTO_TEST_CASE(a_saving_counts_where_every_repeat_has_it_by_the_median_of_
 BOOST_AUTO_TEST_CASE(a_saving_that_another_look_does_not_find_is_none) {
   // a seems to save half the first time it is looked at, b saves a tenth whenever it is.
   int looks_at_a = 0;
-  const auto compare = [&](const State& before, const State& state) {
+  const auto compare = [&](const State& before, const LeanMove<State>& move) {
+    const State& state = move.state;
     LeanPair pair{{.cost = 100}, {.cost = state[1] > before[1] ? 90.0 : 100.0}};
     if (state[0] > before[0] && looks_at_a++ == 0) pair.after.cost = 50;
     return pair;

@@ -12,6 +12,8 @@ BOOST_AUTO_TEST_CASE(repeats_spread_by_longest_less_shortest_over_their_median) 
   BOOST_TEST(spread_of_repeats(std::vector<double>{10, 8, 11, 9, 12}) == 0.4);
   BOOST_TEST(std::isnan(spread_of_repeats(std::vector<double>{10})));
   BOOST_TEST(std::isnan(spread_of_repeats(std::vector<double>{})));
+  BOOST_TEST(percent(0.404) == "40 %");
+  BOOST_TEST(percent(spread_of_repeats(std::vector<double>{10})) == "-");
 }
 
 BOOST_AUTO_TEST_CASE(several_repeats_are_warmed_up_and_a_single_run_is_not) {
