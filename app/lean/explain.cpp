@@ -4,13 +4,17 @@
 #include <link.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <span>
 #include <utility>
 
-#include "app/run/step_times.hpp"
 #include "app/run/summary.hpp"
+#include "app/run/timed_run.hpp"
+#include "app/statistics.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/realtime/allocation_watch.hpp"
@@ -20,18 +24,6 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 namespace {
-
-class Watch final : public RunObserver {
- public:
-  explicit Watch(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
-  bool on_progress(Time) override {
-    if (interrupted_()) throw RunError("interrupted");
-    return true;
-  }
-
- private:
-  const std::function<bool()>& interrupted_;
-};
 
 /// What a node has of the heap.
 struct HeapUse {
@@ -106,34 +98,45 @@ std::vector<HeapUse> heap_uses(const Plan& plan, const std::function<bool()>& in
   count_thread_heap_bytes(true);
   {
     VirtualClock engine(watched, false);
-    Watch watch(interrupted);
-    engine.run(watch);
+    run_to_end(engine, interrupted);
   }
   count_thread_heap_bytes(false);
   return uses;
 }
 
-/// us of CPU time a simulated second, by node.
-std::vector<double> costs(const Plan& plan, const std::function<bool()>& interrupted,
-                          std::vector<std::uint64_t>* steps = nullptr) {
-  VirtualClock engine(plan, true);
-  Watch watch(interrupted);
-  engine.run(watch);
-  std::vector<double> result;
-  const double seconds = engine.now().seconds();
-  for (const auto& node : step_times(engine, plan.nodes.size())) {
-    double ns = 0;
-    for (const std::uint32_t step : node) ns += step;
-    result.push_back(1e-3 * ns / seconds);
-    if (steps != nullptr) steps->push_back(node.size());
-  }
-  return result;
+double sum(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-double sum(const std::vector<double>& values) {
-  double total = 0;
-  for (const double value : values) total += value;
-  return total;
+ExplainedCost cost_of(const std::vector<double>& repeats) {
+  return {median(repeats), quantile(repeats, 0), quantile(repeats, 1)};
+}
+
+/// A plan that is run by turns with others.
+struct Timed {
+  Plan plan;
+  std::vector<std::uint64_t> steps;          // by node
+  std::vector<std::vector<double>> repeats;  // by node, us of CPU time a simulated second
+};
+
+void run_once(Timed& timed, bool counts, const std::function<bool()>& interrupted) {
+  VirtualClock engine(timed.plan, true);
+  run_to_end(engine, interrupted);
+  timed.steps.clear();
+  for (std::size_t n = 0; n < timed.plan.nodes.size(); ++n) timed.steps.push_back(engine.node_figures(n).steps);
+  if (!counts) return;
+  const std::vector<double> costs = node_costs(engine, timed.plan.nodes.size());
+  timed.repeats.resize(costs.size());
+  for (std::size_t n = 0; n < costs.size(); ++n) timed.repeats[n].push_back(costs[n]);
+}
+
+/// The costs of all nodes, by repeat.
+std::vector<double> totals(const Timed& timed) {
+  std::vector<double> result(timed.repeats.front().size(), 0.0);
+  for (const auto& node : timed.repeats) {
+    for (std::size_t r = 0; r < node.size(); ++r) result[r] += node[r];
+  }
+  return result;
 }
 
 int degrees_of_freedom(const Scene& scene) {
@@ -169,29 +172,48 @@ std::optional<GraphSpec> with_rotation(GraphSpec graph, const Registry& registry
   return graph;
 }
 
-/// What `what` would cost a simulated second; none where it cannot be measured.
-std::optional<double> cost_kept_in(const Plan& plan, double total, const std::string& what, const Registry& registry,
-                                   const std::function<bool()>& interrupted) {
-  const std::string node = what.starts_with("node ") ? what.substr(5) : "";
-  std::optional<GraphSpec> graph;
-  if (what == "torque") {
-    graph = with_rotation(plan.graph, registry);
-  } else if (const NodeSpec* spec = node.empty() ? nullptr : plan.graph.node(node);
-             spec != nullptr && !spec->info->outputs.empty()) {
-    // A node whose output is recorded is wanted.
-    graph = plan.graph;
-    graph->record.push_back(node + "." + spec->info->outputs.front().name);
-  }
+/// The node that `what` says was left out, or empty.
+std::string left_out_node(const std::string& what) {
+  return what.starts_with("node ") ? what.substr(5) : "";
+}
+
+/// The graph with what was left out kept in; none where that cannot be run.
+std::optional<GraphSpec> kept_in(const GraphSpec& graph, const std::string& what, const Registry& registry) {
+  if (what == "torque") return with_rotation(graph, registry);
+  const std::string node = left_out_node(what);
+  const NodeSpec* spec = node.empty() ? nullptr : graph.node(node);
+  if (spec == nullptr || spec->info->outputs.empty()) return std::nullopt;
+  // A node whose output is recorded is wanted.
+  GraphSpec result = graph;
+  result.record.push_back(node + "." + spec->info->outputs.front().name);
+  return result;
+}
+
+/// The plan with what was left out kept in, run once; none where it cannot be run.
+std::optional<Timed> warmed(const Plan& plan, const std::string& what, const Registry& registry,
+                            const std::function<bool()>& interrupted) {
+  const std::optional<GraphSpec> graph = kept_in(plan.graph, what, registry);
   if (!graph) return std::nullopt;
   try {
-    const Plan kept = make_plan(*graph);
-    const std::vector<double> found = costs(kept, interrupted);
-    if (what == "torque") return std::max(0.0, sum(found) - total);
-    for (std::size_t n = 0; n < kept.nodes.size(); ++n) {
-      if (kept.nodes[n].name == node) return found[n];
-    }
+    Timed timed{make_plan(*graph), {}, {}};
+    run_once(timed, false, interrupted);
+    return timed;
   } catch (const InputError&) {
-    // It cannot be kept in.
+    return std::nullopt;
+  }
+}
+
+/// What it cost in `kept` to keep `what` in: the node's steps; of torque all of the run, less `without`, by repeat.
+std::optional<ExplainedCost> cost_kept_in(const Timed& kept, const std::string& what,
+                                          const std::vector<double>& without) {
+  if (what == "torque") {
+    std::vector<double> more = totals(kept);
+    for (std::size_t r = 0; r < more.size(); ++r) more[r] -= without[r];
+    return cost_of(more);
+  }
+  const std::string node = left_out_node(what);
+  for (std::size_t n = 0; n < kept.plan.nodes.size(); ++n) {
+    if (kept.plan.nodes[n].name == node) return cost_of(kept.repeats[n]);
   }
   return std::nullopt;
 }
@@ -215,17 +237,44 @@ std::vector<ExplainedLibrary> loaded_libraries() {
   return found;
 }
 
+void add_nodes(Explanation& e, const Timed& timed, const std::vector<HeapUse>& heap) {
+  std::vector<double> medians;
+  for (const auto& repeats : timed.repeats) medians.push_back(median(repeats));
+  const double total = sum(medians);
+  for (std::size_t n = 0; n < timed.plan.nodes.size(); ++n) {
+    const NodeSpec& planned = timed.plan.nodes[n];
+    ExplainedNode node{.node = planned.name, .type = planned.info->type, .lane = word(planned.scheduling.lane)};
+    node.steps = timed.steps[n];
+    node.us_per_second = medians[n];
+    node.us_per_step = node.steps > 0 ? medians[n] * e.duration_s / static_cast<double>(node.steps) : 0;
+    node.spread = spread_of_repeats(timed.repeats[n]);
+    node.share = total > 0 ? medians[n] / total : 0;
+    node.built_bytes = heap[n].built;
+    node.peak_bytes = std::max(heap[n].peak, heap[n].built);
+    e.nodes.push_back(std::move(node));
+  }
+}
+
 std::string megabytes(double bytes) {
   return fmt::format("{:.2f} MB", 1e-6 * bytes);
 }
 
+std::string cost_text(const ExplainedCost& cost) {
+  return fmt::format("{:.0f} us a simulated s ({:.0f} to {:.0f})", cost.median, cost.least, cost.most);
+}
+
+nlohmann::ordered_json to_json(const ExplainedCost& cost) {
+  return {{"median", cost.median}, {"least", cost.least}, {"most", cost.most}};
+}
+
 }  // namespace
 
-Explanation explain_measured(const GraphSpec& graph, double seconds, const Registry& registry,
+Explanation explain_measured(const GraphSpec& graph, double seconds, Repeats repeats, const Registry& registry,
                              const std::function<bool()>& interrupted) {
   GraphSpec shorter = graph;
   shorter.duration = Duration::from_seconds(seconds);
-  const Plan plan = make_plan(shorter);
+  Timed timed{make_plan(shorter), {}, {}};
+  const Plan& plan = timed.plan;
   Explanation e;
   e.graph = plan.graph.name;
   e.title = plan.graph.title;
@@ -237,23 +286,29 @@ Explanation explain_measured(const GraphSpec& graph, double seconds, const Regis
   e.chosen = plan.chosen;
   e.memory_is_counted = heap_calls_are_counted();
   e.libraries = loaded_libraries();
-  std::vector<std::uint64_t> steps;
-  const std::vector<double> cost = costs(plan, interrupted, &steps);
-  const double total = sum(cost);
-  const std::vector<HeapUse> heap = heap_uses(plan, interrupted);
-  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    ExplainedNode node{
-        .node = plan.nodes[n].name, .type = plan.nodes[n].info->type, .lane = word(plan.nodes[n].scheduling.lane)};
-    node.steps = steps[n];
-    node.us_per_second = cost[n];
-    node.us_per_step = steps[n] > 0 ? cost[n] * seconds / static_cast<double>(steps[n]) : 0;
-    node.share = total > 0 ? cost[n] / total : 0;
-    node.built_bytes = heap[n].built;
-    node.peak_bytes = std::max(heap[n].peak, heap[n].built);
-    e.nodes.push_back(std::move(node));
+  run_once(timed, false, interrupted);
+  std::vector<std::optional<Timed>> kept;
+  for (const LeftOut& left : plan.left_out) kept.push_back(warmed(plan, left.what, registry, interrupted));
+  std::vector<double> control;
+  const auto run_timed = [&](Timed& one) {
+    control.push_back(measure_control());
+    run_once(one, true, interrupted);
+  };
+  for (std::int64_t repeat = 0; repeat < repeats.count; ++repeat) {
+    run_timed(timed);
+    for (std::optional<Timed>& one : kept) {
+      if (one) run_timed(*one);
+    }
   }
-  for (const LeftOut& left : plan.left_out) {
-    e.left_out.push_back({left.what, left.why, cost_kept_in(plan, total, left.what, registry, interrupted)});
+  const std::vector<double> total = totals(timed);
+  e.total = cost_of(total);
+  const std::array<double, 1> spread{spread_of_repeats(total)};
+  e.timing = timing_note(control, spread, repeats, spread_warning(spread));
+  add_nodes(e, timed, heap_uses(plan, interrupted));
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const LeftOut& left = plan.left_out[i];
+    e.left_out.push_back(
+        {left.what, left.why, kept[i] ? cost_kept_in(*kept[i], left.what, total) : std::optional<ExplainedCost>()});
   }
   return e;
 }
@@ -263,16 +318,18 @@ std::string explanation_table(const Explanation& e) {
       fmt::format("\n{}  {}\n  {} degrees of freedom, {} moving, {}; {} s simulated, seed {}\n\n", e.graph, e.title,
                   e.degrees_of_freedom, e.moving_bodies == 1 ? "one body" : fmt::format("{} bodies", e.moving_bodies),
                   e.torque ? "with torque" : "without torque", pretty(e.duration_s), e.seed);
-  text += fmt::format("  {:<16} {:<24} {:<9} {:>8} {:>10} {:>16} {:>7} {:>10} {:>10}\n", "node", "type", "lane",
-                      "steps", "us a step", "us a simulated s", "share", "built", "at most");
+  text += fmt::format("  {:<16} {:<24} {:<9} {:>8} {:>10} {:>16} {:>7} {:>7} {:>10} {:>10}\n", "node", "type", "lane",
+                      "steps", "us a step", "us a simulated s", "spread", "share", "built", "at most");
   for (const ExplainedNode& n : e.nodes) {
     const auto memory = [&](std::int64_t bytes) {
       return e.memory_is_counted ? megabytes(static_cast<double>(bytes)) : std::string("-");
     };
-    text += fmt::format("  {:<16} {:<24} {:<9} {:>8} {:>10} {:>16.0f} {:>5.1f} % {:>10} {:>10}\n", n.node, n.type,
-                        n.lane, n.steps, pretty(n.us_per_step), n.us_per_second, 100 * n.share, memory(n.built_bytes),
-                        memory(n.peak_bytes));
+    text += fmt::format("  {:<16} {:<24} {:<9} {:>8} {:>10} {:>16.0f} {:>7} {:>5.1f} % {:>10} {:>10}\n", n.node, n.type,
+                        n.lane, n.steps, pretty(n.us_per_step), n.us_per_second, percent(n.spread), 100 * n.share,
+                        memory(n.built_bytes), memory(n.peak_bytes));
   }
+  text += fmt::format("  {:<16} {}\n\n  {}\n", "together", cost_text(e.total), e.timing.text);
+  if (!e.timing.warning.empty()) text += "  " + e.timing.warning + "\n";
   double others = 0;
   std::size_t count = 0;
   text += "\n  libraries loaded\n";
@@ -289,9 +346,8 @@ std::string explanation_table(const Explanation& e) {
   for (const Chosen& c : e.chosen) text += fmt::format("    {}: {} is {}: {}\n", c.node, c.asked, c.type, c.why);
   if (!e.left_out.empty()) text += "\n  left out, and what it would cost\n";
   for (const ExplainedLeftOut& left : e.left_out) {
-    text += fmt::format(
-        "    {}: {}; {}\n", left.what, left.why,
-        left.us_per_second ? fmt::format("{:.0f} us a simulated s", *left.us_per_second) : std::string("not measured"));
+    text += fmt::format("    {}: {}; {}\n", left.what, left.why,
+                        left.cost ? cost_text(*left.cost) : std::string("not measured"));
   }
   return text;
 }
@@ -311,11 +367,14 @@ nlohmann::ordered_json to_json(const Explanation& e) {
               {"steps", n.steps},
               {"us_per_step", n.us_per_step},
               {"us_per_simulated_s", n.us_per_second},
+              {"spread", std::isfinite(n.spread) ? Json(n.spread) : Json(nullptr)},
               {"share", n.share}};
     node["built_bytes"] = e.memory_is_counted ? Json(n.built_bytes) : Json(nullptr);
     node["peak_bytes"] = e.memory_is_counted ? Json(n.peak_bytes) : Json(nullptr);
     json["nodes"].push_back(std::move(node));
   }
+  json["total_us_per_simulated_s"] = to_json(e.total);
+  json["timing"] = to_json(e.timing);
   json["libraries"] = Json::array();
   for (const ExplainedLibrary& l : e.libraries) {
     json["libraries"].push_back({{"name", l.name}, {"bytes", l.bytes}, {"ours", l.ours}});
@@ -326,10 +385,9 @@ nlohmann::ordered_json to_json(const Explanation& e) {
   }
   json["left_out"] = Json::array();
   for (const ExplainedLeftOut& left : e.left_out) {
-    json["left_out"].push_back(
-        {{"what", left.what},
-         {"why", left.why},
-         {"us_per_simulated_s", left.us_per_second ? Json(*left.us_per_second) : Json(nullptr)}});
+    json["left_out"].push_back({{"what", left.what},
+                                {"why", left.why},
+                                {"us_per_simulated_s", left.cost ? to_json(*left.cost) : Json(nullptr)}});
   }
   return json;
 }

@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "app/lean/lean_moves.hpp"
 #include "app/run/summary.hpp"
+#include "app/statistics.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -48,22 +52,25 @@ void demand_within(const Lean& lean, const LeanLimits& limits, const LeanFigures
       pretty(figures.torque_error), on));
 }
 
-/// Runs original and result by turns, takes back the last step while the budget is broken.
+/// Runs original and result, takes back the last step while the budget is broken, then times the two by turns.
 void check(Lean& lean, LeanMeasure& measure, const LeanLimits& limits) {
   const std::vector<std::uint64_t>& seeds = lean.options.check_seeds;
-  lean.options.progress("original on other seeds");
-  lean.original_checked = measure(lean.original, seeds, nullptr);
+  lean.options.progress("original and result on other seeds");
+  lean.original_checked = measure.first_look(lean.original, seeds);
   demand_within(lean, limits, lean.original_checked, " on the seeds of the check");
   for (lean.kept = lean.path.steps.size();; --lean.kept) {
     lean.graph = lean.kept == 0 ? lean.original : lean.path.steps[lean.kept - 1].state;
-    lean.options.progress("result on other seeds");
-    lean.lean_checked = measure(lean.graph, seeds, nullptr);
-    if (lean.kept == 0 || (lean.lean_checked.refused.empty() && limits.keep(lean.lean_checked))) return;
+    lean.lean_checked = measure.first_look(lean.graph, seeds);
+    if (lean.kept == 0 || (lean.lean_checked.refused.empty() && limits.keep(lean.lean_checked))) break;
+    lean.options.progress("over the budget there: the last step is taken back");
   }
+  const std::array<LeanMeasure::Looked, 2> both{
+      {{&lean.original, &lean.original_checked}, {&lean.graph, &lean.lean_checked}}};
+  measure.time_by_turns(both, seeds);
 }
 
-Row figures_row(const LeanFigures& f) {
-  return {fmt::format("{:.0f}", f.cost), pretty(f.error), pretty(f.max_error), pretty(f.torque_error)};
+Row error_cells(const LeanFigures& f) {
+  return {pretty(f.error), pretty(f.max_error), pretty(f.torque_error)};
 }
 
 Row joined(Row a, const Row& b) {
@@ -72,22 +79,31 @@ Row joined(Row a, const Row& b) {
 }
 
 std::vector<Row> step_rows(const Lean& lean) {
-  std::vector<Row> rows{{"", "step", "saves", "us a simulated s", "error, N", "largest, N", "torque, N m"}};
-  rows.push_back(joined({"", "the graph as it is", ""}, figures_row(lean.path.start)));
+  std::vector<Row> rows{
+      {"", "step", "saves", "us a simulated s", "to", "spread", "error, N", "largest, N", "torque, N m"}};
+  const auto add = [&rows](Row head, const LeanFigures& f) {
+    rows.push_back(
+        joined(joined(std::move(head), {fmt::format("{:.0f}", f.cost), percent(spread_of_repeats(f.repeats))}),
+               error_cells(f)));
+  };
+  add({"", "the graph as it is", "", ""}, lean.path.start);
   for (std::size_t i = 0; i < lean.path.steps.size(); ++i) {
     const LeanStep<GraphSpec>& step = lean.path.steps[i];
-    const double saving = 100 * (step.before.cost - step.after.cost) / step.before.cost;
-    rows.push_back(joined(
-        {std::to_string(i + 1), step.what + (i < lean.kept ? "" : " (taken back)"), fmt::format("{:.0f} %", saving)},
-        figures_row(step.after)));
+    add({std::to_string(i + 1), step.what + (i < lean.kept ? "" : " (taken back)"), percent(step.saving),
+         fmt::format("{:.0f}", step.figures.before.cost)},
+        step.figures.after);
   }
   return rows;
 }
 
 std::vector<Row> check_rows(const Lean& lean) {
-  std::vector<Row> rows{{"", "us a simulated s", "error, N", "largest, N", "torque, N m"}};
-  rows.push_back(joined({"original"}, figures_row(lean.original_checked)));
-  rows.push_back(joined({"lean"}, figures_row(lean.lean_checked)));
+  std::vector<Row> rows{{"", "us a simulated s", "spread", "error, N", "largest, N", "torque, N m"}};
+  const auto add = [&rows](const char* name, const LeanFigures& f) {
+    rows.push_back(
+        joined({name, fmt::format("{:.0f}", f.cost), percent(spread_of_repeats(f.repeats))}, error_cells(f)));
+  };
+  add("original", lean.original_checked);
+  add("lean", lean.lean_checked);
   return rows;
 }
 
@@ -108,8 +124,10 @@ std::vector<Row> trial_rows(const Lean& lean) {
   std::vector<Row> rows{{"not taken", "why", "saves", "error, N", "torque, N m"}};
   for (const LeanTrial& trial : not_taken(lean)) {
     const bool ran = trial.outcome != LeanOutcome::refused;
-    rows.push_back({trial.what, word(trial.outcome), ran ? fmt::format("{:.0f} %", 100 * trial.saving) : "-",
-                    ran ? pretty(trial.figures.error) : "-", ran ? pretty(trial.figures.torque_error) : "-"});
+    const bool timed = trial.outcome == LeanOutcome::no_saving;
+    const LeanFigures& f = trial.figures.after;
+    rows.push_back({trial.what, word(trial.outcome), timed ? percent(trial.saving) : "-", ran ? pretty(f.error) : "-",
+                    ran ? pretty(f.torque_error) : "-"});
   }
   return rows;
 }
@@ -157,12 +175,26 @@ std::string head(const Lean& lean) {
 }
 
 std::string verdict(const Lean& lean) {
-  return fmt::format("{:.1f} times cheaper on seeds {}, which the search (seeds {}) has not seen", lean.ratio(),
-                     seeds_text(lean.options.check_seeds), seeds_text(lean.options.seeds));
+  const std::vector<double> ratios = lean.ratios();
+  const std::string range =
+      ratios.empty() ? std::string()
+                     : fmt::format(" ({:.1f} to {:.1f} in runs by turns)", quantile(ratios, 0), quantile(ratios, 1));
+  return fmt::format("{:.1f} times cheaper{} on seeds {}, which the search (seeds {}) has not seen", lean.ratio(),
+                     range, seeds_text(lean.options.check_seeds), seeds_text(lean.options.seeds));
+}
+
+/// How the times were taken, and the warning where there is one, each line after `begin`.
+std::string timing_text(const TimingNote& timing, const char* of, const char* begin) {
+  std::string text = fmt::format("{}{}: {}\n", begin, of, timing.text);
+  if (!timing.warning.empty()) text += fmt::format("{}{}\n", begin, timing.warning);
+  return text;
 }
 
 nlohmann::ordered_json json_of(const LeanFigures& f) {
+  const double spread = spread_of_repeats(f.repeats);
   return {{"cost_us_per_s", f.cost},
+          {"repeats_us_per_s", f.repeats},
+          {"spread", std::isfinite(spread) ? nlohmann::ordered_json(spread) : nlohmann::ordered_json(nullptr)},
           {"error_N", f.error},
           {"max_error_N", f.max_error},
           {"torque_error_Nm", f.torque_error}};
@@ -170,34 +202,50 @@ nlohmann::ordered_json json_of(const LeanFigures& f) {
 
 }  // namespace
 
+std::vector<double> Lean::ratios() const {
+  std::vector<double> found;
+  for (std::size_t i = 0; i < std::min(original_checked.repeats.size(), lean_checked.repeats.size()); ++i) {
+    found.push_back(original_checked.repeats[i] / lean_checked.repeats[i]);
+  }
+  return found;
+}
+
 Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& options) {
   Lean lean{.options = options, .original = std::move(original), .graph = {}, .path = {}};
   const LeanLimits limits{.error = options.budget, .torque_error = options.torque_budget};
   LeanMeasure measure(lean.original, options.measure);
   options.progress("original");
-  demand_within(lean, limits, measure(lean.original, options.seeds, &limits), "");
+  LeanFigures start = measure.first_look(lean.original, options.seeds);
+  demand_within(lean, limits, start, "");
+  const LeanMeasure::Looked original_looked{&lean.original, &start};
+  measure.time_by_turns(std::span(&original_looked, 1), options.seeds);
   const auto moves = [&registry](const GraphSpec& graph) { return lean_moves(graph, registry); };
-  const auto measured = [&](const GraphSpec& graph, std::optional<double> worth) {
-    return measure(graph, options.seeds, &limits, worth);
+  const auto compare = [&](const GraphSpec& before, const LeanMove<GraphSpec>& move) {
+    return measure.compare(before, move.state, !move.leaves_out, options.seeds, limits);
   };
   const auto told = [&](const GraphSpec& graph) {
     auto found = moves(graph);
     options.progress(fmt::format("{} things to leave out or coarsen", found.size()));
     return found;
   };
-  lean.path = LeanSearch<GraphSpec>(limits, told, measured).run(lean.original);
+  lean.path = LeanSearch<GraphSpec>(limits, told, compare).run(lean.original, std::move(start));
+  lean.search_timing = measure.timing();
   check(lean, measure, limits);
+  lean.check_timing = measure.timing();
   return lean;
 }
 
 std::string lean_table(const Lean& lean) {
   return "\n" + head(lean) + "\n\n" + plain(step_rows(lean)) + "\n" + plain(check_rows(lean)) + "  " + verdict(lean) +
-         "\n\n" + plain(trial_rows(lean));
+         "\n\n" + timing_text(lean.check_timing, "The check", "  ") +
+         timing_text(lean.search_timing, "The search", "  ") + "\n" + plain(trial_rows(lean));
 }
 
 std::string lean_markdown(const Lean& lean) {
   return "# " + lean.original.name + ", lean\n\n" + head(lean) + ".\n\n" + markdown(step_rows(lean)) + "\n" +
-         verdict(lean) + ":\n\n" + markdown(check_rows(lean)) + "\n" + markdown(trial_rows(lean));
+         timing_text(lean.search_timing, "The search", "") + "\n" + verdict(lean) + ":\n\n" +
+         markdown(check_rows(lean)) + "\n" + timing_text(lean.check_timing, "The check", "") + "\n" +
+         markdown(trial_rows(lean));
 }
 
 nlohmann::ordered_json to_json(const Lean& lean) {
@@ -210,19 +258,26 @@ nlohmann::ordered_json to_json(const Lean& lean) {
     const LeanStep<GraphSpec>& step = lean.path.steps[i];
     json["steps"].push_back({{"what", step.what},
                              {"taken_back", i >= lean.kept},
-                             {"before", json_of(step.before)},
-                             {"after", json_of(step.after)}});
+                             {"saving", step.saving},
+                             {"before", json_of(step.figures.before)},
+                             {"after", json_of(step.figures.after)}});
   }
-  json["check"] = {
-      {"original", json_of(lean.original_checked)}, {"lean", json_of(lean.lean_checked)}, {"ratio", lean.ratio()}};
+  json["check"] = {{"original", json_of(lean.original_checked)},
+                   {"lean", json_of(lean.lean_checked)},
+                   {"ratio", lean.ratio()},
+                   {"ratio_by_turn", lean.ratios()}};
+  json["timing"] = {{"search", to_json(lean.search_timing)}, {"check", to_json(lean.check_timing)}};
   json["trials"] = nlohmann::ordered_json::array();
   for (const LeanTrial& trial : lean.path.trials) {
     nlohmann::ordered_json t{{"round", trial.round}, {"what", trial.what}, {"outcome", word(trial.outcome)}};
     if (trial.outcome == LeanOutcome::refused) {
-      t["why"] = trial.figures.refused;
+      t["why"] = trial.figures.after.refused;
     } else {
-      t["saving"] = trial.saving;
-      t["figures"] = json_of(trial.figures);
+      if (trial.outcome != LeanOutcome::over_budget) {
+        t["saving"] = trial.saving;
+        t["before"] = json_of(trial.figures.before);
+      }
+      t["figures"] = json_of(trial.figures.after);
     }
     json["trials"].push_back(std::move(t));
   }

@@ -31,15 +31,17 @@ struct Lean {
   GraphSpec graph;
   LeanPath<GraphSpec> path;
   std::size_t kept = 0;  ///< steps of the path; those after them did not keep the budget on the check's seeds
-  LeanFigures original_checked, lean_checked;
+  LeanFigures original_checked, lean_checked;  ///< their repeats by turns
+  TimingNote search_timing, check_timing;
 
   /// How many times cheaper the lean graph is, by the check.
   [[nodiscard]] double ratio() const { return original_checked.cost / lean_checked.cost; }
+  /// The same by each turn; none where nothing was repeated.
+  [[nodiscard]] std::vector<double> ratios() const;
 };
 
 /// Searches from `original`, runs it and the result on other seeds, and takes back the last steps as long as the budget
-/// is broken there. Throws InputError where the original itself is over the budget, LeanInterrupted where the user ends
-/// it.
+/// is broken there. Throws InputError where the original itself is over the budget, Interrupted where the user ends it.
 Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& options);
 
 /// What is printed: the steps with what each saved, original and result by the check, and what was tried and not taken.

@@ -67,7 +67,7 @@ int run_lean(const LeanRequest& request) {
     options.check_seeds.push_back(original.seed + 1000 + i);
   }
   options.measure.metric = request.metric == "physics" ? LeanMetric::physics : LeanMetric::delivered;
-  options.measure.repeats = request.repeats;
+  options.measure.repeats = warmed_up(request.repeats);
   options.measure.cache_folder = default_cache_folder();
   std::set<std::string> told;
   options.measure.note = [&told](const std::string& note) {

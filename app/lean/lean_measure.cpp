@@ -1,13 +1,15 @@
 #include "app/lean/lean_measure.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "app/run/references.hpp"
 #include "app/run/run.hpp"
-#include "app/run/step_times.hpp"
+#include "app/run/timed_run.hpp"
+#include "app/statistics.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/plan.hpp"
 
@@ -15,39 +17,11 @@ namespace tactor {
 
 namespace {
 
-/// Lets a run end where the user wants it.
-class Watch final : public RunObserver {
- public:
-  explicit Watch(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
-  bool on_progress(Time) override { return !interrupted_(); }
-
- private:
-  const std::function<bool()>& interrupted_;
-};
-
 std::optional<double> figure(const Report& report, const std::string& name) {
   for (const auto& [key, value] : report.figures()) {
     if (key == name) return value;
   }
   return std::nullopt;
-}
-
-/// Keeps the least time of each step.
-void keep_least(StepTimes& times, const StepTimes& others) {
-  for (std::size_t n = 0; n < times.size(); ++n) {
-    for (std::size_t i = 0; i < std::min(times[n].size(), others[n].size()); ++i) {
-      times[n][i] = std::min(times[n][i], others[n][i]);
-    }
-  }
-}
-
-/// us a simulated second.
-double cost_of(const StepTimes& times, double seconds) {
-  double ns = 0;
-  for (const auto& node : times) {
-    for (const std::uint32_t step : node) ns += step;
-  }
-  return 1e-3 * ns / seconds;
 }
 
 const char* word(LeanMetric metric) {
@@ -86,19 +60,18 @@ const LeanMeasure::Truth& LeanMeasure::truth(std::uint64_t seed) {
     truth.reference =
         cached_reference(make_plan(prepared(original_, seed)), {options_.cache_folder, go_on, options_.note});
   } catch (const RunError&) {
-    if (options_.interrupted()) throw LeanInterrupted();
+    if (options_.interrupted()) throw Interrupted();
     throw;
   }
   truth.torque = run(original_, seed, truth.reference).reference_torque;
   return truths_.emplace(seed, std::move(truth)).first->second;
 }
 
-LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference) const {
+LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference) {
   const Plan plan = make_plan(prepared(graph, seed));
+  control_us_.push_back(measure_control());
   VirtualClock engine(plan, true);
-  Watch watch(options_.interrupted);
-  engine.run(watch);
-  if (options_.interrupted()) throw LeanInterrupted();
+  run_to_end(engine, options_.interrupted);
   set_reference(engine.nodes(), reference);
   Report report;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
@@ -114,33 +87,26 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
         " force; expected a sink.metrics with edges into `commanded` and `force`, and a run that is longer "
         "than its `settle`");
   }
-  Run result{.times = step_times(engine, plan.nodes.size()), .error = *error, .max_error = *most};
+  Run result{.error = *error, .max_error = *most};
+  const std::vector<double> costs = node_costs(engine, plan.nodes.size());
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    if (plan.nodes[n].info->sink) result.times[n].clear();
+    if (!plan.nodes[n].info->sink) result.cost += costs[n];
   }
   result.torque_error = figure(report, metric + ".torque.rms_error_Nm");
   result.reference_torque = figure(report, "reference.torque.rms_Nm");
   return result;
 }
 
-LeanFigures LeanMeasure::operator()(const GraphSpec& graph, std::span<const std::uint64_t> seeds,
-                                    const LeanLimits* limits, std::optional<double> worth) {
+LeanFigures LeanMeasure::first_look(const GraphSpec& graph, std::span<const std::uint64_t> seeds) {
   LeanFigures figures;
   // Outside of what may be refused: the original must be measurable.
   for (const std::uint64_t seed : seeds) truth(seed);
-  const double seconds = prepared(graph, graph.seed).duration.seconds();
   const auto count = static_cast<double>(seeds.size());
-  std::vector<StepTimes> times;
-  const auto cost = [&] {
-    double sum = 0;
-    for (const StepTimes& t : times) sum += cost_of(t, seconds);
-    return sum / count;
-  };
   try {
     double squares = 0, torque_squares = 0;
     for (const std::uint64_t seed : seeds) {
-      Run found = run(graph, seed, truth(seed).reference);
-      times.push_back(std::move(found.times));
+      const Run found = run(graph, seed, truth(seed).reference);
+      figures.cost += found.cost / count;
       squares += found.error * found.error;
       figures.max_error = std::max(figures.max_error, found.max_error);
       const std::optional<double>& whole = truth(seed).torque;
@@ -149,20 +115,60 @@ LeanFigures LeanMeasure::operator()(const GraphSpec& graph, std::span<const std:
     }
     figures.error = std::sqrt(squares / count);
     figures.torque_error = std::sqrt(torque_squares / count);
-    figures.cost = cost();
-    if ((limits != nullptr && !limits->keep(figures)) || (worth && figures.cost > *worth)) return figures;
-    for (int repeat = 1; repeat < options_.repeats; ++repeat) {
-      for (std::size_t i = 0; i < seeds.size(); ++i) {
-        keep_least(times[i], run(graph, seeds[i], truth(seeds[i]).reference).times);
-      }
-    }
-    figures.cost = cost();
   } catch (const InputError& error) {
     figures.refused = error.what();
   } catch (const RunError& error) {
     figures.refused = error.what();
   }
   return figures;
+}
+
+void LeanMeasure::take_turn(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds) {
+  for (const Looked& looked : graphs) looked.figures->repeats.push_back(0);
+  for (const std::uint64_t seed : seeds) {
+    for (const Looked& looked : graphs) {
+      looked.figures->repeats.back() +=
+          run(*looked.graph, seed, truth(seed).reference).cost / static_cast<double>(seeds.size());
+    }
+  }
+}
+
+void LeanMeasure::keep_medians(std::span<const Looked> graphs) {
+  for (const Looked& looked : graphs) {
+    if (looked.figures->repeats.empty()) continue;
+    looked.figures->cost = median(looked.figures->repeats);
+    spreads_.push_back(spread_of_repeats(looked.figures->repeats));
+  }
+}
+
+void LeanMeasure::time_by_turns(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds) {
+  if (options_.repeats.warm_up == 0) return;
+  for (std::int64_t repeat = 0; repeat < options_.repeats.count; ++repeat) take_turn(graphs, seeds);
+  keep_medians(graphs);
+}
+
+LeanPair LeanMeasure::compare(const GraphSpec& before, const GraphSpec& after, bool must_save,
+                              std::span<const std::uint64_t> seeds, const LeanLimits& limits) {
+  LeanPair pair;
+  pair.after = first_look(after, seeds);
+  if (!pair.after.refused.empty() || !limits.keep(pair.after)) return pair;
+  pair.before = first_look(before, seeds);
+  const std::array<Looked, 2> both{{{&before, &pair.before}, {&after, &pair.after}}};
+  // A single look may err by that much.
+  if (options_.repeats.warm_up == 0 || (must_save && pair.after.cost > 1.1 * pair.before.cost)) return pair;
+  for (std::int64_t repeat = 0; repeat < options_.repeats.count; ++repeat) {
+    take_turn(both, seeds);
+    if (must_save && pair.savings().back() <= 0) break;
+  }
+  keep_medians(both);
+  return pair;
+}
+
+TimingNote LeanMeasure::timing() {
+  const TimingNote note = timing_note(control_us_, spreads_, options_.repeats, spread_warning(spreads_));
+  control_us_.clear();
+  spreads_.clear();
+  return note;
 }
 
 }  // namespace tactor

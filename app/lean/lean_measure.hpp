@@ -8,12 +8,11 @@
 #include <map>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "app/lean/lean_search.hpp"
-#include "app/run/step_times.hpp"
+#include "app/run/timing.hpp"
 #include "framework/engine/reference.hpp"
 #include "framework/graph/spec.hpp"
 
@@ -28,39 +27,47 @@ enum class LeanMetric {
 struct LeanMeasureOptions {
   LeanMetric metric = LeanMetric::delivered;
   std::optional<double> duration_s;  ///< of each run; absent: the graph's
-  int repeats = 3;                   ///< runs of each seed whose cost counts
+  Repeats repeats = warmed_up(3);    ///< runs of each seed
   std::filesystem::path cache_folder;
   std::function<void(const std::string& note)> note;
-  /// Asked every 10 ms of simulated time; true ends the work with LeanInterrupted.
+  /// Asked every 10 ms of simulated time; true ends the work with Interrupted.
   std::function<bool()> interrupted = [] { return false; };
-};
-
-/// The work was interrupted by the user.
-class LeanInterrupted : public std::runtime_error {
- public:
-  LeanInterrupted() : std::runtime_error("interrupted") {}
 };
 
 /// Measures variants of one graph. The error is the RMS over all seeds of the difference between the variant's force
 /// and the force of the reference run (physics at 10 kHz, no costs, no encoder steps) of the ORIGINAL graph, for the
 /// same seed; torque likewise, and a variant that computes no torque errs by all of the reference's. The cost is the
-/// CPU time of the steps of all nodes but the sinks for a simulated second, the mean over the seeds. Runs of one seed
-/// take the same steps with the same work, so each step counts with the least of its times: what is more was the
-/// machine's.
+/// CPU time of the steps of all nodes but the sinks for a simulated second, the mean over the seeds and the median of
+/// the repeats. The first run of each seed tells the error; it is the warm-up, and counts for the cost only where
+/// nothing is repeated. A fixed computation is timed before each run.
 class LeanMeasure {
  public:
   /// Throws InputError where the graph cannot be measured so: its clock is real, its loop is closed (the hand's path
   /// would depend on the forces), or no sink tells the errors.
   LeanMeasure(GraphSpec original, LeanMeasureOptions options);
 
-  /// Every seed is run once, and `repeats` times for the cost, where the limits are kept (or none are given) and the
-  /// first runs cost no more than `worth` (or none is given).
-  [[nodiscard]] LeanFigures operator()(const GraphSpec& graph, std::span<const std::uint64_t> seeds,
-                                       const LeanLimits* limits, std::optional<double> worth = {});
+  /// Every seed is run once: the errors, and what that run cost.
+  [[nodiscard]] LeanFigures first_look(const GraphSpec& graph, std::span<const std::uint64_t> seeds);
+  /// A graph with the figures of its first look.
+  struct Looked {
+    const GraphSpec* graph;
+    LeanFigures* figures;
+  };
+  /// Repeats for the cost: a run of the first graph, one of the second, and so on, and all over again, so that a
+  /// machine that slows down does so for all of them. Where they are not to be repeated the first look stays.
+  void time_by_turns(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds);
+
+  /// A first look at a graph, and where it keeps the limits, at the one before it; then both by turns. With
+  /// `must_save` that ends with the first turn that saves nothing, or before it where the first look costs far more.
+  [[nodiscard]] LeanPair compare(const GraphSpec& before, const GraphSpec& after, bool must_save,
+                                 std::span<const std::uint64_t> seeds, const LeanLimits& limits);
+
+  /// Of all runs since this was last asked.
+  [[nodiscard]] TimingNote timing();
 
  private:
   struct Run {
-    StepTimes times;
+    double cost = 0;  // us of CPU time a simulated second
     double error = 0, max_error = 0;
     std::optional<double> torque_error;
     std::optional<double> reference_torque;
@@ -70,12 +77,15 @@ class LeanMeasure {
     std::optional<double> torque;  // N m, RMS; none where the original has none
   };
   const Truth& truth(std::uint64_t seed);
+  void take_turn(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds);
+  void keep_medians(std::span<const Looked> graphs);
   [[nodiscard]] GraphSpec prepared(const GraphSpec& graph, std::uint64_t seed) const;
-  [[nodiscard]] Run run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference) const;
+  [[nodiscard]] Run run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference);
 
   GraphSpec original_;
   LeanMeasureOptions options_;
   std::map<std::uint64_t, Truth> truths_;
+  std::vector<double> control_us_, spreads_;  // since timing() was last asked
 };
 
 }  // namespace tactor

@@ -182,10 +182,7 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
     row.status[s] = record.status;
     row.message[s] = record.message;
     row.control_us[s] = record.control_us;
-    if (record.cpu_s.size() > 1) {
-      const auto [low, high] = std::minmax_element(record.cpu_s.begin(), record.cpu_s.end());
-      row.spread[s] = (*high - *low) / median(record.cpu_s);
-    }
+    row.spread[s] = spread_of_repeats(record.cpu_s);
     row.runs[s] = std::move(record.result);
   }
   for (const std::string& metric : metrics) comparison.columns.push_back({metric, metric});
@@ -215,18 +212,6 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
 
 namespace {
 
-/// Beyond this share run times are warned of.
-constexpr double quiet_spread = 0.1;
-
-/// How the run times of a study were taken, without how far they spread.
-std::string taken_text(std::int64_t repeats, std::int64_t warm_up) {
-  const std::string before =
-      warm_up == 0 ? "" : fmt::format(" after {} run{} that did not count", warm_up, warm_up == 1 ? "" : "s");
-  if (repeats > 1) return fmt::format("Run times are CPU times, the median of {} repeats{}", repeats, before);
-  return fmt::format("Run times are CPU times of a single run each{}, and nothing tells how far repeats would spread",
-                     before);
-}
-
 /// The rows with a run whose repeats spread too far, the worst few by name; empty where there is none.
 std::string spread_warning(const Comparison& comparison) {
   struct Row {
@@ -240,7 +225,7 @@ std::string spread_warning(const Comparison& comparison) {
     Row mine{&row, 0, 0};
     for (const double spread : row.done(row.spread)) {
       ++runs;
-      if (!(spread > quiet_spread)) continue;
+      if (!(spread > TimingNote::quiet_spread)) continue;
       ++mine.beyond;
       mine.worst = std::max(mine.worst, spread);
     }
@@ -263,54 +248,17 @@ std::string spread_warning(const Comparison& comparison) {
 
 }  // namespace
 
-TimingNote timing_note(const Comparison& comparison, std::int64_t repeats, std::int64_t warm_up) {
+TimingNote timing_note(const Comparison& comparison, Repeats repeats) {
   std::vector<double> control, spreads;
   for (const CompareRow& row : comparison.rows) {
     for (std::size_t s = 0; s < row.status.size(); ++s) {
       if (row.status[s] != RunStatus::done) continue;
       control.push_back(row.control_us[s]);
-      if (std::isfinite(row.spread[s])) spreads.push_back(row.spread[s]);
+      spreads.push_back(row.spread[s]);
     }
   }
-  TimingNote note;
-  note.spread_median = median(spreads);
-  note.spread_worst = quantile(spreads, 1);
-  if (control.empty()) return note;
-  note.control_us = median(control);
-  note.control_spread = (quantile(control, 0.95) - quantile(control, 0.05)) / note.control_us;
-  note.text = taken_text(repeats, warm_up);
-  if (!spreads.empty()) {
-    note.text += fmt::format("; the repeats of a run spread by {:.1f} % in the median and {:.1f} % at most",
-                             100 * note.spread_median, 100 * note.spread_worst);
-  }
-  note.text += fmt::format(
-      ". A fixed computation before each run took {:.0f} us in the median and spread by {:.1f} % (5th to 95th "
-      "percentile).",
-      note.control_us, 100 * note.control_spread);
-  std::string found = spread_warning(comparison);
-  if (note.control_spread > quiet_spread) {
-    found += fmt::format("{}the fixed computation spread by {:.0f} %, more than 10 %", found.empty() ? "" : "; ",
-                         100 * note.control_spread);
-  }
-  if (!found.empty()) {
-    note.warning = fmt::format(
-        "The machine was not quiet: {}. Compare run times with care, or measure anew on an idle machine, a study with "
-        "--jobs 1.",
-        found);
-  }
-  return note;
-}
-
-Json to_json(const TimingNote& note, std::int64_t repeats, std::int64_t warm_up) {
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
-  return {{"repeats", repeats},
-          {"warm_up", warm_up},
-          {"spread_median", number(note.spread_median)},
-          {"spread_worst", number(note.spread_worst)},
-          {"control_us", note.control_us},
-          {"control_spread", note.control_spread},
-          {"text", note.text},
-          {"warning", note.warning}};
+  return timing_note(control, spreads, repeats, spread_warning(comparison),
+                     "measure anew on an idle machine, a study with --jobs 1");
 }
 
 std::string word_of(RunStatus status) {

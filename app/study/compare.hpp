@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/run/timing.hpp"
 #include "app/statistics.hpp"
 #include "app/study/run_cases.hpp"
 
@@ -63,19 +64,8 @@ struct Comparison {
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
                            std::vector<RunRecord> records, const std::vector<std::string>& metrics = {});
 
-/// What the tables say of how the run times were taken and how far they can be trusted. `warning` names the rows with a
-/// run whose repeats spread by more than 10 %, the worst first, and tells where the fixed computation did.
-struct TimingNote {
-  std::string text;
-  std::string warning;        ///< or empty
-  double spread_median = 0;   ///< of the runs: (longest - shortest) / median of their repeats; NaN without repeats
-  double spread_worst = 0;    ///< the largest of them; NaN without repeats
-  double control_us = 0;      ///< median of the fixed computation
-  double control_spread = 0;  ///< (95th - 5th percentile) / median of it
-};
-/// `repeats`, `warm_up`: of every run.
-TimingNote timing_note(const Comparison& comparison, std::int64_t repeats, std::int64_t warm_up);
-nlohmann::ordered_json to_json(const TimingNote& note, std::int64_t repeats, std::int64_t warm_up);
+/// Of all runs that are done. `warning` names the rows with a run whose repeats spread too far, the worst first.
+TimingNote timing_note(const Comparison& comparison, Repeats repeats);
 
 nlohmann::ordered_json to_json(const Comparison& comparison);
 /// One row of it: how each run ended, mean and deviation over the runs that are done and the values by seed of every

@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -18,6 +17,7 @@
 #include "app/output.hpp"
 #include "app/run/cpu_time.hpp"
 #include "app/run/references.hpp"
+#include "app/run/timing.hpp"
 #include "app/statistics.hpp"
 #include "app/study/crash_board.hpp"
 #include "app/study/supervisor.hpp"
@@ -31,22 +31,6 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// CPU time in us of a fixed computation of about a millisecond, which ought to take the same every time.
-double measure_control() {
-  static thread_local std::array<double, 4096> values{};
-  const double begin = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
-  double x = 0.5;
-  for (int pass = 0; pass < 40; ++pass) {
-    for (double& value : values) {
-      x = 3.9 * x * (1 - x);  // the logistic map: each value needs the one before
-      value += x;
-    }
-  }
-  const volatile double kept = values[17];
-  static_cast<void>(kept);
-  return 1e6 * (clock_seconds(CLOCK_THREAD_CPUTIME_ID) - begin);
-}
 
 /// Seconds for which this thread was ready to run and had no core; 0 where the kernel does not tell.
 double waited_for_core() {

@@ -275,7 +275,7 @@ std::string run_times_csv(const Study& study) {
 }
 
 TimingNote timing_note(const Study& study) {
-  return timing_note(study.comparison, study.spec.repeats, study.spec.warm_up);
+  return timing_note(study.comparison, {study.spec.repeats, study.spec.warm_up});
 }
 
 Json to_json(const Study& study) {
@@ -284,7 +284,7 @@ Json to_json(const Study& study) {
   json["study"] = study.spec.name;
   json["title"] = study.spec.title;
   json["seeds"] = study.comparison.seeds;
-  json["timing"] = to_json(timing_note(study), study.spec.repeats, study.spec.warm_up);
+  json["timing"] = to_json(timing_note(study));
   json["settings"] = Json::array();
   for (const StudySetting& setting : study.settings) {
     Json one = to_json(setting);

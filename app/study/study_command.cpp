@@ -104,8 +104,9 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   if (request.seeds) spec.seeds = *request.seeds;
   if (request.first_seed) spec.first_seed = *request.first_seed;
   if (request.repeats) {
-    spec.repeats = *request.repeats;
-    spec.warm_up = spec.repeats > 1 ? 1 : 0;
+    const Repeats repeats = warmed_up(*request.repeats);
+    spec.repeats = repeats.count;
+    spec.warm_up = repeats.warm_up;
   }
   const fs::path folder = request.out.value_or(fs::path("out") / spec.name);
   const std::vector<RunCase> cases = study_cases(spec, request.overrides);
@@ -176,8 +177,9 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   CasesOptions options;
   options.seeds = seeds_from(request.first_seed, request.seeds);
   options.reference_jobs = request.jobs;
-  options.repeats = request.repeats;
-  options.warm_up = request.repeats > 1 ? 1 : 0;
+  const Repeats repeats = warmed_up(request.repeats);
+  options.repeats = repeats.count;
+  options.warm_up = repeats.warm_up;
   options.curves = true;
   options.table = request.out / "compare.sqlite";
   options.mode = TableMode::overwrite;
@@ -186,12 +188,12 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   CasesOutcome outcome = run_watched(cases, registry, options, console);
   if (outcome.interrupted) throw RunError("interrupted");
   const Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
-  const TimingNote timing = timing_note(comparison, options.repeats, options.warm_up);
+  const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", comparison_table(comparison, timing));
   // A file that cannot be written leaves the table.
   std::fflush(stdout);
   nlohmann::ordered_json json = to_json(comparison);
-  json["timing"] = to_json(timing, options.repeats, options.warm_up);
+  json["timing"] = to_json(timing);
   write_file(request.out / "compare.json", json.dump(2) + "\n");
   write_file(request.out / "report.html", compare_report(comparison, timing));
   fmt::print("  {}\n", (request.out / "report.html").string());

@@ -84,8 +84,8 @@ class Parts {
  public:
   Parts(const Scene& scene, double margin)
       : make_(make_cells(collision_params(margin, ContactSet::capacity), nullptr)),
-        tool_(scene.bodies[1], 0, margin, make_, nullptr),
-        fixed_(scene.bodies[0], 0, margin, make_, nullptr),
+        tool_(scene.bodies[1], 0, true, margin, make_, nullptr),
+        fixed_(scene.bodies[0], 0, true, margin, make_, nullptr),
         pair_(tool_, fixed_, {}, 0, margin) {
     found_.reserve(most);
   }

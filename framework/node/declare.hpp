@@ -127,7 +127,7 @@ class Declare {
     info_.cheaper_types.push_back(std::move(type));
     return *this;
   }
-  /// Values of the parameter `name` that cost less and are less exact, each than the one before. `tactor lean` tries
+  /// Values of the parameter `name` that may cost less and be less exact, each than the one before. `tactor lean` tries
   /// those beyond a graph's own. Numbers go up or go down, and are two at least.
   Declare& coarser(std::string_view name, std::vector<ParamValue> values) {
     for (ParamInfo& param : info_.params) {

@@ -67,7 +67,7 @@ struct ParamInfo {
   std::size_t size = 0;
   std::string doc;                         ///< one line
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
-  std::vector<ParamValue> coarser;         ///< cheaper values, each less exact than the one before
+  std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
   std::function<void(void* params, const ParamValue&)> assign;
 };
 

@@ -20,8 +20,8 @@ double shape_radius(const Shape& shape) {
 
 }  // namespace
 
-ContactBody::ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance,
-                         Notes* notes)
+ContactBody::ContactBody(const Body& body, double spacing, bool sampled, double reach,
+                         const MakeMeshDistance& make_distance, Notes* notes)
     : shape(body.shape), motion(body.motion), X_WB(body.X_WB), material(body.material) {
   TriangleMesh mesh;
   if (body.mesh() != nullptr) mesh = load_body_mesh(body, notes);
@@ -36,6 +36,7 @@ ContactBody::ContactBody(const Body& body, double spacing, double reach, const M
     p_BM = bounds.middle();
     for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
     distance = make_distance(mesh, reach);
+    if (!sampled) return;
     samples.points =
         spacing > 0 ? sample_surface(mesh, spacing) : vertex_samples(refine(mesh, bounds.longest() / 8).mesh);
   } catch (const InputError& error) {

@@ -17,9 +17,10 @@ namespace tactor {
 using MakeMeshDistance = std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, double reach)>;
 
 struct ContactBody {
-  /// `spacing` of samples and `reach` in m; `notes` as for load_body_mesh. Throws InputError, naming the body, where
-  /// its mesh or the spacing cannot be used.
-  ContactBody(const Body& body, double spacing, double reach, const MakeMeshDistance& make_distance, Notes* notes);
+  /// `spacing` of samples and `reach` in m; without `sampled` a mesh has no samples; `notes` as for load_body_mesh.
+  /// Throws InputError, naming the body, where its mesh or the spacing cannot be used.
+  ContactBody(const Body& body, double spacing, bool sampled, double reach, const MakeMeshDistance& make_distance,
+              Notes* notes);
 
   Shape shape;
   Motion motion;

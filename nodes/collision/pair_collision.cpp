@@ -11,12 +11,17 @@ namespace {
 // Of larger contacts the first few queries allocate.
 constexpr std::size_t usual_contacts = 4096;
 
+/// Two bodies of the scene that are looked at as a pair.
+bool is_pair(const Body& a, const Body& b) {
+  return &a != &b && (a.motion != Motion::fixed || b.motion != Motion::fixed);
+}
+
 /// How far from the body's surface other bodies are sampled when they are within the margin: the largest ball that may
 /// meet it has its centre there.
 double reach_to(const Body& body, const Scene& scene, double margin) {
   double largest = 0;
   for (const Body& other : scene.bodies) {
-    if (&other == &body || (body.motion == Motion::fixed && other.motion == Motion::fixed)) continue;
+    if (!is_pair(body, other)) continue;
     if (const auto* sphere = std::get_if<SphereShape>(&other.shape)) largest = std::max(largest, sphere->radius);
     if (const auto* capsule = std::get_if<CapsuleShape>(&other.shape)) largest = std::max(largest, capsule->radius);
   }
@@ -33,6 +38,14 @@ BodyStates moved_on(const BodyStates& bodies, double time) {
   return later;
 }
 
+/// Whether a mesh of this body needs samples: those of spheres and capsules stand for both sides.
+bool is_sampled(const Body& body, const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&body](const Body& other) {
+    return is_pair(body, other) && !std::holds_alternative<SphereShape>(other.shape) &&
+           !std::holds_alternative<CapsuleShape>(other.shape);
+  });
+}
+
 }  // namespace
 
 PairCollision::PairCollision(const PairParams& params, const NodeContext& context,
@@ -46,7 +59,8 @@ PairCollision::PairCollision(const PairParams& params, const NodeContext& contex
   const std::vector<std::size_t> moving = scene.moving();
   bodies_.reserve(scene.bodies.size());  // pairs refer to them
   const auto add = [&](const Body& body) {
-    bodies_.emplace_back(body, params.spacing, reach_to(body, scene, params.margin), make_distance, context.notes);
+    bodies_.emplace_back(body, params.spacing, is_sampled(body, scene), reach_to(body, scene, params.margin),
+                         make_distance, context.notes);
   };
   for (const std::size_t i : moving) add(scene.bodies[i]);
   for (const Body& body : scene.bodies) {

@@ -283,7 +283,7 @@ BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   BOOST_TEST(found.rows[1].delivered->mean == 1.5);
   BOOST_TEST(judged_text(found).find("b (2 of 3 seeds): ") == 2U, judged_text(found));
   BOOST_TEST(judged_text(found).find(" over 2 seeds") != std::string::npos);
-  const std::string table = comparison_table(found, timing_note(found, 1, 0));
+  const std::string table = comparison_table(found, timing_note(found, Repeats{1, 0}));
   BOOST_TEST(table.find("2 of 3 seeds") != std::string::npos, table);
   BOOST_TEST(table.find("3.50") != std::string::npos, table);
 }

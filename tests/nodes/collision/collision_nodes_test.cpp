@@ -276,11 +276,25 @@ BOOST_AUTO_TEST_CASE(a_spacing_that_gives_too_many_samples_names_the_body) {
   BOOST_CHECK_EXCEPTION(PrimitiveCollision(params, test::context_for(scene)), InputError,
                         says("body 'tool': a spacing of 0.1"));
   Scene meshes;
-  meshes.bodies = {ball("floor", 0.01), mesh_body("tool", test::box({1, 1, 1}), Motion::rigid)};
+  meshes.bodies = {test::shaped("floor", PlaneShape{}), mesh_body("tool", test::box({1, 1, 1}), Motion::rigid)};
   auto of_mesh = coarse_params();
   of_mesh.spacing = 1e-4;
   BOOST_CHECK_EXCEPTION(SdfCollision(of_mesh, test::context_for(meshes)), InputError,
                         says("body 'tool': a spacing of 0.1"));
+}
+
+BOOST_AUTO_TEST_CASE(a_mesh_that_meets_round_bodies_alone_has_no_samples) {
+  // Samples this near would be far too many, and are asked for by none of the pairs but the last.
+  Scene scene;
+  scene.bodies = {mesh_body("block", test::box({1, 1, 1})), ball("tool", 0.01, Motion::rigid),
+                  test::shaped("finger", CapsuleShape{0.01, 0.02}, Motion::rigid)};
+  auto params = coarse_params();
+  params.spacing = 1e-4;
+  BOOST_CHECK_NO_THROW(SdfCollision(params, test::context_for(scene)));
+  scene.bodies.push_back(mesh_body("fixed", test::box({1, 1, 1})));
+  BOOST_CHECK_NO_THROW(SdfCollision(params, test::context_for(scene)));
+  scene.bodies.back().motion = Motion::rigid;
+  BOOST_CHECK_THROW(SdfCollision(params, test::context_for(scene)), InputError);
 }
 
 BOOST_AUTO_TEST_CASE(cells_that_would_take_hours_name_the_body) {

@@ -1,0 +1,128 @@
+// What `tactor lean` runs and in which order, on nodes that note when they are made.
+#include <boost/test/unit_test.hpp>
+#include <fstream>
+#include <span>
+#include <vector>
+
+#include "app/lean/lean.hpp"
+#include "app/run/timed_run.hpp"
+#include "framework/core/messages.hpp"
+#include "framework/core/temporary_folder.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/declare.hpp"
+
+using namespace tactor;
+
+namespace {
+
+/// The rounds of every worker that was made, in the order in which they were.
+std::vector<double> made;
+
+/// Computes for a while and sends the result, which is always within the budget.
+class Worker final : public Node {
+ public:
+  struct Params {
+    double rate = 0, rounds = 0;
+  };
+  Worker(const Params& params, const NodeContext&) : rounds_(params.rounds) { made.push_back(rounds_); }
+  static NodeInfo declare() {
+    return Declare<Worker>("test.worker", "Works.")
+        .output("out", &Worker::out, "")
+        .rate("rate", &Params::rate, {.doc = "steps", .default_value = 1000})
+        .real("rounds", &Params::rounds, {.doc = "of the computation", .default_value = 1e5, .min = 0})
+        .coarser("rounds", {1e3, 1e1})
+        .info();
+  }
+  void step(StepContext& context) override {
+    double x = 0.5;
+    for (double i = 0; i < rounds_; ++i) x = 3.9 * x * (1 - x);
+    out.send(context.now(), {{x, 0, 0}, {}});
+  }
+  Output<Wrench> out;
+
+ private:
+  double rounds_;
+};
+
+class Judge final : public Node {
+ public:
+  struct Params {};
+  Judge(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Judge>("test.judge", "Finds no error.")
+        .sink()
+        .input("in", &Judge::in, {.trigger = Trigger::yes})
+        .info();
+  }
+  void step(StepContext&) override {}
+  void report(Report& report) const override {
+    report.set("delivered.force.rms_error_N", 0);
+    report.set("delivered.force.max_error_N", 0);
+  }
+  Input<Wrench> in;
+};
+
+struct Fixture {
+  Fixture() {
+    registry.add<Worker>();
+    registry.add<Judge>();
+    const auto file = folder.path() / "graph.yaml";
+    std::ofstream(file) << "clock: virtual\nduration: 10 ms\nscene: {bodies: {}}\n"
+                           "nodes: {worker: {type: test.worker}, judge: {type: test.judge}}\n"
+                           "edges: [worker.out -> judge.in]\n";
+    graph = make_plan(load_graph(file, registry)).graph;
+    options.budget = 1;
+    options.measure.cache_folder = folder.path();
+    made.clear();
+  }
+  TemporaryFolder folder;
+  Registry registry{{}};
+  GraphSpec graph;
+  LeanOptions options;
+};
+
+}  // namespace
+
+BOOST_FIXTURE_TEST_CASE(the_check_runs_original_and_result_by_turns_after_a_run_of_each_that_does_not_count, Fixture) {
+  options.measure.repeats = warmed_up(4);
+  const Lean lean = make_lean(graph, registry, options);
+  BOOST_TEST(lean.path.steps.size() >= 1U);
+  // A tenth of a second's work against a ten-thousandth: no noise hides that.
+  BOOST_TEST(std::get<double>(lean.graph.nodes.front().params[1]) < 1e5);
+  const double result = std::get<double>(lean.graph.nodes.front().params[1]);
+  BOOST_TEST_REQUIRE(made.size() > 12U);
+  // The seed of the check is new, so that its reference takes a run of the original first.
+  std::vector<double> expected{1e5, 1e5, result};
+  for (int turn = 0; turn < 4; ++turn) expected.insert(expected.end(), {1e5, result});
+  BOOST_TEST(std::span(made).last(expected.size()) == expected, boost::test_tools::per_element());
+  BOOST_TEST(lean.original_checked.repeats.size() == 4U);
+  BOOST_TEST(lean.lean_checked.repeats.size() == 4U);
+  BOOST_TEST(lean.ratios().size() == 4U);
+  BOOST_TEST(lean.check_timing.repeats.count == 4);
+  BOOST_TEST(lean.check_timing.control_us > 0);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_move_is_timed_by_turns_with_what_it_came_from, Fixture) {
+  LeanMeasureOptions measure = options.measure;
+  measure.repeats = warmed_up(3);
+  GraphSpec after = graph;
+  after.nodes.front().params[1] = 1e1;
+  const std::vector<std::uint64_t> seeds{1};
+  LeanMeasure twice(graph, measure);
+  static_cast<void>(twice.first_look(graph, seeds));
+  made.clear();
+  const LeanPair pair = twice.compare(graph, after, true, seeds, {.error = 1});
+  BOOST_TEST(made == (std::vector<double>{1e1, 1e5, 1e5, 1e1, 1e5, 1e1, 1e5, 1e1}), boost::test_tools::per_element());
+  BOOST_TEST(pair.savings().size() == 3U);
+  // What costs far more is not looked at again.
+  made.clear();
+  BOOST_TEST(twice.compare(after, graph, true, seeds, {.error = 1}).after.repeats.empty());
+  BOOST_TEST(made == (std::vector<double>{1e5, 1e1}), boost::test_tools::per_element());
+  // Unless it is taken in any case.
+  BOOST_TEST(twice.compare(after, graph, false, seeds, {.error = 1}).after.repeats.size() == 3U);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_run_that_is_interrupted_ends_there, Fixture) {
+  options.measure.interrupted = [] { return true; };
+  BOOST_CHECK_THROW(make_lean(graph, registry, options), Interrupted);
+}
