@@ -123,7 +123,8 @@ std::optional<int> Supervisor::judge(int status) {
   } else if (WIFSIGNALED(status)) {
     const int number = WTERMSIG(status);
     if (std::find(crash_signals.begin(), crash_signals.end(), number) == crash_signals.end()) return end_by(number);
-    ending = ending_by(number);
+    // What one thread did to itself comes before what another one added while the first was ending.
+    ending = ending_by(board_.signal() != 0 ? board_.signal() : number);
   } else {
     // Who leaves in the middle of a run did not mean to: a library's `exit`, or a sanitizer's.
     if (places.empty()) return WEXITSTATUS(status);
