@@ -116,7 +116,7 @@ std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const do
 std::optional<GeometricMean> geometric_mean(std::span<const double> logs) {
   const double centre = mean(logs);
   if (!std::isfinite(centre)) return std::nullopt;
-  const double half = logs.size() < 2 ? 0 : half_interval(logs);
+  const double half = logs.size() < 2 ? std::numeric_limits<double>::quiet_NaN() : half_interval(logs);
   return GeometricMean{logs.size(), std::exp(centre), std::exp(centre - half), std::exp(centre + half)};
 }
 

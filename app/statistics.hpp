@@ -42,7 +42,7 @@ std::optional<PairedDifference> paired_difference(std::span<const double> a, std
 struct GeometricMean {
   std::size_t count = 0;
   double ratio = 1;
-  double low = 0;  ///< equal to the ratio where there is one alone
+  double low = 0;  ///< NaN, as is `high`, where there is one ratio alone, which has no interval
   double high = 0;
 };
 /// Of the ratios exp(logs_i). Absent for none, or where one is not finite.

@@ -332,6 +332,10 @@ Json to_json(const Comparison& comparison) {
   return json;
 }
 
+std::string over_seeds(std::size_t count, std::size_t seeds) {
+  return count < seeds ? fmt::format(" over {} seed{}", count, count == 1 ? "" : "s") : std::string();
+}
+
 std::string judged_text(const Comparison& comparison) {
   std::string out;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
@@ -346,7 +350,7 @@ std::string judged_text(const Comparison& comparison) {
       if (!d) continue;
       add(fmt::format("{} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
                       d->effect_size, pretty(d->p_wilcoxon)));
-      if (d->pairs < comparison.seeds.size()) found += fmt::format(" over {} seeds", d->pairs);
+      found += over_seeds(d->pairs, comparison.seeds.size());
     }
     out += "  " + row.name() + found + "\n";
   }

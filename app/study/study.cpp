@@ -72,14 +72,15 @@ std::vector<double> logs_over_graphs(const Study& study, std::size_t setting, st
   return sum;
 }
 
-std::string text_of(const std::optional<GeometricMean>& m) {
-  return m ? fmt::format("{:.3f} [{:.3f}, {:.3f}]", m->ratio, m->low, m->high) : "-";
-}
-
-Json to_json(const ErrorRatio& ratio) {
-  const auto one = [](const std::optional<GeometricMean>& m) -> Json {
+Json to_json(const ErrorRatio& ratio, std::size_t seeds) {
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  const auto one = [&](const std::optional<GeometricMean>& m) -> Json {
     if (!m) return nullptr;
-    return {{"ratio", m->ratio}, {"low", m->low}, {"high", m->high}, {"count", m->count}};
+    return {{"ratio", m->ratio},
+            {"low", number(m->low)},
+            {"high", number(m->high)},
+            {"count", m->count},
+            {"seeds", seeds}};
   };
   return {{"delivered_rms", one(ratio.delivered)}, {"one_step_rms", one(ratio.one_step)}};
 }
@@ -111,9 +112,17 @@ double Study::over_graphs(std::size_t setting, std::string_view figure) const {
 
 std::string Study::incomplete(std::size_t setting) const {
   for (std::size_t row = setting; row < comparison.rows.size(); row += settings.size()) {
-    if (!comparison.rows[row].seeds_text().empty()) return " (seeds missing)";
+    const CompareRow& mine = comparison.rows[row];
+    if (!mine.seeds_text().empty() || !comparison.rows[mine.against].seeds_text().empty()) return " (seeds missing)";
   }
   return {};
+}
+
+std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds) {
+  if (!ratio) return "-";
+  const std::string interval =
+      std::isfinite(ratio->low) ? fmt::format("{:.3f}, {:.3f}", ratio->low, ratio->high) : std::string("-");
+  return fmt::format("{:.3f} [{}]{}", ratio->ratio, interval, over_seeds(ratio->count, seeds));
 }
 
 std::string label(const StudySetting& setting) {
@@ -288,14 +297,14 @@ Json to_json(const Study& study) {
   json["settings"] = Json::array();
   for (const StudySetting& setting : study.settings) {
     Json one = to_json(setting);
-    one["over_graphs"] = to_json(setting.over_graphs);
+    one["over_graphs"] = to_json(setting.over_graphs, study.comparison.seeds.size());
     json["settings"].push_back(std::move(one));
   }
   json["rows"] = Json::array();
   for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
     Json one = to_json(study.setting(row));
     one.update(to_json(study.comparison, study.comparison.rows[row]));
-    one["against_first"]["ratio"] = to_json(study.ratios[row]);
+    one["against_first"]["ratio"] = to_json(study.ratios[row], study.comparison.seeds.size());
     json["rows"].push_back(std::move(one));
   }
   return json;
@@ -310,16 +319,26 @@ std::string study_table(const Study& study) {
   };
   std::size_t width = 12;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) width = std::max(width, name_of_row(row).size());
+  const auto text_of = [&](const std::optional<GeometricMean>& ratio) {
+    return ratio_text(ratio, comparison.seeds.size());
+  };
+  std::size_t wide = 22;
+  const auto fit = [&](const ErrorRatio& ratio) {
+    wide = std::max({wide, text_of(ratio.delivered).size(), text_of(ratio.one_step).size()});
+  };
+  for (const ErrorRatio& ratio : study.ratios) fit(ratio);
+  for (const StudySetting& setting : study.settings) fit(setting.over_graphs);
   const auto line = [&](const std::string& name, const ErrorRatio& ratio, const auto& value) {
     const auto figure = [&](std::string_view f) { return pretty(value(f)); };
-    return fmt::format("  {:<{}} {:>10} {:>22} {:>8} {:>11} {:>10} {:>22} {:>10} {:>10}\n", name, width,
-                       figure(delivered_error), text_of(ratio.delivered), figure("delivered.force.delay_ms"),
+    return fmt::format("  {:<{}} {:>10} {:>{}} {:>8} {:>11} {:>10} {:>{}} {:>10} {:>10}\n", name, width,
+                       figure(delivered_error), text_of(ratio.delivered), wide, figure("delivered.force.delay_ms"),
                        figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
-                       figure("method_us_per_result"), figure("method_us_per_tick"));
+                       wide, figure("method_us_per_result"), figure("method_us_per_tick"));
   };
   const std::string head =
-      fmt::format("  {:<{}} {:>10} {:>22} {:>8} {:>11} {:>10} {:>22} {:>10} {:>10}\n", "", width, "RMS err N",
-                  "ratio [95 %]", "delay ms", "2nd diff", "1-step N", "ratio [95 %]", "us/result", "us/tick");
+      fmt::format("  {:<{}} {:>10} {:>{}} {:>8} {:>11} {:>10} {:>{}} {:>10} {:>10}\n", "", width, "RMS err N",
+                  "ratio [95 %]", wide, "delay ms", "2nd diff", "1-step N", "ratio [95 %]", wide, "us/result",
+                  "us/tick");
   std::string out =
       fmt::format("\n{}: {} seed{} from {}; ratios are to the first line\n", study.spec.name, comparison.seeds.size(),
                   comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front());

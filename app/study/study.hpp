@@ -41,7 +41,8 @@ struct Study {
 
   /// The mean over the graphs of a figure's mean over the seeds that are done.
   [[nodiscard]] double over_graphs(std::size_t setting, std::string_view figure) const;
-  /// What stands behind the setting's name in tables over the graphs where a graph lacks seeds; else empty.
+  /// What stands behind the setting's name in tables over the graphs where a graph, or what it is judged against there,
+  /// lacks seeds; else empty.
   [[nodiscard]] std::string incomplete(std::size_t setting) const;
   [[nodiscard]] const StudySetting& setting(std::size_t row) const { return settings[row % settings.size()]; }
 };
@@ -56,6 +57,9 @@ std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrid
 /// Judges the runs of the cases.
 Study make_study(const StudySpec& spec, Comparison comparison);
 
+/// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio, and
+/// for the interval where there is one seed alone.
+std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds);
 /// How a setting is called in tables.
 std::string label(const StudySetting& setting);
 

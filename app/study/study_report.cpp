@@ -15,10 +15,9 @@ namespace tactor {
 
 namespace {
 
-std::string ratio_cell(const std::optional<GeometricMean>& m) {
-  if (!m) return "<td>-</td>";
-  if (m->count < 2) return fmt::format("<td>{:.3f}</td>", m->ratio);
-  return fmt::format("<td>{:.3f} [{:.3f}, {:.3f}]</td>", m->ratio, m->low, m->high);
+std::string ratio_cells(const Study& study, const ErrorRatio& ratio) {
+  const std::size_t seeds = study.comparison.seeds.size();
+  return "<td>" + ratio_text(ratio.delivered, seeds) + "</td><td>" + ratio_text(ratio.one_step, seeds) + "</td>";
 }
 
 /// The deviation of the values, which fewer than two do not have.
@@ -40,7 +39,7 @@ std::string study_graph_html(const Study& study, std::size_t first) {
   for (std::size_t row = first; row < first + study.settings.size(); ++row) {
     const std::string seeds = comparison.rows[row].seeds_text();
     html += "<tr><td>" + escape(comparison.rows[row].setting) + (seeds.empty() ? "" : " (" + seeds + ")") + "</td>" +
-            ratio_cell(study.ratios[row].delivered) + ratio_cell(study.ratios[row].one_step);
+            ratio_cells(study, study.ratios[row]);
     for (const std::vector<double>& by_seed : comparison.rows[row].values) {
       const std::vector<double> values = comparison.rows[row].done(by_seed);
       html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), deviation(values));
@@ -75,10 +74,10 @@ std::string compare_row_html(const Comparison& comparison, std::size_t c) {
   return row + "</tr>\n";
 }
 
-std::string difference_cells(const std::optional<PairedDifference>& d) {
+std::string difference_cells(const std::optional<PairedDifference>& d, std::size_t seeds) {
   if (!d) return "<td>-</td><td>-</td><td>-</td><td>-</td>";
-  return fmt::format("<td>{:+.4f}</td><td>[{:+.4f}, {:+.4f}]</td><td>{:+.2f}</td><td>{}</td>", d->mean, d->low, d->high,
-                     d->effect_size, pretty(d->p_wilcoxon));
+  return fmt::format("<td>{:+.4f}</td><td>[{:+.4f}, {:+.4f}]{}</td><td>{:+.2f}</td><td>{}</td>", d->mean, d->low,
+                     d->high, over_seeds(d->pairs, seeds), d->effect_size, pretty(d->p_wilcoxon));
 }
 
 /// Every row that is judged against another; `against` says which that is.
@@ -91,7 +90,8 @@ std::string significance_table(const Comparison& comparison, const std::string& 
     rows += row.one_step_anova
                 ? fmt::format("<td>{}</td><td>{}</td>", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p))
                 : "<td>-</td><td>-</td>";
-    rows += difference_cells(row.one_step) + difference_cells(row.delivered) + "</tr>\n";
+    const std::size_t seeds = comparison.seeds.size();
+    rows += difference_cells(row.one_step, seeds) + difference_cells(row.delivered, seeds) + "</tr>\n";
   }
   if (rows.empty()) return {};
   return fmt::format(
@@ -225,7 +225,7 @@ std::string study_report(const Study& study) {
     for (std::size_t s = 0; s < settings; ++s) {
       const ErrorRatio& ratio = study.settings[s].over_graphs;
       body += "<tr><td>" + escape(comparison.rows[s].setting) + study.incomplete(s) + "</td>" +
-              ratio_cell(ratio.delivered) + ratio_cell(ratio.one_step) + "</tr>\n";
+              ratio_cells(study, ratio) + "</tr>\n";
     }
     body += "</tbody></table></div>\n";
   }

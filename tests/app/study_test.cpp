@@ -7,6 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "app/study/study_report.hpp"
 #include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
@@ -264,6 +265,39 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   BOOST_TEST(study_table(none).find("line (0 of 2 seeds)") != std::string::npos);
 }
 
+BOOST_AUTO_TEST_CASE(a_ratio_to_a_first_line_that_lacks_seeds_tells_over_how_many_it_is) {
+  StudySpec spec;
+  spec.graphs = {"a.yaml", "b.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
+  Comparison figures = comparison();
+  figures.rows[2].values[0][0] = std::numeric_limits<double>::quiet_NaN();
+  figures.rows[2].status[0] = RunStatus::failed;
+  figures.rows[2].message[0] = "it broke";
+  const Study study = make_study(spec, figures);
+  BOOST_TEST(study.comparison.rows[3].seeds_text().empty());
+  // The line itself lacks nothing, but its ratio is that of the second seed, 2 to 1, and one value has no interval.
+  const std::string table = study_table(study);
+  const std::string page = study_report(study);
+  for (const std::string& text : {table, page}) {
+    BOOST_TEST(text.find("2.000 [-] over 1 seed") != std::string::npos, text);
+    // Over the graphs sqrt(1/4 * 2) of that seed.
+    BOOST_TEST(text.find("0.707 [-] over 1 seed") != std::string::npos, text);
+    // The first graph has all, sqrt(1/8), and says nothing of it; t(0.975, 1) = 12.706 times ln(2) / 2.
+    BOOST_TEST(text.find("0.354 [0.004, 28.90") != std::string::npos, text);
+    BOOST_TEST(text.find("] over 2 seeds") == std::string::npos, text);
+  }
+  BOOST_TEST(table.find("line (seeds missing)") != std::string::npos, table);
+  BOOST_TEST(study.incomplete(1) == " (seeds missing)");
+  const nlohmann::ordered_json json = to_json(study);
+  for (const auto& one : {json["rows"][3]["against_first"]["ratio"], json["settings"][1]["over_graphs"]}) {
+    BOOST_TEST(one["delivered_rms"]["count"] == 1);
+    BOOST_TEST(one["delivered_rms"]["seeds"] == 2);
+    BOOST_TEST(one["delivered_rms"]["low"].is_null());
+    BOOST_TEST(one["delivered_rms"]["high"].is_null());
+  }
+  BOOST_TEST(json["rows"][1]["against_first"]["ratio"]["delivered_rms"]["low"].is_number());
+}
+
 BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   std::vector<RunRecord> records(6);
   const auto fill = [&](std::size_t number, double error) {
@@ -283,6 +317,12 @@ BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   BOOST_TEST(found.rows[1].delivered->mean == 1.5);
   BOOST_TEST(judged_text(found).find("b (2 of 3 seeds): ") == 2U, judged_text(found));
   BOOST_TEST(judged_text(found).find(" over 2 seeds") != std::string::npos);
+  StudySpec spec;
+  spec.graphs = {"a.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
+  // 1.5 -+ 12.706 * sd / sqrt(2), sd = 1 / sqrt(2).
+  const std::string page = study_report(make_study(spec, found));
+  BOOST_TEST(page.find("<td>[-4.8531, +7.8531] over 2 seeds</td>") != std::string::npos, page);
   const std::string table = comparison_table(found, timing_note(found, Repeats{1, 0}));
   BOOST_TEST(table.find("2 of 3 seeds") != std::string::npos, table);
   BOOST_TEST(table.find("3.50") != std::string::npos, table);

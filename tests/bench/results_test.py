@@ -18,7 +18,7 @@ FIGURES = ("delivered.force.rms_error_N", "delivered.force.delay_ms", "delivered
 
 
 def ratio(value, width=0.01):
-    return {"ratio": value, "low": value - width, "high": value + width, "count": 20}
+    return {"ratio": value, "low": value - width, "high": value + width, "count": 20, "seeds": 20}
 
 
 def found():
@@ -42,6 +42,16 @@ def found():
 
 def cells(table):
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in table.strip().splitlines()]
+
+
+class Interval(unittest.TestCase):
+    def test_a_ratio_of_fewer_seeds_says_so_and_one_seed_has_no_interval(self):
+        self.assertEqual(results.interval(ratio(0.5)), "0.500 [0.490, 0.510]")
+        self.assertEqual(results.interval(ratio(0.5) | {"count": 19}), "0.500 [0.490, 0.510] over 19 seeds")
+        self.assertEqual(results.interval(ratio(0.5) | {"low": None, "high": None, "count": 1}), "0.500 [-] over 1 seed")
+        self.assertEqual(results.interval(ratio(0.5) | {"low": None, "high": None, "count": 1, "seeds": 1}), "0.500 [-]")
+        self.assertEqual(results.interval(ratio(1.0, 0.0)), "1.000")
+        self.assertEqual(results.interval(None), "-")
 
 
 class Methods(unittest.TestCase):
