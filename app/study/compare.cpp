@@ -309,7 +309,7 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     Json& figure = json["figures"][comparison.columns[c].figure];
     const double centre = mean(values);
     figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()},
-              {"sd", std::isfinite(centre) ? Json(standard_deviation(values)) : Json()}};
+              {"sd", std::isfinite(centre) && values.size() > 1 ? Json(standard_deviation(values)) : Json()}};
     figure["by_seed"] = by_seed(row.values[c]);
   }
   json["spread_of_repeats"] = by_seed(row.spread);

@@ -68,8 +68,8 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
 TimingNote timing_note(const Comparison& comparison, Repeats repeats);
 
 nlohmann::ordered_json to_json(const Comparison& comparison);
-/// One row of it: how each run ended, mean and deviation over the runs that are done and the values by seed of every
-/// figure, and what it is against another.
+/// One row of it: how each run ended, mean and deviation (null for fewer than two) over the runs that are done and the
+/// values by seed of every figure, and what it is against another.
 nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& row);
 /// A line for every run that failed or was refused.
 std::string failures_text(const Comparison& comparison);

@@ -76,11 +76,8 @@ Json to_json(const ErrorRatio& ratio, std::size_t seeds) {
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   const auto one = [&](const std::optional<GeometricMean>& m) -> Json {
     if (!m) return nullptr;
-    return {{"ratio", m->ratio},
-            {"low", number(m->low)},
-            {"high", number(m->high)},
-            {"count", m->count},
-            {"seeds", seeds}};
+    return {
+        {"ratio", m->ratio}, {"low", number(m->low)}, {"high", number(m->high)}, {"count", m->count}, {"seeds", seeds}};
   };
   return {{"delivered_rms", one(ratio.delivered)}, {"one_step_rms", one(ratio.one_step)}};
 }
@@ -335,10 +332,9 @@ std::string study_table(const Study& study) {
                        figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
                        wide, figure("method_us_per_result"), figure("method_us_per_tick"));
   };
-  const std::string head =
-      fmt::format("  {:<{}} {:>10} {:>{}} {:>8} {:>11} {:>10} {:>{}} {:>10} {:>10}\n", "", width, "RMS err N",
-                  "ratio [95 %]", wide, "delay ms", "2nd diff", "1-step N", "ratio [95 %]", wide, "us/result",
-                  "us/tick");
+  const std::string head = fmt::format("  {:<{}} {:>10} {:>{}} {:>8} {:>11} {:>10} {:>{}} {:>10} {:>10}\n", "", width,
+                                       "RMS err N", "ratio [95 %]", wide, "delay ms", "2nd diff", "1-step N",
+                                       "ratio [95 %]", wide, "us/result", "us/tick");
   std::string out =
       fmt::format("\n{}: {} seed{} from {}; ratios are to the first line\n", study.spec.name, comparison.seeds.size(),
                   comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front());

@@ -57,8 +57,8 @@ std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrid
 /// Judges the runs of the cases.
 Study make_study(const StudySpec& spec, Comparison comparison);
 
-/// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio, and
-/// for the interval where there is one seed alone.
+/// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio,
+/// and for the interval where there is one seed alone.
 std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds);
 /// How a setting is called in tables.
 std::string label(const StudySetting& setting);

@@ -112,6 +112,30 @@ std::string label_of(const std::string& figure) {
   return figure.substr(0, at) + ", " + figure.substr(at + 1);
 }
 
+/// Marks of one curve: those with bars, and those of one seed alone, which has none.
+struct Marks {
+  Curve bars, bare;
+
+  void add(const Spread& x, const Spread& y) {
+    Curve& to = x.has_sides() && y.has_sides() ? bars : bare;
+    to.x.push_back(x.centre);
+    to.y.push_back(y.centre);
+    if (&to == &bare) return;
+    bars.x_low.push_back(x.low);
+    bars.x_high.push_back(x.high);
+    bars.y_low.push_back(y.low);
+    bars.y_high.push_back(y.high);
+  }
+  /// Those that there are; the key names the curve once.
+  void put_into(Chart& chart) && {
+    bare.points = true;
+    if (!bars.x.empty()) bare.name.clear();
+    for (Curve* marks : {&bars, &bare}) {
+      if (!marks->x.empty()) chart.curves.push_back(std::move(*marks));
+    }
+  }
+};
+
 Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPoint::*time, bool WorkPoint::*front,
                const std::string& y_label) {
   Chart chart{graph.graph, label_of(found.error), y_label, {}, {}};
@@ -125,18 +149,20 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
   Curve cross{"incomplete: seeds failed", {}, {}, "#c00000"};
   cross.cross = true;
   for (std::size_t c = 0; c < names.size(); ++c) {
-    Curve bars{names[c].empty() ? graph.graph : names[c], {}, {}, series_color(c)};
-    bars.mark = c / series_colors;
+    Curve mark{names[c].empty() ? graph.graph : names[c], {}, {}, series_color(c)};
+    mark.mark = c / series_colors;
+    for (const WorkPoint& p : graph.points) {
+      if (p.curve == names[c] && p.bound) mark.hollow = true;
+    }
+    if (mark.hollow) mark.name += " (bound)";
+    Marks marks{mark, mark};
+    Curve line{"", {}, {}, mark.color};
     for (const WorkPoint& p : graph.points) {
       const Spread& t = p.*time;
-      if (p.curve == names[c] && p.bound) bars.hollow = true;
       if (p.curve != names[c] || !std::isfinite(p.error.centre) || !std::isfinite(t.centre)) continue;
-      bars.x.push_back(p.error.centre);
-      bars.x_low.push_back(p.error.low);
-      bars.x_high.push_back(p.error.high);
-      bars.y.push_back(t.centre);
-      bars.y_low.push_back(t.low);
-      bars.y_high.push_back(t.high);
+      marks.add(p.error, t);
+      line.x.push_back(p.error.centre);
+      line.y.push_back(t.centre);
       if (p.incomplete()) {
         cross.x.push_back(p.error.centre);
         cross.y.push_back(t.centre);
@@ -146,13 +172,8 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
         ring.y.push_back(t.centre);
       }
     }
-    if (bars.x.empty()) continue;
-    if (bars.hollow) bars.name += " (bound)";
-    if (bars.x.size() > 1) {
-      Curve line{"", bars.x, bars.y, bars.color};
-      chart.curves.push_back(std::move(line));
-    }
-    chart.curves.push_back(std::move(bars));
+    if (line.x.size() > 1) chart.curves.push_back(std::move(line));
+    std::move(marks).put_into(chart);
   }
   if (!cross.x.empty()) ring.name += " (complete)";
   if (!ring.x.empty()) chart.curves.push_back(std::move(ring));
@@ -181,7 +202,9 @@ std::string file_name(const std::string& graph) {
 }
 
 std::string spread_text(const Spread& s) {
-  return std::isfinite(s.centre) ? fmt::format("{} [{}, {}]", pretty(s.centre), pretty(s.low), pretty(s.high)) : "-";
+  if (!std::isfinite(s.centre)) return "-";
+  if (!s.has_sides()) return pretty(s.centre);
+  return fmt::format("{} [{}, {}]", pretty(s.centre), pretty(s.low), pretty(s.high));
 }
 
 std::string point_name(const WorkPoint& p) {
@@ -216,7 +239,7 @@ Spread spread_of(std::span<const double> values) {
   std::vector<double> logs;
   for (const double v : values) logs.push_back(v > 0 ? std::log(v) : std::nan(""));
   const double centre = mean(logs);
-  const double sd = standard_deviation(logs);
+  const double sd = logs.size() < 2 ? std::nan("") : standard_deviation(logs);
   return {std::exp(centre), std::exp(centre - sd), std::exp(centre + sd)};
 }
 

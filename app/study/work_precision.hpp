@@ -1,6 +1,7 @@
 // The work-precision report of a study: error against run time, a curve a method, and which points nothing undercuts.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -12,9 +13,12 @@
 
 namespace tactor {
 
-/// A positive quantity over seeds: the geometric mean, and a geometric standard deviation to each side.
+/// A positive quantity over seeds: the geometric mean, and a geometric standard deviation to each side (NaN where there
+/// is one value alone).
 struct Spread {
   double centre = 0, low = 0, high = 0;
+
+  [[nodiscard]] bool has_sides() const { return std::isfinite(low) && std::isfinite(high); }
 };
 /// NaN where there is no value, or one is not above zero.
 Spread spread_of(std::span<const double> values);

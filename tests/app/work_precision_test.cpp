@@ -3,6 +3,7 @@
 
 #include <boost/test/unit_test.hpp>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -29,6 +30,10 @@ BOOST_AUTO_TEST_CASE(a_spread_is_the_geometric_mean_and_deviation) {
   BOOST_TEST(std::abs(found.high - 2 * std::pow(2, std::sqrt(2))) < 1e-12);
   BOOST_TEST(std::abs(found.low * found.high - 4) < 1e-12);
   BOOST_TEST(std::isnan(spread_of(std::vector<double>{1, 0}).centre));
+  // One value has a centre, and no deviation.
+  const Spread one = spread_of(std::vector<double>{4});
+  BOOST_TEST(std::abs(one.centre - 4) < 1e-12);
+  BOOST_TEST(!one.has_sides());
 }
 
 namespace {
@@ -123,6 +128,58 @@ BOOST_AUTO_TEST_CASE(a_point_that_lacks_seeds_shows_the_others_and_is_on_no_fron
   const std::string plain = write_work_precision(folder.path(), whole, work_precision(whole));
   BOOST_TEST(plain.find("incomplete") == std::string::npos);
   BOOST_TEST(plain.find("A cross") == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(one_seed_has_neither_bars_nor_brackets) {
+  Study study = two_methods({}, StudyTime::run);
+  const auto svg = [&study] {
+    const TemporaryFolder folder;
+    write_work_precision(folder.path(), study, work_precision(study));
+    std::ifstream file(folder.path() / "work_precision_a.svg");
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const auto count = [](const std::string& text, const std::string& what) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++found;
+    return found;
+  };
+  // In the group of a curve gnuplot draws a mark as a use of its shape, lines and bars as strokes, each with a move.
+  const auto strokes = [&count](const std::string& text) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find("<g id=\"gnuplot_plot_"); at != std::string::npos;
+         at = text.find("<g id=\"gnuplot_plot_", at + 1)) {
+      found += count(text.substr(at, text.find("</g>\n\t</g>", at) - at), "M");
+    }
+    return found;
+  };
+  const WorkPrecision one = work_precision(study);
+  const auto json = to_json(one)["graphs"][0]["points"][0]["error"];
+  BOOST_TEST(std::abs(json["centre"].get<double>() - 4) < 1e-12);
+  BOOST_TEST(json["low"].is_null());
+  BOOST_TEST(json["high"].is_null());
+  BOOST_TEST(work_precision_table(study, one).find('[') == std::string::npos, work_precision_table(study, one));
+  BOOST_TEST(to_json(study)["rows"][0]["figures"]["delivered.force.rms_error_N"]["sd"].is_null());
+  const std::string bare = svg();
+  // The same over two seeds of which the second has twice the error and the time.
+  study.comparison.seeds = {1, 2};
+  for (CompareRow& row : study.comparison.rows) {
+    row.runs.resize(2);
+    row.status.assign(2, RunStatus::done);
+    row.message.assign(2, "");
+    row.spread = row.control_us = {1, 1};
+    for (std::vector<double>& values : row.values) values.push_back(2 * values.front());
+  }
+  BOOST_TEST(to_json(study)["rows"][0]["figures"]["delivered.force.rms_error_N"]["sd"].is_number());
+  const std::string barred = svg();
+  BOOST_TEST(count(barred, "<use") == count(bare, "<use"));
+  BOOST_TEST(strokes(bare) == 2U);  // the line through each method's marks
+  BOOST_TEST(strokes(barred) > 2U);
+  // A curve of both kinds has all of its marks: the second point has lost its second seed.
+  study.comparison.rows[1].status[1] = RunStatus::failed;
+  const std::string mixed = svg();
+  BOOST_TEST(strokes(mixed) > 2U);
+  BOOST_TEST(strokes(mixed) < strokes(barred));
+  BOOST_TEST(count(mixed, ">hold</text>") == 1U);
 }
 
 BOOST_AUTO_TEST_CASE(over_all_graphs_bars_are_over_seeds) {

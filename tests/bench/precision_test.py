@@ -33,6 +33,9 @@ class Rows(unittest.TestCase):
     def test_what_no_run_reports_is_nothing(self):
         self.assertIsNone(precision.spread({"centre": None, "low": None, "high": None}))
 
+    def test_one_seed_alone_has_no_brackets(self):
+        self.assertEqual(precision.spread({"centre": 0.5, "low": None, "high": None}), "0.5")
+
 
 if __name__ == "__main__":
     unittest.main()
