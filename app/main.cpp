@@ -33,6 +33,7 @@
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/graph/plan.hpp"
+#include "framework/graph/study.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
 #include "framework/record/recorder.hpp"
@@ -329,9 +330,9 @@ int main_checked(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   compare_verb
       ->add_option("--repeats", comparison.repeats,
-                   "Repeats of every run, whose run times are the median; one more that does not count comes first")
+                   "Runs of each seed whose median run time counts; where several, after one that does not")
       ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
+      ->check(CLI::Range(std::int64_t{1}, most_repeats));
   compare_verb->add_option("--jobs", comparison.jobs, "Reference runs at once (default: the cores)")
       ->check(CLI::Range(1, 1024));
   compare_verb->add_option("--out", comparison.out, "Folder for the results")->capture_default_str();
@@ -354,7 +355,7 @@ int main_checked(int argc, char** argv) {
                    "Runs of each seed, for the median of its run time; with one more that does not count where there "
                    "are several "
                    "(default: the study's)")
-      ->check(CLI::Range(1, 100));
+      ->check(CLI::Range(std::int64_t{1}, most_repeats));
   study_verb->add_option("--jobs", study.jobs, "Runs at once (default: the cores); only run times depend on it")
       ->check(CLI::Range(1, 1024));
   study_verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)");
@@ -382,7 +383,7 @@ int main_checked(int argc, char** argv) {
   explain_verb
       ->add_option("--repeats", explain_repeats, "Runs whose median counts; where several, after one that does not")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100));
+      ->check(CLI::Range(std::int64_t{1}, most_repeats));
   options.add_to(*explain_verb, true);
   explain_verb->callback([&] { result = explain_costs(graph, options, explain_repeats, explain_json); });
 
@@ -407,7 +408,7 @@ int main_checked(int argc, char** argv) {
       ->add_option("--repeats", lean.repeats,
                    "Runs of each seed whose median counts; where several, after one that does not")
       ->capture_default_str()
-      ->check(CLI::Range(1, 100));
+      ->check(CLI::Range(std::int64_t{1}, most_repeats));
   lean_verb->add_option("--out", lean.out,
                         "The graph that is written, the table beside it as .md and .json "
                         "(default: out/NAME_lean.yaml)");

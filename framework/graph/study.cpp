@@ -446,7 +446,7 @@ class StudyReader {
   void read_timing(const Tree& tree, StudySpec& study) {
     if (!expect_map(tree, "timing", "a map {repeats, warm_up}", diagnostics_)) return;
     check_keys(tree, "timing", "key of timing", {"repeats", "warm_up"}, diagnostics_);
-    if (const Tree* t = tree.value("repeats")) study.repeats = integer(*t, "timing.repeats", 1, 1000);
+    if (const Tree* t = tree.value("repeats")) study.repeats = integer(*t, "timing.repeats", 1, most_repeats);
     if (const Tree* t = tree.value("warm_up")) study.warm_up = integer(*t, "timing.warm_up", 0, 1000);
   }
 

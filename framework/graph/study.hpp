@@ -86,6 +86,9 @@ struct StudySpec {
   std::int64_t warm_up = 0;          ///< runs before these whose run time does not count
 };
 
+/// Of a run for its run time, wherever they are asked for.
+inline constexpr std::int64_t most_repeats = 100;
+
 /// One combination: an index into each axis' values, or for drawn values the values themselves.
 struct StudyPoint {
   std::vector<StudyValue> values;  ///< one an axis
