@@ -54,6 +54,11 @@ class Interval(unittest.TestCase):
         self.assertEqual(results.interval(None), "-")
 
 
+class Template(unittest.TestCase):
+    def test_it_names_no_number_of_seeds_which_is_asked_for(self):
+        self.assertNotRegex(SCRIPT.with_name("results.template.md").read_text(), r"\b\d+\s+seeds?\b")
+
+
 class Methods(unittest.TestCase):
     def setUp(self):
         self.methods = results.Methods(found())
