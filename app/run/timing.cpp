@@ -106,10 +106,18 @@ nlohmann::ordered_json to_json(const TimingNote& note) {
           {"warm_up", note.repeats.warm_up},
           {"spread_median", number(note.spread_median)},
           {"spread_worst", number(note.spread_worst)},
-          {"control_us", note.control_us},
-          {"control_spread", note.control_spread},
+          {"control_us", number(note.control_us)},
+          {"control_spread", number(note.control_spread)},
           {"text", note.text},
           {"warning", note.warning}};
+}
+
+std::string lines_of(const TimingNote& note, const std::string& indent) {
+  std::string lines;
+  for (const std::string& text : {note.text, note.warning}) {
+    if (!text.empty()) lines += (lines.empty() ? "\n" : "") + indent + text + "\n";
+  }
+  return lines;
 }
 
 }  // namespace tactor

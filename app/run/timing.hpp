@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
@@ -34,11 +35,12 @@ struct TimingNote {
 
   Repeats repeats;
   std::string text;
-  std::string warning;        ///< or empty
-  double spread_median = 0;   ///< over the runs, of the spread of their repeats; NaN without repeats
-  double spread_worst = 0;    ///< the largest of them; NaN without repeats
-  double control_us = 0;      ///< median of the fixed computation
-  double control_spread = 0;  ///< (95th - 5th percentile) / median of it
+  std::string warning;       ///< or empty
+  double spread_median = 0;  ///< over the runs, of the spread of their repeats; NaN without repeats
+  double spread_worst = 0;   ///< the largest of them; NaN without repeats
+  /// Of the fixed computation the median, and (95th - 5th percentile) / median; NaN without runs.
+  double control_us = std::numeric_limits<double>::quiet_NaN();
+  double control_spread = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// How many of the runs have repeats that spread too far, and by how much at most; empty where none has. NaN is a run
@@ -51,5 +53,7 @@ std::string spread_warning(std::span<const double> spreads);
 TimingNote timing_note(std::span<const double> control_us, std::span<const double> spreads, Repeats repeats,
                        const std::string& of_repeats, const std::string& anew = "measure anew on an idle machine");
 nlohmann::ordered_json to_json(const TimingNote& note);
+/// An empty line, then text and warning, each on a line behind `indent`; nothing where the note says nothing.
+std::string lines_of(const TimingNote& note, const std::string& indent = "");
 
 }  // namespace tactor

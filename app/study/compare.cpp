@@ -388,7 +388,7 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
     }
     out += "\n";
   }
-  out += fmt::format("\n  {}\n{}", timing.text, timing.warning.empty() ? "" : "  " + timing.warning + "\n");
+  out += lines_of(timing, "  ");
   out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
   out += judged_text(comparison);
   return out;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -27,7 +28,9 @@ struct RunRecord {
   std::string message;        ///< why it failed or was refused
   RunResult result;           ///< run times are medians over the repeats
   std::vector<double> cpu_s;  ///< CPU time of each repeat, in their order
-  double control_us = 0;      ///< CPU time of a fixed computation just before: how noisy the machine is
+  /// CPU time of a fixed computation just before: how noisy the machine is. NaN where nobody could tell, as of a run
+  /// that took its process with it.
+  double control_us = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What a run is, to find it again.

@@ -350,8 +350,7 @@ std::string study_table(const Study& study) {
                   [&](std::string_view figure) { return study.over_graphs(s, figure); });
     }
   }
-  const TimingNote timing = timing_note(study);
-  out += fmt::format("\n{}\n{}{}", timing.text, timing.warning, timing.warning.empty() ? "" : "\n");
+  out += lines_of(timing_note(study));
   if (settings > 1) out += "\nagainst the first line of the graph\n" + judged_text(comparison);
   return out;
 }

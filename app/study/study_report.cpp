@@ -116,7 +116,7 @@ std::string failures_html(const Comparison& comparison) {
 
 std::string timing_html(const TimingNote& timing) {
   const std::string warning = timing.warning.empty() ? "" : "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
-  return "<p>" + escape(timing.text) + "</p>\n" + warning;
+  return (timing.text.empty() ? "" : "<p>" + escape(timing.text) + "</p>\n") + warning;
 }
 
 }  // namespace

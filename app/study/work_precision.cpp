@@ -282,8 +282,7 @@ std::string work_precision_table(const Study& study, const WorkPrecision& found)
                          spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p));
     }
   }
-  const TimingNote timing = timing_note(study);
-  return out + fmt::format("\n{}\n{}{}", timing.text, timing.warning, timing.warning.empty() ? "" : "\n");
+  return out + lines_of(timing_note(study));
 }
 
 Json to_json(const WorkPrecision& found) {

@@ -60,6 +60,8 @@ BOOST_AUTO_TEST_CASE(runs_are_read_as_they_were_added) {
   BOOST_REQUIRE(found.size() == 2U);
   BOOST_CHECK(found[0].status == RunStatus::failed);
   BOOST_TEST(found[0].message == "it broke, 'on purpose'");
+  // It left no time of the fixed computation, which is not a time of 0.
+  BOOST_TEST(std::isnan(found[0].control_us));
   const RunRecord& whole = found[1];
   BOOST_CHECK(whole.status == RunStatus::done);
   BOOST_TEST(whole.result.graph == "duck");

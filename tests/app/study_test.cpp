@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/study/study_report.hpp"
+#include "app/study/work_precision.hpp"
 #include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
@@ -106,6 +107,9 @@ BOOST_AUTO_TEST_CASE(a_bad_study_is_refused_with_every_place) {
   BOOST_TEST(file.error("graphs: [a.yaml, more/a.yaml]\n").find("1:18: graphs: expected files of different names") !=
              std::string::npos);
   BOOST_TEST(file.error("title: x\n").find("expected the key graphs") != std::string::npos);
+  BOOST_TEST(file.error("graphs: [a.yaml]\ntiming: {repeats: 100}\n").empty());
+  const std::string repeats = file.error("graphs: [a.yaml]\ntiming: {repeats: 101}\n");
+  BOOST_TEST(repeats.find("study.yaml:2:19: timing.repeats: expected") != std::string::npos, repeats);
   const std::string all = file.error("graphs: a.yaml\nvary: {x.p: 3}\nseeds: 0\nseed: 1\nset: [1]\nmethods: []\n");
   for (const char* text :
        {"1:9: graphs: expected a list", "2:13: vary.x.p: expected a list of values", "3:8: seeds: expected", "4:1",
@@ -263,6 +267,17 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   BOOST_TEST(!none.ratios[3].delivered);
   BOOST_TEST(!none.settings[1].over_graphs.delivered);
   BOOST_TEST(study_table(none).find("line (0 of 2 seeds)") != std::string::npos);
+  // Where nothing is done nothing is said of run times, and no line is left empty for it.
+  for (CompareRow& one : figures.rows) one.status.assign(2, RunStatus::failed);
+  const Study nothing = make_study(spec, figures);
+  BOOST_TEST(timing_note(nothing).text.empty());
+  for (const std::string& text : {study_table(nothing), work_precision_table(nothing, work_precision(nothing)),
+                                  comparison_table(nothing.comparison, timing_note(nothing))}) {
+    BOOST_TEST(text.find("\n\n\n") == std::string::npos, text);
+    BOOST_TEST(text.find("\n  \n") == std::string::npos, text);
+    BOOST_TEST(!text.ends_with("\n\n"), text);
+  }
+  BOOST_TEST(study_report(nothing).find("<p></p>") == std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(a_ratio_to_a_first_line_that_lacks_seeds_tells_over_how_many_it_is) {

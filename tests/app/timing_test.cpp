@@ -4,6 +4,7 @@
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 using namespace tactor;
@@ -44,5 +45,11 @@ BOOST_AUTO_TEST_CASE(runs_without_repeats_say_so_and_no_runs_say_nothing) {
   const std::vector<double> quiet{100, 100};
   const std::vector<double> none{std::numeric_limits<double>::quiet_NaN()};
   BOOST_TEST(timing_note(quiet, none, warmed_up(1), "").text.find("a single run each") != std::string::npos);
-  BOOST_TEST(timing_note({}, {}, warmed_up(3), "").text.empty());
+  const TimingNote nothing = timing_note({}, {}, warmed_up(3), "");
+  BOOST_TEST(nothing.text.empty());
+  BOOST_TEST(lines_of(nothing).empty());
+  BOOST_TEST(to_json(nothing)["control_us"].is_null());
+  BOOST_TEST(to_json(nothing)["control_spread"].is_null());
+  const TimingNote loud = timing_note(std::vector<double>{100, 200}, none, warmed_up(1), "");
+  BOOST_TEST(lines_of(loud, "  ") == "\n  " + loud.text + "\n  " + loud.warning + "\n");
 }

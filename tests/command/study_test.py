@@ -360,6 +360,11 @@ class Crashes(StudyTest):
         # It is over: nothing is run again.
         self.study(None, "one", "--resume", code=1)
         self.assertEqual(self.crashes("one"), 0)
+        # Nobody knows how fast the machine was before a run that crashed, which is not 0.
+        for line, times in zip(self.lines("one"), self.lines("one", "run_times.csv"), strict=True):
+            self.assertEqual(times["control_us"] == "", line["status"] == "failed", times)
+        for row in json.loads(self.bytes_of("one", "study.json"))["rows"]:
+            self.assertEqual([time is None for time in row["control_us"]], [status == "failed" for status in row["status"]])
 
     def test_a_reference_run_that_crashes_fails_all_runs_that_need_it(self):
         graph = self.graph("culprit.out")
@@ -457,6 +462,9 @@ class Comparisons(StudyTest):
     def test_a_comparison_of_which_nothing_is_done_still_says_so_everywhere(self):
         result, found, page = self.compare(self.broken)
         self.assertIn("0 of 2 seeds", result.stdout)
+        self.assertNotRegex(result.stdout, r"\n[ ]*\n[ ]*\n")  # no empty lines where run times are told of
+        self.assertNotIn("<p></p>", page)
+        self.assertEqual([found["timing"][key] for key in ("text", "control_us", "control_spread")], ["", None, None])
         self.assertEqual(found["graphs"][0]["seeds_done"], 0)
         self.assertIn("it broke on purpose", page)
 
@@ -468,6 +476,15 @@ class Comparisons(StudyTest):
             self.assertNotIn("failed", text)
             self.assertIn("Run times are CPU times of a single run each", text)
         self.assertIsNone(found["timing"]["spread_worst"])
+
+    def test_every_command_takes_as_many_repeats_and_its_help_says_how_many(self):
+        for verb, more in (("compare", ()), ("study", ()), ("lean", ("--budget", "1")), ("explain", ())):
+            with self.subTest(verb=verb):
+                said = tactor(verb, "--help").stdout
+                self.assertRegex(said, r"--repeats INT:INT in \[1 - 100\]")
+                self.assertNotEqual(tactor(verb, self.folder / "none.yaml", *more, "--repeats", 101).returncode, 0)
+                self.assertIn("--repeats: Value 101 not in range", tactor(verb, self.whole, *more, "--repeats", 101).stderr)
+                self.assertNotIn("--repeats", tactor(verb, self.folder / "none.yaml", *more, "--repeats", 100).stderr)
 
     def test_repeats_tell_how_far_they_spread(self):
         _, found, page = self.compare(RECORDED, code=0, options=("--repeats", "3"))
