@@ -54,6 +54,17 @@ class Interval(unittest.TestCase):
         self.assertEqual(results.interval(None), "-")
 
 
+class RefitAgainstFixed(unittest.TestCase):
+    def table(self, difference):
+        row = {"figures": {}, "against_first": {"one_step_rms": difference, "one_step_anova": {"F": 4.0, "p": 0.25}}}
+        return cells(results.refit_against_fixed({"rows": [row] * 2 * len(results.PAPER_TESTS)}))[2]
+
+    def test_one_seed_alone_has_no_difference(self):
+        self.assertEqual(self.table(None)[5:9], ["-", "-", "-", "4 (0.25)"])
+        said = {"mean_N": -0.5, "low_N": -0.75, "high_N": -0.25, "effect_size": 2.0, "p_wilcoxon": 0.03125}
+        self.assertEqual(self.table(said)[5:9], ["-0.5000 [-0.7500, -0.2500]", "2", "0.031", "4 (0.25)"])
+
+
 class Template(unittest.TestCase):
     def test_it_names_no_number_of_seeds_which_is_asked_for(self):
         self.assertNotRegex(SCRIPT.with_name("results.template.md").read_text(), r"\b\d+\s+seeds?\b")
