@@ -332,6 +332,15 @@ Json to_json(const Comparison& comparison) {
   return json;
 }
 
+std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row) {
+  const std::vector<RunStatus>& first = comparison.rows[row.against].status;
+  std::size_t both = 0;
+  for (std::size_t s = 0; s < first.size(); ++s) {
+    if (first[s] == RunStatus::done && row.status[s] == RunStatus::done) ++both;
+  }
+  return both;
+}
+
 std::string over_seeds(std::size_t count, std::size_t seeds) {
   return count < seeds ? fmt::format(" over {} seed{}", count, count == 1 ? "" : "s") : std::string();
 }
@@ -344,7 +353,8 @@ std::string judged_text(const Comparison& comparison) {
     std::string found;
     const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
     if (row.one_step_anova) {
-      add(fmt::format("one-step ANOVA F = {}, p = {}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p)));
+      add(fmt::format("one-step ANOVA F = {}, p = {}{}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p),
+                      over_seeds(judged_seeds(comparison, row), comparison.seeds.size())));
     }
     for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
       if (!d) continue;

@@ -87,9 +87,10 @@ std::string significance_table(const Comparison& comparison, const std::string& 
     const CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
     rows += fmt::format("<tr><td>{}</td>", escape(row.name()));
-    rows += row.one_step_anova
-                ? fmt::format("<td>{}</td><td>{}</td>", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p))
-                : "<td>-</td><td>-</td>";
+    rows += row.one_step_anova ? fmt::format("<td>{}{}</td><td>{}</td>", pretty(row.one_step_anova->F),
+                                             over_seeds(judged_seeds(comparison, row), comparison.seeds.size()),
+                                             pretty(row.one_step_anova->p))
+                               : "<td>-</td><td>-</td>";
     const std::size_t seeds = comparison.seeds.size();
     rows += difference_cells(row.one_step, seeds) + difference_cells(row.delivered, seeds) + "</tr>\n";
   }

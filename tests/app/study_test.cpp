@@ -318,6 +318,7 @@ BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   const auto fill = [&](std::size_t number, double error) {
     records[number].number = number;
     records[number].result.figures = {{"delivered.force.rms_error_N", error}};
+    records[number].result.series = {{"one_step_error", "N", {0, 1}, {error, error + 1}}};
   };
   // The first row errs 1, 2, 3 N by seed, the second 2, -, 5 N: differences 1 and 2 N of the first and the last seed.
   for (std::size_t s = 0; s < 3; ++s) fill(s, 1.0 + static_cast<double>(s));
@@ -331,12 +332,16 @@ BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   BOOST_TEST(found.rows[1].delivered->pairs == 2U);
   BOOST_TEST(found.rows[1].delivered->mean == 1.5);
   BOOST_TEST(judged_text(found).find("b (2 of 3 seeds): ") == 2U, judged_text(found));
+  // 1, 2, 3, 4 N against 2, 3, 5, 6 N: 4.5 between, and 5 and 10 over 6 degrees of freedom within.
+  BOOST_TEST(judged_text(found).find("ANOVA F = 1.80, p = 0.228 over 2 seeds; ") != std::string::npos,
+             judged_text(found));
   BOOST_TEST(judged_text(found).find(" over 2 seeds") != std::string::npos);
   StudySpec spec;
   spec.graphs = {"a.yaml"};
   spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
   // 1.5 -+ 12.706 * sd / sqrt(2), sd = 1 / sqrt(2).
   const std::string page = study_report(make_study(spec, found));
+  BOOST_TEST(page.find("<td>1.80 over 2 seeds</td>") != std::string::npos, page);
   BOOST_TEST(page.find("<td>[-4.8531, +7.8531] over 2 seeds</td>") != std::string::npos, page);
   const std::string table = comparison_table(found, timing_note(found, Repeats{1, 0}));
   BOOST_TEST(table.find("2 of 3 seeds") != std::string::npos, table);
