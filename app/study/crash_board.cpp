@@ -171,9 +171,16 @@ void CrashPlace::begin() {
   if (slot_ != nullptr) slot_->since = clock_seconds(CLOCK_MONOTONIC);
 }
 
+void CrashPlace::end() {
+  if (slot_ != nullptr) slot_->since = never;
+}
+
 CrashPlace::~CrashPlace() {
   if (slot_ == nullptr) return;
   my_slot = nullptr;
+  // A thread that got over its signal has not ended the process.
+  std::uint64_t mine = slot_->place;
+  if (told_culprit != nullptr && told_culprit->compare_exchange_strong(mine, 0)) told_signal->store(0);
   slot_->since = never;
   slot_->place = 0;
 }

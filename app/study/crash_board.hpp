@@ -79,8 +79,9 @@ class CrashPlace {
  public:
   CrashPlace(CrashBoard* board, RunPlace place);
   ~CrashPlace();
-  /// The time limit counts anew.
+  /// The time limit counts anew, or no longer.
   void begin();
+  void end();
   CrashPlace(const CrashPlace&) = delete;
   CrashPlace& operator=(const CrashPlace&) = delete;
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <exception>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <set>
@@ -124,9 +125,9 @@ class Engine {
     const std::size_t made_before = board_ != nullptr ? board_->rows() : 0;
     plan_all();
     TableIdentity identity = options_.identity;
-    identity.program = program_hash();
+    if (!begun_) identity.program = program_hash();
     make_folder(options_.table.parent_path());
-    RunTable table(options_.table, begun_ ? TableMode::resume : options_.mode, identity, names());
+    RunTable table(options_.table, begun_ ? TableMode::go_on : options_.mode, identity, names());
     if (board_ != nullptr) board_->set_has_table();
     const std::vector<bool> finished = table.finished();
     const Pending pending = sorted_out(finished, table);
@@ -157,7 +158,8 @@ class Engine {
     std::optional<Plan> plan;       // none where it is refused, or crashes the process
     std::optional<Plan> reference;  // of the graph that judges it, where that is another
     RunStatus status = RunStatus::refused;
-    std::string message;  // why there is no plan
+    std::string message;      // why there is no plan
+    bool may_differ = false;  // next time
     std::string content;
     std::exception_ptr why;
   };
@@ -177,7 +179,11 @@ class Engine {
     const char* const next = crash.is_last              ? "it has failed, and the others go on"
                              : crash.places.size() == 1 ? "it is tried once more, alone"
                                                         : "each is tried once more, alone";
-    note(fmt::format("{}: {}; {}", fmt::join(names, ", or "), crash.ending, next));
+    if (names.empty()) {
+      note(fmt::format("between two runs: {}; they go on", crash.ending.text));
+    } else {
+      note(fmt::format("{}: {}; {}", fmt::join(names, ", or "), crash.ending.text, next));
+    }
   }
 
   [[nodiscard]] std::string name_of(RunPlace place) const {
@@ -209,9 +215,10 @@ class Engine {
 
   /// A run is given up where it crashed a process, and where the reference run did that it needs.
   void add_lost(std::vector<bool>& pending, RunTable& table) const {
-    std::map<std::string, std::string> endings;  // of reference runs
+    std::map<std::string, Ending> endings;  // of reference runs
     for (const auto& [place, ending] : options_.supervisor->lost()) {
-      if (place.stage == RunStage::reference) endings.emplace(reference_of(place.number), ending);
+      if (place.stage != RunStage::reference || !planned_[place.number / seeds()].plan) continue;
+      endings.emplace(reference_of(place.number), ending);
     }
     for (std::size_t run = 0; run < pending.size(); ++run) {
       if (!pending[run] || !planned_[run / seeds()].plan) continue;
@@ -219,9 +226,11 @@ class Engine {
       const auto own = options_.supervisor->lost().find({RunStage::run, run});
       if (own != options_.supervisor->lost().end()) {
         record.message = lost_message(own->second);
+        record.may_differ = own->second.may_differ;
       } else if (const auto other = endings.empty() ? endings.end() : endings.find(reference_of(run));
                  other != endings.end()) {
         record.message = "the reference run that this run needs was " + lost_message(other->second);
+        record.may_differ = other->second.may_differ;
       } else {
         continue;
       }
@@ -233,8 +242,8 @@ class Engine {
     }
   }
 
-  static std::string lost_message(const std::string& ending) {
-    return "tried twice, the second time with no other run beside it: " + ending;
+  static std::string lost_message(const Ending& ending) {
+    return "tried twice, the second time with no other run beside it: " + ending.text;
   }
 
   void add(const RunRecord& record, RunTable& table) const {
@@ -275,10 +284,35 @@ class Engine {
     return make_plan(load_graph(graph, registry_, overrides, mesh_folders_));
   }
 
+  /// The cases that have runs to be made: first what crashed a process while it was planned, so that nothing before it
+  /// can be to blame.
+  [[nodiscard]] std::vector<std::size_t> to_be_planned() const {
+    std::vector<bool> left(cases_.size(), !begun_);
+    if (begun_) {
+      const std::vector<bool> finished = RunTable::finished_in(options_.table);
+      for (std::size_t run = 0; run < finished.size(); ++run) {
+        if (!finished[run]) left[run / seeds()] = true;
+      }
+    }
+    std::vector<std::size_t> order;
+    const auto take = [&](std::size_t c) {
+      if (left[c]) order.push_back(c);
+      left[c] = false;
+    };
+    if (options_.supervisor != nullptr) {
+      for (const RunPlace& place : options_.supervisor->suspects()) {
+        if (place.stage == RunStage::planning) take(place.number);
+      }
+    }
+    for (std::size_t c = 0; c < cases_.size(); ++c) take(c);
+    return order;
+  }
+
   void plan_all() {
     planned_.resize(cases_.size());
     std::size_t refused = 0;
-    for (std::size_t c = 0; c < cases_.size(); ++c) {
+    for (const std::size_t c : to_be_planned()) {
+      if (!go_on()) throw RunError("interrupted while the graphs were read; runs that had finished are kept");
       Planned& planned = planned_[c];
       if (lost_in_planning(c)) continue;
       const CrashPlace place(board_, {RunStage::planning, c});
@@ -314,6 +348,7 @@ class Engine {
     if (found == options_.supervisor->lost().end()) return false;
     planned_[c].status = RunStatus::failed;
     planned_[c].message = "its planning was " + lost_message(found->second);
+    planned_[c].may_differ = found->second.may_differ;
     return true;
   }
 
@@ -417,9 +452,11 @@ class Engine {
         const std::lock_guard lock(mutex);
         tell(done_, all_, graph_name(c) + " " + cases_[c].setting);
       }
+      CrashPlace place(board_, {RunStage::run, runs[i]});
       const double control = measure_control();
       const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
-      std::optional<RunRecord> record = run_one(runs[i]);
+      std::optional<RunRecord> record = run_one(runs[i], place);
+      place.end();
       if (!record) return false;
       record->control_us = control;
       const std::lock_guard lock(mutex);
@@ -431,24 +468,30 @@ class Engine {
   }
 
   /// Nothing where it was interrupted.
-  std::optional<RunRecord> run_one(std::size_t run) {
+  std::optional<RunRecord> run_one(std::size_t run, CrashPlace& place) {
     const Planned& planned = planned_[run / seeds()];
     RunRecord record;
     record.number = run;
     if (!planned.plan) {
       record.status = planned.status;
       record.message = planned.message;
+      record.may_differ = planned.may_differ;
       return record;
     }
-    CrashPlace place(board_, {RunStage::run, run});
     try {
       std::vector<RunResult> results;
       const Plan plan = plan_for(run);
       const std::optional<Plan> reference = reference_for(run);
       for (std::int64_t r = -options_.warm_up; r < options_.repeats; ++r) {
         place.begin();
+        const double began = clock_seconds(CLOCK_MONOTONIC);
         RunResult result = execute_once(plan, reference);
         if (result.interrupted) return std::nullopt;
+        const double limit = options_.run_timeout_s.value_or(std::numeric_limits<double>::infinity());
+        if (clock_seconds(CLOCK_MONOTONIC) - began > limit) {
+          record.may_differ = true;
+          throw RunError(took_longer(limit));
+        }
         if (result.failure) throw RunError(*result.failure);
         if (r < 0) continue;
         if (!results.empty()) {

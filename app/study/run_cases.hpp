@@ -33,7 +33,8 @@ struct CasesOptions {
   std::int64_t repeats = 1;        ///< of every run; run times are their medians
   std::int64_t warm_up = 0;        ///< runs before these that do not count
   bool without_reference = false;  ///< no reference runs: figures that need one are left out
-  /// Of real time, for every repeat of a run and every reference run; needs a supervisor.
+  /// Of real time, for every repeat of a run and every reference run: a run that ends later has failed, and a
+  /// supervisor ends what does not end.
   std::optional<double> run_timeout_s;
   bool curves = false;  ///< keep all curves of the first seed, for reports
   /// Cases that are refused as bad input are results, unless all are.

@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr const char* layout = "1";  // of the tables below
+constexpr const char* layout = "2";  // of the tables below
 
 constexpr const char* schema = R"(
 CREATE TABLE identity(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -32,7 +32,7 @@ CREATE TABLE names(run INTEGER PRIMARY KEY, graph TEXT NOT NULL, setting TEXT NO
                    content TEXT NOT NULL);
 CREATE TABLE runs(run INTEGER PRIMARY KEY REFERENCES names, status TEXT NOT NULL, message TEXT NOT NULL,
                   title TEXT NOT NULL, duration_s REAL, cpu_s REAL, wall_s REAL, peak_memory_MB REAL, control_us REAL,
-                  finished TEXT DEFAULT CURRENT_TIMESTAMP, more TEXT NOT NULL);
+                  finished TEXT DEFAULT CURRENT_TIMESTAMP, may_differ INTEGER NOT NULL, more TEXT NOT NULL);
 CREATE TABLE repeats(run INTEGER NOT NULL, repeat INTEGER NOT NULL, cpu_s REAL, PRIMARY KEY(run, repeat)) WITHOUT ROWID;
 CREATE TABLE figures(run INTEGER NOT NULL, place INTEGER NOT NULL, name TEXT NOT NULL, value REAL,
                      PRIMARY KEY(run, place)) WITHOUT ROWID;
@@ -171,6 +171,15 @@ struct RunTable::Database {
     execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
   }
 
+  [[nodiscard]] std::vector<bool> finished() const {
+    Statement count(db, path, "SELECT count(*) FROM names");
+    count.step();
+    std::vector<bool> there(static_cast<std::size_t>(count.integer(0)), false);
+    Statement runs(db, path, "SELECT run FROM runs");
+    while (runs.step()) there[static_cast<std::size_t>(runs.integer(0))] = true;
+    return there;
+  }
+
   void make(const TableIdentity& identity, const std::vector<RunName>& runs) const {
     execute("BEGIN");
     execute(schema);
@@ -235,13 +244,17 @@ RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity,
     for (const char* end : {"", "-wal", "-shm"}) fs::remove(path_.string() + end, ignored);
   }
   db_->open_file();
+  if (exists && mode == TableMode::go_on) return;
   if (exists && mode == TableMode::resume) {
     Statement tables(db_->db, path_, "SELECT count(*) FROM sqlite_master");
     tables.step();
     // A process that ended before its first transaction leaves an empty file.
     if (tables.integer(0) > 0) {
       const std::string difference = db_->difference(identity, runs);
-      if (difference.empty()) return;
+      if (difference.empty()) {
+        db_->execute("DELETE FROM runs WHERE may_differ");
+        return;
+      }
       throw InputError(
           fmt::format("{}: expected the runs of this study, found {}; --overwrite begins anew, --out keeps both",
                       path_.string(), difference));
@@ -253,12 +266,13 @@ RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity,
 RunTable::~RunTable() = default;
 
 std::vector<bool> RunTable::finished() const {
-  Statement count(db_->db, path_, "SELECT count(*) FROM names");
-  count.step();
-  std::vector<bool> there(static_cast<std::size_t>(count.integer(0)), false);
-  Statement runs(db_->db, path_, "SELECT run FROM runs");
-  while (runs.step()) there[static_cast<std::size_t>(runs.integer(0))] = true;
-  return there;
+  return db_->finished();
+}
+
+std::vector<bool> RunTable::finished_in(const fs::path& path) {
+  Database database(path);
+  database.open_file();
+  return database.finished();
 }
 
 void RunTable::add(const RunRecord& record) {
@@ -269,9 +283,9 @@ void RunTable::add(const RunRecord& record) {
     Statement row(
         db_->db, path_,
         "INSERT INTO runs(run, status, message, title, duration_s, cpu_s, wall_s, peak_memory_MB, control_us, "
-        "more) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+        "may_differ, more) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
     row.run(run, std::string(word(record.status)), record.message, result.title, result.duration_s, result.cpu_s,
-            result.wall_s, result.peak_memory_MB, record.control_us, more_of(result));
+            result.wall_s, result.peak_memory_MB, record.control_us, std::int64_t{record.may_differ}, more_of(result));
     Statement repeat(db_->db, path_, "INSERT INTO repeats VALUES(?, ?, ?)");
     for (std::size_t i = 0; i < record.cpu_s.size(); ++i)
       repeat.run(run, static_cast<std::int64_t>(i), record.cpu_s[i]);
@@ -299,7 +313,7 @@ std::vector<RunRecord> RunTable::read() const {
   Statement runs(
       db_->db, path_,
       "SELECT run, status, message, title, duration_s, cpu_s, wall_s, peak_memory_MB, control_us, more, graph, "
-      "seed FROM runs NATURAL JOIN names ORDER BY run");
+      "seed, may_differ FROM runs NATURAL JOIN names ORDER BY run");
   while (runs.step()) {
     RunRecord record;
     record.number = static_cast<std::size_t>(runs.integer(0));
@@ -315,6 +329,7 @@ std::vector<RunRecord> RunTable::read() const {
     read_more(runs.text(9), result);
     result.graph = runs.text(10);
     result.seed = std::stoull(runs.text(11));
+    record.may_differ = runs.integer(12) != 0;
     at[runs.integer(0)] = records.size();
     records.push_back(std::move(record));
   }

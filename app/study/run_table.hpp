@@ -26,6 +26,7 @@ struct RunRecord {
   std::size_t number = 0;
   RunStatus status = RunStatus::done;
   std::string message;        ///< why it failed or was refused
+  bool may_differ = false;    ///< it failed, and not by itself alone: the machine or a time limit ended it
   RunResult result;           ///< run times are medians over the repeats
   std::vector<double> cpu_s;  ///< CPU time of each repeat, in their order
   /// CPU time of a fixed computation just before: how noisy the machine is. NaN where nobody could tell, as of a run
@@ -52,7 +53,8 @@ struct TableIdentity {
 
 enum class TableMode : std::uint8_t {
   create,     ///< an existing table is an error
-  resume,     ///< goes on with an existing one, where there is one
+  resume,     ///< goes on with an existing one, where there is one, and takes out of it what may end otherwise now
+  go_on,      ///< goes on with one that a process of the same command has made or opened, whatever is in it
   overwrite,  ///< begins anew
 };
 
@@ -67,6 +69,8 @@ class RunTable {
   RunTable(const RunTable&) = delete;
   RunTable& operator=(const RunTable&) = delete;
 
+  /// Of a table that is not open: as finished().
+  static std::vector<bool> finished_in(const std::filesystem::path& path);
   /// Whether the run of that number is there, by number.
   [[nodiscard]] std::vector<bool> finished() const;
   /// Adds a run that is not there yet. Throws RunError where the disk refuses.

@@ -258,6 +258,10 @@ Json number_json(double value) {
 void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Registry& registry,
                   const std::vector<fs::path>& mesh_folders) {
   std::vector<Diagnostic> errors;
+  const auto is_right = [&](const RunCase& c) {
+    return error_at(c, "record=" + flow_list(spec.record), registry, mesh_folders).empty();
+  };
+  if (std::all_of(cases.begin(), cases.end(), is_right)) return;
   for (std::size_t i = 0; i < spec.record.size(); ++i) {
     const std::string set = "record=" + flow_list({spec.record[i]});
     for (const RunCase& c : cases) {

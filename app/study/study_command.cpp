@@ -14,6 +14,7 @@
 #include "app/study/study.hpp"
 #include "app/study/study_export.hpp"
 #include "app/study/study_report.hpp"
+#include "app/study/supervisor.hpp"
 #include "app/study/work_precision.hpp"
 #include "framework/core/cache_folder.hpp"
 #include "framework/core/disk_cache.hpp"
@@ -129,7 +130,10 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
                       {}};
   options.placed = [&spec](const GraphError& error) { return with_places_of_study(error, spec); };
   Registry registry(default_node_folders());
-  if (spec.report == StudyReport::stability) check_record(spec, cases, registry, console.mesh_folders);
+  // A process that goes on after a crash need not.
+  const bool first = console.supervisor == nullptr || console.supervisor->crashes() == 0;
+  if (first && spec.report == StudyReport::stability && !spec.record.empty())
+    check_record(spec, cases, registry, console.mesh_folders);
   CasesOutcome outcome = run_watched(cases, registry, options, console);
   const std::string interrupted =
       fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",

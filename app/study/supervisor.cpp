@@ -50,8 +50,9 @@ class Blocked {
   sigset_t before_{};
 };
 
-std::string ending_by(int signal) {
-  return signal == SIGKILL ? "killed (SIGKILL), perhaps for lack of memory" : "ended by " + signal_word(signal);
+Ending ending_by(int signal) {
+  if (signal == SIGKILL) return {"killed (SIGKILL), perhaps for lack of memory", true};
+  return {"ended by " + signal_word(signal)};
 }
 
 /// Ends this process as the other one ended.
@@ -66,6 +67,10 @@ int end_by(int signal) {
 }
 
 }  // namespace
+
+std::string took_longer(double seconds) {
+  return fmt::format("took longer than {} s, the run_timeout", seconds);
+}
 
 Supervisor::Supervisor(unsigned threads) : board_(threads) {}
 
@@ -103,9 +108,10 @@ int Supervisor::wait_for(pid_t child) {
     const pid_t ended = waitpid(child, &status, WNOHANG);
     if (ended < 0 && errno != EINTR) throw RunError(fmt::format("cannot wait for a process: {}", std::strerror(errno)));
     if (number > 0 && number != SIGCHLD) {
-      asked_to_end_ = true;
-      // A terminal has sent it to both; twice says no more than once.
-      if (ended == 0) kill(child, number);
+      if (!asked_to_end_) asked_to_end_ = now;
+      // A terminal has sent it to both, so that twice at once says no more than once.
+      insisted_ = now - *asked_to_end_ > 1;
+      if (ended == 0) kill(child, insisted_ ? SIGKILL : number);
     }
     if (ended == child) return status;
     if (!overdue_) overdue_ = board_.overdue(not_before);
@@ -116,10 +122,10 @@ int Supervisor::wait_for(pid_t child) {
 /// What became of a process; nothing where another one is to go on.
 std::optional<int> Supervisor::judge(int status) {
   std::vector<RunPlace> places = board_.places();
-  std::string ending;
+  Ending ending;
   if (overdue_ && WIFSIGNALED(status)) {
     places = {*overdue_};
-    ending = fmt::format("took longer than {} s, the run_timeout", board_.timeout());
+    ending = {took_longer(board_.timeout()), true};
   } else if (WIFSIGNALED(status)) {
     const int number = WTERMSIG(status);
     if (std::find(crash_signals.begin(), crash_signals.end(), number) == crash_signals.end()) return end_by(number);
@@ -128,40 +134,48 @@ std::optional<int> Supervisor::judge(int status) {
   } else {
     // Who leaves in the middle of a run did not mean to: a library's `exit`, or a sanitizer's.
     if (places.empty()) return WEXITSTATUS(status);
-    ending =
-        board_.signal() != 0 ? ending_by(board_.signal()) : fmt::format("ended with exit code {}", WEXITSTATUS(status));
+    ending = board_.signal() != 0 ? ending_by(board_.signal())
+                                  : Ending{fmt::format("ended with exit code {}", WEXITSTATUS(status))};
   }
   ++crashes_;
   clear_bar_line();
   const std::string kept = "; the runs that had finished are kept";
   if (asked_to_end_) {
-    tell_note("interrupted, and then the process crashed: " + ending + kept);
+    tell_note(
+        (insisted_ ? "interrupted again, and killed" : "interrupted, and then the process crashed: " + ending.text) +
+        kept);
     return 1;
   }
-  if (places.empty()) {
-    tell_note("the process crashed outside of any run, so that it is not tried again: " + ending + kept);
+  if (places.empty() && !ending.may_differ) {
+    tell_note("the process crashed outside of any run, so that it is not tried again: " + ending.text + kept);
     return 1;
   }
   learn(ending, places);
   if (crashes_in_vain_ < 3) return std::nullopt;
-  tell_note("the process crashed three times without one more run: " + ending + kept);
+  tell_note("the process crashed three times without one more run: " + ending.text + kept);
   return 1;
 }
 
-void Supervisor::learn(std::string ending, std::vector<RunPlace> places) {
+/// Whether that place was the first of the process, alone, because a process had ended there before.
+bool Supervisor::was_trial(RunPlace place) const {
+  if (place.stage != RunStage::planning && board_.trial() != place.number) return false;
+  // Of planning the first suspect is the first case.
+  for (const RunPlace& suspect : suspects_) {
+    if ((suspect.stage == RunStage::planning) != (place.stage == RunStage::planning)) continue;
+    if (suspect.number == place.number) return true;
+    if (place.stage == RunStage::planning && !lost_.contains(suspect)) return false;
+  }
+  return false;
+}
+
+void Supervisor::learn(Ending ending, std::vector<RunPlace> places) {
   std::sort(places.begin(), places.end());
-  const RunPlace& first = places.front();
-  const bool alone = first.stage == RunStage::planning || board_.trial() == first.number;
-  const bool known = std::find_if(suspects_.begin(), suspects_.end(), [&](const RunPlace& suspect) {
-                       return suspect.number == first.number &&
-                              (suspect.stage == RunStage::planning) == (first.stage == RunStage::planning);
-                     }) != suspects_.end();
-  const bool is_last = places.size() == 1 && alone && known;
+  const bool is_last = places.size() == 1 && was_trial(places.front());
   const bool gained = is_last || board_.rows() > rows_;
   crashes_in_vain_ = gained ? 0 : crashes_in_vain_ + 1;
   rows_ = board_.rows();
   if (is_last) {
-    lost_.emplace(first, ending);
+    lost_.emplace(places.front(), ending);
   } else {
     // Those of this crash before those that another one left.
     for (const RunPlace& place : places) std::erase(suspects_, place);

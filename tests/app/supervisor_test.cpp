@@ -94,9 +94,9 @@ BOOST_AUTO_TEST_CASE(runs_that_crash_twice_are_given_up_and_all_others_made) {
   BOOST_TEST((table.rows() == std::set<std::size_t>{0, 3}));
   const auto& lost = table.supervisor.lost();
   BOOST_REQUIRE(lost.size() == 3U);
-  BOOST_TEST(lost.at({RunStage::run, 1}) == "killed (SIGKILL), perhaps for lack of memory");
-  BOOST_TEST(lost.at({RunStage::run, 2}) == "ended by SIGABRT");
-  BOOST_TEST(lost.at({RunStage::run, 4}) == "ended with exit code 3");
+  BOOST_TEST(lost.at({RunStage::run, 1}).text == "killed (SIGKILL), perhaps for lack of memory");
+  BOOST_TEST(lost.at({RunStage::run, 2}).text == "ended by SIGABRT");
+  BOOST_TEST(lost.at({RunStage::run, 4}).text == "ended with exit code 3");
   BOOST_TEST(table.supervisor.crashes() == 6U);
 }
 
@@ -143,7 +143,7 @@ BOOST_AUTO_TEST_CASE(a_run_that_hangs_is_ended_and_its_neighbour_not_blamed) {
   BOOST_TEST(table.watch() == 0);
   BOOST_TEST((table.rows() == std::set<std::size_t>{0, 1, 2, 4}));
   BOOST_REQUIRE(table.supervisor.lost().size() == 1U);
-  BOOST_TEST(table.supervisor.lost().at({RunStage::run, 3}) == "took longer than 1 s, the run_timeout");
+  BOOST_TEST(table.supervisor.lost().at({RunStage::run, 3}).text == "took longer than 1 s, the run_timeout");
 }
 
 BOOST_AUTO_TEST_CASE(crashes_that_bring_nothing_end) {
@@ -157,6 +157,21 @@ BOOST_AUTO_TEST_CASE(crashes_that_bring_nothing_end) {
   BOOST_TEST(table.watch() == 1);
   BOOST_TEST(table.supervisor.crashes() == 3U);
   BOOST_TEST(table.rows().empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_process_that_is_killed_between_runs_is_followed_by_another_one_three_times_at_most) {
+  Table* all = nullptr;
+  Table once([](const Table&, std::size_t) {});
+  all = &once;
+  BOOST_TEST(once.watch([&all] {
+    if (all->supervisor.crashes() == 0) raise(SIGKILL);
+  }) == 0);
+  BOOST_TEST(once.supervisor.crashes() == 1U);
+  BOOST_TEST(once.supervisor.lost().empty());
+  Table always([](const Table&, std::size_t) {});
+  BOOST_TEST(always.watch([] { raise(SIGKILL); }) == 1);
+  BOOST_TEST(always.rows().size() == 5U);
+  BOOST_TEST(always.supervisor.lost().empty());
 }
 
 BOOST_AUTO_TEST_CASE(a_crash_outside_of_any_run_is_told_and_not_tried_again) {

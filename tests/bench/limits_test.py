@@ -37,9 +37,10 @@ class Rows(unittest.TestCase):
         cells = [cell("1", "low", energy=1e-3), cell("2", "low", energy=3e-3, swing=4e-6), cell("4", "low", "energy", 5.0, swing=0.1)]
         said = limits.calm(cells)
         self.assertIn("peaks at 6 mJ", said)
-        self.assertIn("at most 3 mJ", said)
+        self.assertIn("the hand gets 3 mJ more", said)
         self.assertIn("8 um", said)
         self.assertEqual(limits.calm(cells[2:]), "")
+        self.assertEqual([limits.amount(v) for v in (0, 2e-7, 0.01, 290.4)], ["0", "less than 0.01", "0.01", "290"])
 
     def test_the_name_of_an_axis_is_short(self):
         self.assertEqual(limits.short_name("scene.bodies.wall.mass, scene.bodies.tool.mass"), "wall.mass")

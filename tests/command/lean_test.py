@@ -72,7 +72,7 @@ class Explain(CommandTest):
         self.assertIsNone(edge["us_per_simulated_s"])
         said = self.run_ok("explain", GRAPHS / "duck_fixed.yaml", "--duration", 0.5).stdout
         for word in ("3 degrees of freedom", "libtactor_prediction.so", "left out", "not measured", "us a step",
-                     "the median of 3 repeats after 1 that did not count", "spread"):
+                     "the median of 3 repeats after 1 run that did not count", "spread"):
             self.assertIn(word, said)
 
     def test_a_bad_graph_is_bad_input(self):

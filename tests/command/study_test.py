@@ -357,9 +357,10 @@ class Crashes(StudyTest):
         self.assertEqual(self.failures("one"), self.failures("two"))
         # Nobody runs beside them, so each of the eight crashes once after others and once alone.
         self.assertEqual(self.crashes("one"), 16)
-        # It is over: nothing is run again.
-        self.study(None, "one", "--resume", code=1)
-        self.assertEqual(self.crashes("one"), 0)
+        # Nothing is run again but what was killed: that may be otherwise now, and is not.
+        self.study(None, "one", "--resume", "--jobs", "1", code=1)
+        self.assertEqual(self.crashes("one"), 4)
+        self.assertEqual(self.failures("one"), self.failures("two"))
         # Nobody knows how fast the machine was before a run that crashed, which is not 0.
         for line, times in zip(self.lines("one"), self.lines("one", "run_times.csv"), strict=True):
             self.assertEqual(times["control_us"] == "", line["status"] == "failed", times)
@@ -406,6 +407,40 @@ class Crashes(StudyTest):
         self.assertEqual(self.failures("out"), {"good": ("done", ""), "hangs": ("failed", ALONE + why)})
         self.assertIn(f"crashing hangs, seed 1001: {why}; it is tried once more, alone", result.stderr)
         self.assertIn("study.yaml:7:14: run_timeout: ", self.study(text.replace("5 s", "0 s"), "bad", code=2).stderr)
+
+    def test_a_run_that_ends_too_late_has_failed_and_is_run_anew_with_more_time(self):
+        text = self.methods(good="", also_good="at: 200 s")
+        self.study(text + "run_timeout: 1 ms\n", "out", "--jobs", "2", code=1)
+        rows = self.table("out", "SELECT status, message FROM runs")
+        self.assertEqual(len(rows), 4)
+        for status, message in rows:
+            self.assertEqual(status, "failed")
+            self.assertIn("took longer than 0.001 s, the run_timeout", message)
+        self.study(text + "run_timeout: 300 s\n", "out", "--resume")
+        self.study(text, "straight")
+        self.assertEqual(self.bytes_of("out"), self.bytes_of("straight"))
+
+    def test_who_insists_ends_a_run_that_hangs(self):
+        self.write("study.yaml", self.methods(good="", hangs="at: 0.3 s, by: hang"))
+        process = subprocess.Popen([TACTOR, "study", self.folder / "study.yaml", "--out", self.folder / "out", "--jobs", "1"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=dict(os.environ, **self.environment))
+        self.addCleanup(process.kill)
+
+        def has_row():
+            try:
+                return self.table("out", "SELECT count(*) FROM runs")[0][0] == 1
+            except sqlite3.OperationalError:  # not made yet
+                return False
+
+        self.wait_until(has_row, process, "the good run was made")
+        process.send_signal(signal.SIGINT)
+        with self.assertRaises(subprocess.TimeoutExpired):  # it waits for the run
+            process.wait(2)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("interrupted again, and killed; the runs that had finished are kept", errors.decode())
+        self.assertEqual(self.table("out", "SELECT count(*) FROM runs"), [(1,)])
 
     def test_a_comparison_goes_on_too(self):
         good = self.graph()

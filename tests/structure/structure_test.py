@@ -107,6 +107,26 @@ class Text(unittest.TestCase):
             with self.subTest(file=path.relative_to(ROOT).as_posix()):
                 self.assertIsNone(promise.search(path.read_text()))
 
+    def test_links_of_pages_lead_somewhere(self):
+        pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+        headings = {page: {anchor_of(line) for line in page.read_text().splitlines() if line.startswith("#")} for page in pages}
+        for page in pages:
+            for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+                if "://" in link:
+                    continue
+                path, _, anchor = link.partition("#")
+                with self.subTest(page=page.name, link=link):
+                    target = (page.parent / path).resolve() if path else page
+                    self.assertTrue(target.exists())
+                    if anchor and target in headings:
+                        self.assertIn(anchor, headings[target])
+
+
+def anchor_of(heading):
+    """What GitHub makes of a heading."""
+    words = re.sub(r"[`*]", "", heading.lstrip("#").strip()).lower()
+    return re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
+
 
 if __name__ == "__main__":
     unittest.main()
