@@ -1,4 +1,6 @@
 """What the scripts that write pages of results share."""
+import datetime
+import json
 import pathlib
 import re
 import subprocess
@@ -15,6 +17,20 @@ def commit():
     if found.endswith("-dirty"):
         print(f"files differ from the commit: the page will say {found}", file=sys.stderr)
     return found
+
+
+def measured_on():
+    """Which commit, when and on what processor: the sentence at the top of a page. Ask before measuring."""
+    model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "?")
+    return f"Commit {commit()}, {datetime.date.today()}, {model}."
+
+
+def study(tactor, file, out, *options):
+    """study.json of a study file, run into that folder."""
+    command = [tactor, "study", file, *options, "--out", out]
+    print(" ".join(map(str, command[1:])), flush=True)
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return json.loads((out / "study.json").read_text())
 
 
 def versions(packages):

@@ -367,7 +367,7 @@ nlohmann::ordered_json to_json(const Explanation& e) {
               {"steps", n.steps},
               {"us_per_step", n.us_per_step},
               {"us_per_simulated_s", n.us_per_second},
-              {"spread", std::isfinite(n.spread) ? Json(n.spread) : Json(nullptr)},
+              {"spread", number_json(n.spread)},
               {"share", n.share}};
     node["built_bytes"] = e.memory_is_counted ? Json(n.built_bytes) : Json(nullptr);
     node["peak_bytes"] = e.memory_is_counted ? Json(n.peak_bytes) : Json(nullptr);

@@ -191,13 +191,9 @@ std::string timing_text(const TimingNote& timing, const char* of, const char* be
 }
 
 nlohmann::ordered_json json_of(const LeanFigures& f) {
-  const double spread = spread_of_repeats(f.repeats);
-  return {{"cost_us_per_s", f.cost},
-          {"repeats_us_per_s", f.repeats},
-          {"spread", std::isfinite(spread) ? nlohmann::ordered_json(spread) : nlohmann::ordered_json(nullptr)},
-          {"error_N", f.error},
-          {"max_error_N", f.max_error},
-          {"torque_error_Nm", f.torque_error}};
+  return {
+      {"cost_us_per_s", f.cost}, {"repeats_us_per_s", f.repeats}, {"spread", number_json(spread_of_repeats(f.repeats))},
+      {"error_N", f.error},      {"max_error_N", f.max_error},    {"torque_error_Nm", f.torque_error}};
 }
 
 }  // namespace

@@ -12,10 +12,9 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 Json number(double value) {
-  if (!std::isfinite(value)) return nullptr;
   // Counts read better without a fraction.
   if (value == std::floor(value) && std::abs(value) < 1e15) return static_cast<std::int64_t>(value);
-  return value;
+  return number_json(value);
 }
 
 void set_nested(Json& root, const std::string& dotted, Json value) {
@@ -38,6 +37,10 @@ std::string pretty(double value) {
   if (value == std::floor(value) && size < 1e5) return fmt::format("{:.0f}", value);
   const int digits = std::max(0, 2 - static_cast<int>(std::floor(std::log10(size))));
   return fmt::format("{:.{}f}", value, digits);
+}
+
+Json number_json(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
 }
 
 Json to_json(const RunResult& result) {

@@ -20,4 +20,7 @@ std::string dynamics_warning(const RunResult& result);
 /// A number for people: three significant digits, no exponent where none is needed, `-` for NaN.
 std::string pretty(double value);
 
+/// A number for programs: null where it is not finite, which JSON cannot say.
+nlohmann::ordered_json number_json(double value);
+
 }  // namespace tactor

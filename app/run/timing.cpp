@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/run/cpu_time.hpp"
+#include "app/run/summary.hpp"
 #include "app/statistics.hpp"
 
 namespace tactor {
@@ -100,14 +101,12 @@ TimingNote timing_note(std::span<const double> control_us, std::span<const doubl
 }
 
 nlohmann::ordered_json to_json(const TimingNote& note) {
-  using Json = nlohmann::ordered_json;
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   return {{"repeats", note.repeats.count},
           {"warm_up", note.repeats.warm_up},
-          {"spread_median", number(note.spread_median)},
-          {"spread_worst", number(note.spread_worst)},
-          {"control_us", number(note.control_us)},
-          {"control_spread", number(note.control_spread)},
+          {"spread_median", number_json(note.spread_median)},
+          {"spread_worst", number_json(note.spread_worst)},
+          {"control_us", number_json(note.control_us)},
+          {"control_spread", number_json(note.control_spread)},
           {"text", note.text},
           {"warning", note.warning}};
 }

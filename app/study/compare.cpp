@@ -89,16 +89,22 @@ void fill_columns(Comparison& comparison) {
   }
 }
 
+/// The indices of the seeds of which both are done.
+std::vector<std::size_t> seeds_of_both(const CompareRow& a, const CompareRow& b) {
+  std::vector<std::size_t> seeds;
+  for (std::size_t s = 0; s < a.status.size(); ++s) {
+    if (a.status[s] == RunStatus::done && b.status[s] == RunStatus::done) seeds.push_back(s);
+  }
+  return seeds;
+}
+
 void judge(Comparison& comparison) {
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
     const CompareRow& first = comparison.rows[row.against];
     // Both are judged over the seeds that both have.
-    std::vector<std::size_t> seeds;
-    for (std::size_t s = 0; s < row.status.size(); ++s) {
-      if (row.status[s] == RunStatus::done && first.status[s] == RunStatus::done) seeds.push_back(s);
-    }
+    const std::vector<std::size_t> seeds = seeds_of_both(row, first);
     const auto pooled = [&](const CompareRow& of) {
       std::vector<double> all;
       for (const std::size_t s : seeds) {
@@ -151,12 +157,12 @@ std::size_t CompareRow::seeds_done() const {
 std::string CompareRow::seeds_text() const {
   const std::size_t there = seeds_done();
   if (there == status.size()) return {};
-  return fmt::format("{} of {} seed{}", there, status.size(), status.size() == 1 ? "" : "s");
+  return of_seeds(there, status.size());
 }
 
 std::string CompareRow::name() const {
   const std::string seeds = seeds_text();
-  return graph + (setting.empty() ? "" : " ") + setting + (seeds.empty() ? "" : " (" + seeds + ")");
+  return case_name(graph, setting) + (seeds.empty() ? "" : " (" + seeds + ")");
 }
 
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
@@ -238,9 +244,8 @@ std::string spread_warning(const Comparison& comparison) {
   std::string names;
   for (std::size_t i = 0; i < std::min(rows.size(), most_named); ++i) {
     const CompareRow& row = *rows[i].row;
-    names +=
-        fmt::format("{}{}{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ", row.graph,
-                    row.setting.empty() ? "" : " ", row.setting, 100 * rows[i].worst, rows[i].beyond, row.seeds_done());
+    names += fmt::format("{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ",
+                         case_name(row.graph, row.setting), 100 * rows[i].worst, rows[i].beyond, row.seeds_done());
   }
   if (rows.size() > most_named) names += fmt::format(" and {} more", rows.size() - most_named);
   return fmt::format("the repeats of {} of {} runs spread by more than 10 %: {}", beyond, runs, names);
@@ -279,7 +284,7 @@ std::string failures_text(const Comparison& comparison) {
 Json to_json(const Comparison& comparison, const CompareRow& row) {
   const auto by_seed = [](const std::vector<double>& values) {
     Json list = Json::array();
-    for (const double v : values) list.push_back(std::isfinite(v) ? Json(v) : Json());
+    for (const double v : values) list.push_back(number_json(v));
     return list;
   };
   const auto difference = [](const std::optional<PairedDifference>& d) -> Json {
@@ -308,7 +313,7 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     const std::vector<double> values = row.done(row.values[c]);
     Json& figure = json["figures"][comparison.columns[c].figure];
     const double centre = mean(values);
-    figure = {{"mean", std::isfinite(centre) ? Json(centre) : Json()},
+    figure = {{"mean", number_json(centre)},
               {"sd", std::isfinite(centre) && values.size() > 1 ? Json(standard_deviation(values)) : Json()}};
     figure["by_seed"] = by_seed(row.values[c]);
   }
@@ -333,12 +338,11 @@ Json to_json(const Comparison& comparison) {
 }
 
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row) {
-  const std::vector<RunStatus>& first = comparison.rows[row.against].status;
-  std::size_t both = 0;
-  for (std::size_t s = 0; s < first.size(); ++s) {
-    if (first[s] == RunStatus::done && row.status[s] == RunStatus::done) ++both;
-  }
-  return both;
+  return seeds_of_both(row, comparison.rows[row.against]).size();
+}
+
+std::string of_seeds(std::size_t count, std::size_t seeds) {
+  return fmt::format("{} of {} seed{}", count, seeds, seeds == 1 ? "" : "s");
 }
 
 std::string over_seeds(std::size_t count, std::size_t seeds) {

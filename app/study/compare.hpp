@@ -77,6 +77,8 @@ std::string word_of(RunStatus status);
 
 /// Of how many seeds the row and what it is judged against are both done.
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row);
+/// `9 of 10 seeds`.
+std::string of_seeds(std::size_t count, std::size_t seeds);
 /// ` over 9 seeds` where the `count` is less than the `seeds` there should be; else empty.
 std::string over_seeds(std::size_t count, std::size_t seeds);
 /// A line for each row that is judged against another: ANOVA of the single one-step errors, and paired differences with

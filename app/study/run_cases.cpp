@@ -190,8 +190,7 @@ class Engine {
     if (place.stage != RunStage::planning) {
       return (place.stage == RunStage::reference ? "the reference run of " : "") + name_of(place.number);
     }
-    const RunCase& c = cases_[place.number];
-    return "the planning of " + graph_name(place.number) + (c.setting.empty() ? "" : " ") + c.setting;
+    return "the planning of " + case_name(graph_name(place.number), cases_[place.number].setting);
   }
 
   /// Adds runs that are given up to the table as failed, and sorts the others that are not there.
@@ -548,8 +547,12 @@ class Engine {
 
 }  // namespace
 
+std::string case_name(const std::string& graph, const std::string& setting) {
+  return graph + (setting.empty() ? "" : " ") + setting;
+}
+
 std::string run_name(const std::string& graph, const std::string& setting, std::uint64_t seed) {
-  return fmt::format("{}{}{}, seed {}", graph, setting.empty() ? "" : " ", setting, seed);
+  return fmt::format("{}, seed {}", case_name(graph, setting), seed);
 }
 
 CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,

@@ -76,6 +76,8 @@ struct CasesOutcome {
 CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry,
                        const std::vector<std::filesystem::path>& mesh_folders, const CasesOptions& options);
 
+/// `graph setting`.
+std::string case_name(const std::string& graph, const std::string& setting);
 /// `graph setting, seed 3`.
 std::string run_name(const std::string& graph, const std::string& setting, std::uint64_t seed);
 

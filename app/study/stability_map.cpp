@@ -249,10 +249,6 @@ bool any_own(const StabilityMaps& maps) {
                      [](const StabilityMap& map) { return own_cell(map) != nullptr; });
 }
 
-Json number_json(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 }  // namespace
 
 void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Registry& registry,
@@ -267,9 +263,8 @@ void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Regi
     for (const RunCase& c : cases) {
       const std::string found = error_at(c, set, registry, mesh_folders);
       if (found.empty()) continue;
-      errors.push_back(
-          {spec.record_places[i], fmt::format("report.record: {} (in {}{}{})", found, c.graph.stem().string(),
-                                              c.setting.empty() ? "" : " ", c.setting)});
+      errors.push_back({spec.record_places[i], fmt::format("report.record: {} (in {})", found,
+                                                           case_name(c.graph.stem().string(), c.setting))});
       break;
     }
   }

@@ -73,11 +73,13 @@ std::vector<double> logs_over_graphs(const Study& study, std::size_t setting, st
 }
 
 Json to_json(const ErrorRatio& ratio, std::size_t seeds) {
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   const auto one = [&](const std::optional<GeometricMean>& m) -> Json {
     if (!m) return nullptr;
-    return {
-        {"ratio", m->ratio}, {"low", number(m->low)}, {"high", number(m->high)}, {"count", m->count}, {"seeds", seeds}};
+    return {{"ratio", m->ratio},
+            {"low", number_json(m->low)},
+            {"high", number_json(m->high)},
+            {"count", m->count},
+            {"seeds", seeds}};
   };
   return {{"delivered_rms", one(ratio.delivered)}, {"one_step_rms", one(ratio.one_step)}};
 }

@@ -214,7 +214,7 @@ std::string point_name(const WorkPoint& p) {
 
 std::string front_text(const WorkPoint& p) {
   if (p.incomplete()) {
-    return fmt::format("{}{} of {} seed{}", p.bound ? "a bound, " : "", p.seeds_done, p.seeds, p.seeds == 1 ? "" : "s");
+    return (p.bound ? "a bound, " : "") + of_seeds(p.seeds_done, p.seeds);
   }
   if (p.bound) return "a bound";
   return std::string(p.front_run ? "run" : "") + (p.front_run && p.front_tick ? ", " : "") +
@@ -286,9 +286,8 @@ std::string work_precision_table(const Study& study, const WorkPrecision& found)
 }
 
 Json to_json(const WorkPrecision& found) {
-  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   const auto spread = [&](const Spread& s) {
-    return Json{{"centre", number(s.centre)}, {"low", number(s.low)}, {"high", number(s.high)}};
+    return Json{{"centre", number_json(s.centre)}, {"low", number_json(s.low)}, {"high", number_json(s.high)}};
   };
   Json json{{"error", found.error}, {"graphs", Json::array()}};
   for (const WorkGraph& graph : found.graphs) {
