@@ -20,7 +20,10 @@ add_library(tactor_flags INTERFACE)
 # Options are given by designated initialisers and the rest takes its default, which -Wextra would call missing.
 # No contraction to fused multiply-add: the same source gives the same numbers in debug and in release builds.
 target_compile_options(tactor_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
-                                              -Wno-missing-field-initializers -Wno-restrict -Wno-maybe-uninitialized -ffp-contract=off)
+                                              -Wno-missing-field-initializers -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(tactor_flags INTERFACE -Wno-restrict -Wno-maybe-uninitialized)
+endif()
 if(TACTOR_WERROR)
   target_compile_options(tactor_flags INTERFACE -Werror)
 endif()

@@ -96,6 +96,9 @@ std::string_view take_name(std::string_view& text) {
   return whole.substr(0, whole.size() - text.size());
 }
 
+/// The largest power of a base unit, in a factor and in the whole unit, so that what `describe` says can be read back.
+constexpr int max_power = 9;
+
 /// The power at the front of `text`, taken off it; 1 where there is none, nothing where it is broken.
 std::optional<int> take_power(std::string_view& text) {
   if (take(text, "\u00b2")) return 2;
@@ -103,14 +106,14 @@ std::optional<int> take_power(std::string_view& text) {
   if (!take(text, "^")) return 1;
   int power = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), power);
-  if (error != std::errc{} || std::abs(power) > 9) return std::nullopt;
+  if (error != std::errc{} || power < -max_power || power > max_power) return std::nullopt;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   return power;
 }
 
 bool add_power(std::int8_t& exponent, std::int8_t of_factor, int power) {
   const int sum = exponent + of_factor * power;
-  if (std::abs(sum) > 99) return false;
+  if (std::abs(sum) > max_power) return false;
   exponent = static_cast<std::int8_t>(sum);
   return true;
 }

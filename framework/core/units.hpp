@@ -30,9 +30,9 @@ struct Quantity {
 /// The unit that `text` names, or nothing where it names none.
 ///
 /// Factors stand side by side with a space, `*` or `·`, or after a `/`, read from left to right (`N s/m`, `N*s/m`; each
-/// `/` divides by the one factor after it). A factor is a name with an optional whole power (`m^2`, `s^-1`, `m²`,
-/// `m³`). Names: m g s Hz N Pa J W V A K Nm rad, each with an optional prefix n u µ m c k M; deg min h % and 1. `rad`
-/// is 1, `deg` pi/180, `%` 0.01 of the plain number.
+/// `/` divides by the one factor after it). A factor is a name with an optional whole power (`m^2`, `s^-1`, `m²`, `m³`)
+/// from -9 to 9; no base unit of the whole may have a greater one. Names: m g s Hz N Pa J W V A K Nm rad, each with an
+/// optional prefix n u µ m c k M; deg min h % and 1. `rad` is 1, `deg` pi/180, `%` 0.01 of the plain number.
 std::optional<Unit> parse_unit(std::string_view text);
 
 /// The value of a text such as `50 g`, `1kHz`, `0.8 N/mm` or `0.3` (a plain number), or what is wrong with it.
