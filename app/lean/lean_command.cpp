@@ -7,7 +7,7 @@
 
 #include "app/lean/lean.hpp"
 #include "app/output.hpp"
-#include "framework/core/cache_folder.hpp"
+#include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/node/registry.hpp"

@@ -14,7 +14,7 @@
 #include "app/report/html_page.hpp"
 #include "app/report/run_report.hpp"
 #include "app/run/summary.hpp"
-#include "framework/core/cache_folder.hpp"
+#include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/recorder.hpp"

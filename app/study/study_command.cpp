@@ -16,8 +16,8 @@
 #include "app/study/study_report.hpp"
 #include "app/study/supervisor.hpp"
 #include "app/study/work_precision.hpp"
-#include "framework/core/cache_folder.hpp"
 #include "framework/core/disk_cache.hpp"
+#include "framework/core/user_folders.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "bench/collision/ours.hpp"
-#include "framework/core/cache_folder.hpp"
 #include "framework/core/temporary_folder.hpp"
+#include "framework/core/user_folders.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "nodes/scene/mass_properties.hpp"
 #include "tests/nodes/defaults.hpp"

@@ -1,16 +1,15 @@
 #include "devices/usb/calibration.hpp"
 
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
 #include <sstream>
 
 #include "framework/core/check.hpp"
+#include "framework/core/kept_folder.hpp"
 #include "framework/core/random.hpp"
+#include "framework/core/user_folders.hpp"
 
 namespace tactor {
 
@@ -18,21 +17,12 @@ namespace {
 
 constexpr const char* heading = "tactor calibration 1";
 
-std::filesystem::path default_folder() {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime != nullptr && runtime[0] == '/') return std::filesystem::path(runtime) / "tactor";
-  return std::filesystem::temp_directory_path() / ("tactor-" + std::to_string(geteuid()));
-}
-
-bool is_ours_alone(const std::filesystem::path& file) {
-  struct stat status {};
-  return lstat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) && status.st_uid == geteuid() &&
-         (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
-}
+/// No record is longer: every axis takes less than 30 characters.
+constexpr std::size_t most_bytes = 1 << 14;
 
 }  // namespace
 
-CalibrationStore::CalibrationStore() : folder_(default_folder()) {}
+CalibrationStore::CalibrationStore() : folder_(runtime_folder()) {}
 
 std::filesystem::path CalibrationStore::file(const std::string& identity) const {
   char name[40];
@@ -41,9 +31,15 @@ std::filesystem::path CalibrationStore::file(const std::string& identity) const 
 }
 
 std::optional<std::vector<double>> CalibrationStore::find(const std::string& identity, std::size_t axes) const {
-  const std::filesystem::path path = file(identity);
-  if (!is_ours_alone(path)) return std::nullopt;
-  std::ifstream in(path);
+  const std::optional<KeptFolder> folder = KeptFolder::find(folder_);
+  if (!folder) return std::nullopt;
+  const std::optional<FileDescriptor> opened = folder->open(file(identity).filename().string());
+  if (!opened) return std::nullopt;
+  struct stat status {};
+  if (::fstat(opened->number(), &status) != 0 || status.st_size > static_cast<off_t>(most_bytes)) return std::nullopt;
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  if (!opened->read_all(bytes.data(), bytes.size())) return std::nullopt;
+  std::istringstream in(bytes);
   std::string first, whose, line;
   if (!std::getline(in, first) || first != heading) return std::nullopt;
   if (!std::getline(in, whose) || whose != "device " + identity) return std::nullopt;
@@ -60,28 +56,24 @@ std::optional<std::vector<double>> CalibrationStore::find(const std::string& ide
 }
 
 void CalibrationStore::keep(const std::string& identity, const std::vector<double>& counts) const {
-  const std::filesystem::path path = file(identity);
-  const std::string partly = path.string() + "." + std::to_string(getpid());
-  std::error_code error;
-  if (std::filesystem::create_directories(folder_, error)) {
-    std::filesystem::permissions(folder_, std::filesystem::perms::owner_all, error);
+  std::ostringstream out;
+  out.precision(17);
+  out << heading << "\ndevice " << identity << "\ncounts";
+  for (const double count : counts) out << ' ' << count;
+  out << "\nend\n";
+  try {
+    KeptFolder::make(folder_).write(file(identity).filename().string(), {out.view()});
+  } catch (const RunError& error) {
+    throw RunError(std::string("the calibration cannot be kept: ") + error.what());
   }
-  {
-    std::ofstream out(partly, std::ios::trunc);
-    out.precision(17);
-    out << heading << "\ndevice " << identity << "\ncounts";
-    for (const double count : counts) out << ' ' << count;
-    out << "\nend\n";
-    if (!out.flush()) throw RunError("the calibration cannot be kept: " + partly + " cannot be written");
-  }
-  std::filesystem::permissions(partly, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, error);
-  std::filesystem::rename(partly, path, error);
-  if (error) throw RunError("the calibration cannot be kept: " + path.string() + ": " + error.message());
 }
 
 void CalibrationStore::forget(const std::string& identity) const {
-  std::error_code ignored;
-  std::filesystem::remove(file(identity), ignored);
+  try {
+    if (const auto folder = KeptFolder::find(folder_)) folder->remove(file(identity).filename().string());
+  } catch (const RunError&) {
+    // `find` refuses such a folder, and a device without power has another identity when it comes back.
+  }
 }
 
 }  // namespace tactor

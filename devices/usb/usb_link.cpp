@@ -156,13 +156,17 @@ bool UsbLink::open_port(LinkFailure& failure) {
 
 bool UsbLink::find_zero(LinkFailure& failure) {
   if (profile_.calibration.empty()) return true;
-  const auto counts = store_.find(port_->identity(), zero_.size());
-  if (!counts) {
-    failure = {LinkError::identity, uncalibrated(profile_), true};
-    return false;
+  std::string why = uncalibrated(profile_);
+  try {
+    if (const auto counts = store_.find(port_->identity(), zero_.size())) {
+      zero_ = *counts;
+      return true;
+    }
+  } catch (const RunError& error) {
+    why = std::string("its calibration does not count: ") + error.what();
   }
-  zero_ = *counts;
-  return true;
+  failure = {LinkError::identity, why, true};
+  return false;
 }
 
 bool UsbLink::open(LinkFailure& failure) {
@@ -249,7 +253,12 @@ std::string UsbLink::missing_calibration() {
   if (profile_.calibration.empty()) return {};
   std::string why;
   const auto port = bus_.open(selector_, why);
-  if (port == nullptr || store_.find(port->identity(), zero_.size())) return {};
+  if (port == nullptr) return {};
+  try {
+    if (store_.find(port->identity(), zero_.size())) return {};
+  } catch (const RunError& error) {
+    return name_ + ": its calibration does not count: " + error.what();
+  }
   return name_ + ": " + uncalibrated(profile_);
 }
 

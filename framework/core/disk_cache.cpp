@@ -1,28 +1,23 @@
 #include "framework/core/disk_cache.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <array>
-#include <atomic>
-#include <cerrno>
-#include <chrono>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <memory>
-#include <system_error>
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/kept_folder.hpp"
 
 namespace tactor {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+/// Of one entry with its header, so that a damaged size asks for no memory that is not there.
+constexpr std::uint64_t most_bytes = std::uint64_t{1} << 31U;
 
 constexpr std::array<char, 8> file_magic{'t', 'a', 'c', 't', 'o', 'r', 'c', '1'};
 
@@ -71,57 +66,6 @@ std::array<unsigned char, 16> checksum(const std::string& kind, const std::strin
   return hash.digest();
 }
 
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int number() const { return number_; }
-  [[nodiscard]] bool close() { return ::close(std::exchange(number_, -1)) == 0; }
-
- private:
-  int number_;
-};
-
-bool read_all(int file, void* data, std::size_t size) {
-  auto* at = static_cast<char*>(data);
-  while (size > 0) {
-    const ssize_t n = ::read(file, at, size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    at += n, size -= static_cast<std::size_t>(n);
-  }
-  return true;
-}
-
-bool write_all(int file, const void* data, std::size_t size) {
-  const auto* at = static_cast<const char*>(data);
-  while (size > 0) {
-    const ssize_t n = ::write(file, at, size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return false;
-    at += n, size -= static_cast<std::size_t>(n);
-  }
-  return true;
-}
-
-constexpr const char* part_infix = ".part.";
-
-/// Removes what writers of this kind of entry that were killed have left; nothing takes a day to write.
-void remove_stale_parts(const fs::path& folder, const std::string& kind) {
-  const auto limit = fs::file_time_type::clock::now() - std::chrono::hours(24);
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    std::error_code of_file;
-    if (it->path().filename().string().find("." + kind + part_infix) == std::string::npos) continue;
-    const fs::file_time_type written = it->last_write_time(of_file);
-    if (!of_file && written < limit) fs::remove(it->path(), of_file);
-  }
-}
-
 }  // namespace
 
 std::string content_key(std::initializer_list<std::string_view> parts) {
@@ -150,23 +94,31 @@ fs::path DiskCache::file(const std::string& key) const {
 
 DiskCache::Found DiskCache::load(const std::string& key) const {
   const fs::path path = file(key);
-  const Descriptor in(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (in.number() < 0) {
-    // ENOTDIR: the folder of the cache is a file, which `store` tells.
-    if (errno == ENOENT || errno == ENOTDIR) return {};
-    return {{}, path.string() + ": the cache cannot be read: " + std::strerror(errno) + "; computed again"};
+  std::optional<KeptFolder> folder;
+  try {
+    folder = KeptFolder::find(folder_);
+  } catch (const RunError&) {
+    // `store` finds the same and tells it.
   }
+  if (!folder) return {};
+  std::optional<FileDescriptor> in;
+  try {
+    in = folder->open(path.filename().string());
+  } catch (const RunError& error) {
+    return {{}, std::string(error.what()) + "; computed again"};
+  }
+  if (!in) return {};
   const auto broken = [&] {
     return Found{{}, path.string() + ": the cached file is damaged; computed again and replaced"};
   };
   struct stat status {};
   Header header{};
-  if (::fstat(in.number(), &status) != 0 || !S_ISREG(status.st_mode)) return broken();
-  if (!read_all(in.number(), &header, sizeof header) || header.magic != file_magic) return broken();
+  if (::fstat(in->number(), &status) != 0 || status.st_size > static_cast<off_t>(most_bytes)) return broken();
+  if (!in->read_all(&header, sizeof header) || header.magic != file_magic) return broken();
   if (header.version != version_) return {};
   if (header.zero != 0 || header.size != static_cast<std::uint64_t>(status.st_size) - sizeof header) return broken();
   std::string bytes(header.size, '\0');
-  if (!read_all(in.number(), bytes.data(), bytes.size())) return broken();
+  if (!in->read_all(bytes.data(), bytes.size())) return broken();
   if (header.sum != checksum(kind_, key, version_, bytes)) return broken();
   return {std::move(bytes), {}};
 }
@@ -174,31 +126,21 @@ DiskCache::Found DiskCache::load(const std::string& key) const {
 std::string DiskCache::store(const std::string& key, std::string_view bytes) const {
   const fs::path path = file(key);
   const auto failed = [&](const std::string& why) {
-    return folder_.string() + ": the cache cannot be written: " + why +
-           "; the next run computes the same again; set TACTOR_CACHE to a folder that can be written";
+    return (folder_.empty() ? std::string() : folder_.string() + ": ") + "the cache cannot be written: " + why +
+           "; the next run computes the same again; set TACTOR_CACHE to a folder of your own that can be written";
   };
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (error) return failed(error.message());
-  remove_stale_parts(folder_, kind_);
-  // Not mkstemp, whose files only their owner may read: the umask decides who shares the cache.
-  static std::atomic<unsigned> made{0};
-  std::string part;
-  int number = -1;
-  do {
-    part = path.string() + part_infix + std::to_string(::getpid()) + "." + std::to_string(made++);
-    number = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  } while (number < 0 && errno == EEXIST);
-  if (number < 0) return failed(std::strerror(errno));
-  Descriptor out(number);
-  Header header{file_magic, version_, 0, bytes.size(), checksum(kind_, key, version_, bytes)};
-  const bool written = write_all(out.number(), &header, sizeof header) &&
-                       write_all(out.number(), bytes.data(), bytes.size()) && ::fsync(out.number()) == 0 &&
-                       out.close() && std::rename(part.c_str(), path.c_str()) == 0;
-  if (written) return {};
-  const int reason = errno;
-  ::unlink(part.c_str());
-  return failed(std::strerror(reason));
+  if (bytes.size() + sizeof(Header) > most_bytes) {
+    return failed("the entry has " + std::to_string(bytes.size() >> 20U) + " MiB, one may have " +
+                  std::to_string(most_bytes >> 20U));
+  }
+  const Header header{file_magic, version_, 0, bytes.size(), checksum(kind_, key, version_, bytes)};
+  try {
+    KeptFolder::make(folder_).write(path.filename().string(),
+                                    {{reinterpret_cast<const char*>(&header), sizeof header}, bytes});
+  } catch (const RunError& error) {
+    return failed(error.what());
+  }
+  return {};
 }
 
 }  // namespace tactor

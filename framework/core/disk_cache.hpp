@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "framework/core/cache_folder.hpp"
+#include "framework/core/user_folders.hpp"
 
 namespace tactor {
 
@@ -18,10 +18,10 @@ std::string content_key(std::initializer_list<std::string_view> parts);
 
 /// One file an entry, `FOLDER/KEY.KIND`. A file holds a magic, the version of the layout, the size and a checksum over
 /// all of these, the kind, the key and the bytes, so what `load` returns is what `store` was given. Several processes
-/// and threads may use one folder: a file appears whole (written beside, synced, renamed) or not at all. Who may read
-/// it the umask says. What a killed writer leaves beside is removed a day later, by the next `store` of that kind.
-/// No trouble with the disk is an error, because everything in a cache can be computed again; it is a note for the
-/// user.
+/// and threads may use one folder: a file appears whole or not at all. Only a folder of the user's own is used (see
+/// KeptFolder), because the checksum tells damage and not what another user has made up. Whoever loads an entry checks
+/// every count and index in it all the same. No trouble with the disk is an error, because everything in a cache can be
+/// computed again; it is a note for the user.
 class DiskCache {
  public:
   /// `kind`: what the bytes are, in lower-case letters. `version`: of their layout and of the code that makes them;

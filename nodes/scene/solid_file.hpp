@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/core/cache_folder.hpp"
+#include "framework/core/user_folders.hpp"
 #include "nodes/scene/mesh.hpp"
 #include "nodes/scene/mesh_report.hpp"
 

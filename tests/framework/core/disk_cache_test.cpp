@@ -108,7 +108,7 @@ BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_noted_with_the_mend) {
   // A folder that stands where the entry belongs can neither be read nor replaced.
   const DiskCache blocked("test", 1, folder.path());
   fs::create_directories(blocked.file(key) / "in the way");
-  BOOST_TEST(blocked.load(key).note.find("damaged") != std::string::npos);
+  BOOST_TEST(blocked.load(key).note.find("is not a regular file") != std::string::npos);
   BOOST_TEST(!blocked.store(key, bytes).empty());
   BOOST_TEST(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 2);
 }
@@ -119,34 +119,72 @@ BOOST_AUTO_TEST_CASE(a_folder_that_is_there_and_takes_no_files_is_noted) {
   BOOST_TEST(!cache.load(key).bytes);
 }
 
-BOOST_AUTO_TEST_CASE(entries_are_for_all_whom_the_umask_allows) {
+BOOST_AUTO_TEST_CASE(entries_are_for_their_user_alone_whatever_the_umask) {
   const TemporaryFolder folder;
-  const mode_t before = ::umask(S_IWGRP | S_IWOTH);
-  const DiskCache shared("shared", 1, folder.path()), own("own", 1, folder.path());
-  BOOST_TEST(shared.store(key, bytes).empty());
-  ::umask(S_IRWXG | S_IRWXO);
-  BOOST_TEST(own.store(key, bytes).empty());
+  const mode_t before = ::umask(0);
+  const DiskCache cache("test", 1, folder.path() / "made" / "too");
+  BOOST_TEST(cache.store(key, bytes).empty());
   ::umask(before);
-  BOOST_TEST(static_cast<unsigned>(fs::status(shared.file(key)).permissions()) == 0644U);
-  BOOST_TEST(static_cast<unsigned>(fs::status(own.file(key)).permissions()) == 0600U);
+  BOOST_TEST(static_cast<unsigned>(fs::status(cache.file(key)).permissions()) == 0600U);
+  for (const fs::path& made : {folder.path() / "made", folder.path() / "made" / "too"}) {
+    BOOST_TEST(static_cast<unsigned>(fs::status(made).permissions()) == 0700U);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_folder_or_an_entry_that_others_may_write_is_not_used) {
+  const TemporaryFolder folder;
+  const DiskCache cache("test", 1, folder.path());
+  BOOST_TEST(cache.store(key, bytes).empty());
+  fs::permissions(cache.file(key), fs::perms::others_write, fs::perm_options::add);
+  BOOST_TEST(!cache.load(key).bytes);
+  BOOST_TEST(cache.load(key).note.find("other users may write it") != std::string::npos);
+  BOOST_TEST(cache.store(key, bytes).empty());
+  BOOST_TEST(cache.load(key).bytes.value() == bytes);
+  fs::permissions(folder.path(), fs::perms::group_write, fs::perm_options::add);
+  BOOST_TEST(!cache.load(key).bytes);
+  const std::string note = cache.store(key, bytes);
+  BOOST_TEST(note.find(folder.path().string() + ": other users may write it") != std::string::npos, note);
+  BOOST_TEST(note.find("TACTOR_CACHE") != std::string::npos, note);
+}
+
+BOOST_AUTO_TEST_CASE(without_any_folder_nothing_is_kept_and_that_is_noted) {
+  const DiskCache cache("test", 1, fs::path());
+  BOOST_TEST(!cache.load(key).bytes);
+  BOOST_TEST(cache.store(key, bytes).find("the cache cannot be written: there is no folder to keep files in") == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(an_entry_of_more_bytes_than_any_has_asks_for_no_memory) {
+  const TemporaryFolder folder;
+  const DiskCache cache("test", 1, folder.path());
+  BOOST_TEST(cache.store(key, bytes).empty());
+  // The size in the header is right, so nothing but the bound refuses it before 1 TiB is asked for.
+  const std::uint64_t size = (std::uint64_t{1} << 40U);
+  {
+    std::fstream file(cache.file(key), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(16);
+    file.write(reinterpret_cast<const char*>(&size), sizeof size);
+  }
+  fs::resize_file(cache.file(key), size + 40);
+  BOOST_TEST(!cache.load(key).bytes);
+  BOOST_TEST(cache.load(key).note.find("damaged") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(what_killed_writers_left_is_removed_after_a_day_and_nothing_else) {
   const TemporaryFolder folder;
   const DiskCache cache("test", 1, folder.path());
   const fs::path old_part = cache.file(key).string() + ".part.1.0", new_part = cache.file(key).string() + ".part.1.1",
-                 other_kind = folder.path() / (key + ".other.part.1.0"), users_own = folder.path() / "notes.txt";
+                 users_own = folder.path() / "notes.txt";
   const std::string second = content_key({"an old mesh"});
   BOOST_TEST(cache.store(second, bytes).empty());
-  for (const fs::path& file : {old_part, new_part, other_kind, users_own}) write(file, "half");
+  for (const fs::path& file : {old_part, new_part, users_own}) write(file, "half");
   const auto now = fs::file_time_type::clock::now();
-  for (const fs::path& file : {old_part, other_kind, users_own, cache.file(second)}) {
+  for (const fs::path& file : {old_part, users_own, cache.file(second)}) {
     fs::last_write_time(file, now - std::chrono::hours(25));
   }
   fs::last_write_time(new_part, now - std::chrono::hours(23));
   BOOST_TEST(cache.store(key, bytes).empty());
   BOOST_TEST(!fs::exists(old_part));
-  for (const fs::path& file : {new_part, other_kind, users_own, cache.file(second), cache.file(key)}) {
+  for (const fs::path& file : {new_part, users_own, cache.file(second), cache.file(key)}) {
     BOOST_TEST(fs::exists(file), file);
   }
 }
