@@ -20,6 +20,7 @@
 #include "app/machine/devices.hpp"
 #include "app/machine/doctor.hpp"
 #include "app/node_reference.hpp"
+#include "app/option_values.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/report/run_report.hpp"
@@ -57,6 +58,10 @@ std::vector<fs::path> mesh_folders() {
   return folders;
 }
 
+// Beyond these nobody means what was typed.
+constexpr std::int64_t most_seeds = 10'000;
+constexpr std::int64_t most_jobs = 1024;
+
 /// Options that several verbs share.
 struct GraphOptions {
   std::vector<fs::path> over;
@@ -71,11 +76,8 @@ struct GraphOptions {
     verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")
         ->expected(1, 1000)
         ->allow_extra_args(false);
-    if (with_seed)
-      verb.add_option("--seed", seed, "Seed of everything random (default: the graph's)")
-          ->check(CLI::NonNegativeNumber);
-    verb.add_option("--duration", duration, "Virtual time to run, in s (default: the graph's)")
-        ->check(CLI::PositiveNumber);
+    if (with_seed) add_seed(verb, "--seed", seed, "Seed of everything random (default: the graph's)");
+    add_duration(verb, "--duration", duration, "Time of the graph's clock to run, as `3 s` (default: the graph's)");
   }
   [[nodiscard]] Overrides overrides() const { return {set, seed, duration, over}; }
 };
@@ -243,10 +245,6 @@ int export_csv_file(const fs::path& recording, const std::string& stream) {
 }
 
 int doctor(double seconds, bool json) {
-  // Written so that not-a-number is refused too.
-  if (!(seconds >= 0.1 && seconds <= 3600)) {
-    throw InputError(fmt::format("--seconds {}: expected 0.1 to 3600, the length of each loop in s", seconds));
-  }
   const Diagnosis diagnosis = diagnose(Duration::from_seconds(seconds));
   const bool coloured = isatty(STDOUT_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr;
   fmt::print("{}\n", json ? to_json(diagnosis).dump(2) : diagnosis_text(diagnosis, coloured));
@@ -322,19 +320,12 @@ int main_checked(int argc, char** argv) {
   compare_verb->add_option("graphs", comparison.graphs, "Graph files; the first is what the others are compared with")
       ->required();
   options.add_to(*compare_verb, false);
-  compare_verb->add_option("--seeds", comparison.seeds, "Number of seeds")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10000));
-  compare_verb->add_option("--first-seed", comparison.first_seed, "The first seed")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  compare_verb
-      ->add_option("--repeats", comparison.repeats,
-                   "Runs of each seed whose median run time counts; where several, after one that does not")
-      ->capture_default_str()
-      ->check(CLI::Range(std::int64_t{1}, most_repeats));
-  compare_verb->add_option("--jobs", comparison.jobs, "Reference runs at once (default: the cores)")
-      ->check(CLI::Range(1, 1024));
+  add_integer(*compare_verb, "--seeds", comparison.seeds, 1, most_seeds, "Number of seeds")->default_str("6");
+  add_seed(*compare_verb, "--first-seed", comparison.first_seed, "The first seed")->default_str("1");
+  add_integer(*compare_verb, "--repeats", comparison.repeats, 1, most_repeats,
+              "Runs of each seed whose median run time counts; where several, after one that does not")
+      ->default_str("1");
+  add_integer(*compare_verb, "--jobs", comparison.jobs, 1, most_jobs, "Reference runs at once (default: the cores)");
   compare_verb->add_option("--out", comparison.out, "Folder for the results")->capture_default_str();
   compare_verb->callback([&] {
     comparison.overrides = options.overrides();
@@ -347,17 +338,13 @@ int main_checked(int argc, char** argv) {
       "study", "Run graphs by methods by values over seeds, into one table that survives anything, and report on it");
   study_verb->add_option("study", study.file, "The study file (YAML)")->required();
   options.add_to(*study_verb, false);
-  study_verb->add_option("--seeds", study.seeds, "Number of seeds (default: the study's)")->check(CLI::Range(1, 10000));
-  study_verb->add_option("--first-seed", study.first_seed, "The first seed (default: the study's)")
-      ->check(CLI::NonNegativeNumber);
-  study_verb
-      ->add_option("--repeats", study.repeats,
-                   "Runs of each seed, for the median of its run time; with one more that does not count where there "
-                   "are several "
-                   "(default: the study's)")
-      ->check(CLI::Range(std::int64_t{1}, most_repeats));
-  study_verb->add_option("--jobs", study.jobs, "Runs at once (default: the cores); only run times depend on it")
-      ->check(CLI::Range(1, 1024));
+  add_integer(*study_verb, "--seeds", study.seeds, 1, most_seeds, "Number of seeds (default: the study's)");
+  add_seed(*study_verb, "--first-seed", study.first_seed, "The first seed (default: the study's)");
+  add_integer(*study_verb, "--repeats", study.repeats, 1, most_repeats,
+              "Runs of each seed, for the median of its run time; with one more that does not count where there are "
+              "several (default: the study's)");
+  add_integer(*study_verb, "--jobs", study.jobs, 1, most_jobs,
+              "Runs at once (default: the cores); only run times depend on it");
   study_verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)");
   CLI::Option* resume = study_verb->add_flag("--resume", study.resume, "Go on with the runs that the folder has");
   study_verb->add_flag("--overwrite", study.overwrite, "Begin anew where the folder has runs")->excludes(resume);
@@ -380,10 +367,9 @@ int main_checked(int argc, char** argv) {
       app.add_subcommand("explain", "What a scene needs and what was left out, with what each costs, by a short run");
   explain_verb->add_option("graph", graph, "The graph file")->required();
   explain_verb->add_flag("--json", explain_json, "For programs");
-  explain_verb
-      ->add_option("--repeats", explain_repeats, "Runs whose median counts; where several, after one that does not")
-      ->capture_default_str()
-      ->check(CLI::Range(std::int64_t{1}, most_repeats));
+  add_integer(*explain_verb, "--repeats", explain_repeats, 1, most_repeats,
+              "Runs whose median counts; where several, after one that does not")
+      ->default_str("3");
   options.add_to(*explain_verb, true);
   explain_verb->callback([&] { result = explain_costs(graph, options, explain_repeats, explain_json); });
 
@@ -391,24 +377,23 @@ int main_checked(int argc, char** argv) {
   CLI::App* lean_verb = app.add_subcommand(
       "lean", "Leave out and coarsen what an error budget allows; writes the leanest graph and what each step saved");
   lean_verb->add_option("graph", lean.graph, "The graph file")->required();
-  lean_verb->add_option("--budget", lean.budget, "RMS error of the force against the graph's reference run, in N")
+  add_number(*lean_verb, "--budget", lean.budget, {.unit = "N", .min = 0, .above_min = true},
+             "RMS error of the force against the graph's reference run, in N")
       ->required();
-  lean_verb->add_option("--torque-budget", lean.torque_budget,
-                        "The same of the torque, in N m (default: the force budget at a lever of 50 mm)");
+  add_number(*lean_verb, "--torque-budget", lean.torque_budget, {.unit = "N m", .min = 0},
+             "The same of the torque, in N m (default: the force budget at a lever of 50 mm)");
   lean_verb
       ->add_option("--metric", lean.metric,
                    "The force that is judged: delivered, as displayed; or physics, "
                    "without delay")
       ->capture_default_str()
       ->check(CLI::IsMember({"delivered", "physics"}));
-  lean_verb->add_option("--seeds", lean.seeds, "Number of seeds, from the graph's; as many others check the result")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100));
-  lean_verb
-      ->add_option("--repeats", lean.repeats,
-                   "Runs of each seed whose median counts; where several, after one that does not")
-      ->capture_default_str()
-      ->check(CLI::Range(std::int64_t{1}, most_repeats));
+  add_integer(*lean_verb, "--seeds", lean.seeds, 1, 100,
+              "Number of seeds, from the graph's; as many others check the result")
+      ->default_str("1");
+  add_integer(*lean_verb, "--repeats", lean.repeats, 1, most_repeats,
+              "Runs of each seed whose median counts; where several, after one that does not")
+      ->default_str("3");
   lean_verb->add_option("--out", lean.out,
                         "The graph that is written, the table beside it as .md and .json "
                         "(default: out/NAME_lean.yaml)");
@@ -470,12 +455,11 @@ int main_checked(int argc, char** argv) {
     verb->add_option("--node", device_node, "The device, where the graph has several");
     verb->add_flag("--yes", trial.yes, "Do not ask");
     if (what == "test") {
-      verb->add_option("--force", trial.force, "The largest force, in N")
-          ->capture_default_str()
-          ->check(CLI::Range(0.0, 5.0));
-      verb->add_option("--seconds", trial.seconds, "Of the look at its position, and of each force, in s")
-          ->capture_default_str()
-          ->check(CLI::Range(0.1, 60.0));
+      add_number(*verb, "--force", trial.force, {.unit = "N", .min = 0, .max = 5}, "The largest force, in N")
+          ->default_str(number_text(trial.force));
+      add_number(*verb, "--seconds", trial.seconds, {.unit = "s", .min = 0.1, .max = 60},
+                 "Of the look at its position, and of each force, in s")
+          ->default_str(number_text(trial.seconds));
     }
     options.add_to(*verb, false);
     verb->callback([&, what] { result = device(what, graph, options, device_node, trial); });
@@ -491,14 +475,19 @@ int main_checked(int argc, char** argv) {
   bool json = false;
   CLI::App* doctor_verb =
       app.add_subcommand("doctor", "Tell what this machine offers to a real-time loop, and how to mend what it lacks");
-  doctor_verb->add_option("--seconds", seconds, "Length of each of the loops it tries, in s")->capture_default_str();
+  add_number(*doctor_verb, "--seconds", seconds, {.unit = "s", .min = 0.1, .max = 3600},
+             "Length of each of the loops it tries, in s")
+      ->default_str("1");
   doctor_verb->add_flag("--json", json, "For programs");
   doctor_verb->callback([&] { result = doctor(seconds, json); });
 
+  refuse_unknown_verb(app, std::vector<std::string>(argv + 1, argv + argc));
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {
     return app.exit(done);
+  } catch (const CLI::ExtrasError&) {
+    throw InputError(unexpected_words(app));
   } catch (const CLI::ParseError& error) {
     app.exit(error);
     return 2;

@@ -45,11 +45,6 @@ std::string lean_graph_text(const Lean& lean, const LeanRequest& request, Regist
 }  // namespace
 
 int run_lean(const LeanRequest& request) {
-  // Written so that not-a-number is refused too.
-  if (!(request.budget > 0)) throw InputError(fmt::format("--budget {}: expected more than 0, in N", request.budget));
-  if (request.torque_budget && !(*request.torque_budget >= 0)) {
-    throw InputError(fmt::format("--torque-budget {}: expected 0 or more, in N m", *request.torque_budget));
-  }
   Registry registry(default_node_folders());
   const GraphSpec original =
       make_plan(load_graph(request.graph, registry, request.overrides, request.mesh_folders)).graph;

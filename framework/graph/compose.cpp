@@ -4,6 +4,7 @@
 
 #include "framework/graph/merge.hpp"
 #include "framework/graph/values.hpp"
+#include "framework/yaml/nearby_files.hpp"
 
 namespace tactor {
 
@@ -37,7 +38,7 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
     }
     if (!fs::is_regular_file(file, ignored)) {
       return complain("expected a graph file that exists, found " + describe(*named_by) + "; looked for " +
-                      file.string());
+                      file.string() + nearby_files({file}));
     }
   }
   chain.push_back(identity);
@@ -166,6 +167,13 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Di
   std::optional<Tree> graph = load_chain(file, nullptr, {}, files, diagnostics);
   if (!graph) return std::nullopt;
   const auto lay_file = [&](const fs::path& over) {
+    std::error_code ignored;
+    if (!fs::exists(over, ignored)) {
+      // Methods are most often taken from the folder beside the graph.
+      const fs::path methods = file.parent_path() / "methods" / over.filename();
+      diagnostics.error({over.string(), 0, 0}, "there is no such file" + nearby_files({over, methods}));
+      return false;
+    }
     const std::optional<Tree> layer = load_chain(over, nullptr, {}, files, diagnostics);
     if (layer) merge_graph(*graph, *layer);
     return layer.has_value();

@@ -62,11 +62,15 @@ CostModel read_cost(const Tree& tree, const std::string& path, const FileFinder&
   const bool per_item = tree.find("per_contact") != nullptr;
   const bool trace = tree.find("trace") != nullptr;
   if (static_cast<int>(constant) + static_cast<int>(per_item) + static_cast<int>(trace) != 1) {
-    const std::string found = tree.is_map() && !tree.entries.empty()
-                                  ? constant || per_item || trace ? "more than one of these" : "none of these"
-                                  : describe(tree);
-    diagnostics.error(tree.place,
-                      path + ": expected none or a map with one of constant, per_contact, trace, found " + found);
+    std::vector<std::string> keys;
+    for (const TreeEntry& entry : tree.entries) keys.push_back(entry.key);
+    std::string message = path + ": expected none or a map with one of constant, per_contact, trace, found " +
+                          (keys.empty() ? describe(tree) : list_of(keys));
+    if (const Tree* base = tree.value("base"); base != nullptr && !constant && !trace) {
+      message += "; base goes with per_contact: for a cost that no contact adds to write constant: " +
+                 (base->is_scalar() ? base->text : "TIME");
+    }
+    diagnostics.error(tree.place, message);
     return cost;
   }
   if (trace) {

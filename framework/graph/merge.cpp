@@ -41,7 +41,10 @@ using Merge = std::function<void(Tree& parent, const TreeEntry& child)>;
 
 void merge_entries(Tree& parent, const Tree& child, const Merge& merge) {
   for (const TreeEntry& entry : child.entries) {
-    if (TreeEntry* mine = parent.find(entry.key)) {
+    TreeEntry* mine = parent.find(entry.key);
+    if (mine != nullptr && entry.value.is_null()) {
+      erase(parent, entry.key);
+    } else if (mine != nullptr) {
       mine->place = entry.place;
       merge(mine->value, entry);
     } else {

@@ -9,7 +9,7 @@
 
 namespace tactor {
 
-/// Lays `child` over `parent`: maps merge by key, a null takes a node or a body out, a node of another type replaces
+/// Lays `child` over `parent`: maps merge by key, a null takes the parent's entry out, a node of another type replaces
 /// the old one whole, an edge replaces the one into the same input, all else is replaced.
 void merge_graph(Tree& parent, const Tree& child);
 

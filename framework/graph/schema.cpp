@@ -108,6 +108,11 @@ Json param_schema(const ParamInfo& param) {
   return schema;
 }
 
+// A file that extends another takes a value out of it by ~.
+Json or_nothing(Json schema) {
+  return {{"anyOf", {std::move(schema), {{"type", "null"}}}}};
+}
+
 Json scene_schema() {
   const Json pose = closed(
       {{"p", list(number("m"), 3)}, {"rpy", list(number("rad"), 3)}, {"quaternion", list({{"type", "number"}}, 4)}});
@@ -132,6 +137,7 @@ Json scene_schema() {
                       {"mass", above_zero("kg")},
                       {"inertia", list(above_zero("kg m^2"), 3)},
                       {"material", material}});
+  for (auto& [key, schema] : body["properties"].items()) schema = or_nothing(schema);
   body["type"] = {"object", "null"};
   return closed({{"gravity", list(number("m/s^2"), 3)},
                  {"tool", {{"type", "string"}}},
@@ -204,7 +210,7 @@ std::string graph_schema(Registry& registry) {
   Json complete = Json::array();
   for (const NodeInfo* info : registry.types()) {
     Json properties = {{"type", {{"const", info->type}, {"description", info->summary}}},
-                       {"cost", {{"$ref", "#/$defs/cost"}}},
+                       {"cost", or_nothing({{"$ref", "#/$defs/cost"}})},
                        {"lane", lane_schema(*info)},
                        {"thread", {{"type", "string"}, {"pattern", "^[A-Za-z]\\w{0,63}$"}}},
                        {"policy", {{"enum", policy_words}}},
@@ -212,7 +218,7 @@ std::string graph_schema(Registry& registry) {
                        {"cpu", whole_number(0, highest_cpu)}};
     Json required = Json::array();
     for (const ParamInfo& param : info->params) {
-      properties[param.name] = param_schema(param);
+      properties[param.name] = or_nothing(param_schema(param));
       if (!param.default_value) required.push_back(param.name);
     }
     definitions[info->type] = closed(properties);

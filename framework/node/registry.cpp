@@ -100,11 +100,17 @@ std::string Registry::why_missing(std::string_view prefix) const {
   for (const fs::path& folder : folders_) searched.append(searched.empty() ? "" : ", ").append(folder.string());
   std::string text("the library ");
   text.append(library_prefix).append(prefix).append(library_suffix).append(" was not found in ");
-  text.append(searched.empty() ? "any folder (TACTOR_NODE_PATH is empty)" : searched);
+  text.append(searched.empty() ? "any folder" : searched);
   if (!built_with_cgal && prefix == "collision") {
     text.append(
         ": this build has no CGAL, so it has neither collision nor generated meshes; configure with "
         "-DTACTOR_WITH_CGAL=ON");
+    return text;
+  }
+  if (const char* path = std::getenv("TACTOR_NODE_PATH"); path == nullptr || *path == '\0') {
+    text.append("; a library of your own is looked for in the folders of TACTOR_NODE_PATH, which is not set");
+  } else {
+    text.append("; a library of your own is looked for in the folders of TACTOR_NODE_PATH, which is ").append(path);
   }
   return text;
 }

@@ -2,6 +2,8 @@
 
 #include <fstream>
 
+#include "framework/yaml/nearby_files.hpp"
+
 namespace tactor {
 
 namespace fs = std::filesystem;
@@ -57,7 +59,7 @@ std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, con
   std::error_code ignored;
   const Place whole{name, 0, 0};
   if (!fs::exists(file, ignored)) {
-    diagnostics.error(whole, "there is no such file");
+    diagnostics.error(whole, "there is no such file" + nearby_files({file}));
     return std::nullopt;
   }
   if (fs::is_directory(file, ignored)) {

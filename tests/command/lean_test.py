@@ -206,9 +206,9 @@ class Lean(CommandTest):
         out = self.folder / "never.yaml"
         cases = (
             (("duck_fine.yaml",), "--budget"),
-            (("duck_fine.yaml", "--budget", "0"), "expected more than 0"),
+            (("duck_fine.yaml", "--budget", "0"), "--budget: expected a force (N) above 0, found 0"),
             (("duck_fine.yaml", "--budget", "nan"), "--budget"),
-            (("duck_fine.yaml", "--budget", "0.05", "--torque-budget", "-1"), "expected 0 or more"),
+            (("duck_fine.yaml", "--budget", "0.05", "--torque-budget", "-1"), "--torque-budget: expected a torque (N m) of at least 0, found -1"),
             (("duck_fine.yaml", "--budget", "0.05", "--metric", "felt"), "felt"),
             (("duck_fine.yaml", "--budget", "0.05", "--set", "clock=real"), "clock=virtual"),
             (("duck_closed_loop.yaml", "--budget", "0.05"), "closed loop"),

@@ -202,6 +202,20 @@ BOOST_FIXTURE_TEST_CASE(an_extending_file_changes_only_what_it_names, Fixture) {
   BOOST_TEST(spec.edges.size() == 2U);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_null_takes_out_a_value_of_the_extended_file_so_that_its_default_holds, Fixture) {
+  static_cast<void>(folder.write("base.yaml", base));
+  static_cast<void>(folder.write("top.yaml", "extends: base.yaml\nnodes:\n  device: {rate: ~, cost: ~}\n"));
+  const GraphSpec plain = load("base.yaml");
+  const GraphSpec spec = load("top.yaml");
+  BOOST_TEST((plain.node("device")->cost.kind != CostModel::Kind::none));
+  BOOST_TEST((spec.node("device")->cost.kind == CostModel::Kind::none));
+  const auto& params = spec.node("device")->info->params;
+  const auto rate = std::find_if(params.begin(), params.end(), [](const auto& p) { return p.name == "rate"; });
+  BOOST_REQUIRE((rate != params.end() && rate->default_value));
+  BOOST_TEST(std::get<double>(param(plain, "device", "rate")) != std::get<double>(*rate->default_value));
+  BOOST_TEST(std::get<double>(param(spec, "device", "rate")) == std::get<double>(*rate->default_value));
+}
+
 BOOST_FIXTURE_TEST_CASE(of_several_files_extended_the_later_lies_over_the_earlier, Fixture) {
   static_cast<void>(folder.write("base.yaml", base));
   static_cast<void>(

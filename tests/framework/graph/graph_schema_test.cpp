@@ -44,7 +44,7 @@ boost::test_tools::assertion_result has_validator(boost::unit_test::test_unit_id
 BOOST_TEST_DECORATOR(*boost::unit_test::precondition(has_validator))
 BOOST_FIXTURE_TEST_CASE(good_graphs_validate, Fixture) {
   const fs::path part = folder.write("part.yaml",
-                                     "extends: other.yaml\nnodes:\n  device: {rate: 2 kHz}\n  refit: ~\n"
+                                     "extends: other.yaml\nnodes:\n  device: {rate: ~, cost: ~}\n  refit: ~\n"
                                      "edges:\n  - a.b -> c.d: ~\nscene: {bodies: {wall: ~}}\n");
   const fs::path written = folder.write("pipeline.yaml", pipeline(rigid_scene));
   BOOST_TEST(validate({here / "good/pipeline.yaml", part, written}) == 0);

@@ -1,0 +1,99 @@
+"""Words of the command line: verbs, options and values are refused with what was expected, what was found and the nearest name."""
+import unittest
+
+from harness import GRAPHS, CommandTest, needs_collision, tactor
+
+DUCK = GRAPHS / "duck_off.yaml"
+
+
+class Refused(CommandTest):
+    def assert_refused(self, *arguments, says, **options):
+        result = tactor(*arguments, environment=self.environment, cwd=self.folder, **options)
+        self.assertEqual(result.returncode, 2, f"{arguments}: {result.stdout}{result.stderr}")
+        for text in says:
+            self.assertIn(text, result.stderr)
+        return result.stderr
+
+
+class Values(Refused):
+    def test_a_duration_has_a_unit_as_in_a_graph(self):
+        graph = self.judged_small_graph()
+        for text, seconds in (("300 ms", 0.3), ("0.2s", 0.2), ("0.25", 0.25)):
+            with self.subTest(text=text):
+                self.assertAlmostEqual(self.run_graph(graph, "--duration", text, out=text)["duration_s"], seconds)
+
+    def test_a_wrong_number_is_told_with_the_option_and_what_was_expected(self):
+        whole = "expected a whole number from"
+        for verb, option, text, expected in (
+                ("run", "--seed", "-1", f"{whole} 0 to 18446744073709551615"), ("run", "--seed", "1e3", f"{whole} 0"),
+                ("run", "--duration", "-1 s", "expected a time (s) above 0"), ("run", "--duration", "3 kg", "expected a time (s)"),
+                ("compare", "--seeds", "0", f"{whole} 1 to 10000"), ("compare", "--first-seed", "-2", f"{whole} 0"),
+                ("compare", "--jobs", "two", f"{whole} 1 to 1024"), ("compare", "--repeats", "1.5", f"{whole} 1 to 100"),
+                ("study", "--seeds", "10001", f"{whole} 1 to 10000"), ("study", "--first-seed", "x", f"{whole} 0"),
+                ("study", "--jobs", "0", f"{whole} 1 to 1024"), ("study", "--repeats", "0", f"{whole} 1 to 100"),
+                ("explain", "--repeats", "101", f"{whole} 1 to 100"), ("explain", "--seed", "1.5", f"{whole} 0"),
+                ("lean", "--budget", "3 mm", "expected a force (N)"), ("lean", "--budget", "nan", "expected a force (N)"),
+                ("lean", "--torque-budget", "-1 N m", "expected a torque (N m) of at least 0"),
+                ("lean", "--seeds", "101", f"{whole} 1 to 100"), ("lean", "--repeats", "0x2", f"{whole} 1 to 100"),
+                ("check", "--duration", "", "expected a time (s)"), ("graph", "--duration", "~", "expected a time (s)")):
+            with self.subTest(verb=verb, option=option, text=text):
+                error = self.assert_refused(verb, DUCK, option, text, says=[f"{option}: {expected}", "found "])
+                self.assertEqual(len(error.splitlines()), 1, error)
+                self.assertLess(len(error), 200)
+
+    def test_numbers_of_the_machine_and_the_device_have_units_too(self):
+        self.assert_refused("doctor", "--seconds", "3 h", says=["--seconds: expected a time (s) from 0.1 to 3600, found 3 h"])
+        self.assert_refused("device", "test", DUCK, "--force", "6 N", says=["--force: expected a force (N) from 0 to 5, found 6 N"])
+        self.assert_refused("device", "test", DUCK, "--seconds", "1 m", says=["--seconds: expected a time (s), found 1 m"])
+        self.run_ok("doctor", "--json", "--seconds", "100 ms")
+
+
+class Names(Refused):
+    def test_a_verb_that_does_not_exist_names_the_nearest(self):
+        self.assert_refused("chek", DUCK, says=["found chek", 'did you mean "check"?', "run, compare, study"])
+        self.assert_refused("device", "tset", DUCK, says=["found tset", 'did you mean "test"?'])
+
+    def test_an_option_that_does_not_exist_names_the_nearest(self):
+        self.assert_refused("run", DUCK, "--duratoin", "3", says=["found --duratoin", 'did you mean "--duration"?'])
+        self.assert_refused("check", DUCK, "--explian", says=['did you mean "--explain"?'])
+
+    @needs_collision
+    def test_a_method_that_does_not_exist_lists_those_that_do(self):
+        for over in (GRAPHS / "methods/kalmann.yaml", "kalmann.yaml", "kalmann"):
+            with self.subTest(over=over):
+                self.assert_refused("check", GRAPHS / "duck.yaml", "--over", over,
+                                    says=[f"{over}: there is no such file", "burg.yaml, ", 'did you mean "kalman.yaml"?'])
+        # A name alone is not a file.
+        self.assert_refused("check", GRAPHS / "duck.yaml", "--over", "kalman", says=['did you mean "kalman.yaml"?'])
+        study = self.write("study.yaml", f"graphs: [{GRAPHS / 'duck.yaml'}]\nmethods: [{GRAPHS / 'methods/kalmann.yaml'}]\n")
+        self.assert_refused("study", study, says=["study.yaml:2:", "burg.yaml, ", 'did you mean "kalman.yaml"?'])
+
+    def test_a_graph_that_does_not_exist_names_the_nearest(self):
+        small = self.small_graph()
+        for verb in ("run", "check", "lean", "explain"):
+            budget = ["--budget", "1"] if verb == "lean" else []
+            self.assert_refused(verb, self.folder / "smal.yaml", *budget, says=["no such file", f'did you mean "{small.name}"?'])
+        over = self.write("over.yaml", "extends: smal.yaml\n")
+        self.assert_refused("check", over, says=["over.yaml:1:10", 'did you mean "small.yaml"?'])
+
+    def test_a_missing_node_library_names_the_path_that_it_is_looked_for_in(self):
+        graph = self.write("own.yaml", "duration: 1 s\nnodes: {gain: {type: own.gain}}\n")
+        self.environment["TACTOR_NODE_PATH"] = ""
+        self.assert_refused("check", graph, says=["libtactor_own.so was not found in", "TACTOR_NODE_PATH, which is not set"])
+        self.environment["TACTOR_NODE_PATH"] = str(self.folder)
+        self.assert_refused("check", graph, says=[str(self.folder), f"TACTOR_NODE_PATH, which is {self.folder}"])
+        self.assert_refused("nodes", "own.gain", says=["TACTOR_NODE_PATH"])
+
+
+class Taken(Refused):
+    def test_a_null_takes_the_points_out_so_that_a_file_can_stand_in_their_place(self):
+        csv = self.write("path.csv", "0,0,0,0\n1,0,0,0.01\n")
+        self.run_ok("check", self.judged_small_graph(), "--set", f"trajectory.file={csv}", "--set", "trajectory.points=~")
+
+    def test_a_null_that_takes_out_nothing_is_refused(self):
+        graph = self.judged_small_graph()
+        self.assert_refused("check", graph, "--set", "device.encoder_step=~", says=["found nothing"])
+
+
+if __name__ == "__main__":
+    unittest.main()
