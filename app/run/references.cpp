@@ -44,7 +44,7 @@ std::optional<Wanted> look_up(const Plan& plan, const fs::path& cache_folder) {
   if (reference_plan.nodes.empty()) return std::nullopt;
   ReferenceCache cache(cache_folder);
   std::string key = reference_key(reference_plan, code_files());
-  ReferenceCache::Found found = cache.load(key);
+  ReferenceCache::Found found = cache.load(key, reference_plan);
   return Wanted{std::move(reference_plan), std::move(cache), std::move(key), std::move(found)};
 }
 

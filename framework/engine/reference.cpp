@@ -1,5 +1,6 @@
 #include "framework/engine/reference.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <fstream>
@@ -204,8 +205,6 @@ void set_reference(PlanNodes& judged, const Reference& reference) {
   }
 }
 
-namespace {
-
 std::string to_bytes(const Reference& reference) {
   static_assert(std::is_trivially_copyable_v<Stamp>);
   std::string bytes;
@@ -222,7 +221,7 @@ std::string to_bytes(const Reference& reference) {
   return bytes;
 }
 
-std::optional<Reference> from_bytes(std::string_view bytes) {
+std::optional<Reference> reference_from_bytes(std::string_view bytes) {
   Cursor cursor(bytes);
   Reference reference;
   const std::uint64_t streams = cursor.number();
@@ -242,16 +241,34 @@ std::optional<Reference> from_bytes(std::string_view bytes) {
   return reference;
 }
 
+namespace {
+
+/// Whether every stream arrives at an input of the plan with one payload of that input's type for each stamp.
+bool is_of(const Reference& reference, const Plan& plan) {
+  std::map<std::string, std::size_t> sizes;
+  for (const PlannedEdge& edge : plan.edges) {
+    sizes[edge.spec.to_node + "." + edge.spec.to_port] = plan.nodes[edge.to].info->inputs[edge.input].type->size;
+  }
+  return std::all_of(reference.begin(), reference.end(), [&](const auto& named) {
+    const auto size = sizes.find(named.first);
+    const ReferenceStream& stream = named.second;
+    return size != sizes.end() && stream.payloads.size() / size->second == stream.stamps.size() &&
+           stream.payloads.size() % size->second == 0;
+  });
+}
+
 }  // namespace
 
 ReferenceCache::ReferenceCache(fs::path folder) : cache_("ref", layout, std::move(folder)) {}
 
-ReferenceCache::Found ReferenceCache::load(const std::string& key) const {
+ReferenceCache::Found ReferenceCache::load(const std::string& key, const Plan& plan) const {
   DiskCache::Found found = cache_.load(key);
   if (!found.bytes) return {std::nullopt, std::move(found.note)};
-  std::optional<Reference> reference = from_bytes(*found.bytes);
-  if (!reference) {
-    found.note = cache_.file(key).string() + ": the cached file holds no reference run; computed again and replaced";
+  std::optional<Reference> reference = reference_from_bytes(*found.bytes);
+  if (!reference || !is_of(*reference, plan)) {
+    reference.reset();
+    found.note = cache_.file(key).string() +
+                 ": the cached file holds no reference run of this graph; computed again and replaced";
   }
   return {std::move(reference), std::move(found.note)};
 }

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "framework/core/disk_cache.hpp"
@@ -39,8 +40,12 @@ bool must_be_followed(const PlanNodes& nodes);
 /// Hands the reference to the sinks of a finished run.
 void set_reference(PlanNodes& judged, const Reference& reference);
 
+/// A reference as bytes of this machine, and back; nothing where the bytes have another layout.
+std::string to_bytes(const Reference& reference);
+std::optional<Reference> reference_from_bytes(std::string_view bytes);
+
 /// Reference runs in the disk cache, whose notes it passes on; a note, too, where bytes that are whole are no reference
-/// run.
+/// run of the plan.
 class ReferenceCache {
  public:
   static constexpr std::uint32_t layout = 2;  ///< version of the bytes; the code that makes a reference is in its key
@@ -51,7 +56,7 @@ class ReferenceCache {
     std::optional<Reference> reference;
     std::string note;
   };
-  [[nodiscard]] Found load(const std::string& key) const;
+  [[nodiscard]] Found load(const std::string& key, const Plan& reference_plan) const;
   [[nodiscard]] std::string store(const std::string& key, const Reference& reference) const;
 
  private:

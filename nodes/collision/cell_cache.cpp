@@ -1,6 +1,10 @@
 #include "nodes/collision/cell_cache.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -40,6 +44,93 @@ constexpr bool is_vector<std::vector<T, A>> = true;
 template <class T, class A>
 std::string_view bytes_of(const std::vector<T, A>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+/// The tree ends, no search of it overruns its stack, and every record and face that it names is there.
+bool is_in_range(const FaceTree& tree, std::size_t faces) {
+  const std::size_t records = tree.records.size();
+  if (tree.nodes.empty() || records < 9 || records > std::numeric_limits<std::int32_t>::max()) return false;
+  if (tree.nodes.size() > std::numeric_limits<std::int32_t>::max()) return false;
+  const auto is_face = [&](std::int32_t face) { return face >= -1 && face < static_cast<std::int64_t>(faces); };
+  if (!std::all_of(tree.records.begin(), tree.records.end(), [&](const FaceRecord& r) { return is_face(r.face); })) {
+    return false;
+  }
+  // A search starts from the first record; the last fills up.
+  if (tree.records.front().face < 0 || tree.records.back().face >= 0) return false;
+  std::vector<unsigned char> depth(tree.nodes.size(), 0);
+  for (std::size_t n = 0; n < tree.nodes.size(); ++n) {
+    // Children come after their parent; a node that none before names is out of reach.
+    if (n > 0 && depth[n] == 0) return false;
+    for (const std::int32_t child : tree.nodes[n].child) {
+      if (child == FaceTree::no_child) continue;
+      if (child < 0) {
+        // Eight records, none of them the one that fills up lists.
+        if (static_cast<std::size_t>(~child) + 8 > records - 1) return false;
+        continue;
+      }
+      const auto c = static_cast<std::size_t>(child);
+      if (c <= n || c >= tree.nodes.size() || depth[c] != 0) return false;
+      depth[c] = static_cast<unsigned char>(depth[n] + 1);
+      if (depth[c] >= FaceTree::most_levels) return false;
+    }
+  }
+  return true;
+}
+
+/// What a block of cells names is there, and each list begins with a face, so that a search of it finds one.
+bool is_in_range(const CellData& data, const CellBlock& block) {
+  if (block.cells == -1) return true;
+  if (block.cells < 0 || static_cast<std::size_t>(block.cells) >= data.cells.size() / 512) return false;
+  const Cell* const cells = &data.cells[512 * static_cast<std::size_t>(block.cells)];
+  for (std::size_t i = 0; i < 512; ++i) {
+    const std::size_t first = cells[i].list >> 4, count = cells[i].list & 15;
+    if (count == 0) continue;
+    if (first + count > data.batches.size()) return false;
+    std::size_t last = 0;
+    for (std::size_t j = first; j < first + count; ++j) {
+      for (const std::uint16_t place : data.batches[j]) last = std::max<std::size_t>(last, place);
+    }
+    if (block.palette + last >= data.palette.size()) return false;
+    if (data.tree.records[data.palette[block.palette + data.batches[first][0]]].face < 0) return false;
+  }
+  return true;
+}
+
+/// Every index is in range and every number by which places are computed is finite: no query reads beyond the data,
+/// whatever the other numbers say.
+bool is_in_range(const CellData& data) {
+  const auto is_usable = [](double value) { return std::abs(value) <= 1e30; };
+  const auto is_point = [&](const Vec3& v) { return is_usable(v.x) && is_usable(v.y) && is_usable(v.z); };
+  const std::size_t faces = data.surface.corners.size();
+  if (faces == 0 || faces > std::numeric_limits<std::int32_t>::max() || data.surface.normals.size() != faces) {
+    return false;
+  }
+  if (!is_point(data.box_low) || !is_point(data.box_high) || !is_point(data.low) || !is_point(data.tree.origin) ||
+      !is_usable(data.slack) || !is_usable(data.tree.reach) || !is_usable(data.edge) || !(data.edge >= 1e-30)) {
+    return false;
+  }
+  std::size_t blocks = 1;
+  for (const std::int32_t n : data.blocks) {
+    // The most of a mesh is far less; to this number floats tell every cell from the next.
+    if (n < 1 || n > 1 << 18 || blocks > data.block.size()) return false;
+    blocks *= static_cast<std::size_t>(n);
+  }
+  if (blocks != data.block.size() || data.cells.size() % 512 != 0) return false;
+  if (data.batch_bound.size() != data.batches.size() || !is_in_range(data.tree, faces)) return false;
+  const std::size_t records = data.tree.records.size();
+  return std::all_of(data.palette.begin(), data.palette.end(), [&](std::uint32_t r) { return r < records; }) &&
+         std::all_of(data.block.begin(), data.block.end(), [&](const CellBlock& b) { return is_in_range(data, b); });
+}
+
+/// Faces are named by their places in the mesh, so they must be the same ones.
+bool has_faces_of(const Surface& surface, const TriangleMesh& mesh) {
+  const auto is_same = [&](const std::array<Vec3, 3>& corners, const std::array<int, 3>& face) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!(corners[i] == mesh.vertices[static_cast<std::size_t>(face[i])])) return false;
+    }
+    return true;
+  };
+  return std::equal(surface.corners.begin(), surface.corners.end(), mesh.faces.begin(), mesh.faces.end(), is_same);
 }
 
 }  // namespace
@@ -93,7 +184,7 @@ std::optional<CellData> cells_from_bytes(std::string_view bytes) {
       take(&part, sizeof part);
     }
   });
-  if (!whole || !bytes.empty()) return std::nullopt;
+  if (!whole || !bytes.empty() || !is_in_range(data)) return std::nullopt;
   return data;
 }
 
@@ -106,8 +197,9 @@ CellDistance cached_cell_distance(const TriangleMesh& mesh, const CellOptions& o
   const DiskCache::Found found = cache.load(key);
   tell(found.note);
   if (found.bytes) {
-    if (std::optional<CellData> data = cells_from_bytes(*found.bytes)) return CellDistance(std::move(*data));
-    tell(cache.file(key).string() + ": the cached file is of another layout; computed again and replaced");
+    std::optional<CellData> data = cells_from_bytes(*found.bytes);
+    if (data && has_faces_of(data->surface, mesh)) return CellDistance(std::move(*data));
+    tell(cache.file(key).string() + ": the cached file holds no cells of this mesh; computed again and replaced");
   }
   CellDistance distance(mesh, options);
   tell(cache.store(key, to_bytes(distance.data())));

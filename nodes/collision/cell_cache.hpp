@@ -22,7 +22,8 @@ std::string cell_key(const TriangleMesh& mesh, const CellOptions& options);
 CellDistance cached_cell_distance(const TriangleMesh& mesh, const CellOptions& options, const DiskCache& cache,
                                   std::vector<std::string>* notes);
 
-/// All of the data as bytes of this machine, and back; nothing where the bytes are not of its layout.
+/// All of the data as bytes of this machine, and back. Nothing where the bytes have another layout or where an index or
+/// count in them is out of range: queries of what is returned may answer nonsense, but they end and read nothing else.
 std::string to_bytes(const CellData& data);
 std::optional<CellData> cells_from_bytes(std::string_view bytes);
 

@@ -31,8 +31,7 @@ struct Open {
   std::int32_t child;
 };
 
-// Deep enough for eight children a level: a tree of n leaves is no deeper than log8(n) + 1.
-constexpr std::size_t most_open = 8 * 12;
+constexpr std::size_t most_open = 8 * FaceTree::most_levels;
 
 TACTOR_WIDE void search_tree(const FaceTree& tree, wide::Search& search) {
   const float x[3] = {search.fx, search.fy, search.fz};

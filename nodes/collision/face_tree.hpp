@@ -51,6 +51,8 @@ class FaceTree {
   // The root is below none. Its box is empty, hence infinitely far; so are others of a point beyond floats.
   static constexpr std::int32_t no_child = 0;
   static_assert(sizeof(Node) == 224);
+  // More than a tree of n leaves has, which is log8(n) + 1; searches keep a stack for so many.
+  static constexpr std::size_t most_levels = 12;
 
   Vec3 origin;                      // m
   double reach = 0;                 // m, of the farthest corner from the origin

@@ -1,5 +1,7 @@
 #include "nodes/scene/solid_file.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -13,6 +15,7 @@
 #include "framework/core/disk_cache.hpp"
 #include "nodes/scene/mesh_formats.hpp"
 #include "nodes/scene/mesh_repair.hpp"
+#include "nodes/scene/polygon_soup.hpp"
 
 namespace tactor {
 
@@ -77,28 +80,40 @@ struct Taker {
   }
 };
 
-std::string to_bytes(const TriangleMesh& mesh, const MeshReport& report) {
+/// Whether every index and number may be used as it is; closed and without cuts is what made the entry.
+bool is_in_range(const TriangleMesh& mesh) {
+  const auto corner = [&](int i) { return i >= 0 && static_cast<std::size_t>(i) < mesh.vertices.size(); };
+  const auto face = [&](const std::array<int, 3>& f) {
+    return corner(f[0]) && corner(f[1]) && corner(f[2]) && f[0] != f[1] && f[1] != f[2] && f[2] != f[0];
+  };
+  return !mesh.faces.empty() && std::all_of(mesh.faces.begin(), mesh.faces.end(), face) &&
+         std::all_of(mesh.vertices.begin(), mesh.vertices.end(), is_usable);
+}
+
+}  // namespace
+
+std::string to_bytes(const SolidFile& solid) {
   std::string out;
-  put(out, mesh.vertices);
-  put(out, mesh.faces);
-  for (const std::vector<std::string>* texts : {&report.repairs, &report.warnings}) {
+  put(out, solid.mesh.vertices);
+  put(out, solid.mesh.faces);
+  for (const std::vector<std::string>* texts : {&solid.report.repairs, &solid.report.warnings}) {
     put_number(out, texts->size());
     for (const std::string& text : *texts) put(out, text);
   }
   return out;
 }
 
-bool from_bytes(std::string_view bytes, TriangleMesh& mesh, MeshReport& report) {
+std::optional<SolidFile> solid_from_bytes(std::string_view bytes) {
+  SolidFile solid;
   Taker taker{bytes};
-  taker.take(mesh.vertices);
-  taker.take(mesh.faces);
-  for (std::vector<std::string>* texts : {&report.repairs, &report.warnings}) {
+  taker.take(solid.mesh.vertices);
+  taker.take(solid.mesh.faces);
+  for (std::vector<std::string>* texts : {&solid.report.repairs, &solid.report.warnings}) {
     for (std::uint64_t n = taker.number(); n > 0 && taker.ok; --n) taker.take(texts->emplace_back());
   }
-  return taker.ok && taker.rest.empty();
+  if (!taker.ok || !taker.rest.empty() || !is_in_range(solid.mesh)) return std::nullopt;
+  return solid;
 }
-
-}  // namespace
 
 SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
   const std::string file = path.string();
@@ -110,10 +125,12 @@ SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
   SolidFile solid;
   DiskCache::Found found = cache.load(key);
   if (!found.note.empty()) solid.notes.push_back(std::move(found.note));
-  if (found.bytes && from_bytes(*found.bytes, solid.mesh, solid.report)) return solid;
-  solid.report = {};
+  if (found.bytes) {
+    if (std::optional<SolidFile> cached = solid_from_bytes(*found.bytes)) return std::move(*cached);
+    solid.notes.push_back(cache.file(key).string() + ": the cached file holds no solid; computed again and replaced");
+  }
   solid.mesh = make_solid(read_mesh(file, format, bytes), file, solid.report);
-  std::string note = cache.store(key, to_bytes(solid.mesh, solid.report));
+  std::string note = cache.store(key, to_bytes(solid));
   if (!note.empty()) solid.notes.push_back(std::move(note));
   return solid;
 }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "framework/core/user_folders.hpp"
@@ -24,5 +26,10 @@ struct SolidFile {
 /// describes no solid.
 SolidFile load_solid(const std::filesystem::path& path,
                      const std::filesystem::path& cache_folder = default_cache_folder());
+
+/// What the cache keeps of a solid, in the layout of this machine, and back. Nothing where the bytes have another
+/// layout or an index or coordinate is out of range, so that the mesh may be used without a further look.
+std::string to_bytes(const SolidFile& solid);
+std::optional<SolidFile> solid_from_bytes(std::string_view bytes);
 
 }  // namespace tactor

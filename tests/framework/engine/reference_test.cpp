@@ -66,9 +66,9 @@ BOOST_AUTO_TEST_CASE(the_cache_gives_back_what_it_was_given) {
   const Reference reference = run_reference(plan, nullptr);
   const ReferenceCache cache(folder.path);
   const std::string key = reference_key(plan, {});
-  BOOST_TEST(!cache.load(key).reference);
+  BOOST_TEST(!cache.load(key, plan).reference);
   BOOST_TEST(cache.store(key, reference) == "");
-  const std::optional<Reference> loaded = cache.load(key).reference;
+  const std::optional<Reference> loaded = cache.load(key, plan).reference;
   BOOST_REQUIRE(loaded);
   BOOST_TEST((*loaded == reference));
 }
@@ -76,18 +76,19 @@ BOOST_AUTO_TEST_CASE(the_cache_gives_back_what_it_was_given) {
 BOOST_AUTO_TEST_CASE(a_damaged_cache_file_is_not_used) {
   const TemporaryFolder folder;
   const SamplePlan sample(five_milliseconds(), 0.01);
+  const Plan plan = reference_of(sample);
   const ReferenceCache cache(folder.path);
-  BOOST_TEST(cache.store("e", run_reference(reference_of(sample), nullptr)) == "");
+  BOOST_TEST(cache.store("e", run_reference(plan, nullptr)) == "");
   const fs::path file = folder.path / "e.ref";
   const std::string good = bytes(file);
   for (std::size_t at = 0; at < good.size(); at += 97) {
     std::string bad = good;
     bad[at] = static_cast<char>(bad[at] ^ 0x10);
     std::ofstream(file, std::ios::binary) << bad;
-    BOOST_TEST(!cache.load("e").reference);
+    BOOST_TEST(!cache.load("e", plan).reference);
     std::ofstream(file, std::ios::binary) << good.substr(0, at);
-    BOOST_TEST(!cache.load("e").reference);
-    BOOST_TEST(cache.load("e").note.find("damaged") != std::string::npos);
+    BOOST_TEST(!cache.load("e", plan).reference);
+    BOOST_TEST(cache.load("e", plan).note.find("damaged") != std::string::npos);
   }
 }
 
@@ -96,16 +97,48 @@ BOOST_AUTO_TEST_CASE(whole_bytes_that_are_no_reference_are_not_used_and_noted) {
   const DiskCache disk("ref", ReferenceCache::layout, folder.path);
   BOOST_TEST(disk.store("e", "no reference run") == "");
   BOOST_TEST(disk.load("e").bytes.has_value());
-  const ReferenceCache::Found found = ReferenceCache(folder.path).load("e");
+  const ReferenceCache::Found found = ReferenceCache(folder.path).load("e", SamplePlan({}, 0.1).plan);
   BOOST_TEST(!found.reference);
   BOOST_TEST(found.note.find((folder.path / "e.ref").string()) != std::string::npos);
   BOOST_TEST(found.note.find("no reference run") != std::string::npos);
 }
 
+BOOST_AUTO_TEST_CASE(a_count_that_does_not_fit_the_plan_is_not_used_and_noted) {
+  const TemporaryFolder folder;
+  const SamplePlan sample(five_milliseconds(), 0.01);
+  const Plan plan = reference_of(sample);
+  const Reference good = run_reference(plan, nullptr);
+  const ReferenceCache cache(folder.path);
+  std::vector<Reference> bad(5, good);
+  bad[0].at("keep.in").payloads.pop_back();
+  bad[1].at("keep.in").stamps.pop_back();
+  bad[2].at("keep.in").payloads.clear();
+  bad[3]["keep.none"] = good.at("keep.in");
+  bad[4]["nobody.in"] = good.at("keep.in");
+  for (const Reference& reference : bad) {
+    BOOST_TEST(cache.store("e", reference) == "");
+    const ReferenceCache::Found found = cache.load("e", plan);
+    BOOST_TEST(!found.reference);
+    BOOST_TEST(found.note.find("holds no reference run of this graph; computed again") != std::string::npos);
+  }
+  // Counts beyond what the entry holds, up to those whose products overflow.
+  const DiskCache disk("ref", ReferenceCache::layout, folder.path);
+  const std::string bytes = to_bytes(good);
+  for (std::size_t at = 0; at + 8 <= bytes.size() && at < 64; at += 1) {
+    for (const char byte : {'\x7f', '\xff'}) {
+      std::string changed = bytes;
+      changed.replace(at, 8, 8, byte);
+      BOOST_TEST(disk.store("e", changed) == "");
+      static_cast<void>(cache.load("e", plan));
+    }
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_a_note) {
   const ReferenceCache cache("/proc/no/such/place");
+  const Plan plan = SamplePlan({}, 0.1).plan;
   BOOST_TEST(cache.store("e", {}).find("cannot be written") != std::string::npos);
-  BOOST_TEST(!cache.load("e").reference);
+  BOOST_TEST(!cache.load("e", plan).reference);
 }
 
 BOOST_AUTO_TEST_CASE(the_key_changes_with_everything_that_changes_the_outcome) {

@@ -3,8 +3,10 @@
 
 #include <cstdlib>
 #include <functional>
+#include <limits>
 
 #include "framework/core/check.hpp"
+#include "framework/core/disk_cache.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "nodes/scene/body_mesh.hpp"
 #include "nodes/scene/solid_file.hpp"
@@ -90,6 +92,45 @@ BOOST_AUTO_TEST_CASE(a_damaged_cache_is_noted_and_made_again_and_one_that_cannot
   BOOST_TEST_REQUIRE(third.notes.size() == 1U);
   BOOST_TEST(has(third.notes[0], "the cache cannot be written"));
   BOOST_TEST((third.mesh.faces == first.mesh.faces));
+}
+
+BOOST_AUTO_TEST_CASE(an_index_or_count_out_of_range_under_a_right_checksum_is_read_anew_and_told) {
+  const TemporaryFolder folder;
+  const fs::path file = test::write(folder.path() / "box.off", test::as_off(test::box({1, 1, 1})));
+  const fs::path cache = folder.path() / "cache";
+  const SolidFile good = load_solid(file, cache);
+  const fs::path entry = files_in(cache).at(0);
+  const DiskCache disk("mesh", 1, cache);
+  const std::string key = entry.stem().string();
+  BOOST_REQUIRE(disk.load(key).bytes.has_value());
+  std::vector<std::string> entries{"", "x", to_bytes(good) + "x", std::string(200, '\xff')};
+  const auto add = [&](const std::function<void(SolidFile&)>& change) {
+    SolidFile bad = good;
+    change(bad);
+    entries.push_back(to_bytes(bad));
+  };
+  for (const int index : {0x7fffffff, 8, -1, std::numeric_limits<int>::min()}) {
+    add([&](SolidFile& s) { s.mesh.faces[5][1] = index; });
+  }
+  add([](SolidFile& s) { s.mesh.faces[5][1] = s.mesh.faces[5][0]; });
+  add([](SolidFile& s) { s.mesh.faces.clear(); });
+  add([](SolidFile& s) { s.mesh.vertices.pop_back(); });
+  add([](SolidFile& s) { s.mesh.vertices[0].x = std::numeric_limits<double>::quiet_NaN(); });
+  add([](SolidFile& s) { s.mesh.vertices[0].y = 1e300; });
+  // A count of the vertices that asks for more than the entry holds.
+  for (const char byte : {'\x7f', '\xff'}) {
+    entries.push_back(to_bytes(good));
+    entries.back().replace(0, 8, 8, byte);
+  }
+  for (const std::string& bytes : entries) {
+    BOOST_TEST(disk.store(key, bytes) == "");
+    const SolidFile again = load_solid(file, cache);
+    BOOST_TEST((again.mesh.faces == good.mesh.faces));
+    BOOST_TEST((again.mesh.vertices == good.mesh.vertices));
+    BOOST_TEST_REQUIRE(again.notes.size() == 1U);
+    BOOST_TEST(again.notes[0] == entry.string() + ": the cached file holds no solid; computed again and replaced");
+    BOOST_TEST(load_solid(file, cache).notes.empty());
+  }
 }
 
 BOOST_AUTO_TEST_CASE(what_is_refused_is_not_kept_and_names_its_file) {
