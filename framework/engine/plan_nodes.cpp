@@ -1,18 +1,27 @@
 #include "framework/engine/plan_nodes.hpp"
 
 #include "framework/core/random.hpp"
+#include "framework/core/value_error.hpp"
 
 namespace tactor {
 
 namespace {
 
-/// Calls `work`; the InputError that it throws gets the node's place and name.
+/// Calls `work`; the InputError that it throws gets the node's name, and the place of the value that it is about, else
+/// that of the node.
 template <class Work>
-void at_place(const NodeSpec& spec, const Work& work) {
+void at_place(const GraphSpec& graph, const NodeSpec& spec, const Work& work) {
   try {
     work();
+  } catch (const YamlError&) {
+    throw;
+  } catch (const ValueError& error) {
+    const std::string& path = error.path();
+    const bool of_scene = path.starts_with("scene.");
+    const Place place = graph.place_of(of_scene ? path : "nodes." + spec.name + "." + path);
+    throw YamlError({{place, "node " + spec.name + ": " + error.what()}});
   } catch (const InputError& error) {
-    throw InputError(spec.place.text() + ": node " + spec.name + ": " + error.what());
+    throw YamlError({{spec.place, "node " + spec.name + ": " + error.what()}});
   }
 }
 
@@ -27,15 +36,15 @@ PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
     context.seed = derive_seed(plan.graph.seed, spec.name);
     context.duration = plan.graph.duration;
     context.notes = &notes_;
-    at_place(spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
+    at_place(plan.graph, spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }
 }
 
 std::vector<std::string> check_nodes(const Plan& plan) {
   std::vector<std::string> notes;
   for (const NodeSpec& spec : plan.nodes) {
-    if (spec.info->check_bodies) at_place(spec, [&] { spec.info->check_bodies(plan.graph.scene, &notes); });
-    if (spec.info->check_params) at_place(spec, [&] { spec.info->check_params(spec.params, &notes); });
+    if (spec.info->check_bodies) at_place(plan.graph, spec, [&] { spec.info->check_bodies(plan.graph.scene, &notes); });
+    if (spec.info->check_params) at_place(plan.graph, spec, [&] { spec.info->check_params(spec.params, &notes); });
   }
   return notes;
 }

@@ -45,7 +45,8 @@ void merge_entries(Tree& parent, const Tree& child, const Merge& merge) {
     if (mine != nullptr && entry.value.is_null()) {
       erase(parent, entry.key);
     } else if (mine != nullptr) {
-      mine->place = entry.place;
+      // A value of the command line does not make the map around it come from there.
+      if (entry.place.line > 0 || !mine->value.is_map() || !entry.value.is_map()) mine->place = entry.place;
       merge(mine->value, entry);
     } else {
       parent.entries.push_back(entry);

@@ -90,6 +90,15 @@ void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path
   }
 }
 
+/// Where the values of a map were written, by their paths below `path`; a map by its key.
+void collect_places(const Tree& map, const std::string& path, std::map<std::string, Place, std::less<>>& places) {
+  for (const TreeEntry& entry : map.entries) {
+    const std::string below = path.empty() ? entry.key : path + "." + entry.key;
+    places[below] = entry.value.is_map() || entry.value.is_null() ? entry.place : entry.value.place;
+    collect_places(entry.value, below, places);
+  }
+}
+
 void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree, Registry& registry,
                 const FileFinder& files, Diagnostics& diagnostics) {
   if (!expect_map(tree, "nodes", "a map of nodes", diagnostics)) return;
@@ -123,6 +132,16 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
 
 }  // namespace
 
+Place GraphSpec::place_of(std::string_view path) const {
+  if (places != nullptr) {
+    while (!path.empty()) {
+      if (const auto found = places->find(path); found != places->end()) return found->second;
+      path = path.substr(0, path.find_last_of('.') == std::string_view::npos ? 0 : path.find_last_of('.'));
+    }
+  }
+  return {file.string(), 0, 0};
+}
+
 const NodeSpec* GraphSpec::node(std::string_view wanted) const {
   for (const NodeSpec& spec : nodes) {
     if (spec.name == wanted) return &spec;
@@ -141,6 +160,9 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   std::error_code ignored;
   spec.file = fs::absolute(file, ignored).lexically_normal();
   spec.name = file.stem().string();
+  std::map<std::string, Place, std::less<>> places;
+  collect_places(*tree, "", places);
+  spec.places = std::make_shared<const std::map<std::string, Place, std::less<>>>(std::move(places));
   const FileFinder files(file.parent_path(), mesh_folders);
   check_keys(*tree, "", "key",
              {"title", "extends", "clock", "duration", "seed", "live", "scene", "nodes", "edges", "record"},

@@ -3,6 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -80,7 +83,12 @@ struct GraphSpec {
   std::vector<NodeSpec> nodes;
   std::vector<EdgeSpec> edges;
   std::vector<std::string> record;  ///< outputs to record, `node.port`
+  /// Where each value was written, by its path (`scene.bodies.tool.mesh`, `nodes.device.rate`); null in a graph that no
+  /// file made.
+  std::shared_ptr<const std::map<std::string, Place, std::less<>>> places;
 
+  /// Where the value of that path was written, or the nearest above it that was.
+  [[nodiscard]] Place place_of(std::string_view path) const;
   [[nodiscard]] const NodeSpec* node(std::string_view name) const;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/collision/shape_distance.hpp"
 #include "nodes/scene/bounds.hpp"
 #include "nodes/scene/refine.hpp"
@@ -28,7 +29,7 @@ ContactBody::ContactBody(const Body& body, double spacing, bool sampled, double 
   try {
     if (body.mesh() == nullptr) {
       distance = shape_distance(shape);
-      samples = shape_samples(shape, spacing);
+      samples = about("spacing", [&] { return shape_samples(shape, spacing); });
       radius = shape_radius(shape);
       return;
     }
@@ -37,8 +38,10 @@ ContactBody::ContactBody(const Body& body, double spacing, bool sampled, double 
     for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
     distance = make_distance(mesh, reach);
     if (!sampled) return;
-    samples.points =
-        spacing > 0 ? sample_surface(mesh, spacing) : vertex_samples(refine(mesh, bounds.longest() / 8).mesh);
+    samples.points = spacing > 0 ? about("spacing", [&] { return sample_surface(mesh, spacing); })
+                                 : vertex_samples(refine(mesh, bounds.longest() / 8).mesh);
+  } catch (const ValueError& error) {
+    throw ValueError(error.path(), "body '" + body.name + "': " + error.what());
   } catch (const InputError& error) {
     throw InputError("body '" + body.name + "': " + error.what());
   }

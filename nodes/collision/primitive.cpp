@@ -1,6 +1,6 @@
 #include "nodes/collision/primitive.hpp"
 
-#include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
@@ -11,8 +11,9 @@ void check_moving(const Scene& scene) {
   for (const std::size_t i : scene.moving()) {
     const Body& body = scene.bodies[i];
     if (body.mesh() == nullptr) continue;
-    throw InputError("collision.primitive: the moving body '" + body.name +
-                     "' is a mesh; expected a sphere, a capsule or a box, or use collision.sdf");
+    throw ValueError("scene.bodies." + body.name + ".mesh",
+                     "collision.primitive: the moving body '" + body.name +
+                         "' is a mesh; expected a sphere, a capsule or a box, or use collision.sdf");
   }
 }
 

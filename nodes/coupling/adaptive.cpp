@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "framework/core/value_error.hpp"
 #include "nodes/coupling/declare_coupling.hpp"
 #include "nodes/scene/body_mesh.hpp"
 
@@ -11,8 +12,9 @@ namespace {
 
 void check_bounds(const char* low_name, double low, const char* high_name, double high) {
   if (low > high) {
-    throw InputError(std::string("coupling.adaptive: ") + low_name + " (" + std::to_string(low) + ") is above " +
-                     high_name + " (" + std::to_string(high) + "); lower the one or raise the other");
+    throw ValueError(low_name, std::string("coupling.adaptive: ") + low_name + " (" + std::to_string(low) +
+                                   ") is above " + high_name + " (" + std::to_string(high) +
+                                   "); lower the one or raise the other");
   }
 }
 

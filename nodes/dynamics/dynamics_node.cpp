@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/mechanics/energy.hpp"
 #include "nodes/mechanics/handle.hpp"
 #include "nodes/mechanics/scene_model.hpp"
@@ -26,8 +27,9 @@ DynamicsNode::DynamicsNode(std::string type, const InertialParams& params, bool 
       solver_(model_with(params, scene_model(type_, *context.scene, context.notes))),
       substep_(params.substep) {
   if (params.substep_tolerance > 0 && params.min_substep > params.substep) {
-    throw InputError(type_ + ": min_substep (" + std::to_string(params.min_substep) + " s) is above substep (" +
-                     std::to_string(params.substep) + " s); lower the one or raise the other");
+    throw ValueError("min_substep", type_ + ": min_substep (" + std::to_string(params.min_substep) +
+                                        " s) is above substep (" + std::to_string(params.substep) +
+                                        " s); lower the one or raise the other");
   }
   for (const std::size_t i : context.scene->moving()) {
     bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = context.scene->bodies[i].X_WB;

@@ -1,6 +1,6 @@
 #include "nodes/dynamics/quasistatic.hpp"
 
-#include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/dynamics/declare_dynamics.hpp"
 
 namespace tactor {
@@ -9,8 +9,9 @@ QuasistaticDynamics::QuasistaticDynamics(const Params& params, const NodeContext
     : DynamicsNode("dynamics.quasistatic", {params}, true, context) {
   const std::vector<std::size_t> moving = context.scene->moving();
   if (moving.size() > 1) {
-    throw InputError("dynamics.quasistatic moves the tool alone, and body '" + context.scene->bodies[moving[1]].name +
-                     "' moves too; use dynamics.rigid");
+    const std::string& other = context.scene->bodies[moving[1]].name;
+    throw ValueError("scene.bodies." + other + ".motion", "dynamics.quasistatic moves the tool alone, and body '" +
+                                                              other + "' moves too; use dynamics.rigid");
   }
 }
 

@@ -1,6 +1,6 @@
 #include "nodes/dynamics/translation.hpp"
 
-#include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/dynamics/declare_dynamics.hpp"
 
 namespace tactor {
@@ -9,8 +9,9 @@ TranslationDynamics::TranslationDynamics(const Params& params, const NodeContext
     : DynamicsNode("dynamics.translation", params, false, context) {
   for (const Body& body : context.scene->bodies) {
     if (body.motion == Motion::rigid) {
-      throw InputError("dynamics.translation: body '" + body.name +
-                       "' has motion: rigid; expected motion: translation, or use dynamics.rigid");
+      throw ValueError("scene.bodies." + body.name + ".motion",
+                       "dynamics.translation: body '" + body.name +
+                           "' has motion: rigid; expected motion: translation, or use dynamics.rigid");
     }
   }
 }

@@ -1,6 +1,7 @@
 #include "nodes/forcefield/grid.hpp"
 
 #include "framework/core/segment.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/forcefield/supported_scene.hpp"
 #include "nodes/prediction/sample_gate.hpp"
 
@@ -13,9 +14,9 @@ constexpr const char* type = "forcefield.grid";
 ForceGrid::Options checked(const GridForceField::Params& params, const NodeContext& context) {
   check_static_scene(type, *context.scene);
   if (params.reach > ForceGrid::most_reach_cells * params.cell * (1 + 1e-9)) {
-    throw InputError(std::string(type) + ": reach (" + std::to_string(params.reach) + " m) is more than " +
-                     std::to_string(ForceGrid::most_reach_cells) + " cells of " + std::to_string(params.cell) +
-                     " m; lower the one or raise the other");
+    throw ValueError("reach", std::string(type) + ": reach (" + std::to_string(params.reach) + " m) is more than " +
+                                  std::to_string(ForceGrid::most_reach_cells) + " cells of " +
+                                  std::to_string(params.cell) + " m; lower the one or raise the other");
   }
   return {.cell = params.cell, .reach = params.reach, .forgetting = params.forgetting, .nodes = params.nodes};
 }

@@ -1,5 +1,7 @@
 #include "nodes/prediction/ar.hpp"
 
+#include "framework/core/value_error.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -19,8 +21,8 @@ std::int32_t fill(std::array<double, ArCoefficients::capacity>& phi, const std::
                   const char* name) {
   const std::vector<double> values = given.empty() ? default_coefficients(removal) : given;
   if (values.size() > ArCoefficients::max_order) {
-    throw InputError(std::string(name) + ": expected at most " + std::to_string(ArCoefficients::max_order) +
-                     " coefficients, found " + std::to_string(values.size()) + "; give fewer");
+    throw ValueError(name, std::string(name) + ": expected at most " + std::to_string(ArCoefficients::max_order) +
+                               " coefficients, found " + std::to_string(values.size()) + "; give fewer");
   }
   std::copy(values.begin(), values.end(), phi.begin());
   return static_cast<std::int32_t>(values.size());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "framework/core/value_error.hpp"
 #include "nodes/prediction/sample_gate.hpp"
 
 namespace tactor {
@@ -11,14 +12,14 @@ namespace {
 
 void refuse_contradictions(const Refitter::Params& p) {
   if (p.products == Products::vector && p.method != ArMethod::yule_walker) {
-    throw InputError("products: vector is fitted by `method: yule_walker` alone; change one of the two");
+    throw ValueError("products", "products: vector is fitted by `method: yule_walker` alone; change one of the two");
   }
   if (p.method != ArMethod::rls) return;
   if (p.remove == Removal::mean) {
-    throw InputError("remove: mean is of a window, which `method: rls` has not; use `difference` or `none`");
+    throw ValueError("remove", "remove: mean is of a window, which `method: rls` has not; use `difference` or `none`");
   }
   if (p.window_time > 0) {
-    throw InputError("window_time: `method: rls` has no window; set `forgetting` instead");
+    throw ValueError("window_time", "window_time: `method: rls` has no window; set `forgetting` instead");
   }
 }
 
@@ -39,8 +40,8 @@ int top_order(const Refitter::Params& p) {
     mend = "; lower the order or forget more slowly";
   }
   if (p.order > highest) {
-    throw InputError("order: expected at most " + bound + " = " + std::to_string(highest) + ", found " +
-                     std::to_string(p.order) + mend);
+    throw ValueError("order", "order: expected at most " + bound + " = " + std::to_string(highest) + ", found " +
+                                  std::to_string(p.order) + mend);
   }
   return p.order > 0 ? p.order : std::min(p.max_order, highest);
 }

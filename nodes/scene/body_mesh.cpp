@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/scene/bounds.hpp"
 #include "nodes/scene/mass_properties.hpp"
 #include "nodes/scene/solid_file.hpp"
@@ -32,6 +33,15 @@ std::string metres(double length) {
 }
 
 /// Faults of the unit are the commonest of all and give forces that are wrong by powers of a thousand.
+std::string mesh_path(const Body& body) {
+  return "scene.bodies." + body.name + ".mesh";
+}
+
+/// What decides how large the body is.
+std::string size_path(const Body& body) {
+  return body.mesh()->scale ? "scene.bodies." + body.name + ".scale" : mesh_path(body);
+}
+
 void check_size(const Body& body, const TriangleMesh& mesh, const std::string& name, Notes* notes) {
   constexpr double shortest = 1e-3, longest = 10;
   const double length = bounds_of(mesh).longest();
@@ -39,15 +49,17 @@ void check_size(const Body& body, const TriangleMesh& mesh, const std::string& n
   const std::string what = "is " + metres(length) + " long";
   // Beyond, collision's floats run over or under.
   if (!(length >= 1e-6 && length <= 1e3)) {
-    throw InputError(name + ": " + what + "; a body must be 1 um to 1 km long, with its scale");
+    throw ValueError(size_path(body), name + ": " + what + "; a body must be 1 um to 1 km long, with its scale");
   }
   if (body.mesh()->scale) {
     add_once(notes, name + ": warning: " + what + ", which is unusual for a body that is touched; scale says so");
     return;
   }
-  throw InputError(name + ": " + what + (length > longest ? "; is it in mm? write scale: 0.001" : "; write its scale") +
-                   " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
-                   "be 1 mm to 10 m long");
+  throw ValueError(
+      size_path(body),
+      name + ": " + what + (length > longest ? "; is it in mm? write scale: 0.001" : "; write its scale") +
+          " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
+          "be 1 mm to 10 m long");
 }
 
 TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
@@ -56,7 +68,7 @@ TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
     try {
       return load_solid(body.mesh()->file);
     } catch (const InputError& error) {
-      throw InputError("body '" + body.name + "': " + error.what());
+      throw ValueError(mesh_path(body), "body '" + body.name + "': " + error.what());
     }
   }();
   const std::string name = "body '" + body.name + "': " + body.mesh()->file.string();
@@ -73,9 +85,10 @@ TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
 MassProperties solid_properties(const Body& body, const TriangleMesh& mesh) {
   MassProperties properties = mass_properties(mesh);
   if (!(properties.volume > 0)) {
-    throw InputError("body '" + body.name + "': " + body.mesh()->file.string() +
-                     ": the mesh of a moving body encloses a volume of " + std::to_string(properties.volume) +
-                     " m^3; it must be closed, with faces counter-clockwise as seen from outside");
+    throw ValueError(mesh_path(body), "body '" + body.name + "': " + body.mesh()->file.string() +
+                                          ": the mesh of a moving body encloses a volume of " +
+                                          std::to_string(properties.volume) +
+                                          " m^3; it must be closed, with faces counter-clockwise as seen from outside");
   }
   return properties;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "framework/core/value_error.hpp"
 #include "nodes/sink/signal_metrics.hpp"
 
 namespace tactor {
@@ -124,8 +125,8 @@ NodeInfo Metrics::declare() {
 
 Metrics::Metrics(const Params& params, const NodeContext& context) : params_(params), torque_(context.torque) {
   if (params.rest > context.duration && context.duration.ns > 0) {
-    throw InputError("rest: expected at most the duration, " + std::to_string(context.duration.seconds()) +
-                     " s, found " + std::to_string(params.rest.seconds()) + " s");
+    throw ValueError("rest", "rest: expected at most the duration, " + std::to_string(context.duration.seconds()) +
+                                 " s, found " + std::to_string(params.rest.seconds()) + " s");
   }
   if (const Body* tool = context.scene->tool()) mass_ = tool->mass;
   gravity_W_ = context.scene->gravity_W;

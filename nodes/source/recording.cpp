@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/record/recorder.hpp"
 #include "nodes/source/columns.hpp"
@@ -43,11 +43,14 @@ bool is_hdf5(const std::filesystem::path& file) {
 RecordingSource::RecordingSource(const Params& params, const NodeContext& context) {
   if (is_hdf5(params.file)) {
     if (params.stream.empty()) {
-      throw InputError(context.name + ": stream is expected beside an .h5 file, for example stream: coupling.force");
+      throw ValueError("file",
+                       context.name + ": stream is expected beside an .h5 file, for example stream: coupling.force");
     }
-    if (!params.columns.empty()) throw InputError(context.name + ": columns are for CSV files; leave them out");
-    const std::unique_ptr<RecordingReader> reader = load_record_library().open(params.file);
-    const std::size_t stream = reader->find(params.stream);
+    if (!params.columns.empty())
+      throw ValueError("columns", context.name + ": columns are for CSV files; leave them out");
+    const std::unique_ptr<RecordingReader> reader =
+        about("file", [&] { return load_record_library().open(params.file); });
+    const std::size_t stream = about("stream", [&] { return reader->find(params.stream); });
     const MessageType* type = reader->streams()[stream].type;
     if (type == &message_type<Wrench>()) {
       force_.messages = read_stream<Wrench>(*reader, stream);
@@ -56,25 +59,29 @@ RecordingSource::RecordingSource(const Params& params, const NodeContext& contex
     } else if (type == &message_type<Target>()) {
       target_.messages = read_stream<Target>(*reader, stream);
     } else {
-      throw InputError(context.name + ": stream " + params.stream + " holds " + std::string(type->name) +
-                       "; only Wrench, DeviceState and Target can be played back");
+      throw ValueError("stream", context.name + ": stream " + params.stream + " holds " + std::string(type->name) +
+                                     "; only Wrench, DeviceState and Target can be played back");
     }
   } else {
-    if (!params.stream.empty()) throw InputError(context.name + ": stream is for .h5 files; leave it out");
+    if (!params.stream.empty()) throw ValueError("stream", context.name + ": stream is for .h5 files; leave it out");
     if (params.columns.empty()) {
-      throw InputError(context.name +
-                       ": columns are expected beside a CSV file, for example `time: t_s`, `force.x: F_N`");
+      throw ValueError(
+          "file", context.name + ": columns are expected beside a CSV file, for example `time: t_s`, `force.x: F_N`");
     }
-    MappedMessages messages = map_columns(read_csv(params.file), params.columns, context.name + ".columns");
+    const CsvTable table = about("file", [&] { return read_csv(params.file); });
+    MappedMessages messages =
+        about("columns", [&] { return map_columns(table, params.columns, context.name + ".columns"); });
     force_.messages = std::move(messages.force);
     device_.messages = std::move(messages.device);
     target_.messages = std::move(messages.target);
   }
   if (params.decimate > 1) {
     if (force_.messages.empty()) {
-      throw InputError(context.name + ": decimate is for forces, and this recording gives none; leave it out");
+      throw ValueError("decimate",
+                       context.name + ": decimate is for forces, and this recording gives none; leave it out");
     }
-    force_.messages = decimated(std::move(force_.messages), params.decimate, context.name + ".decimate");
+    force_.messages = about(
+        "decimate", [&] { return decimated(std::move(force_.messages), params.decimate, context.name + ".decimate"); });
   }
   if (params.begin == Begin::at_zero) {
     begin_at_zero(force_);

@@ -5,6 +5,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/units.hpp"
+#include "framework/core/value_error.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/source/csv_table.hpp"
 
@@ -65,10 +66,13 @@ std::vector<WayPoint> points_of_file(const std::filesystem::path& path) {
 Path make_path(const TrajectorySource::Params& params, const std::string& name) {
   const bool table = params.points.rows() > 0;
   if (table == !params.file.empty()) {
-    throw InputError(name + ": exactly one of points and file is expected, found " + (table ? "both" : "neither"));
+    throw ValueError("file",
+                     name + ": exactly one of points and file is expected, found " + (table ? "both" : "neither"));
   }
-  return Path(table ? points_of_table(params.points) : points_of_file(params.file), params.interpolation,
-              table ? name + ": points" : params.file.string());
+  return about(table ? "points" : "file", [&] {
+    return Path(table ? points_of_table(params.points) : points_of_file(params.file), params.interpolation,
+                table ? name + ": points" : params.file.string());
+  });
 }
 
 }  // namespace
@@ -79,8 +83,9 @@ TrajectorySource::TrajectorySource(const Params& params, const NodeContext& cont
       path_(make_path(params, context.name)),
       tremor_(params.tremor_amplitude, params.tremor_low, params.tremor_high, params.tremor_components, context.seed) {
   if (params.tremor_low > params.tremor_high) {
-    throw InputError(context.name + ": tremor_low must not be above tremor_high, found " +
-                     std::to_string(params.tremor_low) + " Hz and " + std::to_string(params.tremor_high) + " Hz");
+    throw ValueError("tremor_low", context.name + ": tremor_low must not be above tremor_high, found " +
+                                       std::to_string(params.tremor_low) + " Hz and " +
+                                       std::to_string(params.tremor_high) + " Hz");
   }
 }
 
