@@ -128,6 +128,9 @@ class Engine {
     if (!begun_) identity.program = program_hash();
     make_folder(options_.table.parent_path());
     RunTable table(options_.table, begun_ ? TableMode::go_on : options_.mode, identity, names());
+    if (options_.mode == TableMode::resume && !begun_ && table.is_new()) {
+      note(fmt::format("--resume: {} held no runs to go on with; they begin anew", options_.table.string()));
+    }
     if (board_ != nullptr) board_->set_has_table();
     const std::vector<bool> finished = table.finished();
     const Pending pending = sorted_out(finished, table);

@@ -1,20 +1,16 @@
 #include "app/study/run_table.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <sys/file.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <thread>
 
+#include "app/results_folder.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -134,32 +130,23 @@ void read_more(const std::string& text, RunResult& result) {
 struct RunTable::Database {
   const fs::path& path;
   sqlite3* db = nullptr;
-  int lock = -1;
+  std::optional<FileLock> lock;
 
   explicit Database(const fs::path& file) : path(file) {}
-  ~Database() {
-    sqlite3_close_v2(db);
-    if (lock >= 0) close(lock);
-  }
+  ~Database() { sqlite3_close_v2(db); }
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  void take_lock() {
-    const std::string file = path.string() + ".lock";
-    lock = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock < 0) throw RunError(fmt::format("cannot write {}: {}", file, std::strerror(errno)));
-    // A process that was killed just now may not be gone yet.
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-    while (flock(lock, LOCK_EX | LOCK_NB) != 0) {
-      if (std::chrono::steady_clock::now() > until) {
-        throw InputError(
-            fmt::format("{}: expected a table that nobody writes, found another tactor at it", path.string()));
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-  }
+  void take_lock() { lock.emplace(path.string() + ".lock", path.string() + ": expected a table"); }
   void execute(const char* sql) const {
-    if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) {
+    const int code = sqlite3_exec(db, sql, nullptr, nullptr, nullptr);
+    if (code == SQLITE_NOTADB) {
+      throw InputError(
+          fmt::format("{}: expected a table of runs, found a file of another kind; --overwrite begins anew, "
+                      "--out keeps both",
+                      path.string()));
+    }
+    if (code != SQLITE_OK) {
       throw RunError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
     }
   }
@@ -261,6 +248,7 @@ RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity,
     }
   }
   db_->make(identity, runs);
+  is_new_ = true;
 }
 
 RunTable::~RunTable() = default;

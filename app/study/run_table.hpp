@@ -62,13 +62,15 @@ enum class TableMode : std::uint8_t {
 /// and a loss of power leaves a whole table. One process at a time writes it. Used by one thread at a time.
 class RunTable {
  public:
-  /// Throws InputError where the mode forbids the file that is there, or where it was made for other runs, naming what
-  /// has changed; RunError where the disk refuses.
+  /// Throws InputError where the mode forbids the file that is there, where it is no table, or where it was made for
+  /// other runs, naming what has changed; RunError where the disk refuses.
   RunTable(std::filesystem::path path, TableMode mode, const TableIdentity& identity, const std::vector<RunName>& runs);
   ~RunTable();
   RunTable(const RunTable&) = delete;
   RunTable& operator=(const RunTable&) = delete;
 
+  /// Whether the runs begin anew in it, because there was no table yet, or an empty one.
+  [[nodiscard]] bool is_new() const { return is_new_; }
   /// Of a table that is not open: as finished().
   static std::vector<bool> finished_in(const std::filesystem::path& path);
   /// Whether the run of that number is there, by number.
@@ -83,6 +85,7 @@ class RunTable {
   struct Database;
   std::filesystem::path path_;
   std::unique_ptr<Database> db_;
+  bool is_new_ = false;
 };
 
 }  // namespace tactor

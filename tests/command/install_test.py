@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
-from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, CommandTest
+from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_COLLISION, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, CommandTest
 from harness import needs_collision, needs_hdf5, needs_live, tactor
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
@@ -53,6 +53,24 @@ class Installed(CommandTest):
 
     def device_part(self):
         return json.loads((self.folder / "out/summary.json").read_text())["device"]
+
+
+class Built(unittest.TestCase):
+    @unittest.skipUnless((BUILD / "build.ninja").exists(), "the build is not made by Ninja")
+    def test_the_command_and_the_meshes_build_all_that_is_installed(self):
+        # As scripts/demo does: what else an installation copies would be missing half-way through it.
+        built = subprocess.run(["ninja", "-C", BUILD, "-t", "inputs", "tactor", *(["tactor_meshes"] if HAS_COLLISION else [])],
+                               capture_output=True, text=True, check=True).stdout.split()
+        built = {(BUILD / path).resolve() for path in [*built, "bin/tactor"]}
+        copied = set()
+        for script in BUILD.rglob("cmake_install.cmake"):
+            if "TYPE" not in script.read_text():
+                continue
+            for files in re.findall(r"file\(INSTALL DESTINATION .*?FILES(.*?)\)", script.read_text(), re.DOTALL):
+                copied |= {pathlib.Path(path).resolve() for path in re.findall(r'"([^"]+)"', files)}
+        made = {path for path in copied if BUILD.resolve() in path.parents}
+        self.assertIn((BUILD / "bin/tactor").resolve(), made)
+        self.assertEqual(made - built, set())
 
 
 class Programs(Installed):

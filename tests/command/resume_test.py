@@ -1,0 +1,57 @@
+"""`study --resume` goes on with runs of the study, or says that there are none; what is something else it leaves alone."""
+import sqlite3
+import unittest
+
+from study_harness import StudyTest
+
+
+class Resume(StudyTest):
+    def setUp(self):
+        super().setUp()
+        self.text = f"graphs: [{self.judged_small_graph()}]\nseeds: 2\nduration: 0.1 s\n"
+        (self.folder / "out").mkdir()
+        self.file = self.folder / "out/study.sqlite"
+
+    def runs(self):
+        return self.table("out", "SELECT count(*) FROM runs")[0][0]
+
+    def test_without_a_table_it_says_that_the_runs_begin_anew(self):
+        result = self.study(self.text, "out", "--resume")
+        self.assertRegex(result.stderr, r"--resume: .*study\.sqlite held no runs to go on with; they begin anew")
+        self.assertEqual(self.runs(), 2)
+        self.assertNotIn("begin anew", self.study(self.text, "out", "--resume").stderr)
+
+    def test_with_an_empty_table_it_says_that_the_runs_begin_anew(self):
+        self.file.write_bytes(b"")
+        result = self.study(self.text, "out", "--resume")
+        self.assertRegex(result.stderr, r"--resume: .*study\.sqlite held no runs to go on with; they begin anew")
+        self.assertEqual(self.runs(), 2)
+
+    def test_a_table_of_another_kind_is_refused_and_left_as_it_is(self):
+        with sqlite3.connect(self.file) as db:
+            db.execute("CREATE TABLE addresses(name TEXT)")
+        db.close()
+        before = self.tables()
+        result = self.study(self.text, "out", "--resume", code=2)
+        self.assertIn("expected the runs of this study, found it holds no runs of a study", result.stderr)
+        self.assertEqual(self.tables(), before)
+
+    def tables(self):
+        return [row[0] for row in self.table("out", "SELECT name FROM sqlite_master")]
+
+    def test_a_file_that_is_no_table_is_refused_and_left_as_it_is(self):
+        text = b"These are the notes of a user, and they are longer than the header of a table.\n" * 20
+        self.file.write_bytes(text)
+        result = self.study(self.text, "out", "--resume", code=2)
+        self.assertIn("study.sqlite: expected a table of runs, found a file of another kind", result.stderr)
+        self.assertEqual(self.file.read_bytes(), text)
+
+    def test_the_runs_of_another_study_are_refused(self):
+        self.study(self.text, "out")
+        result = self.study(self.text.replace("seeds: 2", "seeds: 3"), "out", "--resume", code=2)
+        self.assertIn("expected the runs of this study", result.stderr)
+        self.assertEqual(self.runs(), 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
