@@ -24,12 +24,15 @@
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/report/run_report.hpp"
+#include "app/results_folder.hpp"
+#include "app/run/headline.hpp"
 #include "app/run/live.hpp"
 #include "app/run/live_view.hpp"
 #include "app/run/run.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/study_command.hpp"
 #include "app/study/supervisor.hpp"
+#include "app/terminal.hpp"
 #include "devices/hardware/profile_files.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/core/user_folders.hpp"
@@ -82,17 +85,24 @@ struct GraphOptions {
   [[nodiscard]] Overrides overrides() const { return {set, seed, duration, over}; }
 };
 
+void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc) {
+  verb.add_option("--out", results.out, doc);
+  verb.add_flag("--overwrite", results.overwrite, "Replace the results that are there");
+}
+
 Plan load_plan(const fs::path& graph, Registry& registry, const Overrides& overrides) {
   return make_plan(load_graph(graph, registry, overrides, mesh_folders()));
 }
 
-void write_results(const fs::path& folder, const Plan& plan, const RunResult& result) {
+void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, bool all) {
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
   if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
   write_file(folder / "report.html", run_report(result));
   // Last, because the terminal may have been closed.
-  fmt::print("{}\n  {}\n", summary_table(result), (folder / "report.html").string());
+  const std::size_t columns = terminal_columns();
+  fmt::print("{}", headline_text(result, (folder / "report.html").string(), all, columns));
+  if (all) fmt::print("{}", summary_table(result, columns));
 }
 
 /// A live run must not be stopped on the spot, by Ctrl-Z or from behind a terminal, nor end there by Ctrl-\: its device
@@ -102,14 +112,20 @@ void end_instead_of_stopping() {
   for (const int number : {SIGTTOU, SIGTTIN}) std::signal(number, SIG_IGN);
 }
 
-int run(const fs::path& graph, const GraphOptions& options, const std::optional<fs::path>& out, bool record_costs) {
+struct RunRequest {
+  fs::path graph;
+  ResultsRequest results;
+  bool record_costs = false;
+  bool all = false;  // print every figure
+};
+
+int run(const RunRequest& request, const GraphOptions& options) {
   Registry registry(default_node_folders());
-  const Plan plan = load_plan(graph, registry, options.overrides());
-  const fs::path folder = make_folder(out.value_or(fs::path("out") / plan.graph.name));
+  const Plan plan = load_plan(request.graph, registry, options.overrides());
+  const ResultsFolder results(fs::path("out") / plan.graph.name, request.results);
+  const fs::path& folder = results.path();
   RunOptions run_options;
   run_options.recording = folder / "recording.h5";
-  // A run that records nothing leaves no recording of an earlier one beside its figures.
-  if (plan.streams.empty()) fs::remove(*run_options.recording);
   run_options.cache_folder = default_cache_folder();
   run_options.note = tell_note;
   ProgressBar bar;
@@ -124,7 +140,7 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   };
   run_options.stop_asked = [] { return interrupted != 0; };
   if (plan.graph.clock == Clock::real) end_instead_of_stopping();
-  if (record_costs) {
+  if (request.record_costs) {
     if (plan.graph.clock != Clock::real) {
       throw InputError(
           "--record-costs: expected a graph with clock: real, found clock: virtual, whose costs it says itself");
@@ -135,19 +151,17 @@ int run(const fs::path& graph, const GraphOptions& options, const std::optional<
   view.clear();
   bar.clear();
   if (result.failure) tell_note(*result.failure);
-  const std::string warning = dynamics_warning(result);
-  if (!warning.empty()) tell(warning);
   if (result.abandoned) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     try {
-      write_results(folder, plan, result);
+      write_results(folder, plan, result, request.all);
     } catch (const std::exception& error) {
       tell_note(error.what());
     }
     std::fflush(nullptr);
     std::_Exit(1);
   }
-  write_results(folder, plan, result);
+  write_results(folder, plan, result, request.all);
   // A live run that is asked to end has ended as it should.
   return result.failure || (result.interrupted && !result.live) ? 1 : 0;
 }
@@ -167,7 +181,7 @@ int check(const std::vector<fs::path>& graphs, const GraphOptions& options, bool
       const Plan plan = make_plan(load_graph(graph, registry, options.overrides(), mesh_folders()));
       for (const std::string& note : check_nodes(plan)) tell_note(note);
       fmt::print("{}: ok\n", graph.string());
-      if (explained) fmt::print("{}\n", explain(plan));
+      if (explained) fmt::print("{}\n", explain(plan, terminal_columns()));
     } catch (const InputError& error) {
       tell(fmt::format("{}\n", error.what()));
       bad = true;
@@ -187,7 +201,7 @@ int explain_costs(const fs::path& graph, GraphOptions options, std::int64_t repe
   const double seconds = options.duration.value_or(std::min(2.0, spec.duration.seconds()));
   const Explanation found =
       explain_measured(spec, seconds, warmed_up(repeats), registry, [] { return interrupted != 0; });
-  fmt::print("{}\n", json ? to_json(found).dump(2) : explanation_table(found));
+  fmt::print("{}\n", json ? to_json(found).dump(2) : explanation_table(found, terminal_columns()));
   return 0;
 }
 
@@ -299,22 +313,24 @@ int main_checked(int argc, char** argv) {
   int result = 0;
   GraphOptions options;
 
-  fs::path graph;
-  std::optional<fs::path> out;
+  RunRequest run_request;
   CLI::App* run_verb = app.add_subcommand(
       "run", "Run a graph; writes summary.json, report.html, graph.yaml, the recording, and live latencies.csv");
-  run_verb->add_option("graph", graph, "The graph file (YAML)")->required();
+  run_verb->add_option("graph", run_request.graph, "The graph file (YAML)")->required();
   options.add_to(*run_verb, true);
-  run_verb->add_option("--out", out, "Folder for the results (default: out/NAME)");
-  bool record_costs = false;
-  run_verb->add_flag("--record-costs", record_costs,
+  add_results(*run_verb, run_request.results,
+              "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
+              "out/NAME_3, ... that holds none)");
+  run_verb->add_flag("--all", run_request.all, "Print every figure, and what each node took");
+  run_verb->add_flag("--record-costs", run_request.record_costs,
                      "With clock: real, also write what each step took and replay.yaml, which repeats the run");
-  run_verb->callback([&] { result = run(graph, options, out, record_costs); });
+  run_verb->callback([&] { result = run(run_request, options); });
 
+  fs::path graph;
   std::vector<fs::path> graphs;
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
   CompareRequest comparison;
-  comparison.out = "out/compare";
+  ResultsRequest comparison_results;
   comparison.jobs = cores;
   CLI::App* compare_verb = app.add_subcommand("compare", "Run several graphs over several seeds, side by side");
   compare_verb->add_option("graphs", comparison.graphs, "Graph files; the first is what the others are compared with")
@@ -326,9 +342,12 @@ int main_checked(int argc, char** argv) {
               "Runs of each seed whose median run time counts; where several, after one that does not")
       ->default_str("1");
   add_integer(*compare_verb, "--jobs", comparison.jobs, 1, most_jobs, "Reference runs at once (default: the cores)");
-  compare_verb->add_option("--out", comparison.out, "Folder for the results")->capture_default_str();
+  add_results(*compare_verb, comparison_results,
+              "Folder for the results (default: out/compare, or the first of "
+              "out/compare_2, out/compare_3, ... that holds none)");
   compare_verb->callback([&] {
     comparison.overrides = options.overrides();
+    comparison.out = results_folder(fs::path("out") / "compare", comparison_results);
     result = supervised(comparison.jobs, [&](const StudyConsole& console) { return run_compare(comparison, console); });
   });
 
@@ -394,9 +413,9 @@ int main_checked(int argc, char** argv) {
   add_integer(*lean_verb, "--repeats", lean.repeats, 1, most_repeats,
               "Runs of each seed whose median counts; where several, after one that does not")
       ->default_str("3");
-  lean_verb->add_option("--out", lean.out,
-                        "The graph that is written, the table beside it as .md and .json "
-                        "(default: out/NAME_lean.yaml)");
+  add_results(*lean_verb, lean.results,
+              "The graph that is written, the table beside it as .md and .json (default: "
+              "out/NAME_lean.yaml, or the first of out/NAME_lean_2.yaml, ... that is not there)");
   options.add_to(*lean_verb, true);
   lean_verb->callback([&] {
     lean.overrides = options.overrides();

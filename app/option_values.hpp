@@ -43,7 +43,8 @@ CLI::Option* add_duration(CLI::App& verb, const std::string& name, Target& targe
 template <class Target>
 CLI::Option* add_integer(CLI::App& verb, const std::string& name, Target& target, std::int64_t min, std::int64_t max,
                          const std::string& doc) {
-  return detail::add_text_option(verb, name, "COUNT", doc, [&target, name, min, max](const std::string& text) {
+  const std::string type = "COUNT in [" + std::to_string(min) + " - " + std::to_string(max) + "]";
+  return detail::add_text_option(verb, name, type, doc, [&target, name, min, max](const std::string& text) {
     target = option_integer(name, text, min, max);
   });
 }

@@ -72,7 +72,7 @@ def run(graph, method, settings_of_run):
     import h5py  # the tables of scripts/results are tested without it
 
     with tempfile.TemporaryDirectory() as out:
-        command = [TACTOR, "run", GRAPHS / f"{graph}.yaml", "--over", GRAPHS / f"methods/{method}.yaml", "--out", out]
+        command = [TACTOR, "run", GRAPHS / f"{graph}.yaml", "--over", GRAPHS / f"methods/{method}.yaml", "--overwrite", "--out", out]
         for setting in ("record=[device.truth]", "metrics=~", *settings_of_run):
             command += ["--set", setting]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

@@ -111,7 +111,7 @@ def live_slice(seconds, folder):
     out = folder / "run"
     # Longer than the slice and then asked to end: a run that ended by itself would be judged against a reference run.
     process = subprocess.Popen([TACTOR, "run", GRAPH, "--set", "clock=real", "--set", f"trajectory.file={path}", "--duration",
-                                str(seconds + 3600), "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                str(seconds + 3600), "--overwrite", "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                text=True)
     # The meshes are loaded before the loop begins, so the slice begins when the thread of the device is there.
     while process.poll() is None and not has_thread(process.pid, "device"):

@@ -16,7 +16,7 @@ GRAPHS = ("duck_1_refit", "peg_free_refit", "peg_in_hole_refit", "bunny_off", "b
 
 
 def summary(graph, out):
-    subprocess.run([TACTOR, "run", ROOT / "graphs" / f"{graph}.yaml", "--out", out], check=True,
+    subprocess.run([TACTOR, "run", ROOT / "graphs" / f"{graph}.yaml", "--overwrite", "--out", out], check=True,
                    stdout=subprocess.DEVNULL)
     return json.loads((pathlib.Path(out) / "summary.json").read_text())
 

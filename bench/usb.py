@@ -43,7 +43,7 @@ def cpu_seconds(stat):
 def measure(device, seconds, out):
     process = subprocess.Popen([BIN / "tactor-emulate-usb", device, *OPTIONS[device], "--", BIN / "tactor", "run",
                                 ROOT / f"graphs/duck_{device}.yaml", "--duration", str(seconds + 4), "--set",
-                                "live.on_stall=recover", "--set", "device.failure_timeout=10 s", "--out", out],
+                                "live.on_stall=recover", "--set", "device.failure_timeout=10 s", "--overwrite", "--out", out],
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     stat = None
     while stat is None and process.poll() is None:

@@ -17,6 +17,7 @@
 #include "app/statistics.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/scheduling_words.hpp"
+#include "framework/graph/text_table.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 
 namespace tactor {
@@ -313,22 +314,32 @@ Explanation explain_measured(const GraphSpec& graph, double seconds, Repeats rep
   return e;
 }
 
-std::string explanation_table(const Explanation& e) {
+std::string explanation_table(const Explanation& e, std::size_t columns) {
   std::string text =
       fmt::format("\n{}  {}\n  {} degrees of freedom, {} moving, {}; {} s simulated, seed {}\n\n", e.graph, e.title,
                   e.degrees_of_freedom, e.moving_bodies == 1 ? "one body" : fmt::format("{} bodies", e.moving_bodies),
                   e.torque ? "with torque" : "without torque", pretty(e.duration_s), e.seed);
-  text += fmt::format("  {:<16} {:<24} {:<9} {:>8} {:>10} {:>16} {:>7} {:>7} {:>10} {:>10}\n", "node", "type", "lane",
-                      "steps", "us a step", "us a simulated s", "spread", "share", "built", "at most");
+  using enum TextTable::Align;
+  TextTable nodes({{"node"},
+                   {"type"},
+                   {"lane"},
+                   {"steps", right},
+                   {"us a step", right},
+                   {"us a simulated s", right},
+                   {"spread", right},
+                   {"share", right},
+                   {"built", right},
+                   {"at most", right}});
   for (const ExplainedNode& n : e.nodes) {
     const auto memory = [&](std::int64_t bytes) {
       return e.memory_is_counted ? megabytes(static_cast<double>(bytes)) : std::string("-");
     };
-    text += fmt::format("  {:<16} {:<24} {:<9} {:>8} {:>10} {:>16.0f} {:>7} {:>5.1f} % {:>10} {:>10}\n", n.node, n.type,
-                        n.lane, n.steps, pretty(n.us_per_step), n.us_per_second, percent(n.spread), 100 * n.share,
-                        memory(n.built_bytes), memory(n.peak_bytes));
+    nodes.add({n.node, n.type, n.lane, std::to_string(n.steps), pretty(n.us_per_step),
+               fmt::format("{:.0f}", n.us_per_second), percent(n.spread), fmt::format("{:.1f} %", 100 * n.share),
+               memory(n.built_bytes), memory(n.peak_bytes)});
   }
-  text += fmt::format("  {:<16} {}\n\n  {}\n", "together", cost_text(e.total), e.timing.text);
+  text += nodes.text(columns);
+  text += fmt::format("\n  {} {}\n\n  {}\n", "together:", cost_text(e.total), e.timing.text);
   if (!e.timing.warning.empty()) text += "  " + e.timing.warning + "\n";
   double others = 0;
   std::size_t count = 0;
@@ -349,7 +360,7 @@ std::string explanation_table(const Explanation& e) {
     text += fmt::format("    {}: {}; {}\n", left.what, left.why,
                         left.cost ? cost_text(*left.cost) : std::string("not measured"));
   }
-  return text;
+  return wrapped(text, columns);
 }
 
 nlohmann::ordered_json to_json(const Explanation& e) {

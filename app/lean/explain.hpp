@@ -67,7 +67,8 @@ struct Explanation {
 Explanation explain_measured(const GraphSpec& graph, double seconds, Repeats repeats, const Registry& registry,
                              const std::function<bool()>& interrupted);
 
-std::string explanation_table(const Explanation& explanation);
+/// What `tactor explain` prints, in so many columns.
+std::string explanation_table(const Explanation& explanation, std::size_t columns);
 nlohmann::ordered_json to_json(const Explanation& explanation);
 
 }  // namespace tactor

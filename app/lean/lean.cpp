@@ -13,6 +13,7 @@
 #include "app/run/summary.hpp"
 #include "app/statistics.hpp"
 #include "framework/core/check.hpp"
+#include "framework/graph/text_table.hpp"
 
 namespace tactor {
 
@@ -132,22 +133,15 @@ std::vector<Row> trial_rows(const Lean& lean) {
   return rows;
 }
 
-std::string plain(const std::vector<Row>& rows) {
-  std::vector<std::size_t> width(rows.front().size(), 0);
-  for (const Row& row : rows) {
-    for (std::size_t c = 0; c < row.size(); ++c) width[c] = std::max(width[c], row[c].size());
+std::string plain(const std::vector<Row>& rows, std::size_t columns) {
+  std::vector<TextTable::Column> heads;
+  for (std::size_t c = 0; c < rows.front().size(); ++c) {
+    const bool left = c < 2 && rows.front().size() > c + 1;
+    heads.push_back({rows.front()[c], left ? TextTable::Align::left : TextTable::Align::right});
   }
-  std::string text;
-  for (const Row& row : rows) {
-    std::string line = " ";
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      const bool left = c < 2 && (row.size() > c + 1);
-      line += left ? fmt::format(" {:<{}}", row[c], width[c]) : fmt::format(" {:>{}}", row[c], width[c]);
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
+  TextTable table(std::move(heads));
+  for (std::size_t r = 1; r < rows.size(); ++r) table.add(rows[r]);
+  return table.text(columns);
 }
 
 std::string markdown(const std::vector<Row>& rows) {
@@ -231,10 +225,12 @@ Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& option
   return lean;
 }
 
-std::string lean_table(const Lean& lean) {
-  return "\n" + head(lean) + "\n\n" + plain(step_rows(lean)) + "\n" + plain(check_rows(lean)) + "  " + verdict(lean) +
-         "\n\n" + timing_text(lean.check_timing, "The check", "  ") +
-         timing_text(lean.search_timing, "The search", "  ") + "\n" + plain(trial_rows(lean));
+std::string lean_table(const Lean& lean, std::size_t columns) {
+  return wrapped("\n" + head(lean) + "\n\n" + plain(step_rows(lean), columns) + "\n" +
+                     plain(check_rows(lean), columns) + "  " + verdict(lean) + "\n\n" +
+                     timing_text(lean.check_timing, "The check", "  ") +
+                     timing_text(lean.search_timing, "The search", "  ") + "\n" + plain(trial_rows(lean), columns),
+                 columns);
 }
 
 std::string lean_markdown(const Lean& lean) {

@@ -45,7 +45,7 @@ struct Lean {
 Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& options);
 
 /// What is printed: the steps with what each saved, original and result by the check, and what was tried and not taken.
-std::string lean_table(const Lean& lean);
+std::string lean_table(const Lean& lean, std::size_t columns);
 /// The same as Markdown.
 std::string lean_markdown(const Lean& lean);
 nlohmann::ordered_json to_json(const Lean& lean);

@@ -7,6 +7,7 @@
 
 #include "app/lean/lean.hpp"
 #include "app/output.hpp"
+#include "app/terminal.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/texts.hpp"
@@ -48,9 +49,11 @@ int run_lean(const LeanRequest& request) {
   Registry registry(default_node_folders());
   const GraphSpec original =
       make_plan(load_graph(request.graph, registry, request.overrides, request.mesh_folders)).graph;
-  const fs::path file = fs::absolute(request.out.value_or(fs::path("out") / (original.name + "_lean.yaml")));
+  const fs::path file = fs::absolute(results_file(fs::path("out") / (original.name + "_lean.yaml"), request.results));
   if (file.extension() != ".yaml") throw InputError("--out " + file.string() + ": expected a name that ends in .yaml");
   make_folder(file.parent_path());
+  const FileLock lock(file.parent_path() / ("." + file.filename().string() + ".lock"),
+                      "--out " + file.string() + ": expected a file");
   LeanOptions options;
   options.budget = request.budget;
   // A force at a lever of 50 mm.
@@ -76,7 +79,7 @@ int run_lean(const LeanRequest& request) {
   write_file(table.replace_extension(".md"), lean_markdown(result));
   fs::path json = file;
   write_file(json.replace_extension(".json"), to_json(result).dump(2) + "\n");
-  fmt::print("{}\n  {}\n  {}\n", lean_table(result), file.string(), table.string());
+  fmt::print("{}\n  {}\n  {}\n", lean_table(result, terminal_columns()), file.string(), table.string());
   return 0;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/results_folder.hpp"
 #include "framework/graph/spec.hpp"
 
 namespace tactor {
@@ -20,8 +21,8 @@ struct LeanRequest {
   std::optional<double> torque_budget;  ///< N m, RMS; absent: the force at a lever of 50 mm
   std::string metric = "delivered";     ///< or physics
   std::uint64_t seeds = 1;
-  std::int64_t repeats = 3;                  ///< runs of each seed whose median counts
-  std::optional<std::filesystem::path> out;  ///< the graph that is written; absent: out/NAME_lean.yaml
+  std::int64_t repeats = 3;  ///< runs of each seed whose median counts
+  ResultsRequest results;    ///< where the graph is written; absent: out/NAME_lean.yaml
   std::vector<std::filesystem::path> mesh_folders;
   std::function<bool()> interrupted;
 };

@@ -5,6 +5,7 @@
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/run_curves.hpp"
+#include "app/run/headline.hpp"
 #include "app/run/summary.hpp"
 
 namespace tactor {
@@ -63,10 +64,15 @@ std::string run_report(const RunResult& run) {
                                  run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
                                  pretty(run.peak_memory_MB), TACTOR_VERSION);
   if (run.failure) body += "<p class=\"bad\">The run has failed: " + escape(*run.failure) + "</p>\n";
-  if (run.interrupted) body += "<p>The run was ended early.</p>\n";
-  if (run.live) {
-    for (const std::string& text : run.live->missing) body += "<p>Real time degraded: " + escape(text) + "</p>\n";
+  if (run.interrupted && !run.live) {
+    body +=
+        fmt::format("<p class=\"bad\">The run was interrupted after {} s of {} s: its figures are of that part.</p>\n",
+                    pretty(run.duration_s), pretty(run.planned_s));
+  } else if (run.interrupted) {
+    body += "<p>The run was ended early.</p>\n";
   }
+  for (const std::string& text : warnings_of(run)) body += "<p class=\"bad\">" + escape(text) + "</p>\n";
+  for (const auto& [name, text] : headline(run)) body += fmt::format("<p><b>{}</b>: {}</p>\n", name, escape(text));
   const std::vector<Chart> rows = four_rows(run);
   if (!rows.empty()) body += "<h2>The run</h2>\n" + draw_svg(rows, 1160, 210);
   const std::pair<double, double> range = liveliest_window(run);

@@ -248,6 +248,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.chosen = plan.chosen;
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
+  result.planned_s = plan.graph.duration.seconds();
   if (plan.graph.clock == Clock::real) {
     execute_live(plan, options, result);
   } else {

@@ -44,6 +44,7 @@ struct RunResult {
   std::string title;
   std::uint64_t seed = 0;
   double duration_s = 0;  ///< time of the graph's clock that was run
+  double planned_s = 0;   ///< and that the graph asked for
   double wall_s = 0;      ///< of the run alone, without its reference
   double cpu_s = 0;
   double peak_memory_MB = 0;  ///< of the process so far

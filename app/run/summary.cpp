@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "framework/graph/text_table.hpp"
+
 namespace tactor {
 
 using Json = nlohmann::ordered_json;
@@ -50,6 +52,7 @@ Json to_json(const RunResult& result) {
   json["seed"] = result.seed;
   json["duration_s"] = result.duration_s;
   json["clock"] = result.live ? "real" : "virtual";
+  json["planned_s"] = result.planned_s;
   json["interrupted"] = result.interrupted;
   if (result.failure) json["failure"] = *result.failure;
   if (!result.remarks.empty()) json["remarks"] = result.remarks;
@@ -96,40 +99,24 @@ std::string dynamics_warning(const RunResult& result) {
   const double damped = result.figure("dynamics_damped_steps"), stopped = result.figure("dynamics_stopped_steps");
   // Without dynamics the figures are NaN.
   if (!(damped + stopped > 0)) return {};
-  return fmt::format("dynamics: of {:.0f} steps {:.0f} fell back to a damped step and {:.0f} stopped the bodies\n",
+  return fmt::format("dynamics: of {:.0f} steps {:.0f} fell back to a damped step and {:.0f} stopped the bodies",
                      result.figure("dynamics_steps"), damped, stopped);
 }
 
-std::string summary_table(const RunResult& result) {
-  std::string out;
-  if (result.live) {
-    out += fmt::format("\n{}  seed {}  {} s live{}, {:.1f} CPU s, {:.0f} MB\n", result.graph, result.seed,
-                       pretty(result.duration_s), result.interrupted ? " (ended early)" : "", result.cpu_s,
-                       result.peak_memory_MB);
-    for (const std::string& text : result.live->missing) out += fmt::format("  real time degraded: {}\n", text);
-    out += "\n";
-  } else {
-    out += fmt::format("\n{}  seed {}  {} s of virtual time in {:.2f} s ({:.0f} times real time), {:.0f} MB\n\n",
-                       result.graph, result.seed, pretty(result.duration_s), result.wall_s,
-                       result.duration_s / result.wall_s, result.peak_memory_MB);
-  }
+std::string summary_table(const RunResult& result, std::size_t columns) {
+  using enum TextTable::Align;
+  std::string out = "\n";
   for (const std::string& text : result.remarks) out += fmt::format("  {}\n", text);
   if (!result.remarks.empty()) out += "\n";
-  std::size_t width = 20;
-  for (const auto& [name, value] : result.figures) width = std::max(width, name.size());
-  for (const auto& [name, value] : result.figures) out += fmt::format("  {:<{}}  {:>12}\n", name, width, pretty(value));
-  out += fmt::format("\n  {:<16} {:<24} {:>9} {:>12} {:>12} {:>10}\n", "node", "type", "steps", "median us", "p99 us",
-                     "CPU s");
+  TextTable figures({{""}, {"", right}});
+  for (const auto& [name, value] : result.figures) figures.add({name, pretty(value)});
+  out += figures.text(columns) + "\n";
+  TextTable nodes({{"node"}, {"type"}, {"steps", right}, {"median us", right}, {"p99 us", right}, {"CPU s", right}});
   for (const NodeCost& node : result.nodes) {
-    out += fmt::format("  {:<16} {:<24} {:>9} {:>12} {:>12} {:>10}\n", node.node, node.type, node.steps,
-                       pretty(node.median_us), pretty(node.p99_us), pretty(node.total_s));
+    nodes.add({node.node, node.type, std::to_string(node.steps), pretty(node.median_us), pretty(node.p99_us),
+               pretty(node.total_s)});
   }
-  for (const EdgeResult& edge : result.edges) {
-    if (edge.figures.dropped > 0) {
-      out +=
-          fmt::format("  dropped {} of {} messages on {}\n", edge.figures.dropped, edge.figures.delivered, edge.edge);
-    }
-  }
+  out += nodes.text(columns);
   if (!result.chosen.empty()) {
     out += "\n  chosen:\n";
     for (const Chosen& c : result.chosen) out += fmt::format("    {}: {} is {}: {}\n", c.node, c.asked, c.type, c.why);
@@ -138,7 +125,7 @@ std::string summary_table(const RunResult& result) {
     out += "\n  left out:\n";
     for (const LeftOut& item : result.left_out) out += fmt::format("    {}: {}\n", item.what, item.why);
   }
-  return out;
+  return wrapped(out, columns);
 }
 
 }  // namespace tactor

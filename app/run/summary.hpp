@@ -11,10 +11,11 @@ namespace tactor {
 /// The run as JSON: dotted figure names become nested objects; a figure that is not a number becomes null.
 nlohmann::ordered_json to_json(const RunResult& result);
 
-/// The table that `tactor run` prints at the end.
-std::string summary_table(const RunResult& result);
+/// Every figure, what each node took, and what was chosen and left out: what `tactor run --all` prints, in so many
+/// columns.
+std::string summary_table(const RunResult& result, std::size_t columns);
 
-/// A line for standard error where steps of dynamics could not be solved as they should, else empty.
+/// What is to be said where steps of dynamics could not be solved as they should, else empty.
 std::string dynamics_warning(const RunResult& result);
 
 /// A number for people: three significant digits, no exponent where none is needed, `-` for NaN.

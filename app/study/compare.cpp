@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/run/summary.hpp"
+#include "framework/graph/text_table.hpp"
 
 namespace tactor {
 
@@ -371,41 +372,34 @@ std::string judged_text(const Comparison& comparison) {
   return out;
 }
 
-std::string comparison_table(const Comparison& comparison, const TimingNote& timing) {
+std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns) {
   std::string out =
       fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
-  std::size_t label = 22;
-  std::size_t width = 12;
+  std::vector<TextTable::Column> heads{{""}};
+  std::vector<std::string> seeds{""};
   bool all_done = true;
-  for (const Column& column : comparison.columns) label = std::max(label, column.label.size());
   for (const CompareRow& row : comparison.rows) {
-    width = std::max({width, row.graph.size() + 2, row.seeds_text().size() + 2});
+    heads.push_back({row.graph, TextTable::Align::right});
+    seeds.push_back(row.seeds_text());
     all_done = all_done && row.seeds_text().empty();
   }
-  out += fmt::format("  {:<{}}", "", label);
-  for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", row.graph, width);
-  out += "\n";
-  if (!all_done) {
-    out += fmt::format("  {:<{}}", "", label);
-    for (const CompareRow& row : comparison.rows) out += fmt::format("{:>{}}", row.seeds_text(), width);
-    out += "\n";
-  }
+  TextTable table(std::move(heads));
+  if (!all_done) table.add(std::move(seeds));
   bool in_run_times = false;
   for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
     if (comparison.columns[c].run_time && !in_run_times) {
-      out += "  run time (CPU)\n";
+      table.add({"run time (CPU)"});
       in_run_times = true;
     }
-    out += fmt::format("  {:<{}}", comparison.columns[c].label, label);
-    for (const CompareRow& row : comparison.rows) {
-      out += fmt::format("{:>{}}", pretty(mean(row.done(row.values[c]))), width);
-    }
-    out += "\n";
+    std::vector<std::string> cells{comparison.columns[c].label};
+    for (const CompareRow& row : comparison.rows) cells.push_back(pretty(mean(row.done(row.values[c]))));
+    table.add(std::move(cells));
   }
+  out += table.text(columns);
   out += lines_of(timing, "  ");
   out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
   out += judged_text(comparison);
-  return out;
+  return wrapped(out, columns);
 }
 
 }  // namespace tactor

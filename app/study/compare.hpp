@@ -84,7 +84,7 @@ std::string over_seeds(std::size_t count, std::size_t seeds);
 /// A line for each row that is judged against another: ANOVA of the single one-step errors, and paired differences with
 /// their 95 % confidence interval, effect size d_z and Wilcoxon's p.
 std::string judged_text(const Comparison& comparison);
-/// The table that `tactor compare` prints.
-std::string comparison_table(const Comparison& comparison, const TimingNote& timing);
+/// The table that `tactor compare` prints, in so many columns.
+std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns);
 
 }  // namespace tactor

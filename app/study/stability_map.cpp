@@ -16,6 +16,7 @@
 #include "app/run/summary.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
+#include "framework/graph/text_table.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/recorder.hpp"
 
@@ -358,14 +359,10 @@ bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<Run
   });
 }
 
-std::string stability_table(const Study& study, const StabilityMaps& maps) {
+std::string stability_table(const Study& study, const StabilityMaps& maps, std::size_t columns) {
   std::string out = fmt::format("\n{}: {} seed{} from {}, a cell is as bad as its worst\n", study.spec.name,
                                 study.comparison.seeds.size(), study.comparison.seeds.size() == 1 ? "" : "s",
                                 study.comparison.seeds.front());
-  std::size_t width = 8;
-  for (const StudyValue& value : maps.y.values) width = std::max(width, value.text.size());
-  std::size_t cell_width = 4;
-  for (const StudyValue& value : maps.x.values) cell_width = std::max(cell_width, value.text.size() + 2);
   std::string key;
   for (const StabilityVerdict verdict : verdicts_of(maps)) {
     const CellKind& kind = kinds()[static_cast<std::size_t>(number(verdict))];
@@ -373,17 +370,23 @@ std::string stability_table(const Study& study, const StabilityMaps& maps) {
   }
   for (const StabilityMap& map : maps.maps) {
     out += fmt::format("\n{}: {} across, {} upwards\n", map_name(map), maps.x.name, maps.y.name);
+    std::vector<TextTable::Column> heads{{"", TextTable::Align::right}};
+    std::vector<std::string> across{""};
+    for (const StudyValue& value : maps.x.values) {
+      heads.push_back({"", TextTable::Align::right});
+      across.push_back(value.text);
+    }
+    TextTable table(std::move(heads));
     for (std::size_t row = map.cells.size(); row-- > 0;) {
-      out += fmt::format("  {:>{}}", maps.y.values[row].text, width);
+      std::vector<std::string> cells{maps.y.values[row].text};
       for (const StabilityCell& cell : map.cells[row]) {
         const std::string& letter = kinds()[static_cast<std::size_t>(number(cell.verdict))].letter;
-        out += fmt::format("{:>{}}", &cell == own_cell(map) ? "[" + letter + "]" : letter, cell_width);
+        cells.push_back(&cell == own_cell(map) ? "[" + letter + "]" : letter);
       }
-      out += "\n";
+      table.add(std::move(cells));
     }
-    out += fmt::format("  {:>{}}", "", width);
-    for (const StudyValue& value : maps.x.values) out += fmt::format("{:>{}}", value.text, cell_width);
-    out += "\n";
+    table.add(std::move(across));
+    out += table.text(columns);
     for (const auto& row : map.cells) {
       for (const StabilityCell& cell : row) {
         if (cell.verdict == StabilityVerdict::stable) continue;
@@ -393,7 +396,7 @@ std::string stability_table(const Study& study, const StabilityMaps& maps) {
       }
     }
   }
-  return out + "\n" + key + (any_own(maps) ? "; [ ] the graph's own values\n" : "\n");
+  return wrapped(out + "\n" + key + (any_own(maps) ? "; [ ] the graph's own values\n" : "\n"), columns);
 }
 
 Json to_json(const StabilityMaps& maps) {

@@ -60,7 +60,7 @@ bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<Run
                   const std::vector<std::filesystem::path>& mesh_folders, const std::filesystem::path& folder,
                   const std::function<bool()>& interrupted);
 
-std::string stability_table(const Study& study, const StabilityMaps& maps);
+std::string stability_table(const Study& study, const StabilityMaps& maps, std::size_t columns);
 nlohmann::ordered_json to_json(const StabilityMaps& maps);
 
 /// Writes stability_GRAPH.svg and .png into the folder and returns the page with the maps and tables.

@@ -8,6 +8,7 @@
 
 #include "app/run/summary.hpp"
 #include "framework/graph/merge.hpp"
+#include "framework/graph/text_table.hpp"
 
 namespace tactor {
 
@@ -309,52 +310,54 @@ Json to_json(const Study& study) {
   return json;
 }
 
-std::string study_table(const Study& study) {
+std::string study_table(const Study& study, std::size_t columns) {
   const Comparison& comparison = study.comparison;
   const std::size_t settings = study.settings.size();
   const auto name_of_row = [&](std::size_t row) {
     const std::string seeds = comparison.rows[row].seeds_text();
     return label(study.setting(row)) + (seeds.empty() ? "" : " (" + seeds + ")");
   };
-  std::size_t width = 12;
-  for (std::size_t row = 0; row < comparison.rows.size(); ++row) width = std::max(width, name_of_row(row).size());
   const auto text_of = [&](const std::optional<GeometricMean>& ratio) {
     return ratio_text(ratio, comparison.seeds.size());
   };
-  std::size_t wide = 22;
-  const auto fit = [&](const ErrorRatio& ratio) {
-    wide = std::max({wide, text_of(ratio.delivered).size(), text_of(ratio.one_step).size()});
-  };
-  for (const ErrorRatio& ratio : study.ratios) fit(ratio);
-  for (const StudySetting& setting : study.settings) fit(setting.over_graphs);
-  const auto line = [&](const std::string& name, const ErrorRatio& ratio, const auto& value) {
+  const auto add = [&](TextTable& table, const std::string& name, const ErrorRatio& ratio, const auto& value) {
     const auto figure = [&](std::string_view f) { return pretty(value(f)); };
-    return fmt::format("  {:<{}} {:>10} {:>{}} {:>8} {:>11} {:>10} {:>{}} {:>10} {:>10}\n", name, width,
-                       figure(delivered_error), text_of(ratio.delivered), wide, figure("delivered.force.delay_ms"),
-                       figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
-                       wide, figure("method_us_per_result"), figure("method_us_per_tick"));
+    table.add({name, figure(delivered_error), text_of(ratio.delivered), figure("delivered.force.delay_ms"),
+               figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
+               figure("method_us_per_result"), figure("method_us_per_tick")});
   };
-  const std::string head = fmt::format("  {:<{}} {:>10} {:>{}} {:>8} {:>11} {:>10} {:>{}} {:>10} {:>10}\n", "", width,
-                                       "RMS err N", "ratio [95 %]", wide, "delay ms", "2nd diff", "1-step N",
-                                       "ratio [95 %]", wide, "us/result", "us/tick");
+  using enum TextTable::Align;
+  const TextTable empty({{""},
+                         {"RMS err N", right},
+                         {"ratio [95 %]", right},
+                         {"delay ms", right},
+                         {"2nd diff", right},
+                         {"1-step N", right},
+                         {"ratio [95 %]", right},
+                         {"us/result", right},
+                         {"us/tick", right}});
   std::string out =
       fmt::format("\n{}: {} seed{} from {}; ratios are to the first line\n", study.spec.name, comparison.seeds.size(),
                   comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front());
-  for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
-    if (row % settings == 0) out += fmt::format("\n{}\n{}", comparison.rows[row].graph, head);
-    out += line(name_of_row(row), study.ratios[row],
-                [&](std::string_view figure) { return comparison.rows[row].mean_of(figure, comparison.columns); });
+  for (std::size_t first = 0; first < comparison.rows.size(); first += settings) {
+    TextTable table = empty;
+    for (std::size_t row = first; row < first + settings; ++row) {
+      add(table, name_of_row(row), study.ratios[row],
+          [&](std::string_view figure) { return comparison.rows[row].mean_of(figure, comparison.columns); });
+    }
+    out += fmt::format("\n{}\n{}", comparison.rows[first].graph, table.text(columns));
   }
   if (study.spec.graphs.size() > 1) {
-    out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), head);
+    TextTable table = empty;
     for (std::size_t s = 0; s < settings; ++s) {
-      out += line(label(study.settings[s]) + study.incomplete(s), study.settings[s].over_graphs,
-                  [&](std::string_view figure) { return study.over_graphs(s, figure); });
+      add(table, label(study.settings[s]) + study.incomplete(s), study.settings[s].over_graphs,
+          [&](std::string_view figure) { return study.over_graphs(s, figure); });
     }
+    out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), table.text(columns));
   }
   out += lines_of(timing_note(study));
   if (settings > 1) out += "\nagainst the first line of the graph\n" + judged_text(comparison);
-  return out;
+  return wrapped(out, columns);
 }
 
 }  // namespace tactor

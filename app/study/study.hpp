@@ -71,7 +71,7 @@ std::string run_times_csv(const Study& study);
 /// What is said of the run times of the study.
 TimingNote timing_note(const Study& study);
 nlohmann::ordered_json to_json(const Study& study);
-/// What `tactor study` prints: every graph's settings, then the settings over all graphs.
-std::string study_table(const Study& study);
+/// What `tactor study` prints, in so many columns: every graph's settings, then the settings over all graphs.
+std::string study_table(const Study& study, std::size_t columns);
 
 }  // namespace tactor

@@ -10,12 +10,14 @@
 
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
+#include "app/results_folder.hpp"
 #include "app/study/stability_map.hpp"
 #include "app/study/study.hpp"
 #include "app/study/study_export.hpp"
 #include "app/study/study_report.hpp"
 #include "app/study/supervisor.hpp"
 #include "app/study/work_precision.hpp"
+#include "app/terminal.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/node/registry.hpp"
@@ -110,6 +112,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
     spec.warm_up = repeats.warm_up;
   }
   const fs::path folder = request.out.value_or(fs::path("out") / spec.name);
+  refuse_results_of_runs(folder);
   const std::vector<RunCase> cases = study_cases(spec, request.overrides);
   CasesOptions options;
   options.seeds = seeds_from(spec.first_seed, spec.seeds);
@@ -147,11 +150,12 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   write_study_hdf5(folder / "study.h5", study);
   nlohmann::ordered_json json = to_json(study);
   json["engine"] = engine;
+  const std::size_t columns = terminal_columns();
   std::string report;
   if (spec.report == StudyReport::work_precision) {
     const WorkPrecision found = work_precision(study);
     json["work_precision"] = to_json(found);
-    fmt::print("{}\n", work_precision_table(study, found));
+    fmt::print("{}\n", work_precision_table(study, found, columns));
     report = write_work_precision(folder, study, found);
   } else if (spec.report == StudyReport::stability) {
     StabilityMaps maps = stability_maps(study);
@@ -160,10 +164,10 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
       throw RunError(interrupted);
     }
     json["stability"] = to_json(maps);
-    fmt::print("{}\n", stability_table(study, maps));
+    fmt::print("{}\n", stability_table(study, maps, columns));
     report = write_stability(folder, study, maps);
   } else {
-    fmt::print("{}\n", study_table(study));
+    fmt::print("{}\n", study_table(study, columns));
     report = study_report(study);
   }
   // A file that cannot be written leaves the table.
@@ -193,7 +197,7 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   if (outcome.interrupted) throw RunError("interrupted");
   const Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
   const TimingNote timing = timing_note(comparison, repeats);
-  fmt::print("{}\n", comparison_table(comparison, timing));
+  fmt::print("{}\n", comparison_table(comparison, timing, terminal_columns()));
   // A file that cannot be written leaves the table.
   std::fflush(stdout);
   nlohmann::ordered_json json = to_json(comparison);

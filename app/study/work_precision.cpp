@@ -10,6 +10,7 @@
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
 #include "app/run/summary.hpp"
+#include "framework/graph/text_table.hpp"
 
 namespace tactor {
 
@@ -268,21 +269,21 @@ WorkPrecision work_precision(const Study& study) {
   return found;
 }
 
-std::string work_precision_table(const Study& study, const WorkPrecision& found) {
-  std::size_t width = 12;
-  for (const WorkPoint& p : found.graphs.front().points) width = std::max(width, point_name(p).size());
+std::string work_precision_table(const Study& study, const WorkPrecision& found, std::size_t columns) {
   std::string out =
       fmt::format("\n{}: {} over {} seed{} (geometric mean, one geometric deviation)\n", study.spec.name, found.error,
                   study.comparison.seeds.size(), study.comparison.seeds.size() == 1 ? "" : "s");
+  using enum TextTable::Align;
   for (const WorkGraph& graph : found.graphs) {
-    out += fmt::format("\n{}\n  {:<{}} {:>26} {:>26} {:>26}  {}\n", graph.graph, "", width, "error",
-                       "CPU ms a simulated s", "methods, us a tick", "not undercut by");
+    TextTable table(
+        {{""}, {"error", right}, {"CPU ms a simulated s", right}, {"methods, us a tick", right}, {"not undercut by"}});
     for (const WorkPoint& p : graph.points) {
-      out += fmt::format("  {:<{}} {:>26} {:>26} {:>26}  {}\n", point_name(p), width, spread_text(p.error),
-                         spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p));
+      table.add(
+          {point_name(p), spread_text(p.error), spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p)});
     }
+    out += fmt::format("\n{}\n{}", graph.graph, table.text(columns));
   }
-  return out + lines_of(timing_note(study));
+  return wrapped(out + lines_of(timing_note(study)), columns);
 }
 
 Json to_json(const WorkPrecision& found) {

@@ -57,7 +57,7 @@ struct WorkPrecision {
 std::vector<bool> pareto_front(std::span<const double> x, std::span<const double> y);
 
 WorkPrecision work_precision(const Study& study);
-std::string work_precision_table(const Study& study, const WorkPrecision& found);
+std::string work_precision_table(const Study& study, const WorkPrecision& found, std::size_t columns);
 nlohmann::ordered_json to_json(const WorkPrecision& found);
 
 /// Writes work_precision_GRAPH.svg and .png into the folder and returns the page with the plots and tables.

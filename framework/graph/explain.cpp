@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "framework/graph/plan.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/texts.hpp"
@@ -8,24 +6,6 @@
 namespace tactor {
 
 namespace {
-
-using Row = std::vector<std::string>;
-
-std::string table(const std::vector<Row>& rows) {
-  std::vector<std::size_t> widths;
-  for (const Row& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()), 0);
-    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
-  }
-  std::string text;
-  for (const Row& row : rows) {
-    std::string line = "  ";
-    for (std::size_t c = 0; c < row.size(); ++c) line += row[c] + std::string(widths[c] - row[c].size() + 2, ' ');
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
-  }
-  return text;
-}
 
 std::string steps_text(const Plan& plan, std::size_t n) {
   const NodeSpec& node = plan.nodes[n];
@@ -64,7 +44,7 @@ std::string live_text(const LiveSettings& live) {
 
 }  // namespace
 
-std::string explain(const Plan& plan) {
+std::string explain(const Plan& plan, std::size_t columns) {
   const GraphSpec& graph = plan.graph;
   std::string text = graph.name + (graph.title.empty() ? "" : ": " + graph.title) + "\n";
   text += std::string("clock ") + (graph.clock == Clock::real ? "real" : "virtual") + ", duration " +
@@ -72,38 +52,38 @@ std::string explain(const Plan& plan) {
           "\n";
   if (graph.clock == Clock::real) text += live_text(graph.live) + "\n";
 
-  std::vector<Row> nodes{{"node", "type", "steps", "cost", "lane"}};
+  TextTable nodes({{"node"}, {"type"}, {"steps"}, {"cost"}, {"lane"}});
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     const NodeSpec& node = plan.nodes[n];
-    nodes.push_back({node.name, node.info->type, steps_text(plan, n), cost_text(node.cost), lane_text(node)});
+    nodes.add({node.name, node.info->type, steps_text(plan, n), cost_text(node.cost), lane_text(node)});
   }
-  text += "\nruns\n" + table(nodes);
+  text += "\nruns\n" + nodes.text(columns);
 
-  std::vector<Row> edges{{"edge", "message", "queue", ""}};
+  TextTable edges({{"edge"}, {"message"}, {"queue"}, {""}});
   for (const PlannedEdge& edge : plan.edges) {
     const OutputInfo& output = plan.nodes[edge.from].info->outputs[edge.output];
     std::string notes = edge.triggers ? "triggers" : "";
     if (edge.spec.delay.ns > 0) notes += (notes.empty() ? "delay " : ", delay ") + duration_text(edge.spec.delay);
-    edges.push_back({edge.spec.name(), std::string(output.type->name),
-                     queue_text(edge.spec.queue) + (edge.spec.queue_is_default ? " (default)" : ""), notes});
+    edges.add({edge.spec.name(), std::string(output.type->name),
+               queue_text(edge.spec.queue) + (edge.spec.queue_is_default ? " (default)" : ""), notes});
   }
-  if (edges.size() > 1) text += "\nedges\n" + table(edges);
+  if (!plan.edges.empty()) text += "\nedges\n" + edges.text(columns);
 
   if (!plan.streams.empty()) {
     text += "\nrecords\n";
     for (const PlannedStream& stream : plan.streams) text += "  " + stream.name + "\n";
   }
   if (!plan.chosen.empty()) {
-    std::vector<Row> rows;
-    for (const Chosen& c : plan.chosen) rows.push_back({c.node, c.asked + " is " + c.type, c.why});
-    text += "\nchosen\n" + table(rows);
+    TextTable rows({{""}, {""}, {""}});
+    for (const Chosen& c : plan.chosen) rows.add({c.node, c.asked + " is " + c.type, c.why});
+    text += "\nchosen\n" + rows.text(columns);
   }
   if (!plan.left_out.empty()) {
-    std::vector<Row> rows;
-    for (const LeftOut& left : plan.left_out) rows.push_back({left.what, left.why});
-    text += "\nleft out\n" + table(rows);
+    TextTable rows({{""}, {""}});
+    for (const LeftOut& left : plan.left_out) rows.add({left.what, left.why});
+    text += "\nleft out\n" + rows.text(columns);
   }
-  return text;
+  return wrapped(text, columns);
 }
 
 }  // namespace tactor

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "framework/graph/spec.hpp"
+#include "framework/graph/text_table.hpp"
 
 namespace tactor {
 
@@ -63,8 +64,8 @@ Plan make_reference_plan(const Plan& judged);
 enum class DiagramFormat : std::uint8_t { mermaid, dot };
 std::string to_diagram(const Plan& plan, DiagramFormat format);
 
-/// `tactor check --explain`: nodes, edges with their queues, what was left out and why.
-std::string explain(const Plan& plan);
+/// `tactor check --explain`: nodes, edges with their queues, what was left out and why, in so many columns.
+std::string explain(const Plan& plan, std::size_t columns = usual_columns);
 
 /// The JSON Schema (draft 2020-12) of graph files, from the declarations of all node types.
 std::string graph_schema(Registry& registry);

@@ -11,6 +11,8 @@ using namespace tactor;
 
 namespace {
 
+constexpr std::size_t wide = 1000;  // columns, so that nothing is folded
+
 /// Two values of a stiffness across, three times of a cost upwards; the graph's own are the first and the second.
 struct Map {
   testing::Folder folder;
@@ -78,7 +80,7 @@ BOOST_AUTO_TEST_CASE(the_search_for_the_graphs_own_values_ends_at_any_interrupt)
 
 BOOST_AUTO_TEST_CASE(the_key_has_the_verdicts_that_the_map_has) {
   const Map map({0, 0, 3, 0, 1, 0});
-  const std::string table = stability_table(map.study, map.maps);
+  const std::string table = stability_table(map.study, map.maps, wide);
   BOOST_TEST(table.find("s stable, L limit cycle, E energy growth\n") != std::string::npos, table);
   const std::string page = write_stability(map.folder.path(), map.study, map.maps);
   for (const char* text : {"Limit cycle: ", "Energy growth: ", "limit cycle"}) {
@@ -91,7 +93,7 @@ BOOST_AUTO_TEST_CASE(the_key_has_the_verdicts_that_the_map_has) {
   bool went_on = false;
   other.find(1000, went_on);
   BOOST_TEST(
-      stability_table(other.study, other.maps).find("s stable, P pushed through; [ ] the graph's own values\n") !=
+      stability_table(other.study, other.maps, wide).find("s stable, P pushed through; [ ] the graph's own values\n") !=
       std::string::npos);
   BOOST_TEST(write_stability(other.folder.path(), other.study, other.maps).find("Pushed through: ") !=
              std::string::npos);

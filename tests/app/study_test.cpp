@@ -15,6 +15,8 @@ using namespace tactor;
 
 namespace {
 
+constexpr std::size_t wide = 1000;  // columns, so that nothing is folded
+
 struct StudyFile {
   TemporaryFolder folder;
 
@@ -251,7 +253,7 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   BOOST_TEST(std::abs(study.ratios[3].delivered->ratio - 2) < 1e-12);
   BOOST_TEST(study.settings[1].over_graphs.delivered->count == 1U);
   BOOST_TEST(std::abs(study.settings[1].over_graphs.delivered->ratio - std::sqrt(0.5)) < 1e-12);
-  const std::string table = study_table(study);
+  const std::string table = study_table(study, wide);
   BOOST_TEST(table.find("line (1 of 2 seeds)") != std::string::npos, table);
   BOOST_TEST(table.find("line (seeds missing)") != std::string::npos, table);
   BOOST_TEST(failures_text(study.comparison) == "b s, seed 7: it broke\n");
@@ -266,13 +268,14 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   const Study none = make_study(spec, figures);
   BOOST_TEST(!none.ratios[3].delivered);
   BOOST_TEST(!none.settings[1].over_graphs.delivered);
-  BOOST_TEST(study_table(none).find("line (0 of 2 seeds)") != std::string::npos);
+  BOOST_TEST(study_table(none, wide).find("line (0 of 2 seeds)") != std::string::npos);
   // Where nothing is done nothing is said of run times, and no line is left empty for it.
   for (CompareRow& one : figures.rows) one.status.assign(2, RunStatus::failed);
   const Study nothing = make_study(spec, figures);
   BOOST_TEST(timing_note(nothing).text.empty());
-  for (const std::string& text : {study_table(nothing), work_precision_table(nothing, work_precision(nothing)),
-                                  comparison_table(nothing.comparison, timing_note(nothing))}) {
+  for (const std::string& text :
+       {study_table(nothing, wide), work_precision_table(nothing, work_precision(nothing), wide),
+        comparison_table(nothing.comparison, timing_note(nothing), wide)}) {
     BOOST_TEST(text.find("\n\n\n") == std::string::npos, text);
     BOOST_TEST(text.find("\n  \n") == std::string::npos, text);
     BOOST_TEST(!text.ends_with("\n\n"), text);
@@ -291,7 +294,7 @@ BOOST_AUTO_TEST_CASE(a_ratio_to_a_first_line_that_lacks_seeds_tells_over_how_man
   const Study study = make_study(spec, figures);
   BOOST_TEST(study.comparison.rows[3].seeds_text().empty());
   // The line itself lacks nothing, but its ratio is that of the second seed, 2 to 1, and one value has no interval.
-  const std::string table = study_table(study);
+  const std::string table = study_table(study, wide);
   const std::string page = study_report(study);
   for (const std::string& text : {table, page}) {
     BOOST_TEST(text.find("2.000 [-] over 1 seed") != std::string::npos, text);
@@ -343,7 +346,7 @@ BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   const std::string page = study_report(make_study(spec, found));
   BOOST_TEST(page.find("<td>1.80 over 2 seeds</td>") != std::string::npos, page);
   BOOST_TEST(page.find("<td>[-4.8531, +7.8531] over 2 seeds</td>") != std::string::npos, page);
-  const std::string table = comparison_table(found, timing_note(found, Repeats{1, 0}));
+  const std::string table = comparison_table(found, timing_note(found, Repeats{1, 0}), wide);
   BOOST_TEST(table.find("2 of 3 seeds") != std::string::npos, table);
   BOOST_TEST(table.find("3.50") != std::string::npos, table);
 }

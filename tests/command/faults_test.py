@@ -494,12 +494,12 @@ class VirtualClock(FaultRun):
     def test_a_comparison_with_such_a_node_fails(self):
         graph = self.write("fault.yaml", self.virtual(duck(THROWS)))
         result = tactor("compare", graph, "--seeds", "1", "--out", self.out, environment=self.environment)
-        self.assertEqual(result.returncode, 1)
+        self.assertEqual(result.returncode, 1, result.stderr)
         self.assertRegex(result.stderr, "fault, seed 1: .*it broke on purpose")
         study = self.write("study.yaml", f"graphs: [{graph}]\nset: {{culprit.lasts: 1 s}}\n"
                                          "vary: {duration: [0.5 s, 1.5 s]}\nseeds: 1\nfirst_seed: 3\n")
-        result = tactor("study", study, "--out", self.out, environment=self.environment)
-        self.assertEqual(result.returncode, 1)
+        result = tactor("study", study, "--out", self.folder / "study", environment=self.environment)
+        self.assertEqual(result.returncode, 1, result.stderr)
         self.assertRegex(result.stderr, r"fault duration=1\.5 s, seed 3: .*it broke on purpose")
 
     def test_a_file_that_may_not_grow_leaves_the_results_up_to_there(self):

@@ -86,7 +86,8 @@ record: [device.commanded, device.safety, device.state]
 
 def tactor(*arguments, program=TACTOR, environment=None, cwd=None, timeout=300):
     """The finished command: returncode, stdout, stderr."""
-    env = dict(os.environ, **(environment or {}))
+    # Texts are looked for in whole lines, however wide; what a narrow terminal gets has tests of its own.
+    env = dict(os.environ, **{"COLUMNS": "1000", **(environment or {})})
     return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, env=env, cwd=cwd,
                           timeout=timeout, check=False)
 
@@ -110,7 +111,7 @@ class CommandTest(unittest.TestCase):
 
     def run_graph(self, graph, *arguments, out="out", **options):
         """Runs a graph and returns its summary."""
-        self.run_ok("run", graph, "--out", self.folder / out, *arguments, **options)
+        self.run_ok("run", graph, "--out", self.folder / out, "--overwrite", *arguments, **options)
         return json.loads((self.folder / out / "summary.json").read_text())
 
     def emulate_modbus(self, profile, *arguments, program=TACTOR, **options):

@@ -47,7 +47,7 @@ class Places(CommandTest):
     def setUp(self):
         super().setUp()
         self.write("good.off", TETRAHEDRON)
-        self.write("bad.off", "OFF\n1 1 0\n0 0 nonsense\n3 0 0 0\n")
+        self.write("bad.off", TETRAHEDRON.replace("0.01 0 0", "nonsense 0 0"))
         self.write("huge.off", TETRAHEDRON.replace("0.01", "100"))
         self.base = self.write("base.yaml", GRAPH)
 
@@ -57,7 +57,7 @@ class Places(CommandTest):
         return f"{file}:{next(i for i, line in enumerate(lines, 1) if text in line)}:"
 
     def error(self, graph, *arguments):
-        result = tactor("check", graph, *arguments, environment=self.environment, cwd=self.folder)
+        result = tactor("run", graph, *arguments, environment=self.environment, cwd=self.folder)
         self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
         return result.stderr
 
@@ -72,23 +72,23 @@ class Places(CommandTest):
 
     def test_a_mesh_is_reported_where_the_graph_names_it(self):
         graph = self.write("own.yaml", GRAPH.replace("good.off", "bad.off"))
-        self.assert_at(self.line("own.yaml", "mesh:"), graph, says=["body 'wall'", "bad.off:3"])
+        self.assert_at(self.line("own.yaml", "mesh:"), graph, says=["body 'wall'", "bad.off:4"])
 
     def test_a_mesh_of_an_overriding_file_is_reported_there(self):
         over = self.write("over.yaml", "title: over\n\nscene:\n  bodies:\n    wall: {mesh: bad.off}\n")
-        self.assert_at("over.yaml:5:18:", self.base, "--over", over, says=["bad.off:3"])
+        self.assert_at("over.yaml:5:18:", self.base, "--over", over, says=["bad.off:4"])
 
     def test_a_mesh_of_an_extending_file_is_reported_there(self):
         child = self.write("child.yaml", "extends: base.yaml\nscene:\n  bodies:\n    wall:\n      mesh: bad.off\n")
-        self.assert_at("child.yaml:5:13:", child, says=["bad.off:3"])
+        self.assert_at("child.yaml:5:13:", child, says=["bad.off:4"])
 
     def test_a_mesh_of_the_command_line_is_reported_there(self):
         said = f"scene.bodies.wall.mesh={self.folder / 'bad.off'}"
-        self.assert_at(f"--set {said}:", self.base, "--set", said, says=["bad.off:3"])
+        self.assert_at(f"--set {said}:", self.base, "--set", said, says=["bad.off:4"])
 
     def test_a_value_of_the_command_line_is_not_blamed_for_another_one(self):
         graph = self.write("own.yaml", GRAPH.replace("good.off", "bad.off"))
-        self.assert_at(self.line("own.yaml", "mesh:"), graph, "--set", "collision.margin=2 mm", says=["bad.off:3"])
+        self.assert_at(self.line("own.yaml", "mesh:"), graph, "--set", "collision.margin=2 mm", says=["bad.off:4"])
 
     def test_the_size_of_a_body_is_reported_at_its_scale_or_its_mesh(self):
         over = self.write("over.yaml", "scene:\n  bodies:\n    wall: {mesh: huge.off}\n")

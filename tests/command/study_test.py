@@ -264,7 +264,7 @@ class Comparisons(StudyTest):
 
     def compare(self, *graphs, code=1, options=()):
         out = self.folder / "compared"
-        result = tactor("compare", *graphs, "--seeds", "2", "--duration", "0.6", "--out", out, *options, environment=self.environment)
+        result = tactor("compare", *graphs, "--seeds", "2", "--duration", "0.6", "--overwrite", "--out", out, *options, environment=self.environment)
         self.assertEqual(result.returncode, code, result.stdout + result.stderr)
         return result, json.loads((out / "compare.json").read_text()), (out / "report.html").read_text()
 
@@ -308,9 +308,9 @@ class Comparisons(StudyTest):
         for verb, more in (("compare", ()), ("study", ()), ("lean", ("--budget", "1")), ("explain", ())):
             with self.subTest(verb=verb):
                 said = tactor(verb, "--help").stdout
-                self.assertRegex(said, r"--repeats INT:INT in \[1 - 100\]")
+                self.assertRegex(said, r"--repeats COUNT in \[1 - 100\]")
                 self.assertNotEqual(tactor(verb, self.folder / "none.yaml", *more, "--repeats", 101).returncode, 0)
-                self.assertIn("--repeats: Value 101 not in range", tactor(verb, self.whole, *more, "--repeats", 101).stderr)
+                self.assertIn("--repeats: expected a whole number from 1 to 100, found 101", tactor(verb, self.whole, *more, "--repeats", 101).stderr)
                 self.assertNotIn("--repeats", tactor(verb, self.folder / "none.yaml", *more, "--repeats", 100).stderr)
 
     def test_repeats_tell_how_far_they_spread(self):

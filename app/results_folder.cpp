@@ -1,0 +1,163 @@
+#include "app/results_folder.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <string_view>
+#include <thread>
+
+#include "app/output.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int most_numbers = 10'000;  // of folders beside each other
+constexpr const char* lock_name = ".tactor.lock";
+constexpr const char* study_table = "study.sqlite";
+
+/// What runs and comparisons leave. A study's table, which --resume goes on with, is no business of theirs.
+constexpr std::array<std::string_view, 12> left_by_runs{
+    "summary.json",        "graph.yaml",  "report.html",    "recording.h5",       "latencies.csv",
+    "replay.yaml",         "costs",       "compare.sqlite", "compare.sqlite-wal", "compare.sqlite-shm",
+    "compare.sqlite.lock", "compare.json"};
+
+/// The first of what a command left in the folder that tells of results; empty where there is nothing.
+std::string found_in(const fs::path& folder) {
+  std::error_code ignored;
+  for (const char* name : {"summary.json", "recording.h5", "compare.sqlite", "compare.json", "report.html"}) {
+    if (fs::exists(folder / name, ignored)) return name;
+  }
+  return {};
+}
+
+bool holds_results(const fs::path& folder) {
+  std::error_code ignored;
+  return !found_in(folder).empty() || fs::exists(folder / study_table, ignored);
+}
+
+/// `out/duck` with a number behind: `out/duck_2`.
+fs::path numbered(const fs::path& folder, int number) {
+  if (number == 1) return folder;
+  fs::path path = folder;
+  return path.replace_filename(fmt::format("{}_{}", folder.filename().string(), number));
+}
+
+std::string no_number_is_free(const fs::path& chosen) {
+  return fmt::format("{}: expected a number that is free up to {}, found none; name another place by --out",
+                     chosen.string(), most_numbers);
+}
+
+[[noreturn]] void refuse(const fs::path& path, const std::string& what, const std::string& found) {
+  throw InputError(fmt::format("--out {}: expected {}, found {}; --overwrite replaces it, another --out keeps both",
+                               path.string(), what, found));
+}
+
+}  // namespace
+
+FileLock::FileLock(const fs::path& file, const std::string& what) {
+  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+  if (descriptor_ < 0) throw RunError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  while (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    if (std::chrono::steady_clock::now() > until) {
+      close(descriptor_);
+      throw InputError(what + " that nobody writes, found another tactor at it");
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+FileLock::~FileLock() {
+  close(descriptor_);
+}
+
+fs::path results_folder(const fs::path& chosen, const ResultsRequest& request) {
+  if (request.out || request.overwrite) {
+    const fs::path folder = request.out.value_or(chosen);
+    std::error_code ignored;
+    if (fs::exists(folder / study_table, ignored)) {
+      throw InputError(
+          fmt::format("--out {}: expected a folder for this command, found the runs of a study; name "
+                      "another --out",
+                      folder.string()));
+    }
+    const std::string found = found_in(folder);
+    if (!found.empty() && !request.overwrite) refuse(folder, "a folder without results", found);
+    return folder;
+  }
+  for (int number = 1; number <= most_numbers; ++number) {
+    if (const fs::path folder = numbered(chosen, number); !holds_results(folder)) return folder;
+  }
+  throw InputError(no_number_is_free(chosen));
+}
+
+ResultsFolder::ResultsFolder(const fs::path& chosen, const ResultsRequest& request) {
+  const auto lock = [&] {
+    lock_.emplace(path_ / lock_name, fmt::format("--out {}: expected a folder", path_.string()));
+  };
+  if (request.out || request.overwrite) {
+    path_ = make_folder(results_folder(chosen, request));
+    lock();
+    // Another command may have ended there in this moment.
+    path_ = results_folder(chosen, request);
+    std::error_code ignored;
+    for (const std::string_view name : left_by_runs) {
+      if (request.overwrite) fs::remove_all(path_ / name, ignored);
+    }
+    return;
+  }
+  for (int number = 1; number <= most_numbers; ++number) {
+    path_ = numbered(chosen, number);
+    if (holds_results(path_)) continue;
+    make_folder(path_);
+    try {
+      lock();
+    } catch (const InputError&) {
+      continue;  // another command has taken it and has not written yet
+    }
+    if (!holds_results(path_)) return;
+    lock_.reset();
+  }
+  throw InputError(no_number_is_free(chosen));
+}
+
+void refuse_results_of_runs(const fs::path& folder) {
+  for (const char* name : {"summary.json", "recording.h5", "compare.sqlite"}) {
+    std::error_code ignored;
+    if (!fs::exists(folder / name, ignored)) continue;
+    throw InputError(
+        fmt::format("--out {}: expected a folder for a study, found {} of another command; name another "
+                    "--out",
+                    folder.string(), name));
+  }
+}
+
+fs::path results_file(const fs::path& chosen, const ResultsRequest& request) {
+  std::error_code ignored;
+  if (request.out || request.overwrite) {
+    const fs::path file = request.out.value_or(chosen);
+    if (!request.overwrite && fs::exists(file, ignored)) refuse(file, "a file that is not there yet", "one");
+    return file;
+  }
+  for (int number = 1; number <= most_numbers; ++number) {
+    fs::path file = chosen;
+    if (number > 1) {
+      file.replace_filename(fmt::format("{}_{}{}", chosen.stem().string(), number, chosen.extension().string()));
+    }
+    if (!fs::exists(file, ignored)) return file;
+  }
+  throw InputError(no_number_is_free(chosen));
+}
+
+}  // namespace tactor

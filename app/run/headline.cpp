@@ -1,0 +1,137 @@
+#include "app/run/headline.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <tuple>
+
+#include "app/run/summary.hpp"
+#include "app/run/timing.hpp"
+#include "framework/core/stability.hpp"
+#include "framework/graph/text_table.hpp"
+
+namespace tactor {
+
+namespace {
+
+std::string stability_text(const RunResult& result) {
+  const double number = result.figure("stability.verdict");
+  if (!std::isfinite(number)) return {};
+  const auto verdict = static_cast<StabilityVerdict>(static_cast<int>(number));
+  switch (verdict) {
+    case StabilityVerdict::stable:
+      return "stable";
+    case StabilityVerdict::limit_cycle:
+      return "limit cycle: the tool swung on while it was to be at rest";
+    case StabilityVerdict::pushed_through:
+      return "pushed through: the tool rested where the static balance does not allow it";
+    case StabilityVerdict::energy:
+      return fmt::format("unstable: {} J of energy came from nowhere",
+                         pretty(result.figure("stability.passivity_violation_J")));
+    case StabilityVerdict::not_finite:
+      return "unstable: a signal was NaN or infinite";
+    case StabilityVerdict::refused:
+      return "not judged: the run ended before";
+  }
+  return {};
+}
+
+std::string verdict_text(const RunResult& result) {
+  std::string text;
+  if (result.failure) {
+    text = fmt::format("failed after {} s", pretty(result.duration_s));
+  } else if (result.interrupted && !result.live) {
+    text = fmt::format("interrupted after {} s of {} s; the figures are of that part", pretty(result.duration_s),
+                       pretty(result.planned_s));
+  } else if (result.interrupted) {
+    text = fmt::format("ended early, after {} s of {} s", pretty(result.duration_s), pretty(result.planned_s));
+  } else {
+    text = fmt::format("done, {} s", pretty(result.duration_s));
+  }
+  if (const std::string stability = stability_text(result); !stability.empty()) text += "; " + stability;
+  return text;
+}
+
+/// Of the force, and of the torque where there is one.
+std::string error_text(const RunResult& result) {
+  std::string text;
+  for (const auto& [quantity, unit, spoken] : {std::tuple{"force", "N", "N"}, {"torque", "Nm", "N m"}}) {
+    const double rms = result.figure(fmt::format("delivered.{}.rms_error_{}", quantity, unit));
+    const double most = result.figure(fmt::format("delivered.{}.max_error_{}", quantity, unit));
+    if (!std::isfinite(rms) || (!text.empty() && most == 0)) continue;
+    text += fmt::format("{}{} {} {} RMS, {} {} at most", text.empty() ? "" : "; ", quantity, pretty(rms), spoken,
+                        pretty(most), spoken);
+    const double felt = result.figure(fmt::format("delivered.{}.share_beyond_jnd", quantity));
+    if (std::isfinite(felt)) text += fmt::format(", felt {} of the time", percent(felt));
+  }
+  return text;
+}
+
+std::string delay_text(const RunResult& result) {
+  const double delay = result.figure("delivered.force.delay_ms");
+  const double rate = result.figure("physics.rate_hz_median");
+  std::string text = std::isfinite(delay) ? fmt::format("{} ms", pretty(delay)) : std::string();
+  if (std::isfinite(rate)) text += fmt::format("{}physics at {} Hz (median)", text.empty() ? "" : "; ", pretty(rate));
+  return text;
+}
+
+std::string run_time_text(const RunResult& result) {
+  std::string text = result.live ? fmt::format("{} CPU s live", pretty(result.cpu_s))
+                                 : fmt::format("{} s, {:.0f} times real time", pretty(result.wall_s),
+                                               result.duration_s / result.wall_s);
+  const NodeCost* most = nullptr;
+  double total = 0;
+  for (const NodeCost& node : result.nodes) {
+    total += node.total_s;
+    if (most == nullptr || node.total_s > most->total_s) most = &node;
+  }
+  if (total > 0) text += fmt::format("; {} of the steps' time in {}", percent(most->total_s / total), most->node);
+  return text + fmt::format("; {:.0f} MB", result.peak_memory_MB);
+}
+
+std::string left_out_text(const RunResult& result) {
+  std::string text;
+  for (const LeftOut& item : result.left_out) text += (text.empty() ? "" : ", ") + item.what;
+  return text.empty() ? "nothing" : text;
+}
+
+}  // namespace
+
+std::vector<std::string> warnings_of(const RunResult& result) {
+  std::vector<std::string> texts;
+  if (result.live) {
+    for (const std::string& text : result.live->missing) texts.push_back("real time degraded: " + text);
+  }
+  for (const EdgeResult& edge : result.edges) {
+    if (edge.figures.dropped == 0) continue;
+    texts.push_back(
+        fmt::format("dropped {} of {} messages on {}", edge.figures.dropped, edge.figures.delivered, edge.edge));
+  }
+  if (const std::string text = dynamics_warning(result); !text.empty()) texts.push_back(text);
+  texts.insert(texts.end(), result.remarks.begin(), result.remarks.end());
+  return texts;
+}
+
+std::vector<std::pair<std::string, std::string>> headline(const RunResult& result) {
+  std::vector<std::pair<std::string, std::string>> lines;
+  for (const auto& [name, text] : {std::pair{"verdict", verdict_text(result)},
+                                   {"error", error_text(result)},
+                                   {"delay", delay_text(result)},
+                                   {"run time", run_time_text(result)},
+                                   {"left out", left_out_text(result)}}) {
+    if (!text.empty()) lines.emplace_back(name, text);
+  }
+  return lines;
+}
+
+std::string headline_text(const RunResult& result, const std::string& report, bool all, std::size_t columns) {
+  TextTable table({{""}, {""}});
+  for (const std::string& text : warnings_of(result)) table.add({"warning", text});
+  for (const auto& [name, text] : headline(result)) table.add({name, text});
+  const std::string title = result.title.empty() ? "" : ": " + result.title;
+  return wrapped(fmt::format("\n{}{} (seed {})\n", result.graph, title, result.seed), columns) + table.text(columns) +
+         wrapped(fmt::format("  {:<8}  {}\n", "report", report), columns) +
+         (all ? "" : "  (--all prints every figure)\n");
+}
+
+}  // namespace tactor

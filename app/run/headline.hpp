@@ -1,0 +1,24 @@
+// What a run came to, in a few lines: the top of what the terminal shows at the end, and of the report.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/run/run.hpp"
+
+namespace tactor {
+
+/// What the user is to know before any figure: a privilege that the run lacked, messages that it dropped, steps of
+/// dynamics that could not be solved, and what the nodes remark.
+std::vector<std::string> warnings_of(const RunResult& result);
+
+/// Verdict, error, delay, run time and what was left out, each by its name; what the run does not tell is not there.
+std::vector<std::pair<std::string, std::string>> headline(const RunResult& result);
+
+/// What `tactor run` prints at the end: the name, the warnings, the headline, where the report is, and how to see `all`
+/// where that is not asked for.
+std::string headline_text(const RunResult& result, const std::string& report, bool all, std::size_t columns);
+
+}  // namespace tactor
