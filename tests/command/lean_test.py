@@ -97,7 +97,7 @@ FEW = ("--set", "collision.max_contacts=8", "--set", "collision.local_contacts=4
 class Lean(CommandTest):
     def lean(self, graph, *arguments):
         """The results as JSON; the lean graph is self.folder / lean.yaml."""
-        self.run_ok("lean", GRAPHS / graph, "--repeats", 1, "--out", self.folder / "lean.yaml", *arguments, timeout=1500)
+        self.run_ok("lean", GRAPHS / graph, "--repeats", 1, "--overwrite", "--out", self.folder / "lean.yaml", *arguments, timeout=1500)
         return json.loads((self.folder / "lean.json").read_text())
 
     def steps(self, found):

@@ -51,7 +51,7 @@ class ModbusRun(CommandTest):
 
     def start(self, connect, duration="60 s", more=EASY, profile=None):
         graph = self.graph(connect, more, profile, duration)
-        process = subprocess.Popen([TACTOR, "run", graph, "--out", self.out], stdout=subprocess.PIPE,
+        process = subprocess.Popen([TACTOR, "run", graph, "--overwrite", "--out", self.out], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True, env=dict(os.environ, **self.environment))
         self.addCleanup(lambda: process.poll() is None and process.kill())
         return process
@@ -353,14 +353,14 @@ class ModbusRun(CommandTest):
         check = self.run_ok("check", graph)
         self.assertEqual(check.stderr.count(warning), 1, check.stderr)
         self.assertIn("an emergency stop", check.stderr)
-        run = tactor("run", graph, "--out", self.out, environment=self.environment)
+        run = tactor("run", graph, "--overwrite", "--out", self.out, environment=self.environment)
         self.assertEqual(run.stderr.count(warning), 1, run.stderr)
         # The other motor has one, and nothing is said.
         self.assertNotIn("watchdog", self.run_ok("check", self.graph("tcp:127.0.0.1:9")).stderr)
 
     def test_the_shipped_graph_runs_against_its_emulator(self):
         connect = self.emulate()
-        process = subprocess.Popen([TACTOR, "run", GRAPHS / "bunny_orca.yaml", "--out", self.out, "--duration", "120",
+        process = subprocess.Popen([TACTOR, "run", GRAPHS / "bunny_orca.yaml", "--overwrite", "--out", self.out, "--duration", "120",
                                     "--set", f"device.profile={self.profile}", "--set", f"device.connect={connect}",
                                     "--set", "device.link_timeout=2s", "--set", "device.stale_after=2s",
                                     "--set", "device.sample_age_max=4s"],

@@ -62,7 +62,7 @@ class UsbRun(CommandTest):
         return result.stderr
 
     def run_emulated(self, device, graph, *arguments, code=0):
-        return self.emulate(device, *arguments, command=(TACTOR, "run", graph, "--out", self.out), code=code)
+        return self.emulate(device, *arguments, command=(TACTOR, "run", graph, "--overwrite", "--out", self.out), code=code)
 
     def summary(self):
         return json.loads((self.out / "summary.json").read_text())["device"]
@@ -108,7 +108,7 @@ class UsbRun(CommandTest):
         for device, extra in (("polhem", ()), ("falcon", ("--firmware",))):
             with self.subTest(device):
                 self.emulate(device, *extra, code=0, command=(
-                    TACTOR, "run", GRAPHS / f"duck_{device}.yaml", "--duration", "2", "--out", self.out))
+                    TACTOR, "run", GRAPHS / f"duck_{device}.yaml", "--duration", "2", "--overwrite", "--out", self.out))
                 self.assertGreater(self.summary()["link"]["cycles"], 10)
                 self.recorded(pressed=False)
 
