@@ -17,6 +17,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "devices/modbus/frame.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
@@ -33,24 +34,6 @@ std::uint32_t microseconds(Duration d) {
 }
 std::uint32_t whole_seconds(Duration d) {
   return static_cast<std::uint32_t>(d.ns / 1'000'000'000);
-}
-
-LinkError kind_of(int error) {
-  if (error > MODBUS_ENOBASE && error < EMBBADCRC) return LinkError::exception;
-  switch (error) {
-    case ETIMEDOUT:
-      return LinkError::timeout;
-    case EMBBADCRC:
-      return LinkError::crc;
-    case EMBBADDATA:
-    case EMBBADEXC:
-    case EMBMDATA:
-    case EMBBADSLAVE:
-    case EINVAL:
-      return LinkError::protocol;
-    default:
-      return LinkError::reset;
-  }
 }
 
 /// Whatever libmodbus does or a test hands over: a write to this file takes what there is room for, and returns.
@@ -122,10 +105,8 @@ bool Client::make_context() {
   if (context == nullptr) return false;
   context_.reset(context);
   modbus_set_error_recovery(context, MODBUS_ERROR_RECOVERY_NONE);
+  // The time that connecting may take.
   modbus_set_response_timeout(context, whole_seconds(line_.response_timeout), microseconds(line_.response_timeout));
-  // Zero: the whole answer must be there by the response timeout, so that dripping bytes do not prolong it.
-  modbus_set_byte_timeout(context, 0, 0);
-  modbus_set_slave(context, line_.unit);
   return true;
 }
 
@@ -134,6 +115,7 @@ void Client::attach(int file) {
   TACTOR_DEMAND(make_context());
   modbus_set_socket(static_cast<modbus_t*>(context_.get()), file);
   never_block(file);
+  transaction_ = 0;
   unclear_ = false;
 }
 
@@ -149,13 +131,18 @@ bool Client::connect(LinkFailure& failure) {
     failure = {LinkError::disconnected, std::string("no connection: ") + modbus_strerror(error), true};
     return false;
   }
-  never_block(modbus_get_socket(static_cast<modbus_t*>(context_.get())));
+  never_block(file_of_line());
+  transaction_ = 0;
   unclear_ = endpoint_.serial;
   return true;
 }
 
 void Client::disconnect() {
   context_.reset();
+}
+
+int Client::file_of_line() const {
+  return modbus_get_socket(static_cast<modbus_t*>(context_.get()));
 }
 
 void Client::keep_silence() {
@@ -167,7 +154,7 @@ void Client::keep_silence() {
 // At most so much at once, because a peer that never stops sending may be quicker.
 bool Client::throw_away() {
   constexpr int most_reads = 16;
-  const int file = modbus_get_socket(static_cast<modbus_t*>(context_.get()));
+  const int file = file_of_line();
   if (endpoint_.serial) return tcflush(file, TCIOFLUSH) == 0;
   std::array<char, 4096> bytes{};
   for (int i = 0; i < most_reads; ++i) {
@@ -179,7 +166,7 @@ bool Client::throw_away() {
 }
 
 bool Client::drain() {
-  const int file = modbus_get_socket(static_cast<modbus_t*>(context_.get()));
+  const int file = file_of_line();
   const Duration look = std::max(Duration{2'000'000}, line_.silent() + Duration{2 * line_.character().ns});
   const Instant give_up = MonotonicClock::now() + line_.response_timeout + longest_answer_;
   // Silent twice in a row.
@@ -232,70 +219,104 @@ bool Client::transfer(const Transaction& transaction, const std::uint16_t* writt
   return request(transaction, written, read, failure);
 }
 
-bool Client::has_room(const Transaction& t, LinkFailure& failure) {
-  pollfd file{modbus_get_socket(static_cast<modbus_t*>(context_.get())), POLLOUT, 0};
-  const Instant give_up = MonotonicClock::now() + line_.response_timeout;
+// Nobody has asked for anything, and yet something has come.
+bool Client::refuse_unasked(LinkFailure& failure) {
+  const int file = file_of_line();
+  int waiting = 0;
+  if (unclear_ || ioctl(file, FIONREAD, &waiting) != 0 || waiting == 0) return true;
+  unclear_ = true;
+  failure = {LinkError::protocol,
+             std::to_string(waiting) +
+                 " bytes came that nobody had asked for: another master may be using this line, or it is disturbed",
+             false};
+  return false;
+}
+
+bool Client::fail_with(int error, LinkFailure& failure) {
+  unclear_ = true;
+  failure = {LinkError::reset, std::strerror(error), true};
+  return false;
+}
+
+/// Waits for `events` of the line; an error number, 0 where they have come. What is wrong with the file, the next call
+/// finds out.
+int Client::wait_for(short events, Instant give_up) const {
+  pollfd file{file_of_line(), events, 0};
   for (;;) {
     const std::int64_t left = std::max<std::int64_t>(0, (give_up - MonotonicClock::now()).ns);
     const timespec time{left / 1'000'000'000, left % 1'000'000'000};
     const int ready = ppoll(&file, 1, &time, nullptr);
-    if (ready < 0 && errno == EINTR) continue;
-    // What is wrong with the file the request finds out.
-    if (ready != 0) return true;
-    failure = {LinkError::timeout,
-               "the line takes no request within " + milliseconds(line_.response_timeout) +
-                   ": what was sent before is still waiting to go out (" + what_of(t) + ")",
-               true};
-    unclear_ = true;
-    return false;
+    if (ready > 0) return 0;
+    if (ready == 0) return ETIMEDOUT;
+    if (errno != EINTR) return errno;
   }
+}
+
+bool Client::send_request(std::span<const std::uint8_t> frame, LinkFailure& failure) {
+  const int file = file_of_line();
+  const Instant give_up = MonotonicClock::now() + line_.response_timeout;
+  for (std::size_t sent = 0; sent < frame.size();) {
+    if (const int error = wait_for(POLLOUT, give_up); error == ETIMEDOUT) {
+      unclear_ = true;
+      failure = {LinkError::timeout,
+                 "the line takes no request within " + milliseconds(line_.response_timeout) +
+                     ": what was sent before is still waiting to go out",
+                 true};
+      return false;
+    } else if (error != 0) {
+      return fail_with(error, failure);
+    }
+    const std::span<const std::uint8_t> rest = frame.subspan(sent);
+    const ssize_t n = endpoint_.serial ? ::write(file, rest.data(), rest.size())
+                                       : ::send(file, rest.data(), rest.size(), MSG_NOSIGNAL);
+    if (n > 0) sent += static_cast<std::size_t>(n);
+    if (n < 0 && errno != EAGAIN && errno != EINTR) return fail_with(errno, failure);
+  }
+  return true;
 }
 
 bool Client::request(const Transaction& t, const std::uint16_t* written, std::uint16_t* read, LinkFailure& failure) {
-  auto* context = static_cast<modbus_t*>(context_.get());
   keep_silence();
-  if (!has_room(t, failure)) return false;
-  errno = 0;
-  int done = -1, expected = 0;
-  switch (t.function) {
-    case 3:
-      done = modbus_read_registers(context, t.read_address, expected = t.read_count, read);
-      break;
-    case 4:
-      done = modbus_read_input_registers(context, t.read_address, expected = t.read_count, read);
-      break;
-    case 6:
-      done = modbus_write_register(context, t.write_address, written[0]);
-      expected = 1;
-      break;
-    case 16:
-      done = modbus_write_registers(context, t.write_address, expected = t.write_count, written);
-      break;
-    case 23:
-      done = modbus_write_and_read_registers(context, t.write_address, t.write_count, written, t.read_address,
-                                             expected = t.read_count, read);
-      break;
-    default:
-      TACTOR_DEMAND(!"a function that is known");
-  }
-  const int error = done < 0 ? errno : done == expected ? 0 : EMBBADDATA;
+  const bool done = refuse_unasked(failure) && exchange(t, written, read, failure);
   silent_from_ns_ = MonotonicClock::now().ns;
-  if (error == 0) return true;
-  explain(error, t, failure);
-  return false;
+  if (!done) failure.text += " (" + what_of(t) + ")";
+  return done;
 }
 
-void Client::explain(int error, const Transaction& t, LinkFailure& failure) {
-  failure.error = kind_of(error);
-  failure.reopen = failure.error == LinkError::reset;
-  unclear_ = unclear_ || (failure.error != LinkError::exception);
-  std::string text = modbus_strerror(error);
-  if (error == ETIMEDOUT) {
-    text = "no whole answer within " + milliseconds(line_.response_timeout);
-  } else if (failure.error == LinkError::exception) {
-    text = "exception " + std::to_string(error - MODBUS_ENOBASE) + " (" + text + ")";
+bool Client::exchange(const Transaction& t, const std::uint16_t* written, std::uint16_t* read, LinkFailure& failure) {
+  transaction_ = (transaction_ + 1) & 0xffff;
+  const Framing framing{endpoint_.serial, line_.unit, transaction_};
+  const std::vector<std::uint8_t> sent = request_frame(t, written, framing);
+  if (!send_request(sent, failure)) return false;
+  const Instant give_up = MonotonicClock::now() + line_.response_timeout;
+  std::array<std::uint8_t, longest_frame> bytes{};
+  std::size_t come = 0;
+  for (;;) {
+    const std::span<const std::uint8_t> answer(bytes.data(), come);
+    const AnswerState state = judge_answer(answer, t, sent, framing);
+    if (state.kind == AnswerState::Kind::good) {
+      take_words(answer, t, framing, read);
+      return true;
+    }
+    if (state.kind == AnswerState::Kind::wrong) {
+      unclear_ = unclear_ || state.error != LinkError::exception;
+      failure = {state.error, state.text, false};
+      return false;
+    }
+    // The whole answer must be there by then, so that dripping bytes do not prolong it.
+    if (const int error = wait_for(POLLIN, give_up); error == ETIMEDOUT) {
+      unclear_ = true;
+      failure = {LinkError::timeout, "no whole answer within " + milliseconds(line_.response_timeout), false};
+      return false;
+    } else if (error != 0) {
+      return fail_with(error, failure);
+    }
+    // No more than the answer has: what comes behind it is found before the next request.
+    const ssize_t n = ::read(file_of_line(), bytes.data() + come, std::min(state.missing, bytes.size() - come));
+    if (n > 0) come += static_cast<std::size_t>(n);
+    if (n == 0) return fail_with(ECONNRESET, failure);
+    if (n < 0 && errno != EAGAIN && errno != EINTR) return fail_with(errno, failure);
   }
-  failure.text = text + " (" + what_of(t) + ")";
 }
 
 }  // namespace tactor::modbus

@@ -11,9 +11,8 @@ namespace tactor::modbus {
 
 namespace {
 
-constexpr std::array<std::string_view, 13> names{"silent", "slow",      "dribble", "late",    "crc",
-                                                 "slave",  "exception", "reset",   "another", "jump",
-                                                 "stuck",  "unplug",    "status"};
+constexpr std::array<std::string_view, 14> names{"silent",    "slow",  "dribble", "late", "crc",   "slave",  "length",
+                                                 "exception", "reset", "another", "jump", "stuck", "unplug", "status"};
 
 std::optional<double> number(std::string_view text) {
   double value = 0;

@@ -15,6 +15,7 @@ enum class FaultKind {
   late,       ///< one answer `value` s late (0: 0.2), those after it in order
   crc,        ///< wrong check sums, for `value` s (0: for ever); over TCP a wrong transaction number
   slave,      ///< another slave answers, for `value` s (0: for ever)
+  length,     ///< over TCP a wrong length in the header, else a wrong count of bytes, for `value` s (0: for ever)
   exception,  ///< exception 4 to every request, for `value` s (0: for ever)
   reset,      ///< the connection is ended once; on a serial line an answer of noise
   another,    ///< what identifies the device reads as that of another, and the connection is ended

@@ -2,9 +2,6 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <modbus/modbus-rtu.h>
-#include <modbus/modbus-tcp.h>
-#include <modbus/modbus.h>
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -15,8 +12,10 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 
 #include "devices/modbus/cycle_plan.hpp"
+#include "devices/modbus/frame.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
@@ -27,6 +26,8 @@ namespace {
 constexpr int poll_ms = 5;
 constexpr Duration move_period{500'000};
 constexpr int moves_a_log_line = 4;
+constexpr Duration accept_again{100'000'000};  // after an attempt that the system refused
+constexpr Duration longest_gap{100'000'000};   // within a request on a serial line
 // A device keeps its time whatever else the computer does; below the loops that are tried on it. Refused, it does
 // without.
 const ThreadSettings punctual{SchedulingPolicy::fifo, 40, std::nullopt};
@@ -39,8 +40,14 @@ double value_or(const Fault& fault, double otherwise) {
   return fault.value == 0 ? otherwise : fault.value;
 }
 
-int word_at(const std::uint8_t* bytes) {
-  return bytes[0] << 8 | bytes[1];
+void never_block(int file) {
+  if (fcntl(file, F_SETFL, fcntl(file, F_GETFL) | O_NONBLOCK) != 0) fail("cannot set up a file");
+}
+
+/// What `link` points to; empty where it is no symbolic link.
+std::string target_of(const std::string& link) {
+  std::error_code none;
+  return std::filesystem::read_symlink(link, none).string();
 }
 
 }  // namespace
@@ -52,32 +59,15 @@ Emulator::Emulator(Profile profile, EmulatorOptions options)
     log_.open(options_.log);
     if (!log_) fail("cannot write " + options_.log);
   }
-  int pair[2];
-  if (socketpair(AF_UNIX, SOCK_STREAM, 0, pair) != 0) fail("no socket");
-  reply_in_ = pair[0];
-  reply_out_ = pair[1];
-  mapping_ = modbus_mapping_new(0, 0, 65536, 65536);
-  if (mapping_ == nullptr) fail("no memory");
   options_.serial ? open_pty() : open_tcp();
-  const LineSettings& line = device_.profile().line;
-  modbus_set_slave(context_, line.unit);
-  modbus_set_response_timeout(context_, 0, 1);  // which libmodbus sleeps for before some exceptions
-  modbus_set_byte_timeout(context_, 0, 100'000);
 }
 
 Emulator::~Emulator() {
   stop();
   if (options_.serial) close_pty();
   if (kept_open_ >= 0) close(kept_open_);
-  for (const int file : clients_) close(file);
-  for (const int file : {listen_, reply_in_, reply_out_}) {
-    if (file >= 0) close(file);
-  }
-  if (context_ != nullptr) {
-    modbus_set_socket(context_, -1);
-    modbus_free(context_);
-  }
-  modbus_mapping_free(static_cast<modbus_mapping_t*>(mapping_));
+  for (const Client& client : clients_) close(client.file);
+  if (listen_ >= 0) close(listen_);
 }
 
 void Emulator::open_tcp() {
@@ -95,8 +85,7 @@ void Emulator::open_tcp() {
   socklen_t size = sizeof address;
   getsockname(listen_, reinterpret_cast<sockaddr*>(&address), &size);
   address_ = "tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
-  context_ = modbus_new_tcp("127.0.0.1", ntohs(address.sin_port));
-  if (context_ == nullptr) fail("no context");
+  never_block(listen_);
 }
 
 void Emulator::open_pty() {
@@ -111,21 +100,28 @@ void Emulator::open_pty() {
   if (kept_open_ < 0 || tcgetattr(kept_open_, &settings) != 0) fail(std::string("cannot open ") + name);
   cfmakeraw(&settings);
   tcsetattr(kept_open_, TCSANOW, &settings);
-  const LineSettings& line = device_.profile().line;
+  never_block(terminal_);
   if (address_.empty()) address_ = std::string("rtu:") + (options_.link.empty() ? name : options_.link);
-  // What it is called is of no matter: the files are set for each request.
-  if (context_ == nullptr) context_ = modbus_new_rtu(name, line.baud, line.parity, 8, line.stop_bits);
-  if (context_ == nullptr) fail("no context");
-  clients_.push_back(terminal_);
+  clients_.push_back({terminal_, {}, {}});
   if (options_.link.empty()) return;
-  unlink(options_.link.c_str());
+  // Only what such a program has made is replaced.
+  std::error_code none;
+  const std::filesystem::file_status there = std::filesystem::symlink_status(options_.link, none);
+  if (std::filesystem::exists(there) && !std::filesystem::is_symlink(there)) {
+    throw InputError("--link " + options_.link + ": expected a name that is free, or a symbolic link, found " +
+                     (std::filesystem::is_directory(there) ? "a folder" : "a file") + "; choose another name");
+  }
+  if (std::filesystem::is_symlink(there)) unlink(options_.link.c_str());
   if (symlink(name, options_.link.c_str()) != 0) fail("--link " + options_.link + ": cannot make it");
+  linked_ = name;
 }
 
 void Emulator::close_pty() {
   if (terminal_ < 0) return;
-  if (!options_.link.empty()) unlink(options_.link.c_str());
-  std::erase(clients_, terminal_);
+  // Somebody else may have put something there since.
+  if (!linked_.empty() && target_of(options_.link) == linked_) unlink(options_.link.c_str());
+  linked_.clear();
+  std::erase_if(clients_, [this](const Client& client) { return client.file == terminal_; });
   close(terminal_);
   terminal_ = -1;
   // Its other end stays open, so that no other program gets a terminal of that name, which a client may ask for again.
@@ -233,7 +229,8 @@ void Emulator::begin(Waiting& w) {
 void Emulator::end_faults() {
   const auto lasts = [](FaultKind kind) {
     return kind == FaultKind::silent || kind == FaultKind::crc || kind == FaultKind::slave ||
-           kind == FaultKind::exception || kind == FaultKind::stuck || kind == FaultKind::unplug;
+           kind == FaultKind::length || kind == FaultKind::exception || kind == FaultKind::stuck ||
+           kind == FaultKind::unplug;
   };
   for (Waiting& w : faults_) {
     if (!w.begun || w.over || w.fault.value <= 0 || !lasts(w.fault.kind)) continue;
@@ -269,26 +266,32 @@ void Emulator::serve() {
       drop_clients_ = false;
     }
     if (drops && !options_.serial) {
-      while (!clients_.empty()) drop(clients_.back());
+      while (!clients_.empty()) drop(clients_.back().file);
     }
     pull_or_plug();
     std::vector<pollfd> files;
-    if (listen_ >= 0) files.push_back({listen_, POLLIN, 0});
-    for (const int file : clients_) files.push_back({file, POLLIN, 0});
-    if (poll(files.data(), files.size(), poll_ms) <= 0) continue;
+    if (listen_ >= 0 && MonotonicClock::now() >= accept_from_) files.push_back({listen_, POLLIN, 0});
+    for (const Client& client : clients_) files.push_back({client.file, POLLIN, 0});
+    const int ready = poll(files.data(), files.size(), poll_ms);
+    if (ready < 0 && errno != EINTR) pause(poll_ms * 1e-3);
+    if (ready <= 0) continue;
     for (const pollfd& file : files) {
       if (file.revents == 0) continue;
-      file.fd == listen_ ? accept_client() : answer(file.fd);
+      file.fd == listen_ ? accept_client() : hear(file.fd);
     }
   }
 }
 
 void Emulator::accept_client() {
-  const int file = accept4(listen_, nullptr, nullptr, SOCK_CLOEXEC);
-  if (file < 0) return;
+  const int file = accept4(listen_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  if (file < 0) {
+    // Out of descriptors, for one: whoever waits goes on waiting, which must not keep this thread busy.
+    if (errno != EAGAIN && errno != EINTR) accept_from_ = MonotonicClock::now() + accept_again;
+    return;
+  }
   const int on = 1;
   setsockopt(file, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  clients_.push_back(file);
+  clients_.push_back({file, {}, {}});
   ++connections_;
 }
 
@@ -297,23 +300,47 @@ void Emulator::drop(int file) {
   const linger now{1, 0};
   setsockopt(file, SOL_SOCKET, SO_LINGER, &now, sizeof now);
   close(file);
-  std::erase(clients_, file);
+  std::erase_if(clients_, [file](const Client& client) { return client.file == file; });
 }
 
-void Emulator::answer(int file) {
-  std::uint8_t request[MODBUS_TCP_MAX_ADU_LENGTH];
-  modbus_set_socket(context_, file);
-  const int length = modbus_receive(context_, request);
-  if (length < 0) {
-    if (options_.serial) {
-      tcflush(file, TCIFLUSH);
-      if (errno == EIO) pause(0.01);
-    } else {
-      drop(file);
-    }
+Emulator::Client* Emulator::client_of(int file) {
+  const auto found =
+      std::find_if(clients_.begin(), clients_.end(), [file](const Client& client) { return client.file == file; });
+  return found == clients_.end() ? nullptr : &*found;
+}
+
+void Emulator::hear(int file) {
+  Client* client = client_of(file);
+  if (client == nullptr) return;
+  std::array<std::uint8_t, 512> bytes{};
+  const ssize_t n = read(file, bytes.data(), bytes.size());
+  if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  if (n <= 0) {
+    // A terminal stays, also when nobody has it open.
+    options_.serial ? pause(0.01) : drop(file);
     return;
   }
-  if (length == 0) return;  // for another slave
+  const Instant now = MonotonicClock::now();
+  // Bytes of a serial line that come after a pause begin another request.
+  if (options_.serial && now - client->heard > longest_gap) client->pending.clear();
+  client->heard = now;
+  client->pending.insert(client->pending.end(), bytes.begin(), bytes.begin() + n);
+  while (!stop_ && client != nullptr) {
+    TakenRequest taken = take_request(client->pending, options_.serial);
+    if (taken.kind == TakenRequest::Kind::incomplete) return;
+    if (taken.kind == TakenRequest::Kind::broken) {
+      client->pending.clear();
+      if (!options_.serial) drop(file);
+      return;
+    }
+    client->pending.erase(client->pending.begin(), client->pending.begin() + static_cast<std::ptrdiff_t>(taken.length));
+    const bool meant = !options_.serial || taken.request.unit == device_.profile().line.unit;
+    if (taken.kind == TakenRequest::Kind::whole && meant) answer(file, taken.request);
+    client = client_of(file);
+  }
+}
+
+void Emulator::answer(int file, const Request& request) {
   std::vector<std::uint8_t> frame;
   {
     const std::scoped_lock lock(mutex_);
@@ -321,79 +348,31 @@ void Emulator::answer(int file) {
     any_request_ = true;
     device_.asked();
   }
-  if (options_.serial && options_.line_delay) pause(line_seconds(request, length));
+  if (options_.serial && options_.line_delay) {
+    const LineSettings& line = device_.profile().line;
+    // The silence after the answer is the client's to keep.
+    pause(seconds_of(request.what, line, true) - line.silent().seconds());
+  }
   {
     const std::scoped_lock lock(mutex_);
     device_.advance(Time{} + (MonotonicClock::now() - origin_));
-    frame = reply_to(request, length);
+    if (active(FaultKind::exception) != nullptr) {
+      constexpr int device_failure = 4;
+      ++fault_answers_;
+      frame = exception_frame(request, options_.serial, device_failure);
+    } else {
+      if (request.exception == 0 && request.what.write_count > 0) ++writes_;
+      frame = answer_request(request, options_.serial, device_);
+    }
   }
   send(file, std::move(frame));
 }
 
-double Emulator::line_seconds(const std::uint8_t* request, int length) const {
-  if (length < 6) return 0;
-  Transaction t{.function = request[1]};
-  const int a = word_at(request + 2), n = word_at(request + 4);
-  if (t.function == 16) {
-    t.write_address = a;
-    t.write_count = n;
-  } else {
-    t.read_address = a;
-    t.read_count = n;
-  }
-  if (t.function == 23 && length >= 10) t.write_count = word_at(request + 8);
-  const LineSettings& line = device_.profile().line;
-  // The silence after the answer is the client's to keep.
-  return seconds_of(t, line, true) - line.silent().seconds();
-}
-
-std::vector<std::uint8_t> Emulator::reply_to(const std::uint8_t* request, int length) {
-  auto* map = static_cast<modbus_mapping_t*>(mapping_);
-  const std::uint8_t* pdu = request + modbus_get_header_length(context_);
-  const int function = pdu[0];
-  const int at = word_at(pdu + 1), n = function == 6 ? 1 : word_at(pdu + 3);
-  const bool writes = function == 6 || function == 16;
-  bool good = function == 3 || function == 4 || function == 6 || function == 16 || function == 23;
-  std::vector<std::uint16_t> words(65536);
-  if (good && !writes) good = device_.read(at, std::min(n, 125), words.data());
-  int write_at = at, write_n = n;
-  const std::uint8_t* data = function == 6 ? pdu + 3 : pdu + 6;
-  if (function == 23) {
-    write_at = word_at(pdu + 5);
-    write_n = word_at(pdu + 7);
-    data = pdu + 10;
-  }
-  const bool known = function == 3 || function == 4 || function == 6 || function == 16 || function == 23;
-  if (active(FaultKind::exception) != nullptr) {
-    ++fault_answers_;
-    modbus_set_socket(context_, reply_in_);
-    modbus_reply_exception(context_, request, MODBUS_EXCEPTION_SLAVE_OR_SERVER_FAILURE);
-  } else {
-    if (good && (writes || function == 23)) {
-      ++writes_;
-      write_n = std::clamp(write_n, 0, 123);
-      std::vector<std::uint16_t> written(static_cast<std::size_t>(write_n));
-      for (int i = 0; i < write_n; ++i)
-        written[static_cast<std::size_t>(i)] =
-            static_cast<std::uint16_t>(word_at(data + 2 * static_cast<std::ptrdiff_t>(i)));
-      good = write_at + write_n <= 65536 && device_.write(write_at, write_n, written.data());
-      if (good && function == 23) good = device_.read(at, std::min(n, 125), words.data());
-    }
-    modbus_set_socket(context_, reply_in_);
-    if (known && !good) {
-      modbus_reply_exception(context_, request, MODBUS_EXCEPTION_ILLEGAL_DATA_ADDRESS);
-    } else {
-      if (good && !writes) {
-        std::uint16_t* into = function == 4 ? map->tab_input_registers : map->tab_registers;
-        std::copy_n(words.begin(), std::min(n, 125), into + at);
-      }
-      modbus_reply(context_, request, length, map);
-    }
-  }
-  std::vector<std::uint8_t> frame(512);
-  const ssize_t size = recv(reply_out_, frame.data(), frame.size(), MSG_DONTWAIT);
-  frame.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
-  return frame;
+void Emulator::put_check_sum(std::vector<std::uint8_t>& frame) const {
+  if (!options_.serial) return;
+  const std::uint16_t sum = check_sum(std::span<const std::uint8_t>(frame).first(frame.size() - 2));
+  frame[frame.size() - 2] = static_cast<std::uint8_t>(sum & 0xffU);
+  frame[frame.size() - 1] = static_cast<std::uint8_t>(sum >> 8);
 }
 
 void Emulator::disturb(std::vector<std::uint8_t>& frame) {
@@ -404,21 +383,17 @@ void Emulator::disturb(std::vector<std::uint8_t>& frame) {
     ++fault_answers_;
   }
   if (active(FaultKind::slave) != nullptr) {
+    // A whole answer of the slave beside it.
+    std::uint8_t& unit = frame[options_.serial ? 0 : 6];
+    unit = static_cast<std::uint8_t>(unit + 1);
+    put_check_sum(frame);
     ++fault_answers_;
-    if (!options_.serial) {
-      frame[0] ^= 0x55U;
-    } else {
-      // A whole answer of the slave beside it: its check sum is right.
-      frame[0] = static_cast<std::uint8_t>(frame[0] + 1);
-      std::uint16_t sum = 0xffff;
-      for (std::size_t i = 0; i + 2 < frame.size(); ++i) {
-        sum = static_cast<std::uint16_t>(sum ^ frame[i]);
-        for (int bit = 0; bit < 8; ++bit)
-          sum = static_cast<std::uint16_t>((sum & 1U) != 0 ? (sum >> 1) ^ 0xa001U : sum >> 1);
-      }
-      frame[frame.size() - 2] = static_cast<std::uint8_t>(sum & 0xffU);
-      frame[frame.size() - 1] = static_cast<std::uint8_t>(sum >> 8);
-    }
+  }
+  if (active(FaultKind::length) != nullptr) {
+    // Of the header over TCP, else the byte behind the function, which counts those of a read.
+    ++frame[options_.serial ? 2 : 5];
+    put_check_sum(frame);
+    ++fault_answers_;
   }
   if (Waiting* reset = active(FaultKind::reset)) {
     for (std::uint8_t& byte : frame) byte ^= 0xa5U;
@@ -451,7 +426,11 @@ void Emulator::send(int file, std::vector<std::uint8_t> frame) {
     if (i > 0) pause(drip);
     const ssize_t sent =
         options_.serial ? ::write(file, frame.data() + i, piece) : ::send(file, frame.data() + i, piece, MSG_NOSIGNAL);
-    if (sent < 0) return;
+    if (sent == static_cast<ssize_t>(piece)) continue;
+    // Nobody reads. A serial line loses what it has no room for; over TCP the rest of an answer would be taken for the
+    // next one.
+    if (!options_.serial) drop(file);
+    return;
   }
 }
 

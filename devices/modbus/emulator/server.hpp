@@ -1,5 +1,4 @@
-// Serves an emulated device on TCP or a pseudo-terminal, by libmodbus, with the time that its line would take and
-// faults.
+// Serves an emulated device on TCP or a pseudo-terminal, with the time that its line would take and faults.
 #pragma once
 
 #include <sys/types.h>
@@ -17,9 +16,8 @@
 
 #include "devices/modbus/emulator/device.hpp"
 #include "devices/modbus/emulator/faults.hpp"
+#include "devices/modbus/emulator/request.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
-
-struct _modbus;  // NOLINT(bugprone-reserved-identifier): libmodbus calls it so
 
 namespace tactor::modbus {
 
@@ -35,10 +33,11 @@ struct EmulatorOptions {
 };
 
 /// An emulated device on its line. The device moves on a thread of its own; another answers, one request at a time and
-/// those of one client after the other, as a device does: what waited while it was slow is answered afterwards.
+/// those of one client after the other, as a device does: what waited while it was slow is answered afterwards. No
+/// client holds it up: half a request waits until it is whole, and a client that does not read its answers is dropped.
 class Emulator {
  public:
-  /// Opens the line. Throws RunError where that fails.
+  /// Opens the line. Throws RunError where that fails, InputError where `link` is something else than a link.
   Emulator(Profile profile, EmulatorOptions options);
   ~Emulator();
   Emulator(const Emulator&) = delete;
@@ -67,6 +66,12 @@ class Emulator {
     Instant began;
   };
 
+  struct Client {
+    int file = -1;
+    std::vector<std::uint8_t> pending;  // of a request that is not whole
+    Instant heard;                      // when the newest of them came
+  };
+
   void open_tcp();
   void open_pty();
   void close_pty();
@@ -74,14 +79,15 @@ class Emulator {
   void move();
   void serve();
   void accept_client();
-  void answer(int file);
-  std::vector<std::uint8_t> reply_to(const std::uint8_t* request, int length);
-  [[nodiscard]] double line_seconds(const std::uint8_t* request, int length) const;
+  [[nodiscard]] Client* client_of(int file);
+  void hear(int file);
+  void answer(int file, const Request& request);
   void begin_faults();
   void begin(Waiting& waiting);
   void end_faults();
   [[nodiscard]] Waiting* active(FaultKind kind);
   void send(int file, std::vector<std::uint8_t> frame);
+  void put_check_sum(std::vector<std::uint8_t>& frame) const;
   void disturb(std::vector<std::uint8_t>& frame);
   void drop(int file);
   void pause(double seconds) const;
@@ -91,11 +97,10 @@ class Emulator {
   EmulatedDevice device_;
   std::vector<Waiting> faults_;
   std::string address_;
-  _modbus* context_ = nullptr;
-  void* mapping_ = nullptr;
   int listen_ = -1, terminal_ = -1, kept_open_ = -1;
-  int reply_in_ = -1, reply_out_ = -1;  // libmodbus writes its answers here, so that they can be changed
-  std::vector<int> clients_;
+  std::string linked_;   // what the link shows, where there is one
+  Instant accept_from_;  // no client is accepted before
+  std::vector<Client> clients_;
   Instant origin_;
   bool any_request_ = false;
   Instant first_request_;

@@ -115,6 +115,8 @@ int attach(int port) {
   return ends[0];
 }
 
+constexpr std::size_t most_unsent = std::size_t{1} << 20;  // bytes of answers
+
 /// Carries bytes between a server and its socket.
 class Cable {
  public:
@@ -126,7 +128,8 @@ class Cable {
   [[nodiscard]] bool is_open() const { return server_.is_open(); }
   /// False where the other end has hung up. Throws RunError where what comes is not usbip.
   bool frame(double dt) {
-    if (!read()) return false;
+    // Whoever takes no answers is not asked for more requests.
+    if (outgoing_.size() < most_unsent && !read()) return false;
     server_.frame(dt);
     const std::vector<std::uint8_t> answers = server_.take();
     outgoing_.insert(outgoing_.end(), answers.begin(), answers.end());

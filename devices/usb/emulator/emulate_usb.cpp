@@ -207,6 +207,10 @@ int emulate(int argc, char** argv) {
     if (mkfifo(emulation.control.c_str(), 0600) != 0 && errno != EEXIST) {
       throw InputError("--control " + options.control + ": cannot be made: " + std::strerror(errno));
     }
+    if (!std::filesystem::is_fifo(emulation.control)) {
+      throw InputError("--control " + options.control +
+                       ": expected a name that is free, or a FIFO, found another kind of file; choose another name");
+    }
   }
   if (options.wrong_device) emulation.bulk = !emulation.bulk;
   if (options.firmware) {

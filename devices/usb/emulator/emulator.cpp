@@ -13,7 +13,8 @@ namespace {
 
 constexpr long frame_ns = 1'000'000;
 constexpr std::uint8_t to_host = 0x81;  // the endpoint of reports
-constexpr int priority = 40;            // below the loops that are tried on the device
+constexpr std::size_t longest_order = 4096;
+constexpr int priority = 40;  // below the loops that are tried on the device
 
 double seconds(const timespec& t) {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
@@ -76,6 +77,8 @@ void UsbEmulator::take_orders() {
   char bytes[256];
   const ssize_t n = ::read(control_, bytes, sizeof bytes);
   if (n > 0) orders_.append(bytes, static_cast<std::size_t>(n));
+  // Longer than every order: nobody ends that line, and it must not fill the memory.
+  if (orders_.size() > longest_order && orders_.find('\n') == std::string::npos) orders_.clear();
   for (std::size_t end = orders_.find('\n'); end != std::string::npos; end = orders_.find('\n')) {
     UsbFault fault{};
     if (parse_fault(std::string_view(orders_).substr(0, end), fault)) begin(fault);

@@ -121,21 +121,18 @@ std::vector<std::uint8_t> mutated(Dice& dice, bool serial, const Transaction& t)
   return frame;
 }
 
-/// Whether a frame begins with an answer to the request: the right slave, function, length and check sum, or number of
-/// transaction.
+/// Whether a frame begins with an answer to the request: everything that an answer repeats is right, and so is the
+/// check sum of a serial line.
 bool is_answer(const std::vector<std::uint8_t>& frame, const Transaction& t, bool serial) {
-  const std::size_t head = serial ? 1 : 7;
-  const std::vector<std::uint8_t> good = framed(answer_to(t, 0, 0), serial);
+  std::vector<std::uint8_t> good = framed(answer_to(t, 0, 7), serial);
   if (frame.size() < good.size()) return false;
-  // Over TCP protocol, length and slave tell nothing that the number does not, and libmodbus hardly looks at them.
-  const std::size_t same = serial ? head : 2;
-  if (!std::equal(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(same), frame.begin())) return false;
-  if (frame[head] != t.function) return false;
-  if (t.read_count > 0 && frame[head + 1] != 2 * t.read_count) return false;
-  if (t.function == 16 && (frame[head + 3] != 0 || frame[head + 4] != t.write_count)) return false;
-  std::vector<std::uint8_t> summed(frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(good.size()));
-  if (serial) put_check_sum(summed);
-  return std::equal(summed.begin(), summed.end(), frame.begin());
+  // The words that were read may have any value.
+  const std::size_t data = (serial ? 1 : 7) + 2;
+  for (std::size_t i = data; t.read_count > 0 && i < data + 2 * static_cast<std::size_t>(t.read_count); ++i) {
+    good[i] = frame[i];
+  }
+  if (serial) put_check_sum(good);
+  return std::equal(good.begin(), good.end(), frame.begin());
 }
 
 /// How many inputs each of these tests takes: 20,000, or what the environment says, such as 1000000.
@@ -176,13 +173,18 @@ void fuzz_answers(bool serial, std::uint32_t seed) {
     const std::vector<std::uint8_t> frame = mutated(dice, serial, t);
     int pair[2];
     BOOST_REQUIRE(socketpair(AF_UNIX, SOCK_STREAM, 0, pair) == 0);
-    // All that will come is there, and then the end, so that nothing is waited for.
-    if (!frame.empty()) BOOST_REQUIRE(send(pair[1], frame.data(), frame.size(), MSG_NOSIGNAL) > 0);
-    shutdown(pair[1], SHUT_WR);
     client.attach(pair[0]);
+    // After the request all that will come, and then the end, so that nothing is waited for.
+    std::thread peer([&] {
+      std::array<char, 300> request{};
+      if (read(pair[1], request.data(), request.size()) <= 0) return;
+      if (!frame.empty()) send(pair[1], frame.data(), frame.size(), MSG_NOSIGNAL);
+      shutdown(pair[1], SHUT_WR);
+    });
     std::vector<std::uint16_t> words = room_for(t);
     LinkFailure failure;
     const bool believed = client.transfer(t, written.data(), words.data(), failure);
+    peer.join();
     ++(believed ? good : failed)[static_cast<std::size_t>(t.function)];
     if (believed) {
       BOOST_REQUIRE_MESSAGE(is_answer(frame, t, serial), "input " << i << " is no answer to function " << t.function);
@@ -319,9 +321,9 @@ class Peer {
     }
     put(frame);
   }
-  /// Two bytes side by side, which every check sum of 16 bits sees; over TCP in the number of transaction.
+  /// Two bytes side by side, which every check sum of 16 bits sees; over TCP in the header or the function.
   void garble(std::vector<std::uint8_t>& frame) {
-    const auto at = static_cast<std::size_t>(serial_ ? roll(dice_, 0, static_cast<int>(frame.size()) - 2) : 0);
+    const auto at = static_cast<std::size_t>(roll(dice_, 0, serial_ ? static_cast<int>(frame.size()) - 2 : 6));
     frame[at] ^= static_cast<std::uint8_t>(roll(dice_, 1, 255));
     frame[at + 1] ^= static_cast<std::uint8_t>(roll(dice_, 0, 255));
   }
