@@ -291,18 +291,17 @@ int emulate(const std::vector<std::string>& words) {
 }
 
 int device(const std::string& what, const fs::path& graph, const GraphOptions& options, const std::string& node,
-           DeviceTrial trial) {
+           const DeviceTrial& trial) {
   Registry registry(default_node_folders());
   const GraphSpec spec = load_graph(graph, registry, options.overrides(), mesh_folders());
   const NodeSpec& found = hardware_node(spec, node);
   if (found.info->check_params) static_cast<void>(make_plan(spec));
   if (what == "calibrate") {
-    calibrate_device(found, trial.yes);
+    calibrate_device(found, trial.yes, interrupted);
     return 0;
   }
   end_instead_of_stopping();
-  trial.interrupted = &interrupted;
-  return try_device(spec, found, trial, registry);
+  return try_device(spec, found, trial, registry, interrupted);
 }
 
 int main_checked(int argc, char** argv) {

@@ -1,11 +1,12 @@
 #include "app/machine/devices.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <mutex>
 #include <numbers>
 
@@ -125,7 +126,7 @@ GraphSpec trial_graph(const GraphSpec& graph, const NodeSpec& device, double for
 
 /// Runs it and shows where the device is, ten times a second on a terminal, else once a second. What the device has to
 /// say of itself beforehand is added to `notes`.
-RunResult run_trial(const GraphSpec& graph, const DeviceTrial& trial, std::vector<std::string>& notes) {
+RunResult run_trial(const GraphSpec& graph, const std::atomic<int>& interrupted, std::vector<std::string>& notes) {
   const bool terminal = isatty(STDOUT_FILENO) == 1;
   double shown = -1;
   RunOptions options;
@@ -143,7 +144,7 @@ RunResult run_trial(const GraphSpec& graph, const DeviceTrial& trial, std::vecto
     std::fflush(stdout);
     return true;
   };
-  options.stop_asked = [&trial] { return trial.interrupted != nullptr && *trial.interrupted != 0; };
+  options.stop_asked = [&interrupted] { return interrupted != 0; };
   RunResult result = execute(make_plan(graph), options);
   if (terminal) fmt::print("\n");
   return result;
@@ -157,6 +158,10 @@ int tell_result(const RunResult& result, const std::string& what) {
   }
   TrialState& shared = trial_state();
   const std::scoped_lock lock(shared.mutex);
+  if (!shared.any && result.interrupted) {
+    fmt::print("  ended before the device had shown a position\n");
+    return 0;
+  }
   if (!shared.any) {
     tell("tactor: the device has shown no position\n");
     return 1;
@@ -204,7 +209,10 @@ const NodeSpec& hardware_node(const GraphSpec& graph, const std::string& name) {
                    (names.empty() ? "none; device types are listed by `tactor nodes`" : names));
 }
 
-bool confirmed(const std::string& question, bool yes) {
+bool confirmed(const std::string& question, bool yes, const std::atomic<int>& interrupted) {
+  constexpr int look_ms = 50;
+  // What was typed before the question was no answer to it.
+  tcflush(STDIN_FILENO, TCIFLUSH);
   fmt::print("{} [y/N] ", question);
   std::fflush(stdout);
   if (yes) {
@@ -212,21 +220,33 @@ bool confirmed(const std::string& question, bool yes) {
     return true;
   }
   std::string answer;
-  if (!std::getline(std::cin, answer)) fmt::print("\n");
+  // Not by the library's streams, which take a read up again that a signal has ended.
+  for (char c = 0; c != '\n';) {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    const int ready = poll(&input, 1, look_ms);
+    if (interrupted != 0 || (ready > 0 && read(STDIN_FILENO, &c, 1) <= 0)) {
+      fmt::print("\n");
+      // Half a line may have been typed, which the shell would get.
+      tcflush(STDIN_FILENO, TCIFLUSH);
+      return false;
+    }
+    if (ready > 0 && c != '\n') answer += c;
+  }
   return answer == "y" || answer == "Y" || answer == "yes";
 }
 
-int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry) {
+int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry,
+               const std::atomic<int>& interrupted) {
   registry.add<TrialForce>();
   fmt::print("  {} ({}): where it is, without a force\n", device.name, device.info->type);
   const double watch = std::max(trial.seconds, 0.5);
   std::vector<std::string> notes, told_already;
-  const RunResult watched = run_trial(trial_graph(graph, device, 0, 1, watch, registry), trial, notes);
-  if (const int code = tell_result(watched, "moved"); code != 0) return code;
+  const RunResult watched = run_trial(trial_graph(graph, device, 0, 1, watch, registry), interrupted, notes);
+  if (const int code = tell_result(watched, "moved"); code != 0 || watched.interrupted) return code;
   for (const std::string& note : notes) fmt::print("  Note: {}\n", note);
   const std::string question = fmt::format(
       "  Give it up to {:g} N, along x, y and z of the scene and back, for {:g} s?", trial.force, 6 * trial.seconds);
-  if (!confirmed(question, trial.yes)) {
+  if (!confirmed(question, trial.yes, interrupted)) {
     fmt::print("  no force was given\n");
     return 0;
   }
@@ -236,14 +256,14 @@ int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial
     shared.any = false;
   }
   const GraphSpec forces = trial_graph(graph, device, trial.force, trial.seconds, 6 * trial.seconds + 2, registry);
-  return tell_result(run_trial(forces, trial, told_already), fmt::format("moved by up to {:g} N", trial.force));
+  return tell_result(run_trial(forces, interrupted, told_already), fmt::format("moved by up to {:g} N", trial.force));
 }
 
-void calibrate_device(const NodeSpec& device, bool yes) {
+void calibrate_device(const NodeSpec& device, bool yes, const std::atomic<int>& interrupted) {
   if (!device.info->calibrate)
     throw InputError("node " + device.name + ": " + device.info->type + " needs no calibration");
-  fmt::print("{}\n",
-             device.info->calibrate(device.params, [yes](const std::string& text) { return confirmed(text, yes); }));
+  const Ask ask = [yes, &interrupted](const std::string& text) { return confirmed(text, yes, interrupted); };
+  fmt::print("{}\n", device.info->calibrate(device.params, ask));
 }
 
 }  // namespace tactor

@@ -20,22 +20,24 @@ std::string device_list(Registry& registry);
 /// several and no name.
 const NodeSpec& hardware_node(const GraphSpec& graph, const std::string& name);
 
-/// Asks on the terminal; with `yes` without asking. False too where standard input is none.
-bool confirmed(const std::string& question, bool yes);
+/// Asks on the terminal; with `yes` without asking. Only what is typed after the question counts. False too where
+/// standard input has ended, and as soon as `interrupted` is set.
+bool confirmed(const std::string& question, bool yes, const std::atomic<int>& interrupted);
 
 /// What a try of a device does.
 struct DeviceTrial {
   double force = 1;    ///< N, the largest
   double seconds = 2;  ///< of the position before, and of each ramp
   bool yes = false;    ///< do not ask
-  const std::atomic<int>* interrupted = nullptr;
 };
 
 /// Shows the device's position, and on confirmation gives it small forces, one direction of the scene after the other,
-/// through its safety gate. Returns the exit code.
-int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry);
+/// through its safety gate. Ends at zero force when `interrupted` is set. Returns the exit code. Throws RunError where
+/// the device cannot be reached.
+int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry,
+               const std::atomic<int>& interrupted);
 
 /// Calibrates it, as its node type does that. Throws InputError where the type has no calibration.
-void calibrate_device(const NodeSpec& device, bool yes);
+void calibrate_device(const NodeSpec& device, bool yes, const std::atomic<int>& interrupted);
 
 }  // namespace tactor
