@@ -27,7 +27,12 @@ Finding ports_finding(const std::vector<SerialPort>& ports) {
   if (closed.empty()) return finding;
   finding.grade = Grade::bad;
   finding.cost = "this user may not open " + closed;
-  finding.mend = "sudo usermod -aG dialout $USER # then log in anew";
+  // As the ports have it: it is not called dialout everywhere.
+  for (const SerialPort& port : ports) {
+    const std::string group = group_of(port.file);
+    if (!port.may_open && !group.empty()) finding.mend = "sudo usermod -aG " + group + " $USER # then log in anew";
+  }
+  if (finding.mend.empty()) finding.mend = "give the ports a group by a udev rule, such as dialout";
   return finding;
 }
 

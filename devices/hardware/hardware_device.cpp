@@ -15,6 +15,9 @@ namespace {
 /// Room for the path of half an hour at 1 kHz.
 constexpr double max_path_samples = 2e6;
 
+constexpr Duration absent_after{1'000'000'000};  // without a line that opens
+constexpr Duration look_for_it{2'000'000};
+
 Vec3 as_vector(const std::vector<double>& v) {
   TACTOR_DEMAND(v.size() == 3);
   return {v[0], v[1], v[2]};
@@ -84,7 +87,17 @@ HardwareDevice::~HardwareDevice() = default;
 
 void HardwareDevice::start(StepContext&) {
   started_ = MonotonicClock::now();
-  if (!follows_) runner_->start();
+  if (follows_) return;
+  runner_->start();
+  // A line that is still being opened, with a start-up or a homing, is waited for by the run itself.
+  const Instant give_up = started_ + std::min(params_.connect_timeout, absent_after);
+  while (report_.samples == 0 && MonotonicClock::now() < give_up) {
+    MonotonicClock::sleep_until(MonotonicClock::now() + look_for_it);
+    runner_->newest(report_);
+  }
+  if (report_.cuts > 0 || report_.error == LinkError::none) return;
+  runner_->stop();
+  throw RunError("cannot be reached: " + runner_->last_failure());
 }
 
 void HardwareDevice::follow(const Node& judged) {

@@ -56,6 +56,8 @@ struct HardwareParts {
 class HardwareDevice : public DeviceNode {
  public:
   ~HardwareDevice() override;
+  /// Opens the line. Throws RunError, within connect_timeout and 1 s, where no attempt to open it succeeds; a line
+  /// whose first opening takes longer is waited for by the run.
   void start(StepContext& context) override;
   void follow(const Node& judged) override;
   [[nodiscard]] bool must_be_followed() const override { return true; }

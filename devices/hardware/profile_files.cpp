@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "framework/yaml/diagnostics.hpp"
+
 namespace tactor {
 
 namespace fs = std::filesystem;
@@ -33,6 +35,18 @@ std::optional<fs::path> find_profile(const std::string& kind, const std::string&
     if (fs::is_regular_file(folder / inside, ignored)) return folder / inside;
   }
   return std::nullopt;
+}
+
+fs::path profile_named(const std::string& kind, const std::string& name) {
+  if (const auto file = find_profile(kind, name)) return *file;
+  std::vector<std::string> names;
+  std::string list;
+  for (const fs::path& file : profile_files(kind)) {
+    names.push_back(file.stem().string());
+    list += (list.empty() ? "" : ", ") + names.back();
+  }
+  throw InputError("profile: expected the name of a profile (" + list + ") or the path of one, found \"" + name + "\"" +
+                   did_you_mean(fs::path(name).stem().string(), names));
 }
 
 std::vector<fs::path> profile_files(const std::string& kind) {

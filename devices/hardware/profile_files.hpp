@@ -17,6 +17,9 @@ std::vector<std::filesystem::path> profile_folders();
 /// its name (`iris_orca`, `modbus/iris_orca.yaml`). Nothing where there is none.
 std::optional<std::filesystem::path> find_profile(const std::string& kind, const std::string& name);
 
+/// The same. Throws InputError, with the profiles that there are and the nearest of them, where there is none.
+std::filesystem::path profile_named(const std::string& kind, const std::string& name);
+
 /// All profiles of a kind in the folders, each name once, as find_profile would find it; by folder and name.
 std::vector<std::filesystem::path> profile_files(const std::string& kind);
 

@@ -1,5 +1,7 @@
 #include "devices/hardware/serial_ports.hpp"
 
+#include <grp.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -50,6 +52,27 @@ std::vector<SerialPort> serial_ports(const fs::path& classes, const fs::path& fi
   }
   std::sort(ports.begin(), ports.end(), [](const SerialPort& a, const SerialPort& b) { return a.file < b.file; });
   return ports;
+}
+
+std::string group_of(const fs::path& file) {
+  struct stat status {};
+  if (stat(file.c_str(), &status) != 0 || (status.st_mode & (S_IRGRP | S_IWGRP)) != (S_IRGRP | S_IWGRP)) return {};
+  group entry{};
+  group* found = nullptr;
+  std::array<char, 16384> text{};
+  if (getgrgid_r(status.st_gid, &entry, text.data(), text.size(), &found) != 0 || found == nullptr) return {};
+  return found->gr_name;
+}
+
+std::string advice_for_access(const fs::path& file) {
+  const std::string name = group_of(file);
+  if (name.empty()) {
+    return "this user may not open " + file.string() +
+           ", and no group may: a udev rule has to give it one, such as "
+           "dialout";
+  }
+  return "this user may not open " + file.string() + ", which belongs to the group " + name + ": sudo usermod -aG " +
+         name + " $USER, then log in anew";
 }
 
 }  // namespace tactor

@@ -18,4 +18,10 @@ struct SerialPort {
 std::vector<SerialPort> serial_ports(const std::filesystem::path& classes = "/sys/class/tty",
                                      const std::filesystem::path& files = "/dev");
 
+/// The group whose members may open this file to read and write; empty where no group may, or it has no name.
+std::string group_of(const std::filesystem::path& file);
+
+/// What to do where this user may not open a serial port: the group that may, and the command that adds a user to it.
+std::string advice_for_access(const std::filesystem::path& file);
+
 }  // namespace tactor

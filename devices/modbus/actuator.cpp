@@ -58,20 +58,23 @@ std::string cycle_text(const Setup& setup) {
 }
 
 /// A watchdog that is shorter than two cycles runs out where a single one is late, one that is shorter than a cycle
-/// always.
-void check_watchdog(const Setup& setup) {
+/// always. The profile is at fault, unless it is the graph that asks for so few cycles.
+void check_watchdog(const Setup& setup, bool rate_of_graph) {
   if (!setup.profile.watchdog) return;
   constexpr double cycles = 2;
   const double time = setup.profile.watchdog->time.seconds();
   if (time * setup.rate >= cycles * (1 - 1e-9)) return;
   const double needed = cycles / time;
-  throw InputError("the watchdog of " + setup.profile.name + ": expected a time of at least two cycles of the line, " +
-                   text_of("%.4g ms at %.4g Hz", 1e3 * cycles / setup.rate, setup.rate) +
-                   text_of(", found %.4g ms, within which it would let go again and again; ", 1e3 * time) +
-                   (needed <= setup.line.rate
-                        ? text_of("set link_rate to %.4g Hz or more, or watchdog.time of the profile higher", needed)
-                        : text_of("the line carries at most %.4g Hz (", setup.line.rate) + cycle_text(setup) +
-                              "): set watchdog.time of the profile higher"));
+  const bool line_can = needed <= setup.line.rate;
+  const std::string text =
+      "the watchdog of " + setup.profile.name + ": expected a time of at least two cycles of the line, " +
+      text_of("%.4g ms at %.4g Hz", 1e3 * cycles / setup.rate, setup.rate) +
+      text_of(", found %.4g ms, within which it would let go again and again; ", 1e3 * time) +
+      (line_can ? text_of("set link_rate to %.4g Hz or more, or watchdog.time of the profile higher", needed)
+                : text_of("the line carries at most %.4g Hz (", setup.line.rate) + cycle_text(setup) +
+                      "): set watchdog.time of the profile higher");
+  if (line_can && rate_of_graph) throw InputError(text);
+  throw YamlError({{setup.profile.places.watchdog, text}});
 }
 
 /// What there is to know of a device that nothing makes let go when the commands end.
@@ -133,7 +136,7 @@ Setup make_setup(const Actuator::Params& params) {
     throw InputError("link_timeout: expected at least a cycle of the line, " + text_of("%.3g ms", 1e3 / setup.rate) +
                      ", found " + text_of("%.3g ms", 1e3 * params.link_timeout.seconds()));
   }
-  check_watchdog(setup);
+  check_watchdog(setup, params.link_rate > 0);
   setup.danger = danger_of(setup.profile);
   return setup;
 }

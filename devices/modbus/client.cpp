@@ -125,12 +125,18 @@ bool Client::connect(LinkFailure& failure) {
     failure = {LinkError::disconnected, std::string("cannot be opened: ") + modbus_strerror(errno), true};
     return false;
   }
+  if (std::string why; endpoint_.serial && !lock_.take(endpoint_.path, why)) {
+    context_.reset();
+    failure = {LinkError::disconnected, why, true};
+    return false;
+  }
   if (modbus_connect(static_cast<modbus_t*>(context_.get())) != 0) {
     const int error = errno;
-    context_.reset();
+    disconnect();
     failure = {LinkError::disconnected, std::string("no connection: ") + modbus_strerror(error), true};
     return false;
   }
+  lock_.exclude();
   never_block(file_of_line());
   transaction_ = 0;
   unclear_ = endpoint_.serial;
@@ -139,6 +145,7 @@ bool Client::connect(LinkFailure& failure) {
 
 void Client::disconnect() {
   context_.reset();
+  lock_.release();
 }
 
 int Client::file_of_line() const {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "devices/hardware/claim.hpp"
 #include "devices/hardware/link.hpp"
 #include "devices/modbus/cycle_plan.hpp"
 #include "devices/modbus/profile.hpp"
@@ -55,8 +56,9 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  /// Connects; over TCP within the response timeout for each address that the host's name has, after the time that the
-  /// system takes to look the name up.
+  /// Connects. A serial port is locked before anything is done to it, and refused where another program has it. Over
+  /// TCP within the response timeout for each address that the host's name has, after the time that the system takes to
+  /// look the name up.
   bool connect(LinkFailure& failure);
   /// Takes over a connection that was made elsewhere, for tests; the file is closed with the client.
   void attach(int file);
@@ -94,6 +96,7 @@ class Client {
   LineSettings line_;
   Fence fence_;
   Duration longest_answer_;              // on the line
+  PortLock lock_;                        // of a serial port; longer than it is open
   std::unique_ptr<void, Free> context_;  // modbus_t
   int transaction_ = 0;                  // over TCP, of the newest request
   bool unclear_ = false;                 // an answer may still come

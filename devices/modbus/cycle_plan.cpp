@@ -63,21 +63,25 @@ std::vector<Transaction> writes(const Profile& profile, const std::vector<std::s
   return result;
 }
 
+[[noreturn]] void refuse(const Place& place, const std::string& message) {
+  throw YamlError({{place, message}});
+}
+
 /// Joins the one write by function 23 to the first read by function 3.
 void combine(const Profile& profile, std::vector<Transaction>& writes, std::vector<Transaction>& reads) {
   const auto by = [](int function) { return [function](const Transaction& t) { return t.function == function; }; };
   const auto blocks = std::count_if(writes.begin(), writes.end(), by(23));
   if (blocks != (profile.combined ? 1 : 0)) {
-    throw InputError(std::string("cycle: expected ") +
-                     (profile.combined ? "one block of words that is written by function 23"
-                                       : "cycle: combined for what is written by function 23") +
-                     ", found " + std::to_string(blocks));
+    refuse(profile.places.cycle, std::string("cycle: expected ") +
+                                     (profile.combined ? "one block of words that is written by function 23"
+                                                       : "cycle: combined for what is written by function 23") +
+                                     ", found " + std::to_string(blocks));
   }
   if (!profile.combined) return;
   const auto write = std::find_if(writes.begin(), writes.end(), by(23));
   const auto read = std::find_if(reads.begin(), reads.end(), by(3));
   if (read == reads.end())
-    throw InputError("cycle: expected a register that is read by function 3 to combine, found none");
+    refuse(profile.places.cycle, "cycle: expected a register that is read by function 3 to combine, found none");
   read->function = 23;
   read->write_address = write->write_address;
   read->write_count = write->write_count;
@@ -141,8 +145,9 @@ Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
       "late answers on a serial line are told from new ones";
   if (profile.fence) {
     if (!taken(*profile.fence)) return *profile.fence;
-    throw InputError("fence: expected " + why + ", found function " + std::to_string(profile.fence->function) +
-                     " and count " + std::to_string(profile.fence->count) + ", which one of them has");
+    refuse(profile.places.fence, "fence: expected " + why + ", found function " +
+                                     std::to_string(profile.fence->function) + " and count " +
+                                     std::to_string(profile.fence->count) + ", which one of them has");
   }
   // The surest to be answered first: registers that the device has, then parts of them, then words between them.
   std::vector<Fence> candidates = spans(profile, 0);
@@ -157,7 +162,7 @@ Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
   for (const Fence& fence : candidates) {
     if (!taken(fence)) return fence;
   }
-  throw InputError("expected the key fence with " + why + ", found none, and none suggests itself");
+  refuse(profile.places.file, "expected the key fence with " + why + ", found none, and none suggests itself");
 }
 
 }  // namespace

@@ -30,10 +30,10 @@ struct CyclePlan {
 };
 
 /// The fence is a read that no other one looks like, by function and count, be it in the cycle, of `identify` or of a
-/// sequence: an answer to any of them may be under way when a line is opened anew. Throws InputError where the
-/// profile names one that is not such, or names none and none is found among the registers that can be read; it must
-/// name one then. Throws it too where what is declared as function 23 and the cycle do not agree, which a profile that
-/// was read from a file never does.
+/// sequence: an answer to any of them may be under way when a line is opened anew. Throws YamlError, with the place in
+/// the profile, where the profile names one that is not such, or names none and none is found among the registers that
+/// can be read; it must name one then. Throws it too where what is declared as function 23 and the cycle do not agree,
+/// which a profile that was read from a file never does.
 CyclePlan plan_cycle(const Profile& profile);
 
 /// Seconds that a transaction takes on a serial line: all characters of both frames, the turnaround of the device, and

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "devices/modbus/claim_names.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor::modbus {
@@ -146,8 +147,31 @@ bool ModbusLink::read_status(LinkFailure& failure) {
   return std::all_of(plan_.seldom.begin(), plan_.seldom.end(), [&](const Transaction& t) { return run(t, failure); });
 }
 
+bool ModbusLink::claim(LinkFailure& failure) {
+  const Endpoint& endpoint = client_.endpoint();
+  const std::vector<std::string> names = claim_names(endpoint);
+  if (!claims_.empty() && names == claimed_) return true;
+  claims_.clear();
+  claimed_ = names;
+  std::string holder;
+  const auto take = [&](const std::string& name, Claim::Sharing sharing) {
+    if (claims_.emplace_back().take(name, holder, sharing)) return true;
+    claims_.clear();
+    failure = {LinkError::disconnected, "in use by " + holder + "; a device has one owner: end that one first", true};
+    return false;
+  };
+  const std::string unit = " unit " + std::to_string(profile_.line.unit);
+  for (const std::string& name : names) {
+    const auto sharing = endpoint.serial ? Claim::Sharing::alone : Claim::Sharing::process;
+    if (!take(name, sharing)) return false;
+    if (!endpoint.serial && !take(name + unit, Claim::Sharing::alone)) return false;
+  }
+  return true;
+}
+
 bool ModbusLink::open(LinkFailure& failure) {
   started_ = false;
+  if (!claim(failure)) return false;
   const auto opened = [&] {
     if (!client_.connect(failure) || !identify(failure)) return false;
     started_ = true;
@@ -183,9 +207,17 @@ bool ModbusLink::exchange(const LinkCommand& command, LinkSample& sample, LinkFa
 }
 
 std::uint32_t ModbusLink::faults(std::string& text) const {
+  constexpr std::uint32_t another_master = std::uint32_t{1} << 31;
   std::uint32_t found = 0;
   for (const Status& status : profile_.status) {
     const RegisterInfo& info = profile_.registers[status.index];
+    const double value = get(status.index);
+    if (status.holds && std::abs(value - *status.holds) > 0.5 * std::abs(info.scale)) {
+      found |= another_master;
+      text += (text.empty() ? "" : ", ") + info.name + " has become " + number(value) +
+              ", which the start-up left at " + number(*status.holds) +
+              ": another master writes to this device, or it has changed that by itself; end the other program";
+    }
     std::uint32_t set = bits_of(info, (info.read_function == 4 ? read4_ : read3_).data() + info.address);
     for (const StatusBit& bit : status.bits) {
       if (((set >> bit.bit) & 1U) == 0) continue;

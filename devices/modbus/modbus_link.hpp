@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "devices/hardware/claim.hpp"
 #include "devices/hardware/link.hpp"
 #include "devices/modbus/client.hpp"
 #include "devices/modbus/cycle_plan.hpp"
@@ -11,7 +12,9 @@
 
 namespace tactor::modbus {
 
-/// A profile at an endpoint.
+/// A profile at an endpoint, which this link has alone among the programs of this machine from its first opening to its
+/// end: a serial port, or a host's address and port whatever name it goes by. Over TCP other links of this process may
+/// have other units of the same address.
 ///
 /// Nothing is written before every expectation of `identify` has been read and found true. Starting up sets the
 /// watchdog, commands zero, goes through the start_up steps and reads every status register anew; closing commands zero
@@ -37,6 +40,7 @@ class ModbusLink final : public Link {
   [[nodiscard]] const CyclePlan& plan() const { return plan_; }
 
  private:
+  bool claim(LinkFailure& failure);
   bool identify(LinkFailure& failure);
   bool walk(const std::vector<Step>& steps, LinkFailure& failure);
   bool write(std::size_t index, double value, LinkFailure& failure);
@@ -53,6 +57,8 @@ class ModbusLink final : public Link {
   Profile profile_;
   std::string name_;
   CyclePlan plan_;
+  std::vector<std::string> claimed_;  // names
+  std::vector<Claim> claims_;
   Client client_;
   std::vector<std::uint16_t> written_, read3_, read4_;  // the registers as they go over the line, by address
   std::uint64_t cycles_ = 0;

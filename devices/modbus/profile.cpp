@@ -115,7 +115,7 @@ void ProfileReader::status(const Tree& tree) {
     name.place = entry.place;
     const auto index = register_named(name, path, true, false);
     if (!index || !expect_map(entry.value, path, "a map", diagnostics_)) continue;
-    check_keys(entry.value, path, "key", {"every", "faults", "notes", "others"}, diagnostics_);
+    check_keys(entry.value, path, "key", {"every", "faults", "notes", "others", "holds"}, diagnostics_);
     Status result;
     result.index = *index;
     integer(entry.value, path, "every", 1, 1000, [&](int v) { result.every = v; });
@@ -137,6 +137,7 @@ void ProfileReader::status(const Tree& tree) {
       const auto word = read_choice(*others, path + ".others", {"fault", "ignore"}, diagnostics_);
       result.others_are_faults = word && *word == "fault";
     }
+    if (const Tree* holds = entry.value.value("holds")) result.holds = value_of(*holds, path + ".holds", *index);
     profile_.status.push_back(std::move(result));
   }
 }
@@ -403,6 +404,14 @@ void ProfileReader::reactions(const Tree& map) {
 }
 
 Profile ProfileReader::read(const Tree& tree) {
+  profile_.places.file = tree.place;
+  const auto place_of = [&tree](const char* key) {
+    const Tree* value = tree.value(key);
+    return value == nullptr ? tree.place : value->place;
+  };
+  profile_.places.cycle = place_of("cycle");
+  profile_.places.fence = place_of("fence");
+  profile_.places.watchdog = place_of("watchdog");
   check_keys(
       tree, "", "key",
       {"title", "line", "word_order", "byte_order", "registers", "identify", "start_up", "shut_down", "calibrate",

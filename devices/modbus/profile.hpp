@@ -9,6 +9,7 @@
 #include "devices/modbus/register_map.hpp"
 #include "framework/core/spatial.hpp"
 #include "framework/core/time.hpp"
+#include "framework/yaml/diagnostics.hpp"
 
 namespace tactor::modbus {
 
@@ -64,11 +65,12 @@ struct StatusBit {
   std::string means;
   bool fault = true;
 };
-/// A register whose bits say how the device is.
+/// A register whose bits say how the device is, or which keeps a value as long as nobody else writes to the device.
 struct Status {
   std::size_t index = 0;
   std::vector<StatusBit> bits;
   bool others_are_faults = false;  ///< a bit that is not listed is a fault too
+  std::optional<double> holds;     ///< SI; another value is a fault: another master has written to the device
   int every = 1;                   ///< read in each n-th cycle
 };
 
@@ -121,9 +123,15 @@ struct EmulatedDynamics {
   std::optional<Silence> silence;
 };
 
+/// Where a profile says what can be wrong with it as a whole, for error texts.
+struct ProfilePlaces {
+  Place file, cycle, fence, watchdog;  ///< those of keys are that of the file where it lacks them
+};
+
 struct Profile {
   std::string name;  ///< of the file, without its ending
   std::string title;
+  ProfilePlaces places;
   LineSettings line;
   std::vector<RegisterInfo> registers;
   std::vector<Expectation> identify;  ///< at least one

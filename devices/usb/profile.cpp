@@ -436,11 +436,7 @@ UsbProfile parse_usb_profile(const std::string& text, const std::string& file) {
 }
 
 std::filesystem::path find_usb_profile(const std::string& name) {
-  if (const auto file = find_profile("usb", name)) return *file;
-  std::vector<std::string> names;
-  for (const std::filesystem::path& file : profile_files("usb")) names.push_back(file.stem().string());
-  throw InputError("profile: expected the name of a profile (" + list_of(names) + ") or the path of one, found \"" +
-                   name + "\"" + did_you_mean(name, names));
+  return profile_named("usb", name);
 }
 
 std::vector<UsbProfile> all_usb_profiles(std::vector<std::string>& notes) {

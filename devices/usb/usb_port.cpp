@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <libusb-1.0/libusb.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include <fstream>
 #include <utility>
 
+#include "devices/hardware/claim.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -23,6 +25,10 @@ namespace {
 
 /// How long the end of cancelled transfers is waited for; the kernel needs a frame.
 constexpr int cancel_rounds = 200;
+
+std::string in_use_by(const std::string& holder) {
+  return "in use by " + (holder.empty() ? "another program" : holder) + "; a device has one owner: end that one first";
+}
 
 const char* words(UsbResult result) {
   switch (result) {
@@ -203,6 +209,8 @@ struct UsbPort::Impl {
   libusb_context* context = nullptr;
   libusb_device_handle* handle = nullptr;
   int own_fd = -1;  // of a device that was opened by its file
+  std::filesystem::path file;
+  Claim claim;
   int claimed = -1;
   UsbListener* listener = nullptr;
   std::array<Reader, readers> in;
@@ -217,6 +225,23 @@ struct UsbPort::Impl {
   void note(UsbResult result) {
     if (result != UsbResult::ok && worst != UsbResult::disconnected) worst = result;
     ended = 1;
+  }
+  /// The device's file, as the kernel calls it.
+  [[nodiscard]] std::string file_name() const {
+    if (!file.empty()) return file.string();
+    libusb_device* device = libusb_get_device(handle);
+    std::array<char, 40> text{};
+    std::snprintf(text.data(), text.size(), "/dev/bus/usb/%03d/%03d", libusb_get_bus_number(device),
+                  libusb_get_device_address(device));
+    return text.data();
+  }
+  /// What nobody else may claim; empty where the file is none of the kernel's devices, as in an emulation, which every
+  /// process has for itself.
+  [[nodiscard]] std::string claim_name(int interface) const {
+    struct stat status {};
+    if (stat(file_name().c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return {};
+    return "usb " + std::to_string(major(status.st_rdev)) + ":" + std::to_string(minor(status.st_rdev)) +
+           " interface " + std::to_string(interface);
   }
   /// True where one of them still has to end.
   bool cancel_readers() {
@@ -342,9 +367,14 @@ std::string UsbPort::start(const UsbTransfers& transfers, UsbListener& listener)
   std::size_t in_size = std::max<std::size_t>(transfers.in_size, 1);
   if (in_packet > 0) in_size = (in_size + in_packet - 1) / in_packet * in_packet;
 
+  // The kernel refuses the second one too, but does not say who is the first.
+  std::string holder;
+  if (const std::string name = i.claim_name(transfers.interface); !name.empty() && !i.claim.take(name, holder)) {
+    return in_use_by(holder);
+  }
   libusb_set_auto_detach_kernel_driver(i.handle, 1);
   const int code = libusb_claim_interface(i.handle, transfers.interface);
-  if (code == LIBUSB_ERROR_BUSY) return "another program has it";
+  if (code == LIBUSB_ERROR_BUSY) return in_use_by(users_of(i.file_name()));
   if (code != 0) return std::string("its interface cannot be claimed: ") + libusb_error_name(code);
   i.claimed = transfers.interface;
   i.listener = &listener;
@@ -437,6 +467,7 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
       why = selector.file.string() + " cannot be opened: " + std::strerror(errno);
       return nullptr;
     }
+    impl->file = selector.file;
     const int code = libusb_wrap_sys_device(context_, impl->own_fd, &impl->handle);
     if (code != 0) {
       ::close(impl->own_fd);

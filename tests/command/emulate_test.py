@@ -10,7 +10,7 @@ import struct
 import time
 import unittest
 
-from harness import TACTOR, CommandTest
+from harness import TACTOR, CommandTest, tactor
 
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
 PATIENCE = 120  # s, for what takes a moment on an idle machine
@@ -122,6 +122,31 @@ class Background(CommandTest):
         self.shell.type("kill %1; wait")
         self.wait_for(lambda: not pathlib.Path(f"/proc/{self.pid}").exists(), "it does not end")
         self.pid = 0
+
+    def test_a_client_that_never_reads_does_not_keep_it_from_ending(self):
+        emulator, address = self.emulate_modbus("iris_orca", "--tcp", "0")
+        with socket.create_connection(("127.0.0.1", int(address.rsplit(":", 1)[1])), timeout=PATIENCE) as line:
+            line.setblocking(False)
+            requests = struct.pack(">HHHBBHH", 1, 0, 6, 1, 3, 342, 3) * 1000
+            refused = 0
+            while refused < 50:
+                try:
+                    line.send(requests)
+                except BlockingIOError:
+                    refused += 1
+                    time.sleep(0.01)
+                except OSError:  # it has ended this connection
+                    break
+            self.assertTrue(0 < self.position(int(address.rsplit(":", 1)[1])) < 150_000)
+            emulator.send_signal(signal.SIGTERM)
+            self.assertEqual(emulator.wait(PATIENCE), 0)
+
+    def test_a_file_in_the_place_of_a_link_stays(self):
+        file = self.write("thesis.tex", "years of work")
+        result = tactor("emulate", "modbus", "iris_orca", "--pty", "--link", file)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn(f"--link {file}: expected a name that is free, or a symbolic link, found a file", result.stderr)
+        self.assertEqual(file.read_text(), "years of work")
 
 
 if __name__ == "__main__":

@@ -137,7 +137,7 @@ class ModbusRun(CommandTest):
         self.fails_by("dribble@driven+0.2:0.3", "could not be read|no whole answer")
 
     def test_wrong_check_sums(self):
-        self.fails_by("crc@driven+0.2", "Invalid CRC|could not be read", line=("--pty", "--no-line-delay"))
+        self.fails_by("crc@driven+0.2", "wrong check sum|could not be read", line=("--pty", "--no-line-delay"))
 
     def test_exceptions(self):
         self.fails_by("exception@driven+0.2", "exception 4")
@@ -322,7 +322,8 @@ class ModbusRun(CommandTest):
 
     def test_nobody_at_the_address(self):
         process = self.start("tcp:127.0.0.1:9", more="connect_timeout: 0.3 s, failure_timeout: 0.3 s")
-        stderr = self.finish(process, 1)
+        stdout, stderr = process.communicate(timeout=PATIENCE)
+        self.assertEqual((process.returncode, stdout), (1, ""))
         self.assertIn("orca at tcp:127.0.0.1:9, unit 1: no connection", stderr)
 
     def test_bad_requests_are_refused_before_anything_moves(self):
@@ -335,7 +336,7 @@ class ModbusRun(CommandTest):
         refused(r"bad.yaml:\d+:\d+: nodes.device: link_rate: expected what the line of orca can carry, at most \d+\.\d+ Hz; "
                 r"a cycle takes .* ms at 19200 baud .*, found 900 Hz", more=EASY + ", link_rate: 900 Hz")
         quick = self.write("quick.yaml", self.profile.read_text().replace("time: 3 s", "time: 60 ms"))
-        refused(r"bad.yaml:\d+:\d+: nodes.device: the watchdog of quick: expected a time of at least two cycles of the line, "
+        refused(r"quick.yaml:\d+:\d+: the watchdog of quick: expected a time of at least two cycles of the line, "
                 r"67\.\d+ ms at 29\.\d+ Hz, found 60 ms, .* the line carries at most 31\.\d+ Hz \(a cycle takes .* at 19200 baud",
                 profile=quick)
         refused("nodes.device: connect: expected tcp:HOST:PORT or rtu:PATH", connect="udp:1")

@@ -201,6 +201,12 @@ class UsbRun(CommandTest):
         self.assertIn("another device", error)
         self.assertTrue((self.efforts()[:, :3] == 0).all())
 
+    def test_a_file_in_the_place_of_the_control_is_refused(self):
+        file = self.write("thesis.tex", "years of work")
+        error = self.emulate("polhem", "--control", file, command=("true",), code=2)
+        self.assertIn(f"--control {file}: expected a name that is free, or a FIFO", error)
+        self.assertEqual(file.read_text(), "years of work")
+
     def test_a_firmware_that_can_be_none_is_refused_before_anything_begins(self):
         short = self.write("short.bin", "x" * 100)
         for firmware, says in ((short, "found 100"), (self.folder / "none.bin", "expected a file that exists")):

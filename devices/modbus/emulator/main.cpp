@@ -21,6 +21,7 @@ using namespace tactor::modbus;
 namespace {
 
 volatile std::sig_atomic_t asked_to_end = 0;
+constexpr std::size_t longest_order = 4096;
 
 constexpr const char* usage =
     "tactor emulate modbus PROFILE --tcp PORT | --pty [options]\n\n"
@@ -136,6 +137,8 @@ void attend(Emulator& emulator) {
       continue;
     }
     pending.append(buffer, static_cast<std::size_t>(n));
+    // Longer than every order: nobody ends that line, and it must not fill the memory.
+    if (pending.size() > longest_order && pending.find('\n') == std::string::npos) pending.clear();
     for (std::size_t end = 0; (end = pending.find('\n')) != std::string::npos; pending.erase(0, end + 1)) {
       if (!obey(emulator, pending.substr(0, end))) return;
     }
@@ -151,8 +154,7 @@ int run(const std::vector<std::string>& words) {
   }
   Arguments a = parse(words);
   if (!a.options.link.empty() && !a.options.serial) throw InputError("--link: expected --pty with it");
-  // Where there is none, its reader says so.
-  Profile profile = read_profile(find_profile("modbus", a.profile).value_or(a.profile));
+  Profile profile = read_profile(profile_named("modbus", a.profile));
   if (a.baud > 0) profile.line.baud = a.baud;
   Emulator emulator(std::move(profile), a.options);
   emulator.start();

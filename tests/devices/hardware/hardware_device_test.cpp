@@ -207,6 +207,26 @@ BOOST_AUTO_TEST_CASE(a_device_that_never_answers_ends_the_run) {
   BOOST_TEST(bench.ended.find("test rig at port 7") != std::string::npos, bench.ended);
 }
 
+BOOST_AUTO_TEST_CASE(a_device_whose_line_never_opens_ends_the_run_before_it_begins) {
+  LinkScript line;
+  line.opens = false;
+  script = &line;
+  const NodeInfo info = TestDevice::declare();
+  Scene scene;
+  NodeContext context;
+  context.name = "arm";
+  context.scene = &scene;
+  context.torque = false;
+  const std::unique_ptr<Node> node = info.create(test::param_values(info, {{"connect_timeout", 0.3}}), context);
+  auto& device = dynamic_cast<TestDevice&>(*node);
+  StepContext start(Time{}, Phase::starting);
+  BOOST_CHECK_EXCEPTION(device.start(start), RunError, [](const RunError& error) {
+    return std::string(error.what()) == "cannot be reached: test rig at port 7: nobody answers";
+  });
+  // Once is not enough: the first answer of a line may be lost.
+  BOOST_TEST(line.attempts >= 2);
+}
+
 BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_states_and_drives_nothing) {
   Bench judged;
   BOOST_TEST(judged.engaged(1));

@@ -1,4 +1,7 @@
 // A line to an emulated actuator on which everything goes wrong, over TCP and over a serial line.
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <boost/test/data/test_case.hpp>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
@@ -167,12 +170,24 @@ BOOST_DATA_TEST_CASE(a_wrong_check_sum_is_no_answer, both, serial) {
   BOOST_TEST(rig.recovers());
 }
 
-BOOST_AUTO_TEST_CASE(the_answer_of_another_slave_is_no_answer) {
-  Rig rig(true);
+BOOST_DATA_TEST_CASE(the_answer_of_another_slave_is_no_answer, both, serial) {
+  Rig rig(serial);
   BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
   rig.emulator.inject(fault("slave:1"));
   BOOST_TEST(rig.fails());
   BOOST_CHECK(rig.failure.error == LinkError::protocol);
+  BOOST_TEST(rig.failure.text.find("expected an answer with unit 1, found 2") != std::string::npos, rig.failure.text);
+  BOOST_TEST(rig.recovers());
+}
+
+BOOST_DATA_TEST_CASE(an_answer_that_states_a_wrong_length_is_no_answer, both, serial) {
+  Rig rig(serial);
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  rig.emulator.inject(fault("length:1"));
+  BOOST_TEST(rig.fails());
+  BOOST_CHECK(rig.failure.error == LinkError::protocol);
+  BOOST_TEST(rig.failure.text.find(serial ? "count of bytes" : "length in its header") != std::string::npos,
+             rig.failure.text);
   BOOST_TEST(rig.recovers());
 }
 
@@ -289,6 +304,40 @@ BOOST_DATA_TEST_CASE(a_fault_bit_of_the_device_is_told_in_words, both, serial) {
   rig.emulator.inject(fault("status:6"));
   BOOST_TEST(rig.eventually([&] { return rig.cycle() && rig.sample.faults == 1U << 6; }));
   BOOST_TEST(rig.failure.text == "the device reports: bit 6 of errors");
+}
+
+BOOST_AUTO_TEST_CASE(another_master_that_puts_the_motor_to_sleep_is_a_fault) {
+  Rig rig(false);
+  BOOST_TEST_REQUIRE(rig.open(), rig.failure.text);
+  for (int i = 0; i < 100; ++i) BOOST_REQUIRE(rig.cycle(5) && rig.sample.faults == 0U);
+  const Profile profile = orca();
+  // From another machine, which no lock of this one keeps away.
+  Client other(parse_endpoint(rig.emulator.address()), profile.line, plan_cycle(profile).fence, 20);
+  const std::uint16_t asleep = 1;
+  LinkFailure failure;
+  BOOST_TEST_REQUIRE(other.connect(failure), failure.text);
+  BOOST_TEST(other.transfer({.function = 6, .write_address = 3, .write_count = 1}, &asleep, nullptr, failure),
+             failure.text);
+  BOOST_TEST(rig.eventually([&] { return rig.cycle(5) && rig.sample.faults != 0; }));
+  BOOST_TEST(
+      rig.failure.text.find("mode_now has become 1, which the start-up left at 2: another master") != std::string::npos,
+      rig.failure.text);
+}
+
+BOOST_DATA_TEST_CASE(bytes_that_nobody_asked_for_are_a_fault_of_the_line, both, serial) {
+  int pair[2];
+  BOOST_REQUIRE(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) == 0);
+  const Profile profile = orca();
+  Client client(parse_endpoint(serial ? "rtu:/dev/null" : "tcp:127.0.0.1:1"), profile.line, {3, 342, 3}, 20);
+  client.attach(pair[0]);
+  // The end of an answer to somebody else.
+  BOOST_REQUIRE(send(pair[1], "\x01\x02", 2, MSG_NOSIGNAL) == 2);
+  LinkFailure failure;
+  std::uint16_t word = 0;
+  BOOST_TEST(!client.transfer({.function = 3, .read_address = 10, .read_count = 1}, nullptr, &word, failure));
+  BOOST_CHECK(failure.error == LinkError::protocol);
+  BOOST_TEST(failure.text.find("2 bytes came that nobody had asked for: another master") == 0U, failure.text);
+  close(pair[1]);
 }
 
 BOOST_DATA_TEST_CASE(a_line_that_falls_dead_leaves_no_force_beyond_the_watchdog, both, serial) {

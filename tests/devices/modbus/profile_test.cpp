@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "devices/modbus/actuator.hpp"
+#include "devices/modbus/claim_names.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "tests/nodes/defaults.hpp"
 
@@ -317,7 +318,8 @@ BOOST_AUTO_TEST_CASE(no_read_that_is_ever_asked_for_looks_like_the_fence) {
   // Far from all others, no read is left that the device surely answers.
   const std::string far = replaced(good, "address: 10,", "address: 1000,");
   const auto asks = [](const InputError& error) {
-    return std::string(error.what()).starts_with("expected the key fence with a fence, a read that no read");
+    return std::string(error.what())
+        .starts_with("p.yaml:1:1: expected the key fence with a fence, a read that no read");
   };
   BOOST_CHECK_EXCEPTION(fence_of(far), InputError, asks);
   BOOST_TEST(fence_of(far + "fence: {address: 1000, count: 3}\n").count == 3);
@@ -451,4 +453,24 @@ BOOST_AUTO_TEST_CASE(the_profiles_that_come_with_tactor_are_good) {
     ++count;
   }
   BOOST_TEST(count == 3);
+}
+
+BOOST_AUTO_TEST_CASE(an_address_is_the_same_whatever_name_it_goes_by) {
+  const auto names = [](const std::string& connect) { return claim_names(parse_endpoint(connect)); };
+  const std::vector<std::string> here = names("tcp:127.0.0.1:502");
+  BOOST_TEST_REQUIRE(here.size() == 1U);
+  for (const char* same :
+       {"tcp:localhost:502", "tcp:127.1.2.3:502", "tcp:0.0.0.0:502", "tcp:::1:502", "tcp:::ffff:127.0.0.1:502"}) {
+    BOOST_TEST(names(same) == here, same);
+  }
+  BOOST_TEST(names("tcp:127.0.0.1:503") != here);
+  BOOST_TEST(names("tcp:192.0.2.7:502") != here);
+  BOOST_TEST(names("tcp:192.0.2.7:502") == names("tcp:::ffff:192.0.2.7:502"));
+  // A port and a link to it.
+  const tactor::TemporaryFolder folder;
+  std::filesystem::create_symlink("/dev/null", folder.path() / "port");
+  BOOST_TEST(names("rtu:/dev/null") == names("rtu:" + (folder.path() / "port").string()));
+  BOOST_TEST(names("rtu:/dev/null").size() == 1U);
+  BOOST_TEST(names("rtu:/dev/null") != names("rtu:/dev/zero"));
+  BOOST_TEST(names("rtu:/dev/none").empty());
 }

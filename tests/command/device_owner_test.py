@@ -1,0 +1,229 @@
+"""One owner a device, devices that are not there, and the question before a force: what a user is told and when."""
+import json
+import os
+import pathlib
+import pty
+import re
+import select
+import signal
+import subprocess
+import time
+import unittest
+
+from harness import IS_SANITIZED, ROOT, TACTOR, CommandTest, needs_live, tactor
+
+EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
+PATIENCE = 120  # s, for what takes a moment on an idle machine
+GRAPH = """clock: real
+duration: %s
+live: {on_missing_privilege: warn, on_stall: recover}
+scene: {bodies: {}}
+nodes:
+  device: {type: modbus.actuator, profile: %s, connect: "%s", link_timeout: 2 s, stale_after: 2 s, stuck_after: 0}
+record: [device.state]
+"""
+
+
+class Terminal:
+    """A command on a pseudo-terminal of its own."""
+
+    def __init__(self, *arguments):
+        self.pid, self.file = pty.fork()
+        if self.pid == 0:
+            os.execv(TACTOR, [TACTOR, *map(str, arguments)])
+        self.text = ""
+
+    def type(self, text):
+        os.write(self.file, text.encode())
+
+    def read(self, seconds):
+        if not select.select([self.file], [], [], seconds)[0]:
+            return False
+        try:
+            piece = os.read(self.file, 4096)
+        except OSError:  # the command has ended
+            return False
+        self.text += piece.decode(errors="replace")
+        return bool(piece)
+
+    def expect(self, text):
+        end = time.monotonic() + PATIENCE
+        while text not in self.text:
+            if not self.read(1) and time.monotonic() > end:
+                raise AssertionError(f"{text} does not come:\n{self.text}")
+
+    def finish(self):
+        """The exit code; what it said is in `text`."""
+        end = time.monotonic() + PATIENCE
+        while True:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid != 0:
+                break
+            self.read(0.05)
+            if time.monotonic() > end:
+                os.kill(self.pid, signal.SIGKILL)
+                os.waitpid(self.pid, 0)
+                raise AssertionError(f"the command does not end:\n{self.text}")
+        while self.read(0.1):
+            pass
+        os.close(self.file)
+        return os.waitstatus_to_exitcode(status)
+
+
+@needs_live
+@unittest.skipUnless(EMULATOR.exists(), "this build has no Modbus")
+class Devices(CommandTest):
+    def setUp(self):
+        super().setUp()
+        text = (ROOT / "devices/modbus/profiles/iris_orca.yaml").read_text()
+        text = text.replace("response_timeout: 25 ms", "response_timeout: 400 ms").replace("time: 150 ms", "time: 5 s")
+        self.profile = self.write("orca.yaml", text)
+        self.log = self.folder / "emulator.log"
+
+    def graph(self, address, name="device.yaml", duration="60 s"):
+        return self.write(name, GRAPH % (duration, self.profile, address))
+
+    def start(self, graph, out):
+        process = subprocess.Popen([TACTOR, "run", graph, "--out", self.folder / out], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True, env=dict(os.environ, **self.environment))
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        return process
+
+    def until_commanded(self, process):
+        """Waits until the motor has been given commands for a while."""
+        def commanded():
+            rows = [line.split() for line in self.log.read_text().splitlines()] if self.log.exists() else []
+            rows = [row for row in rows if len(row) == 6]
+            return bool(rows) and int(rows[-1][5]) > 20
+        self.wait_until(commanded, process, "the motor was given commands", timeout=PATIENCE)
+
+    def second_is_refused(self, line, other_name):
+        _, address = self.emulate_modbus(self.profile, *line, "--log", self.log)
+        first = self.start(self.graph(address, "first.yaml"), "first")
+        self.until_commanded(first)
+        second = tactor("run", self.graph(other_name(address), "second.yaml"), "--out", self.folder / "second",
+                        environment=self.environment)
+        self.assertEqual(second.returncode, 1, second.stdout + second.stderr)
+        self.assertEqual(second.stdout, "")
+        # One line, which says who has it.
+        self.assertRegex(second.stderr, rf"\Atactor: node device failed at 0.000000 s: cannot be reached: .*in use by process {first.pid} "
+                                        rf"\({re.escape(TACTOR)} run .*first.yaml.*\).*\n\Z")
+        # The first one has not noticed.
+        first.send_signal(signal.SIGINT)
+        _, stderr = first.communicate(timeout=PATIENCE)
+        self.assertEqual(first.returncode, 0, stderr)
+        errors = json.loads((self.folder / "first/summary.json").read_text())["device"]["link"]
+        self.assertEqual(errors["reconnects"], 0)
+        self.assertFalse(any(errors.get("errors", {}).values()), errors)
+        return address
+
+    def test_the_second_run_at_an_address_is_told_who_has_it(self):
+        self.second_is_refused(("--tcp", "0"), lambda address: address.replace("127.0.0.1", "localhost"))
+
+    def test_the_second_run_on_a_serial_line_is_told_who_has_it(self):
+        link = self.folder / "adapter"
+        self.second_is_refused(("--pty", "--no-line-delay", "--link", link),
+                               lambda address: "rtu:" + str(link.resolve()))
+
+    def test_a_run_that_was_killed_leaves_the_device_to_the_next(self):
+        for line in (("--tcp", "0"), ("--pty", "--no-line-delay")):
+            with self.subTest(line=line[0]):
+                self.log.unlink(missing_ok=True)
+                _, address = self.emulate_modbus(self.profile, *line, "--log", self.log)
+                first = self.start(self.graph(address), "first" + line[0])
+                self.until_commanded(first)
+                first.kill()
+                first.communicate()
+                self.run_ok("run", self.graph(address, duration="0.3 s"), "--out", self.folder / ("second" + line[0]))
+
+    def test_a_device_that_is_not_there_is_told_in_one_line_within_two_seconds(self):
+        for connect, why in (("tcp:127.0.0.1:9", "no connection: Connection refused"),
+                             ("rtu:/dev/ttyUSB99", "no connection: No such file or directory")):
+            with self.subTest(connect=connect):
+                began = time.monotonic()
+                out = self.folder / ("out_" + connect[:3])
+                result = tactor("run", self.graph(connect), "--out", out, environment=self.environment)
+                took = time.monotonic() - began
+                self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+                self.assertEqual(result.stdout, "")
+                self.assertEqual(result.stderr, f"tactor: node device failed at 0.000000 s: cannot be reached: orca at {connect}, unit 1: {why}\n")
+                self.assertFalse((out / "summary.json").exists())
+                if not IS_SANITIZED:
+                    self.assertLess(took, 2)
+
+    def test_a_port_on_which_nobody_answers_is_told_in_one_line(self):
+        master, slave = pty.openpty()
+        self.addCleanup(os.close, master)
+        self.addCleanup(os.close, slave)
+        result = tactor("run", self.graph("rtu:" + os.ttyname(slave)), "--out", self.folder / "out", environment=self.environment)
+        self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+        self.assertRegex(result.stderr, r"\Atactor: node device failed at 0.000000 s: cannot be reached: .* no whole answer within 400 ms .*\n\Z")
+
+    def trial(self):
+        _, address = self.emulate_modbus(self.profile, "--tcp", "0", "--log", self.log)
+        return Terminal("device", "test", self.graph(address), "--seconds", "0.5")
+
+    def pushed(self):
+        rows = [line.split() for line in self.log.read_text().splitlines()]
+        return max(abs(float(row[3])) for row in rows if len(row) == 6)
+
+    def test_ctrl_c_at_the_question_gives_no_force(self):
+        terminal = self.trial()
+        terminal.expect("[y/N] ")
+        terminal.type("\x03")
+        code = terminal.finish()
+        self.assertEqual(code, 0, terminal.text)
+        self.assertIn("no force was given", terminal.text)
+        self.assertNotIn("no position", terminal.text)
+        self.assertEqual(self.pushed(), 0)
+
+    def test_a_line_that_was_typed_before_the_question_is_no_answer_to_it(self):
+        terminal = self.trial()
+        terminal.expect("where it is, without a force")
+        terminal.type("y\n")
+        terminal.expect("[y/N] ")
+        terminal.type("n\n")
+        code = terminal.finish()
+        self.assertEqual(code, 0, terminal.text)
+        self.assertIn("no force was given", terminal.text)
+        self.assertEqual(self.pushed(), 0)
+
+    def test_ctrl_c_while_the_device_is_watched_asks_nothing(self):
+        terminal = self.trial()
+        terminal.expect("position")
+        terminal.type("\x03")
+        code = terminal.finish()
+        self.assertEqual(code, 0, terminal.text)
+        self.assertNotIn("[y/N]", terminal.text)
+        self.assertNotIn("no position", terminal.text)
+        self.assertEqual(self.pushed(), 0)
+
+
+@unittest.skipUnless(EMULATOR.exists(), "this build has no Modbus")
+class Profiles(CommandTest):
+    def test_a_profile_that_does_not_exist_lists_those_that_do(self):
+        result = tactor("emulate", "modbus", "iris_ocra", "--tcp", "0")
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, r'\(.*iris_orca, .*robotiq_2f.*\).*found "iris_ocra"; did you mean "iris_orca"\?')
+        graph = self.write("graph.yaml", GRAPH % ("1 s", "modbus/iris_ocra.yaml", "tcp:127.0.0.1:9"))
+        result = tactor("check", graph)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn('did you mean "iris_orca.yaml"?', result.stderr)
+        self.assertIn("robotiq_2f.yaml", result.stderr)
+
+    def test_what_is_wrong_with_a_profile_is_told_at_its_own_line(self):
+        text = (ROOT / "devices/modbus/profiles/iris_orca.yaml").read_text()
+        line = text[:text.index("fence: {")].count("\n") + 1
+        profile = self.write("orca.yaml", text.replace("fence: {address: 342, count: 3}", "fence: {address: 342, count: 2}"))
+        result = tactor("check", self.write("graph.yaml", GRAPH % ("1 s", profile, "tcp:127.0.0.1:9")))
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, rf"\A{profile}:{line}:\d+: fence: expected ")
+        line = text[:text.index("watchdog: {register")].count("\n") + 1
+        profile = self.write("quick.yaml", text.replace("time: 150 ms", "time: 60 ms"))
+        result = tactor("check", self.write("graph.yaml", GRAPH % ("1 s", profile, "rtu:/dev/null")))
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, rf"\A{profile}:{line}:\d+: the watchdog of quick: expected ")
+
+
+if __name__ == "__main__":
+    unittest.main()
