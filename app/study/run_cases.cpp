@@ -26,6 +26,7 @@
 #include "framework/engine/reference.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
+#include "framework/realtime/make_thread.hpp"
 
 namespace tactor {
 
@@ -64,8 +65,14 @@ void in_parallel(std::size_t count, unsigned jobs, double& waited_s, const Work&
     waited_s += waited_for_core() - waited;
   };
   std::vector<std::thread> threads;
-  for (unsigned t = 1; t < std::min<std::size_t>(jobs, count); ++t) threads.emplace_back(loop);
-  loop();
+  try {
+    for (unsigned t = 1; t < std::min<std::size_t>(jobs, count); ++t) threads.push_back(make_thread("study", loop));
+    loop();
+  } catch (const RunError&) {
+    const std::lock_guard lock(mutex);
+    if (!failure) failure = std::current_exception();
+    next = count;
+  }
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
 }

@@ -17,6 +17,7 @@
 #include "app/progress_bar.hpp"
 #include "app/run/cpu_time.hpp"
 #include "framework/core/check.hpp"
+#include "framework/realtime/make_thread.hpp"
 
 namespace tactor {
 
@@ -81,7 +82,7 @@ std::optional<int> Supervisor::watch() {
   for (;;) {
     board_.begin();
     const pid_t child = fork();
-    if (child < 0) throw RunError(fmt::format("cannot start a process: {}", std::strerror(errno)));
+    if (child < 0) throw RunError(refused_start("process of the study", errno));
     if (child == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
       if (getppid() != parent) _exit(1);  // it had gone before that could be said

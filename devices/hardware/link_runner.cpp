@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/thread_policy.hpp"
 #include "framework/realtime/tick_schedule.hpp"
 
@@ -36,7 +37,7 @@ LinkRunner::~LinkRunner() {
 
 void LinkRunner::start() {
   TACTOR_DEMAND(!thread_.joinable());
-  thread_ = std::thread([this] { run(); });
+  thread_ = make_thread(settings_.thread_name, [this] { run(); });
 }
 
 void LinkRunner::stop() {

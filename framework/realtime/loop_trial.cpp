@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/periodic_loop.hpp"
 
@@ -19,21 +20,28 @@ namespace {
 class Load {
  public:
   explicit Load(unsigned threads) {
-    for (unsigned i = 0; i < threads; ++i) {
-      threads_.emplace_back([this] {
-        while (!stop_.load(std::memory_order_relaxed)) {
-        }
-      });
+    try {
+      for (unsigned i = 0; i < threads; ++i) {
+        threads_.push_back(make_thread("load", [this] {
+          while (!stop_.load(std::memory_order_relaxed)) {
+          }
+        }));
+      }
+    } catch (...) {
+      end();
+      throw;
     }
   }
-  ~Load() {
-    stop_.store(true);
-    for (std::thread& thread : threads_) thread.join();
-  }
+  ~Load() { end(); }
   Load(const Load&) = delete;
   Load& operator=(const Load&) = delete;
 
  private:
+  void end() {
+    stop_.store(true);
+    for (std::thread& thread : threads_) thread.join();
+  }
+
   std::atomic<bool> stop_{false};
   std::vector<std::thread> threads_;
 };

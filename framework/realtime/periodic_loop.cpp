@@ -9,11 +9,11 @@
 #include <cerrno>
 #include <chrono>
 #include <climits>
-#include <cstring>
 #include <thread>
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/realtime/make_thread.hpp"
 
 namespace tactor {
 
@@ -110,7 +110,7 @@ ThreadGrant PeriodicLoop::start(Instant origin) {
   pthread_attr_destroy(&attributes);
   if (error != 0) {
     shared_->phase.store(Phase::idle);
-    throw RunError("cannot start the thread " + shared_->settings.name + ": " + std::strerror(error));
+    throw RunError(refused_start("thread " + shared_->settings.name, error));
   }
   static_cast<void>(share.release());
   shared_->joinable = true;

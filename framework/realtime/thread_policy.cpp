@@ -9,8 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <thread>
 
+#include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/memory_lock.hpp"
 
 namespace tactor {
@@ -120,7 +120,7 @@ std::vector<Refusal> missing_privileges(std::span<const ThreadSettings> threads)
   };
   for (const ThreadSettings& settings : threads) {
     ThreadGrant grant;
-    std::thread([&] { grant = apply_thread_settings(settings, "probe"); }).join();
+    make_thread("probe", [&] { grant = apply_thread_settings(settings, "probe"); }).join();
     std::for_each(grant.refused.begin(), grant.refused.end(), note);
   }
   if (const std::optional<Refusal> refusal = memory_lock_refusal()) note(*refusal);

@@ -31,6 +31,8 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   static constexpr Duration head_start{20'000'000};
   /// How often the calling thread writes the recording, and the bridge watches for stalls.
   static constexpr Duration watch_period{20'000'000};
+  /// How long steps may take to come back at the end.
+  static constexpr Duration longest_step_at_end{1'000'000'000};
   /// What the recording may lag behind before messages are dropped.
   static constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
 
@@ -54,6 +56,9 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void make_lanes();
   void make_actors();
   void start_threads();
+  void end_bridge();
+  /// Ends the bridge, the actors and their lanes, those that there are.
+  void end_threads();
   void granted(const ThreadGrant& grant);
 
   [[nodiscard]] Time clock() const { return Time{} + (MonotonicClock::now() - origin_); }

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <map>
-#include <thread>
 
 #include "framework/core/check.hpp"
+#include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
 namespace tactor {
@@ -25,7 +25,7 @@ void check_core(const std::optional<int>& cpu, int cores, const std::string& wha
 /// Whether a thread of this process may be SCHED_FIFO; tried on one.
 bool realtime_is_granted() {
   ThreadGrant grant;
-  std::thread([&grant] { grant = apply_thread_settings(realtime_default, "trial"); }).join();
+  make_thread("trial", [&grant] { grant = apply_thread_settings(realtime_default, "trial"); }).join();
   return grant.granted.policy == SchedulingPolicy::fifo;
 }
 

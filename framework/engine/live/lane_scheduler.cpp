@@ -2,7 +2,41 @@
 
 #include <mutex>
 
+#include "framework/core/check.hpp"
+#include "framework/realtime/make_thread.hpp"
+
 namespace tactor {
+
+namespace {
+
+/// Only what asks for a timeout or a delayed message gets here, and nothing in a live run does.
+[[noreturn]] void not_asked_for() {
+  TACTOR_DEMAND(!"a live run has no timeouts and no delayed messages");
+  std::abort();
+}
+
+}  // namespace
+
+void NoTimeouts::set_ordinary_timeout(time_point, caf::abstract_actor*, caf::atom_value, std::uint64_t) {
+  not_asked_for();
+}
+void NoTimeouts::set_multi_timeout(time_point, caf::abstract_actor*, caf::atom_value, std::uint64_t) {
+  not_asked_for();
+}
+void NoTimeouts::set_request_timeout(time_point, caf::abstract_actor*, caf::message_id) {
+  not_asked_for();
+}
+void NoTimeouts::schedule_message(time_point, caf::strong_actor_ptr, caf::mailbox_element_ptr) {
+  not_asked_for();
+}
+void NoTimeouts::schedule_message(time_point, caf::group, caf::strong_actor_ptr, caf::message) {
+  not_asked_for();
+}
+// Every actor cancels its timeouts when it ends, whether it had any or not.
+void NoTimeouts::cancel_ordinary_timeout(caf::abstract_actor*, caf::atom_value) {}
+void NoTimeouts::cancel_request_timeout(caf::abstract_actor*, caf::message_id) {}
+void NoTimeouts::cancel_timeouts(caf::abstract_actor*) {}
+void NoTimeouts::cancel_all() {}
 
 LaneActor::LaneActor(caf::actor_config& config, std::size_t lane, std::function<void()> step)
     : caf::event_based_actor(config), lane_(lane), step_(std::move(step)) {}
@@ -23,7 +57,10 @@ struct LaneScheduler::Lane {
 class LaneScheduler::Worker final : public caf::execution_unit {
  public:
   Worker(LaneScheduler& scheduler, Lane& lane)
-      : caf::execution_unit(&scheduler.system()), scheduler_(scheduler), lane_(lane), thread_([this] { run(); }) {}
+      : caf::execution_unit(&scheduler.system()),
+        scheduler_(scheduler),
+        lane_(lane),
+        thread_(make_thread(lane.spec.name, [this] { run(); })) {}
   ~Worker() override { thread_.join(); }
 
   void exec_later(caf::resumable* job) override { scheduler_.enqueue(job); }
@@ -80,8 +117,12 @@ LaneScheduler::~LaneScheduler() = default;
 void LaneScheduler::start() {
   // CAF's own start would spawn its printer, a detached actor: nothing here prints through CAF.
   max_throughput_ = 1;
-  for (const auto& lane : lanes_) {
-    for (int i = 0; i < lane->spec.workers; ++i) lane->workers.push_back(std::make_unique<Worker>(*this, *lane));
+  try {
+    for (const auto& lane : lanes_) {
+      for (int i = 0; i < lane->spec.workers; ++i) lane->workers.push_back(std::make_unique<Worker>(*this, *lane));
+    }
+  } catch (const RunError& error) {
+    refused_ = error.what();
   }
 }
 

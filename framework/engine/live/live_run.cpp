@@ -8,6 +8,7 @@
 
 #include "framework/engine/live/engine.hpp"
 #include "framework/engine/virtual_clock.hpp"
+#include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
 namespace tactor {
@@ -47,8 +48,17 @@ LiveRun::Engine::Engine(const Plan& plan)
 void LiveRun::Engine::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
   make_lanes();
   dispatcher_->start();
-  make_actors();
-  start_threads();
+  try {
+    make_actors();
+    start_threads();
+  } catch (...) {
+    // Nothing has moved: no step has been made, so every device is disengaged.
+    for (const auto& loop : loops_) {
+      if (loop) static_cast<void>(loop->stop(longest_step_at_end));
+    }
+    end_threads();
+    throw;
+  }
   watch(observer, go_on);
   wind_down(observer);
 }
@@ -81,6 +91,8 @@ void LiveRun::Engine::make_actors() {
     });
   });
   system_ = std::make_unique<caf::actor_system>(config_);
+  const auto& refused = dynamic_cast<const LaneScheduler&>(system_->scheduler()).refused();
+  if (refused) throw RunError(*refused);
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     actors_.emplace_back();
     if (loops_[n]) continue;
@@ -101,7 +113,8 @@ void LiveRun::Engine::start_threads() {
   for (const auto& loop : loops_) {
     if (loop) granted(loop->start(origin_));
   }
-  bridge_ = std::thread([this] { bridge(); });
+  // Last, because it lets the first steps begin.
+  bridge_ = make_thread("bridge", [this] { bridge(); });
 }
 
 // Steps.

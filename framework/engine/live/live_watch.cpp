@@ -18,8 +18,6 @@ constexpr Duration ask_period{100'000'000};
 /// that does not tick any more is not waited for so long.
 constexpr Duration longest_ramp_down{15'000'000'000};
 constexpr Duration longest_without_tick{2'000'000'000};
-/// How long steps may take to come back at the end.
-constexpr Duration longest_step_at_end{1'000'000'000};
 
 }  // namespace
 
@@ -197,17 +195,28 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
       fail("device node " + plan_.nodes[n].name + " has not come to rest: its last force may still act");
     }
     drain_loops();
-    bridge_ended_ = true;
-    bridge_condition_.notify_one();
   }
-  bridge_.join();
+  end_bridge();
   drain_record(observer);
   status.record_dropped = record_.dropped();
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     node_figures[n].steps = status.nodes[n].steps;
     node_figures[n].missed_ticks = status.nodes[n].missed_ticks;
   }
-  if (abandoned) return;
+  if (!abandoned) end_threads();
+}
+
+void LiveRun::Engine::end_bridge() {
+  {
+    const std::scoped_lock lock(mutex_);
+    bridge_ended_ = true;
+    bridge_condition_.notify_one();
+  }
+  if (bridge_.joinable()) bridge_.join();
+}
+
+void LiveRun::Engine::end_threads() {
+  end_bridge();
   for (const caf::actor& actor : actors_) {
     if (actor) caf::anon_send_exit(actor, caf::exit_reason::user_shutdown);
   }
