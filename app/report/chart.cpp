@@ -146,6 +146,43 @@ std::size_t margin_of_key(const std::vector<Chart>& charts) {
   return std::clamp<std::size_t>(longest + 8, 26, 60);
 }
 
+/// The smallest and the largest of some values; `low` is above `high` where there are none.
+struct Extent {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void add(double v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  [[nodiscard]] bool empty() const { return low > high; }
+};
+
+/// gnuplot refuses a chart without a value inside of its frame. `drawn` says whether there is anything to draw.
+std::string ranges(const Chart& chart, bool& drawn) {
+  std::optional<std::pair<double, double>> x_range = chart.x_range;
+  if (x_range && !(x_range->first < x_range->second)) x_range.reset();  // of a run that ended where it began
+  Extent inside, all;
+  for (const Curve& curve : chart.curves) {
+    for (std::size_t i = 0; i < curve.x.size(); ++i) {
+      const double x = curve.x[i], y = curve.y[i];
+      if (!std::isfinite(x) || !std::isfinite(y) || (chart.log_x && !(x > 0)) || (chart.log_y && !(y > 0))) continue;
+      all.add(y);
+      if (!x_range || (x >= x_range->first && x <= x_range->second)) inside.add(y);
+    }
+  }
+  drawn = !all.empty();
+  std::string script = x_range ? fmt::format("set xrange [{:.9g}:{:.9g}]\n", x_range->first, x_range->second)
+                               : std::string(drawn ? "set xrange [*:*]\n" : "set xrange [0.1:1]\n");
+  if (!drawn) return script + "set yrange [0.1:1]\n";
+  if (!inside.empty()) return script + "unset yrange\nset autoscale y\n";
+  // Lines that cross the frame, from values before it to values behind it.
+  const double margin = all.low < all.high || chart.log_y ? 0 : 1;
+  const double factor = all.low < all.high || !chart.log_y ? 1 : 2;
+  return script +
+         fmt::format("set yrange [{:.9g}:{:.9g}]\n", (all.low - margin) / factor, (all.high + margin) * factor);
+}
+
 std::string script_of(const std::vector<Chart>& charts) {
   std::string script =
       "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
@@ -157,9 +194,13 @@ std::string script_of(const std::vector<Chart>& charts) {
               quoted(chart.y_label) + "\n";
     script += chart.log_x ? "set logscale x\n" : "unset logscale x\n";
     script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
-    script += chart.x_range ? fmt::format("set xrange [{:.9g}:{:.9g}]\n", chart.x_range->first, chart.x_range->second)
-                            : "set xrange [*:*]\n";
-    script += "unset yrange\nset autoscale y\nset xtics autofreq\nset ytics autofreq\n";
+    bool drawn = false;
+    script += ranges(chart, drawn) + "set xtics autofreq\nset ytics autofreq\n";
+    if (!drawn) {
+      script +=
+          "set label 1 'no values' at graph 0.5,0.5 center textcolor rgb '#555555'\nplot NaN notitle\nunset label 1\n";
+      continue;
+    }
     if (chart.close) {
       script += close_axis("x", chart, &Curve::x, &Curve::x_low, &Curve::x_high) +
                 close_axis("y", chart, &Curve::y, &Curve::y_low, &Curve::y_high);

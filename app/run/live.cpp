@@ -45,7 +45,7 @@ void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& st
   fs::create_directories(costs, error);
   GraphSpec graph = plan.graph;
   graph.clock = Clock::virtual_;
-  if (duration.ns > 0) graph.duration = duration;
+  graph.duration = std::max(duration, Duration{1});  // of a run that was ended before its first tick
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     std::vector<std::pair<Time, Duration>> steps = watch.costs()[n];
     std::sort(steps.begin(), steps.end());

@@ -197,7 +197,8 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   if (result.abandoned) static_cast<void>(engine.release());
   result.failure = run.failure();
   result.live = run.status();
-  result.duration_s = std::min(result.live->now, Time{} + plan.graph.duration).seconds();
+  // A run may be ended before its time zero.
+  result.duration_s = std::clamp(result.live->now, Time{}, Time{} + plan.graph.duration).seconds();
   // A recording that has failed is left as the last flush has it.
   if (recorder && !watch.failed()) attempt(result, [&] { recorder->close(); });
   if (options.replay_folder) {
