@@ -18,6 +18,10 @@ using std::string;
 /// What is above it in an error is felt as roughness rather than as a wrong force; the figure's name says it too.
 constexpr double rough_hz = 30;
 
+/// How many intervals between results of physics make a rate. The time between two says no rate: live, one that comes a
+/// little late is followed by one in time, a few microseconds after it.
+constexpr std::size_t rate_intervals = 10;
+
 double median(std::vector<double> x) {
   const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
   std::nth_element(x.begin(), middle, x.end());
@@ -56,8 +60,8 @@ NodeInfo Metrics::declare() {
           "After contact is lost, if it ever is: the overshoot is the largest force towards the surface, beyond the "
           "reference's own, "
           "the ghost what still pushes away from it late in the window. one_step.*: the predicted force against the "
-          "next physics force, and what a hold errs. physics.*: how often `force` comes, and its error at its own "
-          "stamp "
+          "next physics force, and what a hold errs. physics.*: how often `force` comes, counted over ten "
+          "intervals in a row (over all where there are fewer), and its error at its own stamp "
           "against the reference at that time, which no delay is in. contacts.*: contacts that carried force. "
           "stability.*: energy where hand and device meet, and the tool at rest. passivity_violation is the most "
           "energy "
@@ -256,13 +260,14 @@ void Metrics::report_physics(Report& report) const {
       axes[static_cast<std::size_t>(axis)].time.push_back(stamp.produced.seconds());
       axes[static_cast<std::size_t>(axis)].value.push_back(forces_[i].value.force[axis]);
     }
-    if (i == 0) continue;
+    const std::size_t intervals = std::min(rate_intervals, forces_.size() - 1);
+    if (intervals == 0 || i < intervals) continue;
     // By arrival: what a force is valid for is rounded to samples of the device.
-    const double interval = (stamp.produced - forces_[i - 1].stamp.produced).seconds();
-    if (interval <= 0) continue;
+    const double time = (stamp.produced - forces_[i - intervals].stamp.produced).seconds();
+    if (time <= 0) continue;
     rate.time.push_back(stamp.produced.seconds());
-    rate.value.push_back(1.0 / interval);
-    if (stamp.valid.ns >= params_.settle.ns) settled_rates.push_back(1.0 / interval);
+    rate.value.push_back(static_cast<double>(intervals) / time);
+    if (stamp.valid.ns >= params_.settle.ns) settled_rates.push_back(rate.value.back());
   }
   report.set("physics.steps", static_cast<double>(forces_.size()));
   if (!settled_rates.empty()) {

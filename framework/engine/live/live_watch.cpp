@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "framework/engine/live/engine.hpp"
+#include "framework/graph/texts.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 
 namespace tactor {
@@ -70,10 +71,12 @@ void LiveRun::Engine::look_for_stalls() {
     const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n);
     const StallWatch::Node& watched = stalls_.look(n, steps_ended(n), idle);
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
-      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: a step of about " +
-           std::to_string(watched.moved.seconds()) + " s has not come back for " +
-           std::to_string((now - watched.moved).seconds()) + " s; live.stall_timeout of the graph is " +
-           std::to_string(plan_.graph.live.stall_timeout.seconds()) + " s");
+      // To the period of the looks, which is all that is known.
+      const auto rounded = [](Duration d) { return duration_text(Duration{d.ns / 10'000'000 * 10'000'000}); };
+      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: its step, begun " +
+           rounded(watched.moved - Time{}) + " after the start of the run, has not come back for " +
+           rounded(now - watched.moved) + "; live.stall_timeout of the graph is " +
+           duration_text(plan_.graph.live.stall_timeout));
     }
   }
 }

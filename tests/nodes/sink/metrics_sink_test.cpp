@@ -164,6 +164,27 @@ BOOST_AUTO_TEST_CASE(physics_and_contacts_are_told_from_their_streams) {
   BOOST_TEST(f["contacts.median"] == 4.0);
 }
 
+BOOST_AUTO_TEST_CASE(a_result_of_physics_that_comes_late_makes_no_rate_that_physics_never_had) {
+  Metrics sink(params(), context());
+  sink.force.configure({QueuePolicy::drop_oldest, 64});
+  for (int ms = 0; ms < run_ms; ++ms) {
+    // Every millisecond, but every seventh 0.95 ms late, so that the next one follows after 0.05 ms.
+    const Stamp valid = stamp_ms(ms, static_cast<std::uint64_t>(ms));
+    const Stamp stamp{valid.valid, valid.valid + Duration{ms % 7 == 0 ? 950'000 : 0}, valid.sequence};
+    const Wrench force = truth(ms);
+    sink.force.push(stamp, &force);
+    StepContext c(stamp.produced);
+    sink.step(c);
+  }
+  Report report;
+  sink.report(report);
+  auto f = figures(report);
+  // Ten intervals take 10 ms, or 0.95 ms less or more.
+  BOOST_TEST(std::abs(f["physics.rate_hz_min"] - 10 / 10.95e-3) < 1e-6);
+  BOOST_TEST(std::abs(f["physics.rate_hz_median"] - 1000) < 1e-6);
+  BOOST_TEST(std::abs(f["physics.rate_hz_max"] - 10 / 9.05e-3) < 1e-6);
+}
+
 BOOST_AUTO_TEST_CASE(without_a_reference_only_what_is_known_is_told) {
   Metrics sink(params(), context());
   run(sink);

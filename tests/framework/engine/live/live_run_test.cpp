@@ -3,6 +3,7 @@
 
 #include <boost/test/unit_test.hpp>
 #include <map>
+#include <regex>
 
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
@@ -132,7 +133,14 @@ BOOST_AUTO_TEST_CASE(a_step_that_hangs_ends_the_run_with_its_name_while_the_devi
   RunObserver nobody;
   run.run(nobody, go_on);
   BOOST_REQUIRE(run.failure().has_value());
-  BOOST_TEST(run.failure()->find("node culprit (sample.culprit) has stalled") != std::string::npos);
+  // In this order: which node, when the step began, and for how long it has not come back.
+  BOOST_TEST(
+      std::regex_search(
+          *run.failure(),
+          std::regex(
+              R"(node culprit \(sample\.culprit\) has stalled: its step, begun [0-9.]+ m?s after the start of the )"
+              R"(run, has not come back for [0-9.]+ m?s; live\.stall_timeout of the graph is 200 ms)")),
+      *run.failure());
   BOOST_TEST(!run.is_abandoned());
   const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
   BOOST_TEST((seen.back().phase == Phase::stopping));
