@@ -60,6 +60,7 @@ struct LiveSettings {
   OnMissingPrivilege on_missing_privilege = OnMissingPrivilege::warn;
   OnStall on_stall = OnStall::stop;
   Duration stall_timeout{500'000'000};  ///< a step that takes longer has stalled
+  bool impose_cost = false;             ///< results are held back until the declared cost of their step has passed
   int pool_workers = 0;                 ///< threads of the pool; 0: as many as its nodes and the cores make sensible
   ThreadSettings pool{SchedulingPolicy::fifo, 50, std::nullopt};
 

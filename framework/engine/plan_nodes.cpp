@@ -25,6 +25,17 @@ void at_place(const GraphSpec& graph, const NodeSpec& spec, const Work& work) {
   }
 }
 
+/// What the graph says of costs that is without effect.
+void note_costs(const Plan& plan, std::vector<std::string>& notes) {
+  if (plan.graph.clock != Clock::real || !plan.graph.live.impose_cost) return;
+  for (const NodeSpec& spec : plan.nodes) {
+    if (spec.cost.kind == CostModel::Kind::none || spec.scheduling.lane != Lane::realtime) continue;
+    notes.push_back(spec.place.text() + ": node " + spec.name +
+                    ": its cost has no effect in lane realtime, whose loop is never held back; take the cost out, or "
+                    "name another lane");
+  }
+}
+
 }  // namespace
 
 PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
@@ -38,6 +49,7 @@ PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
     context.notes = &notes_;
     at_place(plan.graph, spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }
+  note_costs(plan, notes_);
 }
 
 std::vector<std::string> check_nodes(const Plan& plan) {
@@ -46,6 +58,7 @@ std::vector<std::string> check_nodes(const Plan& plan) {
     if (spec.info->check_bodies) at_place(plan.graph, spec, [&] { spec.info->check_bodies(plan.graph.scene, &notes); });
     if (spec.info->check_params) at_place(plan.graph, spec, [&] { spec.info->check_params(spec.params, &notes); });
   }
+  note_costs(plan, notes);
   return notes;
 }
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "framework/graph/plan.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/texts.hpp"
@@ -39,6 +41,7 @@ std::string live_text(const LiveSettings& live) {
   if (live.pool.cpu) text += ", cpu " + std::to_string(*live.pool.cpu);
   text += "; a missing privilege: " + word(live.on_missing_privilege) + "; a step of more than " +
           duration_text(live.stall_timeout) + ": " + word(live.on_stall);
+  if (live.impose_cost) text += "; a step takes at least its declared cost";
   return text + (live == LiveSettings{} ? " (default)" : "");
 }
 
@@ -51,6 +54,11 @@ std::string explain(const Plan& plan, std::size_t columns) {
           duration_text(graph.duration) + ", seed " + std::to_string(graph.seed) + ", " + motion_text(graph.scene) +
           "\n";
   if (graph.clock == Clock::real) text += live_text(graph.live) + "\n";
+  const auto has_cost = [](const NodeSpec& node) { return node.cost.kind != CostModel::Kind::none; };
+  if (graph.clock == Clock::real && !graph.live.impose_cost &&
+      std::any_of(plan.nodes.begin(), plan.nodes.end(), has_cost)) {
+    text += "the costs below have no effect: a step takes the time it takes; live: {impose_cost: true} imposes them\n";
+  }
 
   TextTable nodes({{"node"}, {"type"}, {"steps"}, {"cost"}, {"lane"}});
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {

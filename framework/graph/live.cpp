@@ -38,7 +38,8 @@ void read_pool(LiveSettings& live, const Tree& tree, Diagnostics& diagnostics) {
 LiveSettings read_live(const Tree& tree, Diagnostics& diagnostics) {
   LiveSettings live;
   if (!expect_map(tree, "live", "a map of settings for a run with clock: real", diagnostics)) return live;
-  check_keys(tree, "live", "key", {"on_missing_privilege", "on_stall", "stall_timeout", "pool"}, diagnostics);
+  check_keys(tree, "live", "key", {"on_missing_privilege", "on_stall", "stall_timeout", "impose_cost", "pool"},
+             diagnostics);
   if (const Tree* value = tree.value("on_missing_privilege")) {
     const auto text = read_choice(*value, "live.on_missing_privilege", on_missing_privilege_words, diagnostics);
     if (text) live.on_missing_privilege = value_of<OnMissingPrivilege>(*text, on_missing_privilege_words);
@@ -49,6 +50,9 @@ LiveSettings read_live(const Tree& tree, Diagnostics& diagnostics) {
   }
   if (const Tree* value = tree.value("stall_timeout")) {
     live.stall_timeout = read_duration(*value, "live.stall_timeout", true, diagnostics).value_or(live.stall_timeout);
+  }
+  if (const Tree* value = tree.value("impose_cost")) {
+    live.impose_cost = read_boolean(*value, "live.impose_cost", diagnostics).value_or(false);
   }
   if (const Tree* pool = tree.value("pool")) read_pool(live, *pool, diagnostics);
   return live;

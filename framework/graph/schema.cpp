@@ -166,6 +166,7 @@ Json live_schema() {
   return closed({{"on_missing_privilege", {{"enum", on_missing_privilege_words}}},
                  {"on_stall", {{"enum", on_stall_words}}},
                  {"stall_timeout", above_zero("s")},
+                 {"impose_cost", {{"type", "boolean"}}},
                  {"pool", pool}});
 }
 

@@ -119,7 +119,7 @@ std::string write_body(const Body& body) {
 std::string write_live(const LiveSettings& live) {
   std::string text = "live:\n  on_missing_privilege: " + word(live.on_missing_privilege) +
                      "\n  on_stall: " + word(live.on_stall) + "\n  stall_timeout: " + seconds(live.stall_timeout) +
-                     "\n  pool: {";
+                     "\n  impose_cost: " + (live.impose_cost ? "true" : "false") + "\n  pool: {";
   if (live.pool_workers > 0) text += "workers: " + std::to_string(live.pool_workers) + ", ";
   text += "policy: " + word(live.pool.policy);
   if (live.pool.policy != SchedulingPolicy::other) text += ", priority: " + std::to_string(live.pool.priority);

@@ -31,8 +31,10 @@ DISENGAGED, RAMPING, ENGAGED, FAULT = range(4)
 NONE, NOT_FINITE, OVERSPEED, READ_FAILED = range(4)
 STALE, NOT_PERMITTED = 7, 8
 # The duck's tool is in contact from 0.7 s on. Nothing is judged, so no reference run is waited for.
+# Physics runs as fast as it can, so that there is more to go wrong.
 DUCK = f"""extends: {GRAPHS / 'duck_live.yaml'}
 duration: 3 s
+live: {{impose_cost: false%s}}
 nodes: {{metrics: ~}}
 record: [device.state, device.commanded, device.safety, coupling.force]
 """
@@ -65,8 +67,8 @@ DEVICE = """nodes:
 
 def duck(extra="", live=""):
     """The duck's graph; `extra` may have nodes of its own, `live` the keys of that section."""
-    text = DUCK if "nodes:" not in extra else DUCK.replace("nodes: {metrics: ~}\n", "")
-    return text + extra + (f"live: {{{live}}}\n" if live else "")
+    text = DUCK % (f", {live}" if live else "")
+    return (text if "nodes:" not in extra else text.replace("nodes: {metrics: ~}\n", "")) + extra
 
 
 class Recording:

@@ -32,16 +32,31 @@ class LiveContract(CommandTest):
         return rows
 
     def test_the_method_on_recorded_motion_takes_the_same_steps_with_the_same_values(self):
+        self.check_contract("false")
+
+    def test_the_method_at_the_rate_of_the_paper_takes_the_same_steps_with_the_same_values(self):
+        live = self.check_contract("true")
+        # No step has passed before the cost that the graph declares for it, 6.7 ms at the least.
+        costs = numpy.loadtxt(self.folder / "live/costs/collision.txt")
+        self.assertIn(len(costs) - live["cost_us"]["collision"]["steps"], (0, 1))  # the last one may not have passed
+        self.assertGreaterEqual(costs.min(), 6.7e-3)
+        with h5py.File(self.folder / "live/recording.h5") as file:
+            contacts = file["streams/collision.contacts/data"]["produced_ns"]
+        self.assertGreaterEqual(numpy.diff(contacts).min(), 6_700_000)
+
+    def check_contract(self, imposed):
+        """Runs the method live and again under the virtual clock: the same steps and values; the live summary."""
         recorded = self.write("recorded.yaml", f"extends: {GRAPHS / 'duck_refit.yaml'}\nrecord: [device.state]\n")
         self.run_graph(recorded, "--duration", "2", out="input")
         graph = self.write("contract.yaml", f"""
 extends: {GRAPHS / 'duck_live.yaml'}
 duration: 2 s
+live: {{impose_cost: {imposed}}}
 nodes:
   trajectory: ~
   device: ~
   metrics: ~
-  refit: {{window: 100}}
+  refit: {{window: 50}}
   player: {{type: source.recording, file: input/recording.h5, stream: device.state}}
 edges:
   - player.device -> collision.device
@@ -64,6 +79,7 @@ record: [{', '.join(STREAMS)}]
                 numpy.testing.assert_allclose(flat(a), flat(b), rtol=0, atol=1e-12)
         forces = flat(live_rows["coupling.force"])
         self.assertGreater(numpy.abs(forces).max(), 0.1)
+        return live
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "framework/core/messages.hpp"
+#include "framework/engine/cost.hpp"
 #include "framework/engine/dispatcher.hpp"
 #include "framework/engine/live/lane_plan.hpp"
 #include "framework/engine/live/lane_scheduler.hpp"
@@ -48,6 +49,12 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::function<bool()> stop_asked = [] { return false; };
 
  private:
+  /// A step that has been made and whose declared cost has not passed.
+  struct Held {
+    Time until;
+    std::size_t node = 0;
+  };
+
   // What the dispatcher tells, under the lock.
   void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override;
   void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) override;
@@ -75,7 +82,13 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void look_for_failure(std::size_t node);
   [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
   [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
+  /// Nodes whose step has not come back.
   [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
+  /// The step of a node has been made; it passes now, or when its declared cost has passed.
+  void end_step(std::size_t node, std::int64_t work);
+  void pass(std::size_t node);
+  void release_held();
+  [[nodiscard]] bool is_held(std::size_t node) const;
   [[nodiscard]] LiveStatus counters() const;
 
   /// Adds the latencies to `counters`; `whole` with their histograms. Takes long and needs no lock.
@@ -103,6 +116,8 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   bool bridge_ended_ = false;
   Time bridge_waits_until_;
   std::vector<Dispatcher::Begun> begun_;  // by node: the step it is making
+  std::vector<CostDraw> costs_;           // by node, where the graph imposes what it declares; else empty
+  std::vector<Held> held_;                // the first to pass comes first
   std::vector<bool> at_rest_;             // by node: of a device outside of the real-time lane
   std::vector<bool> failed_;              // by node
   StallWatch stalls_;

@@ -41,6 +41,8 @@ LiveRun::Engine::Engine(const Plan& plan)
       safety_(plan.nodes.size()) {
   check_privileges(plan_, lanes_, bridge_settings);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
+  if (!plan.graph.live.impose_cost) return;
+  for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
 }
 
 // Starting.
@@ -202,8 +204,7 @@ void LiveRun::Engine::step(std::size_t node) {
   catch_up(now);
   if (error.empty()) {
     if (begun.phase == Phase::stopping) at_rest_[node] = context.at_rest();
-    dispatcher_->free(node);
-    if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, begun.now, now - begun.now);
+    end_step(node, context.work());
   } else {
     // It stays busy and never steps again; the rest goes on while the devices ramp down.
     failed_[node] = true;
@@ -216,7 +217,37 @@ void LiveRun::Engine::step(std::size_t node) {
   wake(woken_);
   woken_.clear();
   const auto next = dispatcher_->next_event();
-  if (next && *next < bridge_waits_until_) bridge_condition_.notify_one();
+  const bool earlier =
+      (next && *next < bridge_waits_until_) || (!held_.empty() && held_[0].until < bridge_waits_until_);
+  if (earlier) bridge_condition_.notify_one();
+}
+
+void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
+  const Time until = begun_[node].now + (costs_.empty() ? Duration{} : costs_[node].next(work));
+  if (until <= dispatcher_->now()) return pass(node);
+  const auto later = [until](const Held& held) { return held.until > until; };
+  held_.insert(std::find_if(held_.begin(), held_.end(), later), {until, node});
+}
+
+void LiveRun::Engine::pass(std::size_t node) {
+  dispatcher_->free(node);
+  const Time begun = begun_[node].now;
+  if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, begun, dispatcher_->now() - begun);
+}
+
+void LiveRun::Engine::release_held() {
+  while (!held_.empty() && held_[0].until <= clock()) {
+    const std::size_t node = held_[0].node;
+    held_.erase(held_.begin());
+    // Each at an instant of its own, so that a replay knows which came first.
+    catch_up(next_instant());
+    pass(node);
+    begin_ready();
+  }
+}
+
+bool LiveRun::Engine::is_held(std::size_t node) const {
+  return std::any_of(held_.begin(), held_.end(), [node](const Held& held) { return held.node == node; });
 }
 
 void LiveRun::Engine::fail(const std::string& why) {
@@ -233,6 +264,7 @@ void LiveRun::Engine::bridge() {
   mutex_.lock();
   while (!bridge_ended_) {
     drain_loops();
+    release_held();
     const Time now = next_instant();
     catch_up(now);
     if (dispatcher_->phase() != Phase::stopping && stop_asked()) begin_stop();
@@ -251,6 +283,7 @@ void LiveRun::Engine::bridge() {
     }
     bridge_waits_until_ = next_look(now);
     if (const auto next = dispatcher_->next_event()) bridge_waits_until_ = std::min(bridge_waits_until_, *next);
+    if (!held_.empty()) bridge_waits_until_ = std::min(bridge_waits_until_, held_[0].until);
     if (now < end_) bridge_waits_until_ = std::min(bridge_waits_until_, end_);
     bridge_condition_.wait_until(mutex_, (origin_ + (bridge_waits_until_ - Time{})).ns);
   }

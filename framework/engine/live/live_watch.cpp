@@ -68,7 +68,7 @@ void LiveRun::Engine::look_for_stalls() {
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     if (failed_[n]) continue;
     if (loops_[n]) look_for_failure(n);
-    const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n);
+    const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n) || is_held(n);
     const StallWatch::Node& watched = stalls_.look(n, steps_ended(n), idle);
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       // To the period of the looks, which is all that is known.
@@ -155,7 +155,7 @@ std::vector<std::size_t> LiveRun::Engine::devices_not_at_rest() const {
 std::vector<std::size_t> LiveRun::Engine::busy_nodes() const {
   std::vector<std::size_t> busy;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (dispatcher_->busy(n) && !failed_[n]) busy.push_back(n);
+    if (dispatcher_->busy(n) && !failed_[n] && !is_held(n)) busy.push_back(n);
   }
   return busy;
 }

@@ -81,6 +81,7 @@ BOOST_FIXTURE_TEST_CASE(graphs_with_errors_of_form_do_not_validate, Fixture) {
                            "live_is_a_text",
                            "live_with_unknown_key",
                            "on_stall_is_a_boolean",
+                           "impose_cost_is_a_time",
                            "pool_of_no_workers",
                            "pool_with_unknown_key"}) {
     files.push_back(here / "bad" / (std::string(name) + ".yaml"));

@@ -140,11 +140,12 @@ BOOST_FIXTURE_TEST_CASE(live_settings_have_defaults_and_reach_the_spec, Fixture)
   BOOST_TEST((live("live: {on_missing_privilege: warn, on_stall: stop, stall_timeout: 0.5 s, "
                    "pool: {policy: fifo, priority: 50}}\n") == LiveSettings{}));
   const LiveSettings all = live(
-      "live:\n  on_missing_privilege: fail\n  on_stall: recover\n  stall_timeout: 250 ms\n"
+      "live:\n  on_missing_privilege: fail\n  on_stall: recover\n  stall_timeout: 250 ms\n  impose_cost: true\n"
       "  pool: {workers: 64, policy: round_robin, priority: 99, cpu: 1}\n");
   BOOST_TEST((all.on_missing_privilege == OnMissingPrivilege::fail));
   BOOST_TEST((all.on_stall == OnStall::recover));
   BOOST_TEST(all.stall_timeout.ns == 250'000'000);
+  BOOST_TEST(all.impose_cost);
   BOOST_TEST(all.pool_workers == 64);
   BOOST_TEST((all.pool == ThreadSettings{round_robin, 99, 1}));
   BOOST_TEST((live("live: {pool: {policy: other}}\n").pool == ThreadSettings{other, 0, std::nullopt}));
@@ -166,8 +167,8 @@ BOOST_FIXTURE_TEST_CASE(live_settings_merge_key_by_key_and_can_be_set, Fixture) 
 }
 
 BOOST_FIXTURE_TEST_CASE(written_yaml_keeps_every_lane_and_setting, Fixture) {
-  for (const char* head :
-       {"", "live: {pool: {policy: other, cpu: 0}}\n", "live: {on_stall: recover, pool: {workers: 1}}\n"}) {
+  for (const char* head : {"", "live: {pool: {policy: other, cpu: 0}}\n",
+                           "live: {on_stall: recover, pool: {workers: 1}}\n", "live: {impose_cost: true}\n"}) {
     const GraphSpec spec = load(head + three_solvers +
                                 "  e: {type: test.motor, policy: other, cpu: 0}\n  f: {type: test.motor, lane: pool}\n"
                                 "  g: {type: test.motor}\n  h: {type: test.solver, thread: mine, policy: other}\n");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/test/unit_test.hpp>
 #include <cstring>
+#include <ctime>
 #include <tuple>
 
 #include "framework/engine/live/live_run.hpp"
@@ -72,8 +73,8 @@ Plan contract_plan(const Infos& infos, double duration_s) {
 Plan with_costs(Plan plan, const Log& log) {
   plan.graph.clock = Clock::virtual_;
   for (NodeSpec& node : plan.nodes) {
+    node.cost = {};
     node.cost.kind = CostModel::Kind::trace;
-    node.cost.trace.clear();
   }
   std::vector<Step> steps = log.steps;
   std::sort(steps.begin(), steps.end());
@@ -113,11 +114,9 @@ Sorted visible(const Log& log, const Plan& plan) {
   return result;
 }
 
-}  // namespace
-
-BOOST_AUTO_TEST_CASE(a_live_run_given_its_costs_is_the_same_run_under_the_virtual_clock) {
-  const Infos infos;
-  const Plan plan = contract_plan(infos, 2.0);
+/// Runs the plan live and again under the virtual clock with the costs it had: the same steps and values; what the live
+/// run told.
+Log check_contract(const Plan& plan) {
   Log live;
   LiveRun run(plan);
   run.run(live, [](const LiveStatus&) { return true; });
@@ -146,4 +145,87 @@ BOOST_AUTO_TEST_CASE(a_live_run_given_its_costs_is_the_same_run_under_the_virtua
   for (std::size_t i = 0; i < a.values.size(); ++i) BOOST_REQUIRE_SMALL(a.values[i] - b.values[i], 1e-12);
   // The lossy queue lost the same in both.
   BOOST_TEST(run.status().edges[4].figures.dropped > 0U);
+  return live;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_live_run_given_its_costs_is_the_same_run_under_the_virtual_clock) {
+  const Infos infos;
+  check_contract(contract_plan(infos, 2.0));
+}
+
+BOOST_AUTO_TEST_CASE(a_live_run_that_imposes_costs_is_the_same_run_under_the_virtual_clock) {
+  const Infos infos;
+  Plan plan = contract_plan(infos, 2.0);
+  plan.graph.live.impose_cost = true;
+  std::vector<CostDraw> declared;
+  for (NodeSpec& node : plan.nodes) {
+    if (node.name == "heavy") {
+      node.cost.kind = CostModel::Kind::constant;
+      node.cost.base = Duration{9'000'000};
+      node.cost.jitter = 0.1;
+    }
+    if (node.name == "light") {
+      node.cost.kind = CostModel::Kind::constant;
+      node.cost.base = Duration{2'000'000};
+    }
+    declared.emplace_back(node.cost, plan.graph.seed, node.name);
+  }
+  const Log live = check_contract(plan);
+  // No step passes before the cost that the virtual clock would have drawn for it, be it long or short.
+  std::vector<Step> steps = live.steps;
+  std::sort(steps.begin(), steps.end());
+  std::vector<std::size_t> count(plan.nodes.size());
+  for (const auto& [now, node, cost] : steps) {
+    BOOST_TEST(cost >= declared[node].next(0).ns);
+    ++count[node];
+  }
+  // By name, as contract_plan has them.
+  BOOST_TEST(plan.nodes[2].name == "heavy");
+  BOOST_TEST(count[2] > 20U);
+  BOOST_TEST(count[2] <= 2'000'000'000U / 6'300'000U + 1);  // the jitter is cut at three of its deviations
+}
+
+BOOST_AUTO_TEST_CASE(results_that_are_held_back_take_no_time_of_a_core_and_are_no_stall) {
+  CostModel cost;
+  cost.kind = CostModel::Kind::constant;
+  cost.base = Duration{400'000'000};
+  SamplePlan sample(cost, 1.0);
+  sample.plan.graph.live.impose_cost = true;
+  sample.plan.graph.live.stall_timeout = Duration{100'000'000};
+  LiveRun run(sample.plan);
+  RunObserver nobody;
+  const auto cpu = [] {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  };
+  const double before = cpu();
+  run.run(nobody, [](const LiveStatus&) { return true; });
+  BOOST_TEST(!run.failure().has_value());
+  BOOST_TEST(run.status().nodes[1].steps >= 2U);
+  BOOST_TEST(run.status().nodes[1].steps <= 3U);
+  BOOST_TEST(!run.status().nodes[1].stalled);
+  // Who spins takes a second of it.
+  BOOST_TEST(cpu() - before < 0.7);
+  for (const Keep::Entry& entry : dynamic_cast<const Keep&>(run.nodes()[2]).kept) {
+    BOOST_TEST((entry.stamp.produced - entry.stamp.valid).ns >= cost.base.ns);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(costs_are_not_imposed_unless_the_graph_says_so_and_outlast_no_run) {
+  CostModel cost;
+  cost.kind = CostModel::Kind::constant;
+  cost.base = Duration{3'000'000'000};
+  for (const bool imposed : {false, true}) {
+    SamplePlan sample(cost, 0.3);
+    sample.plan.graph.live.impose_cost = imposed;
+    LiveRun run(sample.plan);
+    RunObserver nobody;
+    run.run(nobody, [](const LiveStatus&) { return true; });
+    BOOST_TEST(!run.failure().has_value());
+    BOOST_TEST(!run.is_abandoned());
+    BOOST_TEST((run.status().nodes[1].steps == 1U) == imposed);
+  }
 }
