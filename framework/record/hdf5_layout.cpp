@@ -57,8 +57,7 @@ std::size_t record_size(const MessageType& type) {
 }
 
 std::uint64_t chunk_rows(const MessageType& type) {
-  constexpr std::uint64_t bytes = 131072;  // 128 KiB
-  return std::clamp<std::uint64_t>(bytes / record_size(type), 1, 1024);
+  return std::clamp<std::uint64_t>(chunk_bytes / record_size(type), 1, 1024);
 }
 
 Handle record_type(const MessageType& type, bool in_file) {

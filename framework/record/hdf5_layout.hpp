@@ -37,7 +37,8 @@ inline constexpr std::size_t stamp_size = 24;
 std::size_t field_size(const Field& field);
 /// Bytes of a record: the stamps and the fields, without the padding of the struct.
 std::size_t record_size(const MessageType& type);
-/// Messages in a chunk: about 128 KiB, at most 1024 messages.
+constexpr std::size_t chunk_bytes = std::size_t{128} << 10U;  ///< the most that a chunk of several messages has
+/// Messages in a chunk: about `chunk_bytes`, at most 1024 messages.
 std::uint64_t chunk_rows(const MessageType& type);
 
 /// The compound type of a record; little-endian in the file, native in memory, otherwise the same.

@@ -24,6 +24,9 @@ Handle file_access() {
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   // The first format with checksums on all metadata and with readers beside the writer.
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);
+  // One chunk of each dataset in memory, all that appending needs, where HDF5 would keep 1 MiB. Here and not with the
+  // dataset, because H5Fstart_swmr_write opens the datasets anew with the properties of the file.
+  H5Pset_cache(access.get(), 0, 1, layout::chunk_bytes, 1.0);
   return access;
 }
 

@@ -41,6 +41,7 @@ LiveRun::Engine::Engine(const Plan& plan)
       safety_(plan.nodes.size()) {
   check_privileges(plan_, lanes_, bridge_settings);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
+  for (const std::size_t lane : lanes_.lane_of) sampling_.emplace_back(lane == 0 ? steps_a_measurement : 1);
   if (!plan.graph.live.impose_cost) return;
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
 }
@@ -180,7 +181,7 @@ void LiveRun::Engine::step(std::size_t node) {
   {
     const std::scoped_lock lock(mutex_);
     begun = begun_[node];
-    measured = lanes_.lane_of[node] != 0 || dispatcher_->steps(node) % steps_a_measurement == 0;
+    measured = sampling_[node].picks(dispatcher_->steps(node));
   }
   const Time starts = clock();
   for (const std::size_t edge : dispatcher_->edges_into(node)) {
@@ -199,7 +200,7 @@ void LiveRun::Engine::step(std::size_t node) {
   const std::scoped_lock lock(mutex_);
   // A step that comes back when the run has given it up finds its figures taken.
   if (bridge_ended_) return;
-  if (measured) node_figures[node].cpu_ns.push_back(static_cast<std::uint32_t>(cpu_ns));
+  if (measured) sampling_[node].keep(node_figures[node].cpu_ns, static_cast<std::uint32_t>(cpu_ns));
   const Time now = next_instant();
   catch_up(now);
   if (error.empty()) {

@@ -1,6 +1,8 @@
 // A recording holds what was written, for our reader and for h5py, also where the writer was killed.
+#include <malloc.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
 #include <boost/test/unit_test.hpp>
@@ -290,4 +292,28 @@ BOOST_AUTO_TEST_CASE(the_csv_export_has_units_exact_times_and_numbers_that_read_
              "valid_s,produced_s,sequence,p_WD_x [m],p_WD_y [m],p_WD_z [m],R_WD_w [1],R_WD_x [1],R_WD_y [1],"
              "R_WD_z [1],v_WD_x [m/s],v_WD_y [m/s],v_WD_z [m/s],w_WD_x [rad/s],w_WD_y [rad/s],w_WD_z [rad/s],"
              "buttons [1]");
+}
+
+BOOST_AUTO_TEST_CASE(a_recording_takes_no_more_memory_the_longer_it_is) {
+  const Folder folder;
+  const std::unique_ptr<Recorder> recorder = load_record_library().create(folder / "long.h5", header);
+  constexpr std::size_t streams = 4;
+  for (std::size_t s = 0; s < streams; ++s) {
+    recorder->add_stream("stream" + std::to_string(s), message_type<Wrench>());
+  }
+  const auto in_use = [] {
+    const struct mallinfo2 m = mallinfo2();
+    return static_cast<std::int64_t>(m.uordblks + m.hblkhd);
+  };
+  constexpr std::int64_t warm = 4'096, rows = 200'000;
+  std::int64_t before = 0, most = 0;
+  for (std::int64_t i = 0; i < rows; ++i) {
+    const Wrench wrench = wrench_of(i);
+    for (std::size_t s = 0; s < streams; ++s) recorder->write(s, stamp_of(i), &wrench);
+    if (i == warm) before = in_use();
+    if (i > warm && i % 512 == 0) most = std::max(most, in_use());
+  }
+  // HDF5 would keep up to 1 MiB of each stream that has been written, of which nothing is read again. Its index of
+  // chunks of 72 KiB grows by some bytes each.
+  BOOST_TEST(most - before < 512 * 1024);
 }
