@@ -1,12 +1,13 @@
 #include "devices/falcon/falcon_link.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <cstring>
 
 #include "devices/falcon/protocol.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
@@ -30,12 +31,12 @@ std::int16_t word(double torque_Nm) {
 }  // namespace
 
 std::vector<std::uint8_t> read_falcon_firmware(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError("firmware " + file.string() + ": cannot be read");
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(falcon::most_firmware);
-  for (std::istreambuf_iterator<char> byte(in), end; byte != end && bytes.size() <= falcon::most_firmware; ++byte) {
-    bytes.push_back(static_cast<std::uint8_t>(*byte));
+  const InputFile input = open_input(file);
+  if (!input.file) throw InputError("firmware " + file.string() + ": " + input.error);
+  // One byte more than the most tells an image that is too large.
+  std::vector<std::uint8_t> bytes(std::min<std::uint64_t>(input.size, falcon::most_firmware + 1));
+  if (!input.file.read_all(bytes.data(), bytes.size())) {
+    throw InputError("firmware " + file.string() + ": cannot be read: " + std::strerror(errno));
   }
   if (bytes.size() < falcon::least_firmware || bytes.size() > falcon::most_firmware) {
     throw InputError("firmware " + file.string() + ": expected a firmware image of " +

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <fstream>
-#include <iterator>
+#include <limits>
 
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
 #include "framework/engine/virtual_clock.hpp"
 
 namespace tactor {
@@ -16,9 +16,10 @@ namespace fs = std::filesystem;
 namespace {
 
 std::optional<std::string> read_file(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(file), {});
+  InputFile input = open_input(path);
+  std::string bytes;
+  if (!input.file || !input.read(bytes, std::numeric_limits<std::int64_t>::max())) return std::nullopt;
+  return bytes;
 }
 
 /// Collects the parts of a key, each with its length, so that no two different lists run together.

@@ -1,7 +1,9 @@
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <cstdint>
+#include <sstream>
 
+#include "framework/core/input_file.hpp"
 #include "framework/graph/readers.hpp"
 #include "framework/graph/values.hpp"
 
@@ -12,11 +14,18 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t max_trace_lines = 10'000'000;
+constexpr std::uint64_t max_trace_bytes = std::uint64_t{1} << 28U;
 
 // One duration in seconds a line; empty lines and lines that begin with # are skipped.
 std::vector<Duration> read_trace(const fs::path& file, Diagnostics& diagnostics) {
   std::vector<Duration> trace;
-  std::ifstream stream(file);
+  std::istringstream stream;
+  try {
+    stream.str(read_input_file(file, max_trace_bytes));
+  } catch (const InputError& error) {
+    diagnostics.error({file.string(), 0, 0}, error.what());
+    return {};
+  }
   int number = 0;
   for (std::string line; std::getline(stream, line);) {
     ++number;

@@ -4,12 +4,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
 #include <string_view>
 
+#include "framework/core/input_file.hpp"
 #include "framework/core/units.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/values.hpp"
@@ -539,8 +538,7 @@ StudySpec load_study(const fs::path& file, bool use_short) {
     if (use_short) study = std::move(brief);
   }
   study.is_short = use_short;
-  std::ifstream stream(file, std::ios::binary);
-  study.text.assign(std::istreambuf_iterator<char>(stream), {});
+  study.text = read_input_file(file, max_yaml_bytes);
   return study;
 }
 

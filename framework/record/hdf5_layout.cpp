@@ -138,7 +138,11 @@ std::optional<std::string> read_text(hid_t object, const char* name) {
   const Handle space(H5Aget_space(attribute.get()), H5Sclose);
   if (!type || H5Tget_class(type.get()) != H5T_STRING || H5Tis_variable_str(type.get()) != 0) return std::nullopt;
   if (!space || H5Sget_simple_extent_npoints(space.get()) != 1) return std::nullopt;
-  std::string text(H5Tget_size(type.get()), '\0');
+  constexpr std::size_t most = std::size_t{1} << 26U;
+  const std::size_t size = H5Tget_size(type.get());
+  // A text that the file does not hold is not worth the memory for it.
+  if (size > most || size > H5Aget_storage_size(attribute.get())) return std::nullopt;
+  std::string text(size, '\0');
   if (H5Aread(attribute.get(), type.get(), text.data()) < 0) return std::nullopt;
   text.resize(std::min(text.size(), text.find('\0')));
   return text;

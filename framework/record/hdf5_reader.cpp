@@ -4,8 +4,10 @@
 
 #include <array>
 #include <fstream>
+#include <limits>
 
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/record/hdf5_writer.hpp"
 
@@ -24,12 +26,40 @@ bool marked_as_being_written(const fs::path& path) {
   return in.read(head.data(), head.size()) && (head[flags_at] & writing_beside_readers) == writing_beside_readers;
 }
 
+/// The most rows that the bytes of a dataset in the file can hold.
+std::uint64_t rows_with_room(hid_t data, const MessageType& type, std::uint64_t file_size) {
+  // What a writer that was killed had given out and not written yet.
+  constexpr std::uint64_t unwritten = std::uint64_t{16} << 20U;
+  if (H5Dget_storage_size(data) > file_size + unwritten) return 0;
+  // What HDF5 unpacks at once; ours are an eighth of a megabyte.
+  constexpr std::uint64_t most_chunk_bytes = std::uint64_t{64} << 20U;
+  const std::uint64_t record = layout::record_size(type);
+  const Handle properties(H5Dget_create_plist(data), H5Pclose);
+  if (!properties || H5Pget_external_count(properties.get()) != 0) return 0;
+  switch (H5Pget_layout(properties.get())) {
+    case H5D_CHUNKED: {
+      const Handle space(H5Dget_space(data), H5Sclose);
+      hsize_t rows = 0, chunks = 0;
+      if (H5Pget_chunk(properties.get(), 1, &rows) != 1 || rows == 0 || rows > most_chunk_bytes / record) return 0;
+      if (!space || H5Dget_num_chunks(data, space.get(), &chunks) < 0) return 0;
+      return chunks > std::numeric_limits<std::uint64_t>::max() / rows ? 0 : chunks * rows;
+    }
+    case H5D_CONTIGUOUS:
+    case H5D_COMPACT:
+      return H5Dget_storage_size(data) / record;
+    default:
+      return 0;
+  }
+}
+
 }  // namespace
 
 Hdf5Reader::Hdf5Reader(fs::path path) : path_(std::move(path)) {
   silence_hdf5();
-  if (!fs::exists(path_)) throw InputError("there is no recording " + path_.string());
-  if (!fs::is_regular_file(path_)) throw InputError(path_.string() + " is not a file");
+  // HDF5 opens it by its name; it would wait for ever for the writer of a pipe.
+  const InputFile input = open_input(path_);
+  if (input.is_missing) throw InputError("there is no recording " + path_.string());
+  if (!input.file) throw InputError(path_.string() + ": " + input.error);
   if (H5Fis_hdf5(path_.c_str()) <= 0) {
     throw InputError(path_.string() +
                      " is no HDF5 file (or its beginning is damaged); a recording of tactor is expected");
@@ -97,6 +127,12 @@ void Hdf5Reader::add_stream(hid_t parent, const std::string& name) {
   if (!space || H5Sget_simple_extent_ndims(space.get()) != 1 ||
       H5Sget_simple_extent_dims(space.get(), &count, nullptr) < 0) {
     refuse("stream " + name + " is no list of messages");
+  }
+  // A file of a few bytes may say that it holds any number; what was never written would be read as zeros.
+  const std::uint64_t room = rows_with_room(data.get(), *type, fs::file_size(path_));
+  if (count > room) {
+    refuse("stream " + name + " says that it holds " + std::to_string(count) + " messages, and the file has room for " +
+           std::to_string(room));
   }
   streams_.push_back({name, type, count});
   data_.push_back(std::move(data));

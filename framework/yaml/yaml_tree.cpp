@@ -1,7 +1,6 @@
 #include "framework/yaml/yaml_tree.hpp"
 
-#include <fstream>
-
+#include "framework/core/input_file.hpp"
 #include "framework/yaml/nearby_files.hpp"
 
 namespace tactor {
@@ -56,27 +55,12 @@ void set_places(Tree& tree, const Place& place) {
 
 std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, const YamlFileKind& kind,
                               Diagnostics& diagnostics) {
-  std::error_code ignored;
   const Place whole{name, 0, 0};
-  if (!fs::exists(file, ignored)) {
-    diagnostics.error(whole, "there is no such file" + nearby_files({file}));
-    return std::nullopt;
-  }
-  if (fs::is_directory(file, ignored)) {
-    diagnostics.error(whole, "expected " + kind.noun + ", found a folder");
-    return std::nullopt;
-  }
-  std::ifstream stream(file, std::ios::binary);
-  // One byte past the bound tells too large a file without reading all of it.
-  std::string text(max_yaml_bytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.bad() || (!stream && !stream.eof())) {
-    diagnostics.error(whole, "the file cannot be read");
-    return std::nullopt;
-  }
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > max_yaml_bytes) {
-    diagnostics.error(whole, "expected at most " + std::to_string(max_yaml_bytes) + " bytes, found a larger file");
+  InputFile input = open_input(file);
+  std::string text;
+  if (!input.file || !input.read(text, max_yaml_bytes)) {
+    const std::string error = input.is_missing ? input.error + nearby_files({file}) : input.error;
+    diagnostics.error(whole, input.found.empty() ? error : "expected " + kind.noun + ", found " + input.found);
     return std::nullopt;
   }
   std::optional<Tree> tree = parse_yaml(text, name, diagnostics);

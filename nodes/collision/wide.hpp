@@ -10,8 +10,10 @@
 
 // A function so marked is compiled for processors with AVX2 too, and the loader picks. Both give the same bits: neither
 // fuses multiplications with additions. Without optimisation, lambdas in it would pass vectors by another convention;
-// the resolver runs before the sanitizers are ready. Hence none with either.
-#if !defined(__x86_64__) || !defined(__OPTIMIZE__) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// the resolver runs before the sanitizers are ready. Hence none with either, nor by clang, which fuzzes under
+// sanitizers.
+#if !defined(__x86_64__) || !defined(__OPTIMIZE__) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || \
+    defined(__clang__)
 #define TACTOR_WIDE
 #else
 #define TACTOR_WIDE __attribute__((target_clones("arch=x86-64-v3", "default")))

@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <string_view>
-#include <system_error>
 #include <type_traits>
 #include <utility>
 
 #include "framework/core/check.hpp"
 #include "framework/core/disk_cache.hpp"
+#include "framework/core/input_file.hpp"
 #include "nodes/scene/mesh_formats.hpp"
 #include "nodes/scene/mesh_repair.hpp"
 #include "nodes/scene/polygon_soup.hpp"
@@ -27,19 +25,14 @@ namespace {
 constexpr std::uint32_t cache_version = 1;
 
 std::string read_whole(const fs::path& path) {
-  constexpr std::uintmax_t most = std::uintmax_t{1} << 30U;
-  std::error_code error;
-  const std::uintmax_t size = fs::file_size(path, error);
-  if (error) throw InputError(path.string() + ": cannot be read: " + error.message());
-  if (size > most) {
-    throw InputError(path.string() + ": the file has " + std::to_string(size >> 20U) +
+  constexpr std::uint64_t most = std::uint64_t{1} << 30U;
+  InputFile input = open_input(path);
+  if (input.size > most) {
+    throw InputError(path.string() + ": the file has " + std::to_string(input.size >> 20U) +
                      " MiB; a mesh file may have 1024, decimate the mesh in a modeller");
   }
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(size, '\0');
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    throw InputError(path.string() + ": cannot be read: " + std::strerror(errno));
-  }
+  std::string bytes;
+  if (!input.file || !input.read(bytes, most)) throw InputError(path.string() + ": " + input.error);
   return bytes;
 }
 
@@ -115,7 +108,9 @@ std::optional<SolidFile> solid_from_bytes(std::string_view bytes) {
   return solid;
 }
 
-SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
+namespace {
+
+SolidFile load_within_memory(const fs::path& path, const fs::path& cache_folder) {
   const std::string file = path.string();
   const std::string bytes = read_whole(path);
   const MeshFormat format = mesh_format(file, bytes);
@@ -133,6 +128,12 @@ SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
   std::string note = cache.store(key, to_bytes(solid));
   if (!note.empty()) solid.notes.push_back(std::move(note));
   return solid;
+}
+
+}  // namespace
+
+SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
+  return within_memory(path, [&] { return load_within_memory(path, cache_folder); });
 }
 
 }  // namespace tactor

@@ -162,6 +162,7 @@ MappedMessages map_columns(const CsvTable& table, const Mapping& mapping, const 
   const std::vector<Stamp> stamps = read_stamps(table, *fields.time);
   MappedMessages messages;
   if (fields.any(force) || fields.any(torque)) {
+    messages.force.reserve(stamps.size());
     for (std::size_t i = 0; i < stamps.size(); ++i) {
       messages.force.push_back({stamps[i], {fields.read(table, i, force), fields.read(table, i, torque)}});
     }
@@ -169,6 +170,8 @@ MappedMessages map_columns(const CsvTable& table, const Mapping& mapping, const 
   const bool moves =
       fields.any(position) || fields.any(rotation) || fields.any(velocity) || fields.any(angular_velocity);
   if (!moves) return messages;
+  messages.target.reserve(stamps.size());
+  messages.device.reserve(stamps.size());
   for (std::size_t i = 0; i < stamps.size(); ++i) {
     Target target;
     target.X_WH = {fields.read(table, i, position), from_rotation_vector(fields.read(table, i, rotation))};

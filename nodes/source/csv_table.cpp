@@ -6,8 +6,10 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
 
 namespace tactor {
 
@@ -18,21 +20,57 @@ struct CloseGzip {
 };
 using GzipFile = std::unique_ptr<gzFile_s, CloseGzip>;
 
-std::string read_whole(const std::filesystem::path& path) {
-  // Reads files that are not compressed as they are.
-  const GzipFile file(std::filesystem::is_regular_file(path) ? gzopen(path.c_str(), "rb") : nullptr);
-  if (!file) throw InputError("cannot read " + path.string() + ": a file of comma-separated values is expected there");
-  std::string text;
-  std::array<char, 1 << 16> block{};
-  int got = 0;
-  while ((got = gzread(file.get(), block.data(), block.size())) > 0) {
-    text.append(block.data(), static_cast<std::size_t>(got));
+/// Hands out the lines of a file, which may be compressed, and holds no more than one of them.
+class Lines {
+ public:
+  explicit Lines(const std::filesystem::path& path) : path_(path) {
+    FileDescriptor opened = open_input_file(path);
+    file_.reset(gzdopen(opened.number(), "rb"));
+    if (!file_) throw InputError(path.string() + ": " + "cannot be read: memory for it is refused");
+    static_cast<void>(opened.release());
   }
-  int error = Z_OK;
-  const char* message = gzerror(file.get(), &error);
-  if (got < 0 || error != Z_OK) throw InputError(path.string() + " is damaged: " + std::string(message));
-  return text;
-}
+
+  /// The next line without its end; nothing after the last one. It holds until the next call.
+  std::optional<std::string_view> next() {
+    std::size_t looked = at_;
+    while (true) {
+      if (const std::size_t end = text_.find('\n', looked); end != std::string::npos) return take(end, end + 1);
+      looked = text_.size() - at_;
+      text_.erase(0, std::exchange(at_, 0));
+      if (text_.size() > csv_limits::line_bytes) {
+        throw InputError(path_.string() + ":" + std::to_string(number_ + 1) + ": expected a line of at most " +
+                         std::to_string(csv_limits::line_bytes) + " bytes, found a longer one");
+      }
+      if (!read_more()) break;
+    }
+    if (text_.empty()) return std::nullopt;
+    return take(text_.size(), text_.size());
+  }
+
+ private:
+  std::string_view take(std::size_t end, std::size_t next) {
+    const std::string_view line = std::string_view(text_).substr(at_, end - at_);
+    at_ = next;
+    ++number_;
+    return line;
+  }
+
+  bool read_more() {
+    const int got = gzread(file_.get(), block_.data(), block_.size());
+    int error = Z_OK;
+    const char* message = gzerror(file_.get(), &error);
+    if (got < 0 || error != Z_OK) throw InputError(path_.string() + " is damaged: " + std::string(message));
+    text_.append(block_.data(), static_cast<std::size_t>(got));
+    return got > 0;
+  }
+
+  std::filesystem::path path_;
+  GzipFile file_;
+  std::array<char, 1 << 16> block_{};
+  std::string text_;        // what was read and not handed out
+  std::size_t at_ = 0;      // of the next line in it
+  std::size_t number_ = 0;  // of the line handed out last
+};
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r");
@@ -76,37 +114,49 @@ std::optional<std::size_t> CsvTable::find(std::string_view text) const {
 }
 
 std::string CsvTable::place(std::size_t row) const {
-  return path.string() + ":" + std::to_string(lines[row]);
+  // The first line holds the headings, and empty lines stand at the end alone.
+  return path.string() + ":" + std::to_string(row + 2);
 }
 
-CsvTable read_csv(const std::filesystem::path& path) {
-  const std::string text = read_whole(path);
+namespace {
+
+CsvTable read_lines(const std::filesystem::path& path) {
+  Lines lines(path);
   CsvTable table;
   table.path = path;
-  std::string_view rest = text;
-  int line = 0;
+  std::size_t line = 0, empty_line = 0;
   const auto refuse = [&](const std::string& why) {
     throw InputError(path.string() + ":" + std::to_string(line) + ": " + why);
   };
-  while (!rest.empty()) {
+  while (const std::optional<std::string_view> row = lines.next()) {
     ++line;
-    const std::size_t end = rest.find('\n');
-    const std::string_view row = rest.substr(0, end);
-    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
-    if (trimmed(row).empty()) {
-      if (!trimmed(rest.substr(0, rest.find('\n'))).empty() || line == 1) refuse("an empty line is not allowed here");
+    if (trimmed(*row).empty()) {
+      empty_line = line;
+      if (line == 1) refuse("an empty line is not allowed here");
+      if (line > csv_limits::rows + 2) refuse("expected the end of the file, found ever more empty lines");
       continue;
     }
+    if (empty_line > 0) {
+      line = empty_line;
+      refuse("an empty line is not allowed here");
+    }
     if (line == 1) {
-      for_cells(row, [&](std::string_view cell) {
+      for_cells(*row, [&](std::string_view cell) {
         if (cell.empty()) refuse("a heading is empty; the first line names every column, for example t_s,x_mm");
         if (table.find(cell)) refuse("the heading '" + std::string(cell) + "' stands twice");
+        if (table.columns.size() == csv_limits::columns) {
+          refuse("expected at most " + std::to_string(csv_limits::columns) + " columns, found more");
+        }
         table.columns.push_back(parse_heading(cell));
       });
       continue;
     }
+    if (line > csv_limits::rows + 1 || table.values.size() + table.columns.size() > csv_limits::values) {
+      refuse("expected at most " + std::to_string(csv_limits::rows) + " rows and " +
+             std::to_string(csv_limits::values) + " numbers, found more; cut the file or leave out samples or columns");
+    }
     std::size_t cells = 0;
-    for_cells(row, [&](std::string_view cell) {
+    for_cells(*row, [&](std::string_view cell) {
       double value = 0;
       const auto result = std::from_chars(cell.data(), cell.data() + cell.size(), value);
       if (result.ec != std::errc{} || result.ptr != cell.data() + cell.size() || !std::isfinite(value)) {
@@ -120,10 +170,15 @@ CsvTable read_csv(const std::filesystem::path& path) {
       refuse("expected " + std::to_string(table.columns.size()) + " cells as in the first line, found " +
              std::to_string(cells));
     }
-    table.lines.push_back(line);
   }
   if (table.rows() == 0) throw InputError(path.string() + " holds no rows; headings and at least one row are expected");
   return table;
+}
+
+}  // namespace
+
+CsvTable read_csv(const std::filesystem::path& path) {
+  return within_memory(path, [&] { return read_lines(path); });
 }
 
 }  // namespace tactor

@@ -3,15 +3,20 @@
 #include <algorithm>
 #include <cstring>
 
+#include "framework/core/input_file.hpp"
 #include "framework/core/value_error.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/record/recorder.hpp"
 #include "nodes/source/columns.hpp"
+#include "nodes/source/csv_table.hpp"
 #include "nodes/source/decimate.hpp"
 
 namespace tactor {
 
 namespace {
+
+/// All of them are held, some 0.2 kB each.
+constexpr std::uint64_t most_messages = csv_limits::rows;
 
 template <class T>
 std::vector<Stamped<T>> read_stream(RecordingReader& reader, std::size_t stream) {
@@ -20,6 +25,7 @@ std::vector<Stamped<T>> read_stream(RecordingReader& reader, std::size_t stream)
   std::vector<Stamp> stamps;
   std::vector<std::byte> payloads;
   const std::uint64_t count = reader.streams()[stream].count;
+  messages.reserve(count);
   for (std::uint64_t first = 0; first < count; first += block) {
     reader.read(stream, first, std::min(block, count - first), stamps, payloads);
     for (std::size_t i = 0; i < stamps.size(); ++i) {
@@ -40,6 +46,28 @@ bool is_hdf5(const std::filesystem::path& file) {
 
 }  // namespace
 
+void RecordingSource::read_recording(const Params& params, const std::string& name) {
+  const std::unique_ptr<RecordingReader> reader =
+      about("file", [&] { return load_record_library().open(params.file); });
+  const std::size_t stream = about("stream", [&] { return reader->find(params.stream); });
+  const RecordedStream& found = reader->streams()[stream];
+  if (found.count > most_messages) {
+    throw ValueError("stream", name + ": " + params.file.string() + ": stream " + params.stream + " holds " +
+                                   std::to_string(found.count) + " messages; at most " + std::to_string(most_messages) +
+                                   " can be played back");
+  }
+  if (found.type == &message_type<Wrench>()) {
+    force_.messages = read_stream<Wrench>(*reader, stream);
+  } else if (found.type == &message_type<DeviceState>()) {
+    device_.messages = read_stream<DeviceState>(*reader, stream);
+  } else if (found.type == &message_type<Target>()) {
+    target_.messages = read_stream<Target>(*reader, stream);
+  } else {
+    throw ValueError("stream", name + ": stream " + params.stream + " holds " + std::string(found.type->name) +
+                                   "; only Wrench, DeviceState and Target can be played back");
+  }
+}
+
 RecordingSource::RecordingSource(const Params& params, const NodeContext& context) {
   if (is_hdf5(params.file)) {
     if (params.stream.empty()) {
@@ -48,29 +76,18 @@ RecordingSource::RecordingSource(const Params& params, const NodeContext& contex
     }
     if (!params.columns.empty())
       throw ValueError("columns", context.name + ": columns are for CSV files; leave them out");
-    const std::unique_ptr<RecordingReader> reader =
-        about("file", [&] { return load_record_library().open(params.file); });
-    const std::size_t stream = about("stream", [&] { return reader->find(params.stream); });
-    const MessageType* type = reader->streams()[stream].type;
-    if (type == &message_type<Wrench>()) {
-      force_.messages = read_stream<Wrench>(*reader, stream);
-    } else if (type == &message_type<DeviceState>()) {
-      device_.messages = read_stream<DeviceState>(*reader, stream);
-    } else if (type == &message_type<Target>()) {
-      target_.messages = read_stream<Target>(*reader, stream);
-    } else {
-      throw ValueError("stream", context.name + ": stream " + params.stream + " holds " + std::string(type->name) +
-                                     "; only Wrench, DeviceState and Target can be played back");
-    }
+    about("file", [&] { within_memory(params.file, [&] { read_recording(params, context.name); }); });
   } else {
     if (!params.stream.empty()) throw ValueError("stream", context.name + ": stream is for .h5 files; leave it out");
     if (params.columns.empty()) {
       throw ValueError(
           "file", context.name + ": columns are expected beside a CSV file, for example `time: t_s`, `force.x: F_N`");
     }
-    const CsvTable table = about("file", [&] { return read_csv(params.file); });
-    MappedMessages messages =
-        about("columns", [&] { return map_columns(table, params.columns, context.name + ".columns"); });
+    const auto read = [&] {
+      const CsvTable table = read_csv(params.file);
+      return about("columns", [&] { return map_columns(table, params.columns, context.name + ".columns"); });
+    };
+    MappedMessages messages = about("file", [&] { return within_memory(params.file, read); });
     force_.messages = std::move(messages.force);
     device_.messages = std::move(messages.device);
     target_.messages = std::move(messages.target);

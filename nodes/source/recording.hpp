@@ -35,6 +35,7 @@ class RecordingSource final : public Node {
   Output<Target> target;
 
  private:
+  void read_recording(const Params& params, const std::string& name);
   template <class T>
   struct Track {
     std::vector<Stamped<T>> messages;

@@ -1,9 +1,17 @@
 """Files that the command reads and keeps: whose they are, what kind they are, and how large."""
+import gzip
 import os
+import resource
 import subprocess
 import unittest
 
-from harness import PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_collision, needs_devices
+from harness import (EDGES_OF_A_SMALL_GRAPH, IS_SANITIZED, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_collision,
+                     needs_devices, needs_hdf5)
+
+try:
+    import h5py
+except ImportError:
+    h5py = None
 
 PATIENCE = 120
 EMULATOR = ROOT.joinpath(TACTOR).parent / "tactor-emulate-usb"
@@ -30,6 +38,94 @@ class KeptFiles(CommandTest):
         self.assertEqual(len(kept), 1)
         self.assertEqual(kept[0].stat().st_mode & 0o7777, 0o600)
         self.assertEqual(kept[0].parent.stat().st_mode & 0o7777, 0o700)
+
+
+class InputFiles(CommandTest):
+    """What is no file, or fills the memory, ends with exit code 2 and the name of the file."""
+
+    def refused(self, *arguments, timeout=20, memory=None):
+        if memory is not None and IS_SANITIZED:
+            self.skipTest("a sanitizer takes more address space than the limit")
+        limit = None if memory is None else lambda: resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        done = subprocess.run([TACTOR, *map(str, arguments)], capture_output=True, text=True, timeout=timeout, check=False,
+                              stdin=subprocess.DEVNULL, env=dict(os.environ, **self.environment), preexec_fn=limit)
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def small_graph(self, **replaced):
+        text = EDGES_OF_A_SMALL_GRAPH
+        for old, new in replaced.values():
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        return self.write("graph.yaml", text)
+
+    def test_a_pipe_without_a_writer_is_refused_wherever_a_file_is_named(self):
+        graph = self.small_graph()
+        for name in ("pipe", "pipe.yaml", "pipe.csv", "pipe.off", "pipe.h5"):
+            os.mkfifo(self.folder / name)
+        pipe = self.folder / "pipe.yaml"
+        played = self.write("played.yaml", "clock: virtual\nduration: 1 s\nnodes:\n  hand: {type: source.recording, "
+                            "file: pipe.csv, columns: {time: t_s, force.x: F_N}}\n  device: {type: device.simulated}\n"
+                            "edges: [hand.target -> device.target]\nrecord: [device.state]\n")
+        for arguments in (("check", pipe), ("run", pipe), ("check", graph, "--over", pipe), ("study", pipe),
+                          ("graph", pipe), ("export", self.folder / "pipe.h5", "device.state"),
+                          ("mend", self.folder / "pipe.h5"), ("check", played), ("run", played)):
+            with self.subTest(arguments=arguments):
+                self.assertRegex(self.refused(*arguments), "pipe")
+
+    def recording(self, rows):
+        """A graph that plays so many rows of a CSV file, and the file."""
+        return self.write("played.yaml", "clock: virtual\nduration: 1 s\nnodes:\n  hand: {type: source.recording, "
+                          f"file: {rows}, columns: {{time: t_s, position.x: x_mm}}}}\n"
+                          "  device: {type: device.simulated}\n"
+                          "edges: [hand.target -> device.target]\nrecord: [device.state]\n")
+
+    def test_a_table_of_too_many_lines_is_refused_in_little_memory(self):
+        table = self.folder / "long.csv.gz"
+        with gzip.open(table, "wb", compresslevel=1) as out:
+            out.write(b"t_s,x_mm\n")
+            for block in range(60):
+                out.write(b"".join(b"%d,1\n" % (100_000 * block + i) for i in range(100_000)))
+        text = self.refused("run", self.recording(table), timeout=120, memory=1_500_000_000)
+        self.assertIn("long.csv.gz:4000002: expected at most 4000000 rows", text)
+
+    def test_a_table_that_needs_more_memory_than_there_is_is_told_with_its_name_and_size(self):
+        table = self.folder / "long.csv"
+        with open(table, "wb") as out:
+            out.write(b"t_s,x_mm\n")
+            out.write(b"".join(b"%d,1\n" % i for i in range(3_900_000)))
+        size = f"({table.stat().st_size / 1e6:.1f} MB)"
+        text = self.refused("run", self.recording(table), timeout=120, memory=800_000_000)
+        self.assertIn(f"long.csv: the file {size} needs more memory than there is", text)
+
+    def test_a_table_that_unpacks_without_end_is_refused_in_little_memory(self):
+        for name, block in (("zeros.csv.gz", b"\0" * 1_000_000), ("lines.csv.gz", b"t_s,x_mm\n" + b"\n" * 999_991)):
+            with self.subTest(name=name):
+                table = self.folder / name
+                with gzip.open(table, "wb", compresslevel=9) as out:
+                    for i in range(600):
+                        out.write(block if i == 0 else block[-1:] * 1_000_000)
+                self.assertLess(table.stat().st_size, 1_000_000)
+                self.assertIn(name, self.refused("run", self.recording(table), timeout=120, memory=1_000_000_000))
+
+    @needs_hdf5
+    @unittest.skipIf(h5py is None, "h5py is not installed")
+    def test_a_recording_that_says_it_holds_more_than_its_file_is_refused_at_once(self):
+        graph = self.small_graph(record=("edges:\n", "record: [trajectory.target]\nedges:\n"))
+        self.run_ok("run", graph, "--out", self.folder / "out")
+        recording = self.folder / "out/recording.h5"
+        self.assertIn("valid_s", self.run_ok("export", recording, "trajectory.target").stdout)
+        with h5py.File(recording, "r+") as file:
+            data = file["streams/trajectory.target/messages"] if "messages" in file["streams/trajectory.target"] else \
+                next(iter(file["streams/trajectory.target"].values()))
+            data.resize((2 ** 40,))
+        self.assertLess(recording.stat().st_size, 1_000_000)
+        text = self.refused("export", recording, "trajectory.target")
+        self.assertIn(f"says that it holds {2 ** 40} messages", text)
+        played = self.write("played.yaml", "clock: virtual\nduration: 1 s\nnodes:\n  hand: {type: source.recording, "
+                            f"file: {recording}, stream: trajectory.target}}\n  device: {{type: device.simulated}}\n"
+                            "edges: [hand.target -> device.target]\nrecord: [device.state]\n")
+        self.assertIn("recording.h5", self.refused("run", played))
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@
 #include "devices/usb/emulator/known_devices.hpp"
 #include "devices/usb/usb_link.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
 #include "framework/core/temporary_folder.hpp"
 
 namespace tactor {
@@ -48,13 +49,14 @@ struct Options {
   std::vector<char*> command;
 };
 
+constexpr std::uint64_t most_bytes = std::uint64_t{1} << 26U;  // of a script or a path
+
 void add_fault(Options& options, const std::string& where, const std::string& text) {
   options.faults.push_back(read_fault_order(where, text));
 }
 
 void read_script(Options& options, const std::string& file) {
-  std::ifstream in(file);
-  if (!in) throw InputError("--script " + file + ": cannot be read");
+  std::istringstream in(read_input_file(file, most_bytes));
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
@@ -103,8 +105,7 @@ Options parse(int argc, char** argv) {
 
 /// The hand's path from a CSV of t, x, y, z, with or without a heading.
 void read_hand(const std::string& file, HandModel& hand) {
-  std::ifstream in(file);
-  if (!in) throw InputError("--hand " + file + ": cannot be read");
+  std::istringstream in(read_input_file(file, most_bytes));
   hand.times.clear();
   hand.points.clear();
   int number = 0;
