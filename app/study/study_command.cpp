@@ -21,6 +21,7 @@
 #include "app/terminal.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/user_folders.hpp"
+#include "framework/graph/text_table.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
