@@ -295,7 +295,7 @@ int device(const std::string& what, const fs::path& graph, const GraphOptions& o
   Registry registry(default_node_folders());
   const GraphSpec spec = load_graph(graph, registry, options.overrides(), mesh_folders());
   const NodeSpec& found = hardware_node(spec, node);
-  if (found.info->check_params) static_cast<void>(make_plan(spec));
+  check_node(spec, found);
   if (what == "calibrate") {
     calibrate_device(found, trial.yes, interrupted);
     return 0;

@@ -21,6 +21,9 @@ namespace {
 
 using Row = std::vector<std::string>;
 
+/// Less is within what times of runs differ by, as LeanLimits::min_saving is.
+constexpr double no_cheaper = 1.02;
+
 const char* word(LeanMetric metric) {
   return metric == LeanMetric::delivered ? "delivered" : "physics";
 }
@@ -169,12 +172,25 @@ std::string head(const Lean& lean) {
 }
 
 std::string verdict(const Lean& lean) {
+  const std::string unseen = fmt::format("on seeds {}, which the search (seeds {}) has not seen",
+                                         seeds_text(lean.options.check_seeds), seeds_text(lean.options.seeds));
+  if (lean.kept == 0) {
+    return lean.path.steps.empty()
+               ? "no cheaper graph was found: what was tried costs as much, breaks the budget or cannot be run; the "
+                 "result is the graph as it is"
+               : "no cheaper graph was found: what saved on the seeds of the search broke the budget " + unseen +
+                     "; the result is the graph as it is";
+  }
   const std::vector<double> ratios = lean.ratios();
   const std::string range =
       ratios.empty() ? std::string()
-                     : fmt::format(" ({:.1f} to {:.1f} in runs by turns)", quantile(ratios, 0), quantile(ratios, 1));
-  return fmt::format("{:.1f} times cheaper{} on seeds {}, which the search (seeds {}) has not seen", lean.ratio(),
-                     range, seeds_text(lean.options.check_seeds), seeds_text(lean.options.seeds));
+                     : fmt::format(" ({:.2f} to {:.2f} in runs by turns)", quantile(ratios, 0), quantile(ratios, 1));
+  const bool saves = !ratios.empty() ? quantile(ratios, 0) > 1 : lean.ratio() > 1;
+  if (!saves || lean.ratio() < no_cheaper) {
+    return fmt::format("smaller, but no cheaper by what times of runs tell: {:.2f} times{} {}", lean.ratio(), range,
+                       unseen);
+  }
+  return fmt::format("{:.1f} times cheaper{} {}", lean.ratio(), range, unseen);
 }
 
 /// How the times were taken, and the warning where there is one, each line after `begin`.

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "framework/graph/plan.hpp"
+
 namespace tactor {
 
 namespace {
@@ -25,10 +27,25 @@ std::string text_of(const ParamInfo& info, const ParamValue& value) {
   return "...";
 }
 
-void add_coarser(const GraphSpec& graph, std::size_t n, Moves& moves) {
+/// The outputs of a node that something reads or records.
+std::vector<std::string_view> read_outputs(const Plan& plan, std::size_t n) {
+  std::vector<std::string_view> names;
+  const auto& outputs = plan.nodes[n].info->outputs;
+  for (const PlannedEdge& edge : plan.edges) {
+    if (edge.from == n) names.push_back(outputs[edge.output].name);
+  }
+  for (const PlannedStream& stream : plan.streams) {
+    if (stream.node == n) names.push_back(outputs[stream.output].name);
+  }
+  return names;
+}
+
+/// Only of parameters that the node reads in this graph: of others nothing can be saved.
+void add_coarser(const GraphSpec& graph, std::size_t n, const ParamUse& use, Moves& moves) {
   const NodeSpec& node = graph.nodes[n];
   for (std::size_t i = 0; i < node.params.size(); ++i) {
     const ParamInfo& info = node.info->params[i];
+    if (info.unread && !info.unread(node.params, use).empty()) continue;
     const std::string name = node.name + "." + info.name;
     ParamValue value = node.params[i];
     while (const auto next = next_coarser(info, value)) {
@@ -128,10 +145,16 @@ void add_scene(const GraphSpec& graph, Moves& moves) {
 std::vector<LeanMove<GraphSpec>> lean_moves(const GraphSpec& graph, Registry& registry) {
   Moves moves;
   add_scene(graph, moves);
+  // What is left out costs nothing, and nobody reads its parameters.
+  const Plan plan = make_plan(graph);
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
     if (graph.nodes[n].info->sink) continue;
+    const auto planned = std::find_if(plan.nodes.begin(), plan.nodes.end(),
+                                      [&](const NodeSpec& node) { return node.name == graph.nodes[n].name; });
+    if (planned == plan.nodes.end()) continue;
+    const auto p = static_cast<std::size_t>(planned - plan.nodes.begin());
     add_cheaper_types(graph, n, registry, moves);
-    add_coarser(graph, n, moves);
+    add_coarser(graph, n, {&graph.scene, read_outputs(plan, p)}, moves);
   }
   return moves;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "framework/core/stability.hpp"
 #include "framework/graph/text_table.hpp"
 
 namespace tactor {
@@ -61,6 +62,9 @@ Json to_json(const RunResult& result) {
   json["realtime_factor"] = number(result.duration_s / result.wall_s);
   json["peak_memory_MB"] = result.peak_memory_MB;
   for (const auto& [name, value] : result.figures) set_nested(json, name, number(value));
+  if (const double verdict = result.figure("stability.verdict"); std::isfinite(verdict)) {
+    json["stability"]["verdict_name"] = name_of(static_cast<StabilityVerdict>(static_cast<int>(verdict)));
+  }
   json["cost_us"] = Json::object();
   for (const NodeCost& node : result.nodes) {
     json["cost_us"][node.node] = {{"type", node.type},

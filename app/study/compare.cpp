@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/run/summary.hpp"
+#include "app/study/warnings.hpp"
 #include "framework/graph/text_table.hpp"
 
 namespace tactor {
@@ -104,6 +105,7 @@ void judge(Comparison& comparison) {
     CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
     const CompareRow& first = comparison.rows[row.against];
+    if (row.never_touches() && first.never_touches()) continue;
     // Both are judged over the seeds that both have.
     const std::vector<std::size_t> seeds = seeds_of_both(row, first);
     const auto pooled = [&](const CompareRow& of) {
@@ -149,6 +151,17 @@ std::vector<double> CompareRow::done(std::span<const double> by_seed) const {
 
 double CompareRow::mean_of(std::string_view name, const std::vector<Column>& columns) const {
   return mean(done(figure(name, columns)));
+}
+
+bool CompareRow::never_touches() const {
+  bool any = false;
+  for (std::size_t s = 0; s < runs.size(); ++s) {
+    if (status[s] != RunStatus::done) continue;
+    // Not a number where nothing looks for contacts.
+    if (!(runs[s].figure("collision.touching_queries") == 0)) return false;
+    any = true;
+  }
+  return any;
 }
 
 std::size_t CompareRow::seeds_done() const {
@@ -320,12 +333,13 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
   }
   json["spread_of_repeats"] = by_seed(row.spread);
   json["control_us"] = by_seed(row.control_us);
+  json["against"]["row"] = comparison.rows[row.against].name();
   if (row.one_step_anova) {
-    json["against_first"]["one_step_anova"] = {
+    json["against"]["one_step_anova"] = {
         {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
   }
-  json["against_first"]["one_step_rms"] = difference(row.one_step);
-  json["against_first"]["delivered_rms"] = difference(row.delivered);
+  json["against"]["one_step_rms"] = difference(row.one_step);
+  json["against"]["delivered_rms"] = difference(row.delivered);
   return json;
 }
 
@@ -333,6 +347,7 @@ Json to_json(const Comparison& comparison) {
   Json json;
   json["tactor"] = TACTOR_VERSION;
   json["seeds"] = comparison.seeds;
+  json["warnings"] = comparison_warnings(comparison);
   json["graphs"] = Json::array();
   for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(comparison, row));
   return json;
@@ -356,6 +371,7 @@ std::string judged_text(const Comparison& comparison) {
     const CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
     std::string found;
+    if (row.never_touches() && comparison.rows[row.against].never_touches()) found = ": not tested, nothing touches";
     const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
     if (row.one_step_anova) {
       add(fmt::format("one-step ANOVA F = {}, p = {}{}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p),
@@ -373,8 +389,8 @@ std::string judged_text(const Comparison& comparison) {
 }
 
 std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns) {
-  std::string out =
-      fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
+  std::string out = warning_lines(comparison);
+  out += fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
   std::vector<TextTable::Column> heads{{""}};
   std::vector<std::string> seeds{""};
   bool all_done = true;

@@ -34,7 +34,9 @@ struct CompareRow {
   std::vector<std::string> message;         ///< one a seed; empty where it is done
   std::vector<double> spread;               ///< one a seed: (longest - shortest) / median CPU time of its repeats
   std::vector<double> control_us;           ///< one a seed, see RunRecord
-  /// Against the row `against`; absent for that row itself.
+  /// How it differs from what the rows are compared on, such as in its scene; empty: in nothing.
+  std::string unlike;
+  /// Against the row `against`; absent for that row itself, and where no run of both touches anything.
   std::optional<Anova> one_step_anova;        ///< over the single one-step errors of all seeds, as in the paper
   std::optional<PairedDifference> one_step;   ///< of the one-step RMS error over seeds, in N
   std::optional<PairedDifference> delivered;  ///< of the delivered RMS error over seeds, in N
@@ -45,6 +47,8 @@ struct CompareRow {
   [[nodiscard]] std::vector<double> done(std::span<const double> by_seed) const;
   /// The mean of a figure over the runs that are done; NaN where there is none.
   [[nodiscard]] double mean_of(std::string_view name, const std::vector<Column>& columns) const;
+  /// True where collision looked for contacts in the runs that are done, and none of them found one.
+  [[nodiscard]] bool never_touches() const;
   /// How many runs are done.
   [[nodiscard]] std::size_t seeds_done() const;
   /// `9 of 10 seeds`; empty where all runs are done.

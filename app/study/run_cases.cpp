@@ -320,6 +320,7 @@ class Engine {
   void plan_all() {
     planned_.resize(cases_.size());
     std::size_t refused = 0;
+    NodeChecks checks;
     for (const std::size_t c : to_be_planned()) {
       if (!go_on()) throw RunError("interrupted while the graphs were read; runs that had finished are kept");
       Planned& planned = planned_[c];
@@ -332,10 +333,13 @@ class Engine {
                            ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                            "conditions; add --set clock=virtual");
         }
-        for (const std::string& text : check_nodes(*planned.plan)) {
+        for (const std::string& text : checks.check(*planned.plan)) {
           if (!begun_) note(text);  // else a process before this one has said it
         }
-        if (cases_[c].reference) planned.reference = plan_of(cases_[c].graph, *cases_[c].reference);
+        if (cases_[c].reference) {
+          planned.reference = plan_of(cases_[c].graph, *cases_[c].reference);
+          checks.check(*planned.reference);
+        }
         planned.content = content_of(planned);
       } catch (const GraphError& error) {
         const GraphError placed = options_.placed ? options_.placed(error) : error;

@@ -14,6 +14,7 @@
 #include "app/report/html_page.hpp"
 #include "app/report/run_report.hpp"
 #include "app/run/summary.hpp"
+#include "app/study/warnings.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/text_table.hpp"
@@ -441,6 +442,7 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION, meanings,
       any_own(maps) ? " A frame is round the cell whose values are the graph's own." : "");
+  body += warnings_html(study.comparison);
   // The key wants its height too.
   const int height = std::max(360, 190 + 34 * static_cast<int>(maps.y.values.size()));
   const int width = std::clamp(400 + 60 * static_cast<int>(maps.x.values.size()), 700, 1160);

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/run/summary.hpp"
+#include "app/study/warnings.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/text_table.hpp"
 
@@ -125,6 +127,11 @@ std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t se
   return fmt::format("{:.3f} [{}]{}", ratio->ratio, interval, over_seeds(ratio->count, seeds));
 }
 
+std::string ratios_text(const StudySpec& spec) {
+  const std::string baseline = baseline_text(spec);
+  return baseline.empty() ? std::string() : "; ratios are to " + baseline;
+}
+
 std::string label(const StudySetting& setting) {
   std::vector<std::string> parts;
   if (!setting.method.empty()) parts.push_back(setting.method);
@@ -132,10 +139,35 @@ std::string label(const StudySetting& setting) {
   return parts.empty() ? "as it is" : joined(parts, " ");
 }
 
+namespace {
+
+/// Sets of every setting the one that has the values of the baseline and is otherwise like it.
+void find_counterparts(const StudySpec& spec, std::vector<StudySetting>& settings) {
+  using Cell = std::pair<std::string, std::vector<std::pair<std::string, std::string>>>;
+  std::map<Cell, std::size_t> cells;
+  for (std::size_t s = 0; s < settings.size(); ++s) {
+    cells.emplace(Cell{settings[s].method, settings[s].values}, s);
+    settings[s].against = s;
+  }
+  for (StudySetting& setting : settings) {
+    const Cell own{setting.method, setting.values};
+    Cell cell = own;
+    for (const AxisValue& at : spec.baseline) {
+      if (at.axis == "method") cell.first = at.value;
+      for (auto& [axis, value] : cell.second) {
+        if (axis == at.axis) value = at.value;
+      }
+    }
+    if (cell != own) setting.against = cells.at(cell);
+  }
+}
+
+}  // namespace
+
 std::vector<StudySetting> study_settings(const StudySpec& spec) {
   std::vector<StudySetting> methods;
   if (spec.methods.empty()) methods.emplace_back();
-  for (const Overlay& method : spec.methods) methods.push_back({method.name, {}, {}, {method}, {}});
+  for (const Overlay& method : spec.methods) methods.push_back({.method = method.name, .layers = {method}});
   const std::vector<StudyPoint> points = study_points(spec);
   std::vector<StudySetting> settings;
   for (const StudySetting& method : methods) {
@@ -150,6 +182,7 @@ std::vector<StudySetting> study_settings(const StudySpec& spec) {
       settings.push_back(std::move(setting));
     }
   }
+  find_counterparts(spec, settings);
   return settings;
 }
 
@@ -188,7 +221,7 @@ std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrid
   for (const auto& graph : spec.graphs) {
     const std::size_t first = cases.size();
     for (const StudySetting& setting : settings) {
-      RunCase c{graph, overrides, label(setting), first, {}};
+      RunCase c{graph, overrides, label(setting), first + setting.against, {}};
       // What the command line says comes last, so that it wins.
       c.overrides.layers = setting.layers;
       std::vector<std::string> set = spec.set;
@@ -293,6 +326,9 @@ Json to_json(const Study& study) {
   json["study"] = study.spec.name;
   json["title"] = study.spec.title;
   json["seeds"] = study.comparison.seeds;
+  json["baseline"] = Json::object();
+  for (const AxisValue& at : study.spec.baseline) json["baseline"][at.axis] = at.value;
+  json["warnings"] = comparison_warnings(study.comparison);
   json["timing"] = to_json(timing_note(study));
   json["settings"] = Json::array();
   for (const StudySetting& setting : study.settings) {
@@ -304,7 +340,7 @@ Json to_json(const Study& study) {
   for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
     Json one = to_json(study.setting(row));
     one.update(to_json(study.comparison, study.comparison.rows[row]));
-    one["against_first"]["ratio"] = to_json(study.ratios[row], study.comparison.seeds.size());
+    one["against"]["ratio"] = to_json(study.ratios[row], study.comparison.seeds.size());
     json["rows"].push_back(std::move(one));
   }
   return json;
@@ -337,8 +373,8 @@ std::string study_table(const Study& study, std::size_t columns) {
                          {"us/result", right},
                          {"us/tick", right}});
   std::string out =
-      fmt::format("\n{}: {} seed{} from {}; ratios are to the first line\n", study.spec.name, comparison.seeds.size(),
-                  comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front());
+      fmt::format("\n{}: {} seed{} from {}{}\n", study.spec.name, comparison.seeds.size(),
+                  comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(), ratios_text(study.spec));
   for (std::size_t first = 0; first < comparison.rows.size(); first += settings) {
     TextTable table = empty;
     for (std::size_t row = first; row < first + settings; ++row) {
@@ -356,7 +392,8 @@ std::string study_table(const Study& study, std::size_t columns) {
     out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), table.text(columns));
   }
   out += lines_of(timing_note(study));
-  if (settings > 1) out += "\nagainst the first line of the graph\n" + judged_text(comparison);
+  const std::string judged = judged_text(comparison);
+  if (!judged.empty()) out += fmt::format("\nagainst {}\n{}", baseline_text(study.spec), judged);
   return wrapped(out, columns);
 }
 

@@ -29,10 +29,12 @@ struct StudySetting {
   ErrorRatio over_graphs;
   std::vector<Overlay> layers;   ///< method and swaps
   std::vector<std::string> set;  ///< `path=value` of the varied parameters
+  /// The index of the setting that it is judged against on the same graph; its own where there is none.
+  std::size_t against = 0;
 };
 
 /// A study that has run. The rows of `comparison` are, for each graph, the settings in order; each is judged against
-/// the first setting of the same graph.
+/// another of the same graph (StudySpec::baseline).
 struct Study {
   StudySpec spec;
   std::vector<StudySetting> settings;
@@ -60,6 +62,8 @@ Study make_study(const StudySpec& spec, Comparison comparison);
 /// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio,
 /// and for the interval where there is one seed alone.
 std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds);
+/// `; ratios are to method hold with the same tool.stiffness`; empty where nothing is judged against anything.
+std::string ratios_text(const StudySpec& spec);
 /// How a setting is called in tables.
 std::string label(const StudySetting& setting);
 

@@ -16,10 +16,12 @@
 #include "app/study/study_export.hpp"
 #include "app/study/study_report.hpp"
 #include "app/study/supervisor.hpp"
+#include "app/study/warnings.hpp"
 #include "app/study/work_precision.hpp"
 #include "app/terminal.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/user_folders.hpp"
+#include "framework/graph/text_table.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
@@ -100,6 +102,18 @@ std::string missing_metrics(const Study& study) {
   return out;
 }
 
+/// Notes in each row in what its scene differs from that of the first.
+void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases, Registry& registry,
+                       const std::vector<fs::path>& mesh_folders) {
+  const auto scene_of = [&](const RunCase& c) {
+    return load_graph(c.graph, registry, c.overrides, mesh_folders).scene;
+  };
+  const Scene first = scene_of(cases.front());
+  for (std::size_t i = 1; i < cases.size(); ++i) {
+    comparison.rows[i].unlike = scene_difference(scene_of(cases[i]), first, comparison.rows.front().graph);
+  }
+}
+
 }  // namespace
 
 int run_study(const StudyRequest& request, const StudyConsole& console) {
@@ -151,6 +165,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   nlohmann::ordered_json json = to_json(study);
   json["engine"] = engine;
   const std::size_t columns = terminal_columns();
+  fmt::print("{}", wrapped(warning_lines(study.comparison), columns));
   std::string report;
   if (spec.report == StudyReport::work_precision) {
     const WorkPrecision found = work_precision(study);
@@ -195,7 +210,8 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   Registry registry(default_node_folders());
   CasesOutcome outcome = run_watched(cases, registry, options, console);
   if (outcome.interrupted) throw RunError("interrupted");
-  const Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
+  Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
+  tell_scenes_apart(comparison, cases, registry, console.mesh_folders);
   const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", comparison_table(comparison, timing, terminal_columns()));
   // A file that cannot be written leaves the table.

@@ -10,6 +10,7 @@
 #include "app/report/run_curves.hpp"
 #include "app/report/run_report.hpp"
 #include "app/run/summary.hpp"
+#include "app/study/warnings.hpp"
 
 namespace tactor {
 
@@ -51,7 +52,12 @@ std::string study_graph_html(const Study& study, std::size_t first) {
 
 /// Error over all graphs against run time, a mark a setting; empty where there is nothing to show.
 std::string study_chart(const Study& study) {
-  Chart chart{"Error against run time", "prediction and interpolation, µs a device tick", "RMS error, ratio", {}, {}};
+  const std::string baseline = baseline_text(study.spec);
+  Chart chart{"Error against run time",
+              "prediction and interpolation, µs a device tick",
+              "RMS error, ratio" + (baseline.empty() ? "" : " to " + baseline),
+              {},
+              {}};
   chart.log_x = true;
   for (std::size_t s = 0; s < study.settings.size(); ++s) {
     const std::optional<GeometricMean>& error = study.settings[s].over_graphs.delivered;
@@ -127,7 +133,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   for (const CompareRow& row : comparison.rows) names += (names.empty() ? "" : ", ") + row.graph;
   std::string body = fmt::format("<p class=\"sub\">mean ± standard deviation over {} seed{}; tactor {}</p>\n",
                                  comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s", TACTOR_VERSION);
-  body += "<ul>\n";
+  body += warnings_html(comparison) + "<ul>\n";
   for (const CompareRow& row : comparison.rows) {
     body += fmt::format("<li><b>{}</b>: {}</li>\n", escape(row.name()), escape(row.title));
   }
@@ -216,11 +222,14 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
 std::string study_report(const Study& study) {
   const Comparison& comparison = study.comparison;
   const std::size_t settings = study.settings.size();
+  const std::string ratios = ratios_text(study.spec);
   std::string body = fmt::format(
-      "<p class=\"sub\">{}{}mean ± standard deviation over {} seed{} from {}; ratios are to the first line, by the "
-      "geometric mean, with their 95 % confidence interval over seeds; tactor {}</p>\n",
+      "<p class=\"sub\">{}{}mean ± standard deviation over {} seed{} from {}{}; tactor {}</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", comparison.seeds.size(),
-      comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(), TACTOR_VERSION);
+      comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(),
+      ratios.empty() ? "" : escape(ratios) + ", by the geometric mean, with their 95 % confidence interval over seeds",
+      TACTOR_VERSION);
+  body += warnings_html(comparison);
   if (study.spec.graphs.size() > 1) {
     body += "<h2>All graphs</h2>\n" + study_head(study, false);
     for (std::size_t s = 0; s < settings; ++s) {
@@ -233,7 +242,7 @@ std::string study_report(const Study& study) {
   body += study_chart(study);
   for (std::size_t first = 0; first < comparison.rows.size(); first += settings) body += study_graph_html(study, first);
   body += timing_html(timing_note(study));
-  body += significance_table(comparison, "the first line of each graph") + failures_html(comparison);
+  body += significance_table(comparison, baseline_text(study.spec)) + failures_html(comparison);
   return page(study.spec.name, body);
 }
 

@@ -10,6 +10,7 @@
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
 #include "app/run/summary.hpp"
+#include "app/study/warnings.hpp"
 #include "framework/graph/text_table.hpp"
 
 namespace tactor {
@@ -328,6 +329,7 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
             "and takes none from others, for the seeds it lacks may be the hard ones. "
           : "",
       escape(timing.text));
+  body += warnings_html(study.comparison);
   if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
   // What is over all graphs comes first.
   std::vector<const WorkGraph*> order;

@@ -91,7 +91,7 @@ NodeInfo Falcon::declare() {
   HardwareParams defaults;
   defaults.connect_timeout = Duration{60'000'000'000};  // firmware and homing by hand
   declare_hardware(declaration, defaults);
-  declaration.check_params([](const P& params, std::vector<std::string>*) { firmware_of(params); }).discover(discover);
+  declaration.discover(discover);
   return declaration.info();
 }
 

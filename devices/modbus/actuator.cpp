@@ -170,10 +170,7 @@ NodeInfo Actuator::declare() {
       .real("response_timeout", &Params::response_timeout,
             {.doc = "of one answer; 0: that of the profile", .unit = "s", .default_value = 0, .min = 0, .max = 5});
   declare_hardware(declaration, defaults);
-  declaration
-      .check_params([](const Params& params, std::vector<std::string>* notes) { tell(make_setup(params), notes); })
-      .discover(discover)
-      .calibrate(calibrate);
+  declaration.discover(discover).calibrate(calibrate);
   return declaration.info();
 }
 

@@ -116,9 +116,7 @@ NodeInfo UsbDevice::declare() {
       .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
       .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");
   declare_hardware(declaration);
-  declaration.check_params([](const P& params, std::vector<std::string>*) { profile_of(params); })
-      .calibrate(calibrate)
-      .discover(discover);
+  declaration.calibrate(calibrate).discover(discover);
   return declaration.info();
 }
 

@@ -1,5 +1,10 @@
 #include "framework/engine/plan_nodes.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <utility>
+
 #include "framework/core/random.hpp"
 #include "framework/core/value_error.hpp"
 
@@ -7,21 +12,25 @@ namespace tactor {
 
 namespace {
 
-/// Calls `work`; the InputError that it throws gets the node's name, and the place of the value that it is about, else
-/// that of the node.
+/// The error with the node's name, and the place of the value that it is about, else that of the node.
+Diagnostic located(const GraphSpec& graph, const NodeSpec& spec, const InputError& error) {
+  Place place = spec.place;
+  if (const auto* value = dynamic_cast<const ValueError*>(&error)) {
+    const std::string& path = value->path();
+    place = graph.place_of(path.starts_with("scene.") ? path : "nodes." + spec.name + "." + path);
+  }
+  return {place, "node " + spec.name + ": " + error.what()};
+}
+
+/// Calls `work`; the InputError that it throws gets place and name, unless it names places of its own.
 template <class Work>
 void at_place(const GraphSpec& graph, const NodeSpec& spec, const Work& work) {
   try {
     work();
   } catch (const YamlError&) {
     throw;
-  } catch (const ValueError& error) {
-    const std::string& path = error.path();
-    const bool of_scene = path.starts_with("scene.");
-    const Place place = graph.place_of(of_scene ? path : "nodes." + spec.name + "." + path);
-    throw YamlError({{place, "node " + spec.name + ": " + error.what()}});
   } catch (const InputError& error) {
-    throw YamlError({{spec.place, "node " + spec.name + ": " + error.what()}});
+    throw YamlError({located(graph, spec, error)});
   }
 }
 
@@ -36,30 +45,97 @@ void note_costs(const Plan& plan, std::vector<std::string>& notes) {
   }
 }
 
+NodeContext context_of(const GraphSpec& graph, const NodeSpec& spec, const HandPath* hand,
+                       std::vector<std::string>* notes) {
+  NodeContext context;
+  context.name = spec.name;
+  context.scene = &graph.scene;
+  context.torque = graph.scene.rotates();
+  context.seed = derive_seed(graph.seed, spec.name);
+  context.duration = graph.duration;
+  context.hand = hand;
+  context.notes = notes;
+  return context;
+}
+
+/// The graph without nodes, and without what no check asks for.
+GraphSpec bare(const GraphSpec& graph) {
+  GraphSpec left;
+  left.clock = graph.clock;
+  left.duration = graph.duration;
+  left.scene = graph.scene;
+  return left;
+}
+
+/// Where the hand is led; none where no node knows, or several do.
+std::optional<HandPath> hand_path(const Plan& plan) {
+  const NodeSpec* leader = nullptr;
+  for (const NodeSpec& spec : plan.nodes) {
+    if (!spec.info->hand_path) continue;
+    if (leader != nullptr) return std::nullopt;
+    leader = &spec;
+  }
+  if (leader == nullptr) return std::nullopt;
+  std::optional<HandPath> path;
+  at_place(plan.graph, *leader,
+           [&] { path = leader->info->hand_path(leader->params, context_of(plan.graph, *leader, nullptr, nullptr)); });
+  return path;
+}
+
 }  // namespace
 
 PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
+  const std::optional<HandPath> hand = hand_path(plan);
   for (const NodeSpec& spec : plan.nodes) {
-    NodeContext context;
-    context.name = spec.name;
-    context.scene = &plan.graph.scene;
-    context.torque = plan.torque;
-    context.seed = derive_seed(plan.graph.seed, spec.name);
-    context.duration = plan.graph.duration;
-    context.notes = &notes_;
+    const NodeContext context = context_of(plan.graph, spec, hand ? &*hand : nullptr, &notes_);
     at_place(plan.graph, spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }
   note_costs(plan, notes_);
 }
 
-std::vector<std::string> check_nodes(const Plan& plan) {
+std::vector<std::string> NodeChecks::check(const Plan& plan) {
   std::vector<std::string> notes;
+  Diagnostics diagnostics;
+  std::set<std::string> said;  // a body that several nodes refuse is refused once
+  const auto leads = [](const NodeSpec& spec) { return spec.info->hand_path != nullptr; };
+  // What a node is checked with, as text.
+  GraphSpec asked = bare(plan.graph);
+  std::copy_if(plan.nodes.begin(), plan.nodes.end(), std::back_inserter(asked.nodes), leads);
+  const auto check = [&](const NodeSpec& spec, const HandPath* hand) {
+    asked.nodes.push_back(spec);
+    std::string key = to_yaml(asked);
+    asked.nodes.pop_back();
+    if (passed_.contains(key)) return;
+    try {
+      spec.info->check(spec.params, context_of(plan.graph, spec, hand, &notes));
+      passed_.insert(std::move(key));
+    } catch (const YamlError& error) {
+      diagnostics.add(error);
+    } catch (const InputError& error) {
+      if (!said.insert(error.what()).second) return;
+      const Diagnostic found = located(plan.graph, spec, error);
+      diagnostics.error(found.place, found.message);
+    }
+  };
+  // Those that lead the hand first, because the others are told where to.
   for (const NodeSpec& spec : plan.nodes) {
-    if (spec.info->check_bodies) at_place(plan.graph, spec, [&] { spec.info->check_bodies(plan.graph.scene, &notes); });
-    if (spec.info->check_params) at_place(plan.graph, spec, [&] { spec.info->check_params(spec.params, &notes); });
+    if (leads(spec)) check(spec, nullptr);
   }
+  const std::optional<HandPath> hand = diagnostics.any() ? std::nullopt : hand_path(plan);
+  for (const NodeSpec& spec : plan.nodes) {
+    if (!leads(spec)) check(spec, hand ? &*hand : nullptr);
+  }
+  diagnostics.throw_if_any();
   note_costs(plan, notes);
   return notes;
+}
+
+std::vector<std::string> check_nodes(const Plan& plan) {
+  return NodeChecks().check(plan);
+}
+
+void check_node(const GraphSpec& graph, const NodeSpec& spec) {
+  at_place(graph, spec, [&] { spec.info->check(spec.params, context_of(graph, spec, nullptr, nullptr)); });
 }
 
 void PlanNodes::follow(const PlanNodes& judged) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace tactor {
 /// One instance of each node of a plan. The plan must outlive it.
 class PlanNodes {
  public:
-  /// Makes the nodes. Throws InputError with the node's place and name where a node refuses its input.
+  /// Makes the nodes. Throws YamlError with the node's place and name where a node refuses its input.
   explicit PlanNodes(const Plan& plan);
 
   /// In a reference run: every node meets its counterpart in the run being judged.
@@ -40,8 +41,21 @@ class PlanNodes {
   std::vector<std::unique_ptr<Node>> nodes_;
 };
 
-/// Loads the bodies of the plan's scene and checks the parameters as its nodes would, without making the nodes, and
-/// returns their notes. Throws InputError as PlanNodes does.
+/// Refuses what the nodes of plans would refuse when they are made. A node that has passed in the same scene is not
+/// checked again, so that the rows of a study, which share most of theirs, take little more than one.
+class NodeChecks {
+ public:
+  /// The notes that the nodes would tell, of those that are checked for the first time; no device is opened. Throws
+  /// YamlError with the errors of all nodes.
+  std::vector<std::string> check(const Plan& plan);
+
+ private:
+  std::set<std::string> passed_;  // resolved nodes with all that their checks may ask for
+};
+
+/// The same for one plan.
 std::vector<std::string> check_nodes(const Plan& plan);
+/// The same for one node of a graph; without notes.
+void check_node(const GraphSpec& graph, const NodeSpec& spec);
 
 }  // namespace tactor

@@ -76,22 +76,11 @@ void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const s
                                     (inputs.empty() ? "it has none" : inputs) + "), found none that is kept");
 }
 
-// What hardware asks of the graph, and what only a node itself can say of its parameters.
-void check_node(const GraphSpec& graph, const NodeSpec& node, bool reference, Diagnostics& diagnostics) {
+void check_hardware(const GraphSpec& graph, const NodeSpec& node, bool reference, Diagnostics& diagnostics) {
   // A reference run drives no hardware: there a device goes along the path of the judged run.
-  if (reference) return;
-  if (node.info->hardware && graph.clock != Clock::real) {
-    diagnostics.error(node.place, "nodes." + node.name + ": expected clock: real, because " + node.info->type +
-                                      " drives hardware; found clock: virtual");
-  }
-  if (!node.info->check_params) return;
-  try {
-    node.info->check_params(node.params, nullptr);
-  } catch (const YamlError& error) {
-    diagnostics.add(error);
-  } catch (const InputError& error) {
-    diagnostics.error(node.place, "nodes." + node.name + ": " + error.what());
-  }
+  if (reference || !node.info->hardware || graph.clock == Clock::real) return;
+  diagnostics.error(node.place, "nodes." + node.name + ": expected clock: real, because " + node.info->type +
+                                    " drives hardware; found clock: virtual");
 }
 
 void check_cycle(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
@@ -122,7 +111,7 @@ Plan build(GraphSpec graph, bool reference) {
     const std::size_t before = diagnostics.list().size();
     check_required(graph, wires, kept, n, diagnostics);
     if (diagnostics.list().size() == before) check_steps(graph, wires, triggers, n, diagnostics);
-    check_node(graph, graph.nodes[n], reference, diagnostics);
+    check_hardware(graph, graph.nodes[n], reference, diagnostics);
   }
   check_refused(graph, wires, kept, diagnostics);
   check_cycle(graph, wires, kept, triggers, diagnostics);

@@ -11,6 +11,7 @@
 #include "framework/core/input_file.hpp"
 #include "framework/core/units.hpp"
 #include "framework/graph/merge.hpp"
+#include "framework/graph/study_baseline.hpp"
 #include "framework/graph/values.hpp"
 
 namespace tactor {
@@ -25,9 +26,9 @@ constexpr std::array<std::string_view, 6> study_columns{"graph",     "method", "
 constexpr std::int64_t most_values = 10'000;  // of one axis, and of a hypercube
 
 const std::vector<std::string>& study_keys() {
-  static const std::vector<std::string> keys{"title",       "graphs",  "methods",    "set",      "vary",
-                                             "design",      "seeds",   "first_seed", "duration", "reference",
-                                             "run_timeout", "metrics", "report",     "timing",   "short"};
+  static const std::vector<std::string> keys{"title",  "graphs",     "methods",  "set",       "vary",        "design",
+                                             "seeds",  "first_seed", "duration", "reference", "run_timeout", "metrics",
+                                             "report", "timing",     "short",    "baseline"};
   return keys;
 }
 
@@ -89,6 +90,7 @@ class StudyReader {
     if (const Tree* t = tree.value("set")) read_set(*t, "set", named_, study.set, study.set_places);
     if (const Tree* t = tree.value("vary")) read_vary(*t, study);
     if (const Tree* t = tree.value("design")) read_design(*t, study);
+    read_baseline(tree.value("baseline"), study, diagnostics_);
     if (const Tree* t = tree.value("seeds")) study.seeds = integer(*t, "seeds", 1, most_values);
     if (const Tree* t = tree.value("first_seed")) {
       study.first_seed = read_seed(*t, "first_seed", diagnostics_).value_or(1);

@@ -37,6 +37,12 @@ struct StudyAxis {
   [[nodiscard]] bool swaps() const { return paths.empty(); }
 };
 
+/// A value of an axis, by the names that tables show; the axis `method` is that of the study's methods.
+struct AxisValue {
+  std::string axis, value;
+  bool operator==(const AxisValue&) const = default;
+};
+
 /// Which combinations of values are run.
 enum class StudyDesign : std::uint8_t {
   grid,             ///< every combination, the last axis fastest
@@ -63,6 +69,10 @@ struct StudySpec {
   std::vector<Place> set_places;  ///< of each
   std::vector<StudyAxis> vary;
   StudyDesign design = StudyDesign::grid;
+  /// Every row is judged against the row that has these values and is like it on all other axes. Empty: against none.
+  /// The first method; without methods the first value of the first axis, with one_at_a_time of all; unless the study
+  /// says otherwise.
+  std::vector<AxisValue> baseline;
   std::int64_t samples = 0;       ///< of a Latin hypercube
   std::uint64_t design_seed = 1;  ///< of its draws
   std::int64_t seeds = 20;
@@ -100,6 +110,9 @@ StudySpec load_study(const std::filesystem::path& file, bool use_short = false);
 
 /// The combinations of the study's design, in order; one without values where nothing varies.
 std::vector<StudyPoint> study_points(const StudySpec& spec);
+
+/// What the rows are judged against, in words: `method hold with the same tool.stiffness`; empty for nothing.
+std::string baseline_text(const StudySpec& spec);
 
 /// Where the study says what an error of a graph is about: errors whose file is `--set path=value` get the place of
 /// that value in the study. Others stay as they are.

@@ -68,11 +68,6 @@ class Declare {
     info_.unneeded = std::move(reason);
     return *this;
   }
-  /// How `tactor check` finds out whether the node would accept the bodies of the scene.
-  Declare& check_bodies(std::function<void(const Scene&, std::vector<std::string>*)> check) {
-    info_.check_bodies = std::move(check);
-    return *this;
-  }
   /// It drives a device and its steps are real-time safe; it belongs to the real-time lane.
   Declare& actuator() {
     info_.actuator = true;
@@ -97,11 +92,20 @@ class Declare {
     };
     return *this;
   }
-  /// What of the parameters only the node can check (see NodeInfo::check_params).
-  Declare& check_params(std::function<void(const P&, std::vector<std::string>*)> check) {
+  /// For a node that is slow to make: refuses what the constructor would refuse, and tells the same notes, in less time
+  /// (see NodeInfo::check). A test compares the two.
+  Declare& check(std::function<void(const P&, const NodeContext&)> check) {
     auto params = params_;
-    info_.check_params = [params, check](const std::vector<ParamValue>& values, std::vector<std::string>* notes) {
-      check(assign_all(*params, values), notes);
+    info_.check = [params, check](const std::vector<ParamValue>& values, const NodeContext& context) {
+      check(assign_all(*params, values), context);
+    };
+    return *this;
+  }
+  /// Where it leads the hand (see NodeInfo::hand_path).
+  Declare& hand_path(std::function<HandPath(const P&, const NodeContext&)> path) {
+    auto params = params_;
+    info_.hand_path = [params, path](const std::vector<ParamValue>& values, const NodeContext& context) {
+      return path(assign_all(*params, values), context);
     };
     return *this;
   }
@@ -138,6 +142,21 @@ class Declare {
       return *this;
     }
     TACTOR_DEMAND(!"the parameter is declared");
+    return *this;
+  }
+
+  /// Where the parameters `names` do not count (see ParamInfo::unread).
+  Declare& unread_when(std::initializer_list<std::string_view> names,
+                       std::function<std::string(const P&, const ParamUse&)> why) {
+    auto params = params_;
+    for (const std::string_view name : names) {
+      const auto param =
+          std::find_if(info_.params.begin(), info_.params.end(), [&](const auto& p) { return p.name == name; });
+      TACTOR_DEMAND(param != info_.params.end());
+      param->unread = [params, why](const std::vector<ParamValue>& values, const ParamUse& use) {
+        return why(assign_all(*params, values), use);
+      };
+    }
     return *this;
   }
 
@@ -314,6 +333,11 @@ class Declare {
     info.create = [params](const std::vector<ParamValue>& values, const NodeContext& context) {
       return std::make_unique<N>(assign_all(*params, values), context);
     };
+    if (!info.check) {
+      info.check = [create = info.create](const std::vector<ParamValue>& values, const NodeContext& context) {
+        create(values, context);
+      };
+    }
     return info;
   }
 

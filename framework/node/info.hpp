@@ -1,6 +1,7 @@
 // The declaration of a node type as data: ports, parameters, and when a scene does not need it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -53,6 +54,15 @@ struct ColumnInfo {
   std::optional<double> default_value;  ///< in SI; absent: the column must be given
 };
 
+/// What a node of a graph meets, as far as it decides which of its parameters count.
+struct ParamUse {
+  const Scene* scene = nullptr;                ///< never null
+  std::vector<std::string_view> read_outputs;  ///< those that something reads or records
+  [[nodiscard]] bool is_read(std::string_view output) const {
+    return std::find(read_outputs.begin(), read_outputs.end(), output) != read_outputs.end();
+  }
+};
+
 /// A parameter of a node type.
 struct ParamInfo {
   std::string name;
@@ -68,6 +78,9 @@ struct ParamInfo {
   std::string doc;                         ///< one line
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
   std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
+  /// Why the node does not read it, given the values of all its parameters, or empty where it does; null: it always
+  /// reads it.
+  std::function<std::string(const std::vector<ParamValue>&, const ParamUse&)> unread;
   std::function<void(void* params, const ParamValue&)> assign;
 };
 
@@ -146,20 +159,21 @@ struct NodeInfo {
   /// Of a type that stands for others: the one that suits a scene, which a plan puts in its place. That one has the
   /// same ports; parameters pass on by name, those that it lacks are dropped, and its others take their defaults.
   std::function<Resolution(const Scene&)> resolve;
-  /// Throws InputError where the node would refuse the bodies of the scene, and tells notes as NodeContext does,
-  /// without making it; empty: the node reads no files of bodies.
-  std::function<void(const Scene&, std::vector<std::string>* notes)> check_bodies;
-  /// Throws InputError (YamlError for errors inside a file that a parameter names) where the node would refuse these
-  /// values, and tells notes as NodeContext does, without making it; asked when a graph is planned, then without
-  /// notes (null). Empty: nothing but the declaration says what is good.
-  std::function<void(const std::vector<ParamValue>&, std::vector<std::string>* notes)> check_params{};
+  /// Throws InputError where the constructor would (YamlError for errors inside a file that a parameter names), and
+  /// tells the same notes. It makes the node and throws it away, unless the type declares a check of its own; neither
+  /// touches hardware. Null where `create` is.
+  std::function<void(const std::vector<ParamValue>&, const NodeContext&)> check{};
+  /// Where a node leads the hand in a run of the context's duration; the values have passed `check`. Empty: the type
+  /// leads no hand.
+  std::function<HandPath(const std::vector<ParamValue>&, const NodeContext&)> hand_path{};
   /// Of hardware: a line for each attached device that the type recognises, asked without opening any for long. What
   /// keeps devices from being recognised, such as a broken profile, is a line each in `notes`.
   std::function<std::vector<std::string>(std::vector<std::string>& notes)> discover{};
   /// Of hardware: does what the device needs to know where it is, asks before anything moves, and returns what was
   /// done. Throws InputError or RunError. Empty: the device needs none.
   std::function<std::string(const std::vector<ParamValue>&, const Ask&)> calibrate{};
-  /// Makes the node from values in the order of `params`; null where there is `resolve`.
+  /// Makes the node from values in the order of `params`; null where there is `resolve`. Devices are opened when the
+  /// node starts, not here.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;
 
   [[nodiscard]] const InputInfo* input(std::string_view name) const;

@@ -15,13 +15,21 @@
 
 namespace tactor {
 
-/// What a node may know when it is made.
+/// Where a graph leads the hand, as its sources know it before the run.
+struct HandPath {
+  /// Poses of the target in the world, m, from the start of the run to its end, close enough that the way between two
+  /// of them is nearly straight; never empty.
+  std::vector<Pose> X_WH;
+};
+
+/// What a node may know when it is made or checked.
 struct NodeContext {
-  std::string name;        ///< its name in the graph
-  const Scene* scene;      ///< never null; outlives the node
-  bool torque = true;      ///< false: the scene is translation-only, torques are neither computed nor sent
-  std::uint64_t seed = 0;  ///< for its random streams, derived from the run's seed and its name
-  Duration duration;       ///< of the run
+  std::string name;                ///< its name in the graph
+  const Scene* scene;              ///< never null; outlives the node
+  bool torque = true;              ///< false: the scene is translation-only, torques are neither computed nor sent
+  std::uint64_t seed = 0;          ///< for its random streams, derived from the run's seed and its name
+  Duration duration;               ///< of the run
+  const HandPath* hand = nullptr;  ///< null: nobody knows
   /// Where the node adds what the user should know of its input and nothing stops for, each once; null: nobody asks.
   std::vector<std::string>* notes = nullptr;
 };

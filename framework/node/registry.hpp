@@ -59,7 +59,7 @@ std::vector<std::filesystem::path> default_node_folders();
 /// What a node library exports: `TACTOR_NODES(registry) { registry.add<MyNode>(); }` in one of its source files.
 /// The version keeps a library built against other headers out: it grows with every change of what the libraries and
 /// the program share (messages, ports, declarations, the scene).
-#define TACTOR_NODE_ABI 4
+#define TACTOR_NODE_ABI 5
 // NOLINTBEGIN(bugprone-macro-parentheses): a parameter name cannot stand in parentheses.
 #define TACTOR_NODES(registry)                                              \
   extern "C" __attribute__((visibility("default"))) int tactor_node_abi() { \

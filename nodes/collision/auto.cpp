@@ -43,6 +43,7 @@ NodeInfo AutoCollision::declare() {
       "graph "
       "has them.";
   info.create = nullptr;
+  info.check = nullptr;
   info.resolve = choose;
   return info;
 }

@@ -20,6 +20,10 @@ inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
   };
 }
 
+/// Refuses and notes what a PairCollision with cells of these options does, without making cells that no mesh could
+/// have too many of.
+void check_cells(const PairParams& params, const CellOptions& options, const NodeContext& context);
+
 /// Adds CellOptions to the declaration of N, with that resolution where a graph gives none.
 template <class N>
 void declare_cells(Declare<N>& declaration, int resolution) {
@@ -34,7 +38,12 @@ void declare_cells(Declare<N>& declaration, int resolution) {
                               .unit = "m",
                               .default_value = CellOptions{}.band,
                               .min = 0,
-                              .max = 0.1});
+                              .max = 0.1})
+      .unread_when({"resolution", "band"}, [](const typename N::Params&, const ParamUse& use) {
+        const auto& bodies = use.scene->bodies;
+        const bool any = std::any_of(bodies.begin(), bodies.end(), [](const Body& b) { return b.mesh() != nullptr; });
+        return std::string(any ? "" : "no body is a mesh");
+      });
 }
 
 }  // namespace tactor

@@ -71,6 +71,8 @@ void CollisionNode::step(StepContext& context) {
   take_poses(context.now());
   query(at_, set_);
   context.add_work(set_.penetrating);
+  ++queries_;
+  if (set_.penetrating > 0) ++touching_queries_;
   contacts.send(context.now(), set_);
   if (!local.wanted()) return;
   query_ahead(at_, age_, local_);

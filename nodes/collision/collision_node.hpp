@@ -34,6 +34,10 @@ class CollisionNode : public Node {
   /// Throws InputError where nothing moves.
   explicit CollisionNode(const Scene& scene);
 
+  /// Steps, and those of them whose contacts penetrate.
+  [[nodiscard]] std::uint64_t queries() const { return queries_; }
+  [[nodiscard]] std::uint64_t touching_queries() const { return touching_queries_; }
+
  private:
   void take_poses(Time now);
 
@@ -43,6 +47,7 @@ class CollisionNode : public Node {
   double age_ = 0;     // s, of that
   ContactSet set_;
   LocalContacts local_;
+  std::uint64_t queries_ = 0, touching_queries_ = 0;
 };
 
 /// `2 bodies move: tool, block`; empty where one does or none.
@@ -77,7 +82,6 @@ void declare_collision(Declare<N>& declaration) {
                               .min = 0,
                               .max = 0.1})
       .on_thread("physics")
-      .check_bodies(check_body_meshes)
       .unneeded(nothing_to_hit);
 }
 

@@ -10,6 +10,7 @@
 #include "nodes/collision/contact_samples.hpp"
 #include "nodes/collision/signed_distance.hpp"
 #include "nodes/scene/body_mesh.hpp"
+#include "nodes/scene/bounds.hpp"
 
 namespace tactor {
 
@@ -22,12 +23,14 @@ struct ContactBody {
   ContactBody(const Body& body, double spacing, bool sampled, double reach, const MakeMeshDistance& make_distance,
               Notes* notes);
 
+  std::string name;
   Shape shape;
   Motion motion;
   Pose X_WB;  ///< where the scene puts it
   Material material;
   std::unique_ptr<SignedDistance> distance;
   ContactSamples samples;
+  Bounds box;         ///< about it, in its frame; without end for a plane
   Vec3 p_BM;          ///< m, the middle of a sphere that the body lies in
   double radius = 0;  ///< m, of that sphere; infinite for a plane
 };

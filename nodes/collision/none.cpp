@@ -16,9 +16,7 @@ NodeInfo NoCollision::declare() {
   Declare<NoCollision> d("collision.none", "No contacts: the pipeline keeps its timing and nothing touches.");
   d.details("To see what a scene does without contact. Left out, as every collision, where there is nothing to hit.");
   declare_collision(d);
-  NodeInfo info = d.info();
-  info.check_bodies = nullptr;  // it reads no meshes
-  return info;
+  return d.info();
 }
 
 }  // namespace tactor

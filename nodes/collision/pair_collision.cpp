@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
+#include "nodes/collision/doubts.hpp"
 
 namespace tactor {
 
@@ -46,7 +47,20 @@ bool is_sampled(const Body& body, const Scene& scene) {
   });
 }
 
+/// Whether the distances between the body's contact samples are those of the spacing.
+bool is_spaced(const Body& body, const Scene& scene) {
+  if (body.mesh() != nullptr) return is_sampled(body, scene);
+  if (!std::holds_alternative<BoxShape>(body.shape) && !std::holds_alternative<CapsuleShape>(body.shape)) return false;
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&body](const Body& other) { return is_pair(body, other); });
+}
+
 }  // namespace
+
+bool has_spaced_samples(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&scene](const Body& body) { return is_spaced(body, scene); });
+}
 
 PairCollision::PairCollision(const PairParams& params, const NodeContext& context,
                              const MakeMeshDistance& make_distance)
@@ -79,6 +93,40 @@ PairCollision::PairCollision(const PairParams& params, const NodeContext& contex
   around_.reserve(usual_contacts);
   keys_.reserve(LocalContacts::max_anchors * usual_contacts);
   for (Anchor& anchor : anchors_) anchor.shares.reserve(pairs_.size());
+  if (context.notes != nullptr) tell_doubts(scene, params.spacing, context.hand, *context.notes);
+}
+
+void PairCollision::tell_doubts(const Scene& scene, double spacing, const HandPath* hand, Notes& notes) const {
+  const auto tell = [&notes](const std::vector<std::string>& doubts) {
+    notes.insert(notes.end(), doubts.begin(), doubts.end());
+  };
+  std::vector<bool> spaced;
+  for (const ContactBody& body : bodies_) {
+    const auto same = [&body](const Body& b) { return b.name == body.name; };
+    spaced.push_back(is_spaced(*std::find_if(scene.bodies.begin(), scene.bodies.end(), same), scene));
+  }
+  tell(doubts_of_spacing(bodies_, spaced, spacing));
+  if (hand != nullptr) tell(doubts_of_path(bodies_, *hand));
+  for (const Entry& entry : pairs_) {
+    // Where the tool starts, the hand alone tells.
+    if (entry.a == 0 && hand == nullptr) continue;
+    Pose X_WA = bodies_[entry.a].X_WB;
+    if (entry.a == 0) X_WA = {hand->X_WH.front().p, scene.rotates() ? hand->X_WH.front().R : X_WA.R};
+    BodyPair pair = entry.pair;  // a look of its own, which the run does not remember
+    FoundContacts found;
+    pair.find(X_WA, bodies_[entry.b].X_WB, found);
+    double least = 0;
+    for (const Contact& contact : found.contact) least = std::min(least, contact.distance);
+    tell(doubts_of_start(bodies_[entry.a], bodies_[entry.b], -least));
+  }
+}
+
+void PairCollision::report(Report& report) const {
+  report.set("collision.queries", static_cast<double>(queries()));
+  report.set("collision.touching_queries", static_cast<double>(touching_queries()));
+  if (queries() == 0 || touching_queries() > 0) return;
+  report.remark("nothing touched: none of " + std::to_string(queries()) +
+                " contact queries found a contact; every force is that of a tool in free space");
 }
 
 const Pose& PairCollision::pose(const BodyStates& states, std::int32_t index, std::size_t body) const {

@@ -37,7 +37,12 @@ class PairCollision : public CollisionNode {
  protected:
   PairCollision(const PairParams& params, const NodeContext& context, const MakeMeshDistance& make_distance);
 
+  /// How many queries there were, and how many met penetrating contacts; that none did is said in words.
+  void report(Report& report) const override;
+
  private:
+  /// Adds what makes contacts doubtful before anything has moved (doubts.hpp).
+  void tell_doubts(const Scene& scene, double spacing, const HandPath* hand, Notes& notes) const;
   [[nodiscard]] const Pose& pose(const BodyStates& bodies, std::int32_t index, std::size_t body) const;
 
   struct Entry {
@@ -67,6 +72,10 @@ class PairCollision : public CollisionNode {
   ContactReduction local_reduction_;
   ContactSet local_set_;
 };
+
+/// Whether a body of the scene has contact samples whose distances `spacing` sets: a box or a capsule that meets
+/// another body, or a mesh that meets one that is no ball.
+bool has_spaced_samples(const Scene& scene);
 
 /// Adds what all these nodes have to the declaration of N.
 template <class N>
@@ -113,6 +122,15 @@ void declare_pairs(Declare<N>& declaration) {
        .default_value = 0.015,
        .min = 0,
        .max = 0.1});
+  using P = typename N::Params;
+  declaration
+      .unread_when({"local_contacts", "anchors", "anchor_time"},
+                   [](const P&, const ParamUse& use) {
+                     return std::string(use.is_read("local") ? "" : "nothing reads the output local");
+                   })
+      .unread_when({"spacing"}, [](const P&, const ParamUse& use) {
+        return std::string(has_spaced_samples(*use.scene) ? "" : "no body has contact samples with distances between");
+      });
   declaration.coarser("margin", {1e-3, 5e-4, 2e-4})
       .coarser("spacing", {5e-4, 1e-3, 2e-3, 4e-3, 8e-3})
       .coarser("max_contacts", {std::int64_t{64}, std::int64_t{32}, std::int64_t{16}, std::int64_t{8}})

@@ -1,7 +1,6 @@
 #include "nodes/collision/primitive.hpp"
 
 #include "framework/core/value_error.hpp"
-#include "nodes/scene/body_mesh.hpp"
 
 namespace tactor {
 
@@ -39,10 +38,7 @@ NodeInfo PrimitiveCollision::declare() {
   declare_pairs(d);
   // A point or a few need no finer cells: a seventh of the time to make them, for a quarter more a query.
   declare_cells(d, 48);
-  d.check_bodies([](const Scene& scene, Notes* notes) {
-    check_moving(scene);
-    check_body_meshes(scene, notes);
-  });
+  d.check([](const Params& params, const NodeContext& context) { check_cells(params, params, checked(context)); });
   return d.info();
 }
 

@@ -14,6 +14,7 @@ NodeInfo SdfCollision::declare() {
   declare_pairs(d);
   d.cheaper("collision.primitive");
   declare_cells(d, CellOptions{}.resolution);
+  d.check([](const Params& params, const NodeContext& context) { check_cells(params, params, context); });
   // As exact, and less memory; whether there is less to compute depends on the mesh.
   d.coarser("resolution", {std::int64_t{64}, std::int64_t{32}, std::int64_t{16}});
   return d.info();

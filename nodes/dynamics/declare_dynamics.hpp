@@ -53,11 +53,6 @@ void declare_dynamics(Declare<N>& declaration) {
                "start the tool at the handle's first pose, so that the spring is slack")
       .coarser("substep", {2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2})
       .coarser("iterations", {std::int64_t{20}, std::int64_t{10}, std::int64_t{5}})
-      .check_bodies([](const Scene& scene, Notes* notes) {
-        for (const std::size_t i : scene.moving()) {
-          if (scene.bodies[i].motion == Motion::rigid) body_inertia(scene.bodies[i], notes);
-        }
-      })
       .unneeded(nothing_moves);
 }
 

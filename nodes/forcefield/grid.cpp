@@ -68,8 +68,7 @@ NodeInfo GridForceField::declare() {
              .default_value = 8,
              .min = 0,
              .above_min = true})
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
-      .check_bodies([](const Scene& scene, std::vector<std::string>*) { check_static_scene(type, scene); });
+      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000});
   return d.info();
 }
 

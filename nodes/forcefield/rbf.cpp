@@ -94,6 +94,18 @@ Lattice lattice_in(const Bounds& region, const RbfForceField::Params& params) {
   return lattice;
 }
 
+const Scene& checked(const NodeContext& context) {
+  check_static_scene(type, *context.scene);
+  return *context.scene;
+}
+
+/// What is refused before the field is sampled and fitted.
+void check(const RbfForceField::Params& params, const NodeContext& context) {
+  const double beside = params.support * params.spacing;
+  lattice_in(region_of(params, checked(context), beside, context.notes), params);
+  check_static_force(*context.scene, beside, context.notes);
+}
+
 }  // namespace
 
 NodeInfo RbfForceField::declare() {
@@ -145,21 +157,9 @@ NodeInfo RbfForceField::declare() {
                 .min = 8,
                 .max = 100'000'000})
       .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
-      .check_bodies([](const Scene& scene, Notes* notes) {
-        check_static_scene(type, scene);
-        check_body_meshes(scene, notes);
-      });
+      .check(check);
   return d.info();
 }
-
-namespace {
-
-const Scene& checked(const NodeContext& context) {
-  check_static_scene(type, *context.scene);
-  return *context.scene;
-}
-
-}  // namespace
 
 RbfForceField::RbfForceField(const Params& params, const NodeContext& context)
     : k_t_(params.k_t),

@@ -14,20 +14,33 @@ constexpr int most_steps = 100;
 constexpr int newton_steps = 10;
 constexpr double settled_within = 1e-9;  // m
 
-std::unique_ptr<Node> make_collision(const Scene& scene, double margin, std::vector<std::string>* notes) {
-  const NodeInfo& info = *AutoCollision::choose(scene).info;
+/// The collision that a static force is found by.
+struct Collision {
+  Collision(const Scene& scene, double margin, std::vector<std::string>* notes)
+      : info(*AutoCollision::choose(scene).info) {
+    for (const ParamInfo& p : info.params) values.push_back(p.default_value.value());
+    values[info.param("margin").value()] = margin;
+    context.name = "static force";
+    context.scene = &scene;
+    context.torque = false;
+    context.notes = notes;
+  }
+  const NodeInfo& info;
   std::vector<ParamValue> values;
-  for (const ParamInfo& p : info.params) values.push_back(p.default_value.value());
-  values[info.param("margin").value()] = margin;
   NodeContext context;
-  context.name = "static force";
-  context.scene = &scene;
-  context.torque = false;
-  context.notes = notes;
-  return info.create(values, context);
+};
+
+std::unique_ptr<Node> make_collision(const Scene& scene, double margin, std::vector<std::string>* notes) {
+  const Collision collision(scene, margin, notes);
+  return collision.info.create(collision.values, collision.context);
 }
 
 }  // namespace
+
+void check_static_force(const Scene& scene, double margin, std::vector<std::string>* notes) {
+  const Collision collision(scene, margin, notes);
+  collision.info.check(collision.values, collision.context);
+}
 
 StaticForce::StaticForce(const Scene& scene, double k_t, double margin, std::vector<std::string>* notes)
     : node_(make_collision(scene, margin, notes)),

@@ -39,4 +39,7 @@ class StaticForce {
   ContactSet set_;
 };
 
+/// Refuses and notes what making a StaticForce does, in less time.
+void check_static_force(const Scene& scene, double margin, std::vector<std::string>* notes);
+
 }  // namespace tactor

@@ -133,6 +133,8 @@ NodeInfo Refitter::declare() {
       .coarser("window", {std::int64_t{200}, std::int64_t{100}, std::int64_t{50}, std::int64_t{30}})
       .coarser("order", {std::int64_t{10}, std::int64_t{5}, std::int64_t{3}, std::int64_t{1}})
       .coarser("max_order", {std::int64_t{10}, std::int64_t{5}, std::int64_t{3}, std::int64_t{1}})
+      .unread_when({"max_order"}, [](const Params& p,
+                                     const ParamUse&) { return std::string(p.order > 0 ? "the order is given" : ""); })
       .coarser("period", {std::int64_t{2}, std::int64_t{4}, std::int64_t{8}, std::int64_t{16}})
       .info();
 }

@@ -114,12 +114,6 @@ TriangleMesh load_body_mesh(const Body& body, Notes* notes) {
   return mesh;
 }
 
-void check_body_meshes(const Scene& scene, Notes* notes) {
-  for (const Body& body : scene.bodies) {
-    if (body.mesh() != nullptr) load_body_mesh(body, notes);
-  }
-}
-
 Eigen::Matrix3d body_inertia(const Body& body, Notes* notes) {
   if (body.inertia) return Eigen::Vector3d(body.inertia->x, body.inertia->y, body.inertia->z).asDiagonal();
   if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {

@@ -22,9 +22,6 @@ using Notes = std::vector<std::string>;
 /// may be 1 um to 1 km long.
 TriangleMesh load_body_mesh(const Body& body, Notes* notes = nullptr);
 
-/// Loads the mesh of every body that has one, for its errors and notes alone.
-void check_body_meshes(const Scene& scene, Notes* notes);
-
 /// The inertia of a moving body about its centre of mass in its own frame, kg m^2: `Body::inertia` on the diagonal
 /// where given, else that of its shape at uniform density.
 /// Notes and InputError as for load_body_mesh.

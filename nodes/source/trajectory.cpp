@@ -75,6 +75,24 @@ Path make_path(const TrajectorySource::Params& params, const std::string& name) 
   });
 }
 
+/// At even times, and at every way-point unless they are too many to be far apart.
+HandPath hand_path(const TrajectorySource::Params& params, const NodeContext& context) {
+  constexpr std::size_t steps = 2000;
+  const double end = context.duration.seconds();
+  const TrajectorySource source(params, context);
+  std::vector<double> times;
+  for (std::size_t i = 0; i <= steps; ++i) times.push_back(end * static_cast<double>(i) / steps);
+  if (source.path().points().size() <= steps) {
+    for (const WayPoint& point : source.path().points()) {
+      if (point.t > 0 && point.t < end) times.push_back(point.t);
+    }
+    std::sort(times.begin(), times.end());
+  }
+  HandPath path;
+  for (const double t : times) path.X_WH.push_back(source.at(t).X_WH);
+  return path;
+}
+
 }  // namespace
 
 TrajectorySource::TrajectorySource(const Params& params, const NodeContext& context)
@@ -102,6 +120,7 @@ NodeInfo TrajectorySource::declare() {
           "vectors and left out where the tool cannot rotate. Tremor is a sum of sinusoids whose frequencies and "
           "phases "
           "follow from the seed, so that the motion is one function of time at any rate.")
+      .hand_path(hand_path)
       .output("target", &TrajectorySource::target, "where the hand is to be, valid at the time of the step")
       .rate("rate", &Params::rate, {.doc = "targets a second", .default_value = 1000, .in_reference = 10000})
       .table("points", &Params::points, columns, false, "way-points; rx ry rz is a rotation vector")

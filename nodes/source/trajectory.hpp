@@ -35,6 +35,8 @@ class TrajectorySource final : public Node {
   /// The target at `t` (s).
   [[nodiscard]] Target at(double t) const;
 
+  [[nodiscard]] const Path& path() const { return path_; }
+
   Output<Target> target;
 
  private:

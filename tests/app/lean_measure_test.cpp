@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/lean/lean.hpp"
+#include "app/lean/lean_moves.hpp"
 #include "app/run/timed_run.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -120,6 +121,32 @@ BOOST_FIXTURE_TEST_CASE(a_move_is_timed_by_turns_with_what_it_came_from, Fixture
   BOOST_TEST(made == (std::vector<double>{1e5, 1e1}), boost::test_tools::per_element());
   // Unless it is taken in any case.
   BOOST_TEST(twice.compare(after, graph, false, seeds, {.error = 1}).after.repeats.size() == 3U);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_graph_that_is_lean_already_is_told_as_such_and_not_as_a_result, Fixture) {
+  graph.nodes.front().params[1] = 1e1;
+  options.measure.repeats = warmed_up(1);
+  const Lean lean = make_lean(graph, registry, options);
+  BOOST_TEST(lean.path.steps.empty());
+  for (const std::string& text : {lean_table(lean), lean_markdown(lean)}) {
+    BOOST_TEST(text.find("no cheaper graph was found") != std::string::npos, text);
+    BOOST_TEST(text.find("times cheaper") == std::string::npos, text);
+  }
+}
+
+BOOST_FIXTURE_TEST_CASE(what_is_left_out_or_not_read_is_not_tried, Fixture) {
+  const auto tried = [this](const GraphSpec& of) {
+    std::vector<std::string> names;
+    for (const auto& move : lean_moves(of, registry)) names.push_back(move.group);
+    return names;
+  };
+  BOOST_TEST(tried(graph) == (std::vector<std::string>{"worker.rounds", "worker.rounds"}),
+             boost::test_tools::per_element());
+  // A second worker that nobody reads is left out of the plan.
+  GraphSpec with_idle = graph;
+  with_idle.nodes.push_back(with_idle.nodes.front());
+  with_idle.nodes.back().name = "idle";
+  BOOST_TEST(tried(with_idle) == tried(graph), boost::test_tools::per_element());
 }
 
 BOOST_FIXTURE_TEST_CASE(a_run_that_is_interrupted_ends_there, Fixture) {

@@ -83,7 +83,7 @@ BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
   BOOST_REQUIRE(cases.size() == 2U * 2U * 2U * 2U);
   BOOST_TEST(cases[0].graph.filename() == "a.yaml");
   BOOST_TEST(cases[8].graph.filename() == "b.yaml");
-  BOOST_TEST(cases[7].against == 0U);
+  BOOST_TEST(cases[7].against == 3U);
   BOOST_TEST(cases[8].against == 8U);
   // The last axis goes fastest, methods slowest; the command line comes last, so that it wins.
   const RunCase& c = cases[8 + 4 + 2 + 0];
@@ -147,6 +147,84 @@ BOOST_AUTO_TEST_CASE(the_command_line_lies_over_the_methods_and_may_not_set_what
   BOOST_CHECK_EXCEPTION(study_cases(spec, overrides), InputError, [](const InputError& e) {
     return std::string(e.what()).find("--set x.p = 3: the study varies x.p") != std::string::npos;
   });
+}
+
+BOOST_AUTO_TEST_CASE(every_row_is_judged_against_the_same_cell_of_all_other_axes) {
+  const StudyFile file;
+  const auto against = [&](const std::string& more) {
+    std::vector<std::size_t> rows;
+    for (const RunCase& c : study_cases(file.load("graphs: [a.yaml, b.yaml]\n" + more), {})) rows.push_back(c.against);
+    rows.resize(rows.size() / 2);  // the second graph has its own
+    return rows;
+  };
+  const auto is = [](const std::vector<std::size_t>& found, const std::vector<std::size_t>& expected) {
+    BOOST_TEST(found == expected, boost::test_tools::per_element());
+  };
+  const std::string methods = "methods: [hold.yaml, line.yaml]\nvary: {x.k: [1, 2, 3]}\n";
+  is(against(methods), {0, 1, 2, 0, 1, 2});
+  is(against(methods + "baseline: {method: line}\n"), {3, 4, 5, 3, 4, 5});
+  is(against(methods + "baseline: {x.k: 2}\n"), {1, 1, 1, 4, 4, 4});
+  is(against(methods + "baseline: {method: hold, x.k: 3}\n"), {2, 2, 2, 2, 2, 2});
+  // Without methods: along the first axis.
+  is(against("vary: {x.p: [1, 2], x.q: [3, 4]}\n"), {0, 1, 0, 1});
+  is(against("vary: {x.p: [1, 2], x.q: [3, 4]}\nbaseline: {x.q: 4}\n"), {1, 1, 3, 3});
+  is(against("vary: {x.p: [1, 2], x.q: [3, 4]}\ndesign: one_at_a_time\n"), {0, 0, 0});
+  // Draws have counterparts among the methods alone.
+  is(against("vary: {x.p: {from: 1, to: 2, count: 2}}\ndesign: {latin_hypercube: {samples: 3}}\n"), {0, 1, 2});
+  is(against("methods: [hold.yaml, line.yaml]\nvary: {x.p: {from: 1, to: 2, count: 2}}\n"
+             "design: {latin_hypercube: {samples: 2}}\n"),
+     {0, 1, 0, 1});
+}
+
+BOOST_AUTO_TEST_CASE(a_ratio_of_a_cell_is_to_the_baseline_of_that_cell) {
+  const StudyFile file;
+  const StudySpec spec =
+      file.load("graphs: [a.yaml]\nmethods: [hold.yaml, line.yaml]\nvary: {x.k: [1, 2]}\nseeds: 3\n");
+  Comparison c;
+  c.seeds = {1, 2, 3};
+  c.columns = {{"delivered.force.rms_error_N", "error"}};
+  for (const RunCase& one : study_cases(spec, {})) {
+    CompareRow row;
+    row.graph = "a";
+    row.setting = one.setting;
+    row.against = one.against;
+    row.runs.resize(3);
+    row.status.assign(3, RunStatus::done);
+    row.message.assign(3, "");
+    row.spread.assign(3, std::numeric_limits<double>::quiet_NaN());
+    row.control_us.assign(3, 1000);
+    // Eight times the stiffness, eight times the error; the line halves it at either.
+    const double error =
+        (one.setting.find("x.k=2") != std::string::npos ? 8.0 : 1.0) * (one.setting.starts_with("line") ? 0.5 : 1.0);
+    row.values = {{error, 2 * error, 3 * error}};
+    c.rows.push_back(std::move(row));
+  }
+  const Study study = make_study(spec, std::move(c));
+  BOOST_REQUIRE(study.ratios.size() == 4U);
+  for (const auto& [row, ratio] : std::map<std::size_t, double>{{0, 1}, {1, 1}, {2, 0.5}, {3, 0.5}}) {
+    BOOST_TEST(std::abs(study.ratios[row].delivered->ratio - ratio) < 1e-12);
+  }
+  BOOST_TEST(study_table(study, 200).find("ratios are to method hold with the same x.k\n") != std::string::npos);
+  const nlohmann::ordered_json json = to_json(study);
+  BOOST_TEST(json["baseline"]["method"] == "hold");
+  BOOST_TEST(json["rows"][3]["against"]["row"] == "a hold x.k=2");
+}
+
+BOOST_AUTO_TEST_CASE(a_baseline_that_is_no_cell_of_the_study_is_refused_with_its_place) {
+  const StudyFile file;
+  const std::string study = "graphs: [a.yaml]\nmethods: [hold.yaml, line.yaml]\nvary: {x.k: [1, 2]}\n";
+  const auto refused = [&](const std::string& more, const std::string& text) {
+    const std::string found = file.error(study + more);
+    BOOST_TEST(found.find(text) != std::string::npos, text << " in " << found);
+  };
+  refused("baseline: {metod: hold}\n",
+          "baseline.metod: expected an axis of the study (method, x.k), found metod; did you mean \"method\"?");
+  refused("baseline: {method: spline}\n",
+          "study.yaml:4:20: baseline.method: expected one of the values of this axis (hold, line), found");
+  refused("baseline: hold\n", "4:11: baseline: expected a map of an axis");
+  refused("baseline: {}\n", "4:11: baseline: expected an axis of the study");
+  refused("baseline: {x.k: 2}\ndesign: one_at_a_time\n", "baseline.x.k: expected the first value of the axis, 1");
+  refused("baseline: {x.k: 1}\ndesign: {latin_hypercube: {samples: 2}}\n", "baseline.x.k: expected method");
 }
 
 BOOST_AUTO_TEST_CASE(ratios_are_geometric_means_over_seeds_and_over_graphs) {
@@ -307,13 +385,13 @@ BOOST_AUTO_TEST_CASE(a_ratio_to_a_first_line_that_lacks_seeds_tells_over_how_man
   BOOST_TEST(table.find("line (seeds missing)") != std::string::npos, table);
   BOOST_TEST(study.incomplete(1) == " (seeds missing)");
   const nlohmann::ordered_json json = to_json(study);
-  for (const auto& one : {json["rows"][3]["against_first"]["ratio"], json["settings"][1]["over_graphs"]}) {
+  for (const auto& one : {json["rows"][3]["against"]["ratio"], json["settings"][1]["over_graphs"]}) {
     BOOST_TEST(one["delivered_rms"]["count"] == 1);
     BOOST_TEST(one["delivered_rms"]["seeds"] == 2);
     BOOST_TEST(one["delivered_rms"]["low"].is_null());
     BOOST_TEST(one["delivered_rms"]["high"].is_null());
   }
-  BOOST_TEST(json["rows"][1]["against_first"]["ratio"]["delivered_rms"]["low"].is_number());
+  BOOST_TEST(json["rows"][1]["against"]["ratio"]["delivered_rms"]["low"].is_number());
 }
 
 BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {

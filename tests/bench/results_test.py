@@ -35,7 +35,7 @@ def found():
             figures["cost_us.dynamics.median"]["mean"] = 10 * scale
             figures["method_us_per_tick"]["mean"] = us
             rows.append({"graph": scene, "method": method, "title": f"what {method} is", "figures": figures,
-                         "against_first": {"ratio": {"delivered_rms": ratio(error)}}})
+                         "against": {"ratio": {"delivered_rms": ratio(error)}}})
     return {"settings": [{"method": m, "over_graphs": {"delivered_rms": ratio(e)}} for m, (e, _) in methods.items()],
             "rows": rows}
 
@@ -56,7 +56,7 @@ class Interval(unittest.TestCase):
 
 class RefitAgainstFixed(unittest.TestCase):
     def table(self, difference):
-        row = {"figures": {}, "against_first": {"one_step_rms": difference, "one_step_anova": {"F": 4.0, "p": 0.25}}}
+        row = {"figures": {}, "against": {"one_step_rms": difference, "one_step_anova": {"F": 4.0, "p": 0.25}}}
         return cells(results.refit_against_fixed({"rows": [row] * 2 * len(results.PAPER_TESTS)}))[2]
 
     def test_one_seed_alone_has_no_difference(self):

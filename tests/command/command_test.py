@@ -157,7 +157,7 @@ class Outputs(CommandTest):
         for graph in result["graphs"]:
             self.assertEqual(len(graph["figures"]["delivered.force.rms_error_N"]["by_seed"]), 2)
             self.assertGreater(graph["figures"]["cpu_ms_per_s"]["mean"], 0)
-        self.assertIn("F", result["graphs"][1]["against_first"]["one_step_anova"])
+        self.assertIn("F", result["graphs"][1]["against"]["one_step_anova"])
         page = (out / "report.html").read_text()
         self.assertIn("run time", page)
         self.assertIn("<svg", page)
@@ -197,9 +197,11 @@ seeds: 3
         result = json.loads((self.folder / "many" / "study.json").read_text())
         self.assertEqual([row.get("method") for row in result["rows"]], ["hold", "hold", "burg", "burg"])
         by_row = [[float(line["delivered.force.rms_error_N"]) for line in lines[3 * row:3 * row + 3]] for row in range(4)]
-        for row, errors in zip(result["rows"], by_row):
-            logs = [math.log(mine / first) for mine, first in zip(errors, by_row[0])]
-            self.assertAlmostEqual(row["against_first"]["ratio"]["delivered_rms"]["ratio"], math.exp(sum(logs) / 3))
+        self.assertEqual(result["baseline"], {"method": "hold"})
+        for i, (row, errors) in enumerate(zip(result["rows"], by_row)):
+            # Against the hold of the same cost.
+            logs = [math.log(mine / first) for mine, first in zip(errors, by_row[i % 2])]
+            self.assertAlmostEqual(row["against"]["ratio"]["delivered_rms"]["ratio"], math.exp(sum(logs) / 3))
         page = (self.folder / "many" / "report.html").read_text()
         self.assertIn("burg coupling.cost.constant=0.001", page)
 

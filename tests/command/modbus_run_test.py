@@ -333,13 +333,13 @@ class ModbusRun(CommandTest):
                 result = tactor(verb, graph, environment=self.environment, cwd=self.folder)
                 self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
                 self.assertRegex(result.stderr, text)
-        refused(r"bad.yaml:\d+:\d+: nodes.device: link_rate: expected what the line of orca can carry, at most \d+\.\d+ Hz; "
+        refused(r"bad.yaml:\d+:\d+: node device: link_rate: expected what the line of orca can carry, at most \d+\.\d+ Hz; "
                 r"a cycle takes .* ms at 19200 baud .*, found 900 Hz", more=EASY + ", link_rate: 900 Hz")
         quick = self.write("quick.yaml", self.profile.read_text().replace("time: 3 s", "time: 60 ms"))
         refused(r"quick.yaml:\d+:\d+: the watchdog of quick: expected a time of at least two cycles of the line, "
                 r"67\.\d+ ms at 29\.\d+ Hz, found 60 ms, .* the line carries at most 31\.\d+ Hz \(a cycle takes .* at 19200 baud",
                 profile=quick)
-        refused("nodes.device: connect: expected tcp:HOST:PORT or rtu:PATH", connect="udp:1")
+        refused("node device: connect: expected tcp:HOST:PORT or rtu:PATH", connect="udp:1")
         broken = self.write("broken.yaml", self.profile.read_text().replace("address: 342, type", "address: 70000, type"))
         refused(r"broken.yaml:\d+:\d+: registers.position.address: expected a whole number", profile=broken)
         graph = self.graph("tcp:a:1")

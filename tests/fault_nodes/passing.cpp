@@ -97,7 +97,7 @@ NodeInfo Aborts::declare() {
           std::optional(By::abort),
           "abort: as a broken belief does; overflow: its stack runs over; kill: SIGKILL; exit: exit code 3; hang: it "
           "sleeps for ever; planning: as abort, while the run is planned")
-      .check_params([](const Params& params, std::vector<std::string>*) {
+      .check([](const Params& params, const NodeContext&) {
         if (params.by == By::planning) params.go_wrong();
       })
       .text("once", &Params::once, "",

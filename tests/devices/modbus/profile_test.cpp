@@ -388,10 +388,11 @@ BOOST_AUTO_TEST_CASE(a_device_without_a_watchdog_is_told_as_a_danger) {
     const NodeInfo info = Actuator::declare();
     const std::vector<ParamValue> values =
         test::param_values(info, {{"profile", entry.path().string()}, {"connect", std::string("rtu:/dev/ttyUSB0")}});
-    info.check_params(values, &of_check);
     const Scene scene;
     NodeContext context;
     context.scene = &scene;
+    context.notes = &of_check;
+    info.check(values, context);
     context.notes = &of_node;
     info.create(values, context);
     BOOST_TEST(of_check == std::vector<std::string>{setup.danger});
