@@ -128,7 +128,7 @@ BOOST_FIXTURE_TEST_CASE(a_graph_that_is_lean_already_is_told_as_such_and_not_as_
   options.measure.repeats = warmed_up(1);
   const Lean lean = make_lean(graph, registry, options);
   BOOST_TEST(lean.path.steps.empty());
-  for (const std::string& text : {lean_table(lean), lean_markdown(lean)}) {
+  for (const std::string& text : {lean_table(lean, 80), lean_markdown(lean)}) {
     BOOST_TEST(text.find("no cheaper graph was found") != std::string::npos, text);
     BOOST_TEST(text.find("times cheaper") == std::string::npos, text);
   }
