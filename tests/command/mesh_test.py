@@ -30,7 +30,9 @@ class Meshes(CommandTest):
                 "1 face was turned round to look out of the material\n")
         for arguments in (("check", graph), ("check", graph), ("run", graph, "--out", self.folder / "out"),
                           ("compare", graph, graph, "--seeds", "1", "--out", self.folder / "compared")):
-            self.assertEqual(self.run_ok(*arguments).stderr, line)
+            # Beside it: the bodies are too far apart to touch.
+            told = self.run_ok(*arguments).stderr.splitlines(keepends=True)
+            self.assertEqual([text for text in told if "nothing will touch" not in text], [line])
         self.assertEqual(len(list((self.folder / "cache").glob("*.mesh"))), 2)
 
     def test_a_refused_mesh_is_bad_input_with_body_file_and_fault(self):
