@@ -87,7 +87,7 @@ class Names(Refused):
 
 class Taken(Refused):
     def test_a_null_takes_the_points_out_so_that_a_file_can_stand_in_their_place(self):
-        csv = self.write("path.csv", "0,0,0,0\n1,0,0,0.01\n")
+        csv = self.write("path.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n1,0,0,0.01\n")
         self.run_ok("check", self.judged_small_graph(), "--set", f"trajectory.file={csv}", "--set", "trajectory.points=~")
 
     def test_a_null_that_takes_out_nothing_is_refused(self):

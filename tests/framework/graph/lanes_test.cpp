@@ -197,11 +197,12 @@ BOOST_FIXTURE_TEST_CASE(an_edge_of_the_realtime_lane_may_block_under_the_virtual
 }
 
 BOOST_FIXTURE_TEST_CASE(explain_tells_lanes_and_what_is_default, Fixture) {
+  constexpr std::size_t wide = 200;  // columns, so that no line is folded
   const std::string graph =
       three_solvers +
       "  e: {type: test.motor}\n  f: {type: test.motor, cpu: 1}\n"
       "edges:\n  - e.state -> a.device: latest\n  - e.state -> b.device: latest\nrecord: [a.force, b.force]\n";
-  const std::string text = explain(make_plan(load(graph, {"b.policy=other"})));
+  const std::string text = explain(make_plan(load(graph, {"b.policy=other"})), wide);
   const auto row = [&](const std::string& node) {
     const std::size_t at = text.find("\n  " + node + " ");
     BOOST_REQUIRE(at != std::string::npos);
@@ -212,10 +213,11 @@ BOOST_FIXTURE_TEST_CASE(explain_tells_lanes_and_what_is_default, Fixture) {
   BOOST_TEST(row("e").ends_with("  realtime, fifo 80 (default)"));
   BOOST_TEST(row("f").ends_with("  realtime, fifo 80, cpu 1"));
   BOOST_TEST(text.find("pool:") == std::string::npos);
-  const std::string live = explain(make_plan(load(graph, {"clock=real"})));
+  const std::string live = explain(make_plan(load(graph, {"clock=real"})), wide);
   BOOST_TEST(live.find("pool: fifo 50; a missing privilege: warn; a step of more than 500 ms: stop (default)\n") !=
              std::string::npos);
-  const std::string set = explain(make_plan(load(graph, {"clock=real", "live.pool.workers=1", "live.pool.cpu=0"})));
+  const std::string set =
+      explain(make_plan(load(graph, {"clock=real", "live.pool.workers=1", "live.pool.cpu=0"})), wide);
   BOOST_TEST(set.find("pool: 1 worker, fifo 50, cpu 0; a missing privilege: warn;") != std::string::npos);
 }
 
