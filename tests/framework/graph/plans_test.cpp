@@ -267,7 +267,7 @@ BOOST_FIXTURE_TEST_CASE(there_is_no_reference_run_without_a_judge_that_asks, Fix
 }
 
 BOOST_FIXTURE_TEST_CASE(explain_names_nodes_queues_and_what_is_left_out, Fixture) {
-  const std::string text = explain(plan(pipeline(sliding_scene), {"predictor.adaptive=false"}));
+  const std::string text = explain(plan(pipeline(sliding_scene), {"predictor.adaptive=false"}), 200);
   for (const char* line :
        {"clock virtual, duration 1 s, seed 1, translation-only", "at 1000 Hz", "6 ms + 500 us a contact, jitter 10 %",
         "queue(4096, drop_oldest) (default)", "coupling.force", "the coefficients are fixed", "left out",
