@@ -123,11 +123,13 @@ int run(const RunRequest& request, const GraphOptions& options) {
   Registry registry(default_node_folders());
   const Plan plan = load_plan(request.graph, registry, options.overrides());
   const ResultsFolder results(fs::path("out") / plan.graph.name, request.results);
+  results.refuse_to_replace(request.graph);
   const fs::path& folder = results.path();
   RunOptions run_options;
   run_options.recording = folder / "recording.h5";
   run_options.cache_folder = default_cache_folder();
   run_options.note = tell_note;
+  run_options.before_writing = [&results] { results.clear(); };
   ProgressBar bar;
   run_options.progress = [&bar](double share, const char* what) {
     bar.draw(share, what);
@@ -163,7 +165,8 @@ int run(const RunRequest& request, const GraphOptions& options) {
   }
   write_results(folder, plan, result, request.all);
   // A live run that is asked to end has ended as it should.
-  return result.failure || (result.interrupted && !result.live) ? 1 : 0;
+  const bool ended_early = result.interrupted || result.reference_interrupted;
+  return result.failure || (ended_early && !result.live) ? 1 : 0;
 }
 
 /// Does the work in a process of its own, and in a new one where a run has crashed that.

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <span>
 #include <string_view>
 #include <thread>
 
@@ -26,17 +27,19 @@ constexpr int most_numbers = 10'000;  // of folders beside each other
 constexpr const char* lock_name = ".tactor.lock";
 constexpr const char* study_table = "study.sqlite";
 
-/// What runs and comparisons leave. A study's table, which --resume goes on with, is no business of theirs.
+/// What runs and comparisons leave, what only they can have left first. A study's table, which --resume goes on with,
+/// is not theirs.
 constexpr std::array<std::string_view, 12> left_by_runs{
-    "summary.json",        "graph.yaml",  "report.html",    "recording.h5",       "latencies.csv",
-    "replay.yaml",         "costs",       "compare.sqlite", "compare.sqlite-wal", "compare.sqlite-shm",
-    "compare.sqlite.lock", "compare.json"};
+    "summary.json", "recording.h5",       "compare.sqlite",     "compare.json",
+    "report.html",  "compare.sqlite-wal", "compare.sqlite-shm", "compare.sqlite.lock",
+    "graph.yaml",   "replay.yaml",        "latencies.csv",      "costs"};
+constexpr std::size_t telling = 4;  // of left_by_runs: what tells that a command has left its results here
 
-/// The first of what a command left in the folder that tells of results; empty where there is nothing.
-std::string found_in(const fs::path& folder) {
+/// The first of the names that commands write that is in the folder; empty where there is none.
+std::string found_in(const fs::path& folder, std::size_t names = left_by_runs.size()) {
   std::error_code ignored;
-  for (const char* name : {"summary.json", "recording.h5", "compare.sqlite", "compare.json", "report.html"}) {
-    if (fs::exists(folder / name, ignored)) return name;
+  for (const std::string_view name : std::span(left_by_runs).first(names)) {
+    if (fs::exists(folder / name, ignored)) return std::string(name);
   }
   return {};
 }
@@ -111,10 +114,6 @@ ResultsFolder::ResultsFolder(const fs::path& chosen, const ResultsRequest& reque
     lock();
     // Another command may have ended there in this moment.
     path_ = results_folder(chosen, request);
-    std::error_code ignored;
-    for (const std::string_view name : left_by_runs) {
-      if (request.overwrite) fs::remove_all(path_ / name, ignored);
-    }
     return;
   }
   for (int number = 1; number <= most_numbers; ++number) {
@@ -132,6 +131,27 @@ ResultsFolder::ResultsFolder(const fs::path& chosen, const ResultsRequest& reque
   throw InputError(no_number_is_free(chosen));
 }
 
+void ResultsFolder::refuse_to_replace(const fs::path& input) const {
+  for (const std::string_view name : left_by_runs) {
+    std::error_code ignored;
+    if (!fs::equivalent(input, path_ / name, ignored)) continue;
+    throw InputError(fmt::format("--out {}: expected another folder than that of {}, which the results would replace",
+                                 path_.string(), input.string()));
+  }
+}
+
+void ResultsFolder::clear() const {
+  // Without a result of ours, files of the same names are the user's.
+  if (found_in(path_, telling).empty()) return;
+  std::error_code ignored;
+  for (fs::directory_iterator it(path_ / "costs", ignored), end; !ignored && it != end; it.increment(ignored)) {
+    std::error_code of_file;
+    if (it->path().extension() == ".txt") fs::remove(it->path(), of_file);
+  }
+  // A folder goes where it is empty.
+  for (const std::string_view name : left_by_runs) fs::remove(path_ / name, ignored);
+}
+
 void refuse_results_of_runs(const fs::path& folder) {
   for (const char* name : {"summary.json", "recording.h5", "compare.sqlite"}) {
     std::error_code ignored;
@@ -143,11 +163,20 @@ void refuse_results_of_runs(const fs::path& folder) {
   }
 }
 
-fs::path results_file(const fs::path& chosen, const ResultsRequest& request) {
-  std::error_code ignored;
+fs::path results_file(const fs::path& chosen, const std::vector<std::string>& beside, const ResultsRequest& request) {
+  const auto found = [&beside](const fs::path& file) -> std::string {
+    std::error_code ignored;
+    if (fs::exists(file, ignored)) return file.filename().string();
+    for (const std::string& ending : beside) {
+      const fs::path other = fs::path(file).replace_extension(ending);
+      if (fs::exists(other, ignored)) return other.filename().string();
+    }
+    return {};
+  };
   if (request.out || request.overwrite) {
     const fs::path file = request.out.value_or(chosen);
-    if (!request.overwrite && fs::exists(file, ignored)) refuse(file, "a file that is not there yet", "one");
+    const std::string there = found(file);
+    if (!request.overwrite && !there.empty()) refuse(file, "files that are not there yet", there);
     return file;
   }
   for (int number = 1; number <= most_numbers; ++number) {
@@ -155,7 +184,7 @@ fs::path results_file(const fs::path& chosen, const ResultsRequest& request) {
     if (number > 1) {
       file.replace_filename(fmt::format("{}_{}{}", chosen.stem().string(), number, chosen.extension().string()));
     }
-    if (!fs::exists(file, ignored)) return file;
+    if (found(file).empty()) return file;
   }
   throw InputError(no_number_is_free(chosen));
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace tactor {
 
@@ -33,10 +34,15 @@ struct ResultsRequest {
 /// first of chosen_2, chosen_3, ... that holds none; with --overwrite it is `chosen` itself.
 class ResultsFolder {
  public:
-  /// Makes and locks the folder, and takes out of it what an earlier command left there. Throws InputError where the
-  /// folder cannot be made, holds results, or is written to by another command.
+  /// Makes and locks the folder. Nothing that is there is touched. Throws InputError where the folder cannot be made,
+  /// holds results without --overwrite, or is written to by another command.
   ResultsFolder(const std::filesystem::path& chosen, const ResultsRequest& request);
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// Throws InputError where the results would replace `input`, a file that the command reads.
+  void refuse_to_replace(const std::filesystem::path& input) const;
+  /// Takes out what an earlier command left, of the names that commands write. To be called when nothing of the input
+  /// can be refused any more, so that a refused command loses no results.
+  void clear() const;
 
  private:
   std::filesystem::path path_;
@@ -50,8 +56,10 @@ std::filesystem::path results_folder(const std::filesystem::path& chosen, const 
 /// Throws InputError where the folder of a study holds what a run or a comparison left.
 void refuse_results_of_runs(const std::filesystem::path& folder);
 
-/// The same rule for a file: `--out`, which must not be there yet without --overwrite, or `chosen` with the first free
-/// number before its ending. Throws InputError.
-std::filesystem::path results_file(const std::filesystem::path& chosen, const ResultsRequest& request);
+/// The same rule for a file and those of the same stem that are written beside it (`beside`: their endings, `.md`):
+/// `--out`, of which nothing may be there yet without --overwrite, or `chosen` with the first free number before its
+/// ending. Throws InputError.
+std::filesystem::path results_file(const std::filesystem::path& chosen, const std::vector<std::string>& beside,
+                                   const ResultsRequest& request);
 
 }  // namespace tactor

@@ -49,7 +49,8 @@ int run_lean(const LeanRequest& request) {
   Registry registry(default_node_folders());
   const GraphSpec original =
       make_plan(load_graph(request.graph, registry, request.overrides, request.mesh_folders)).graph;
-  const fs::path file = fs::absolute(results_file(fs::path("out") / (original.name + "_lean.yaml"), request.results));
+  const fs::path file =
+      fs::absolute(results_file(fs::path("out") / (original.name + "_lean.yaml"), {".md", ".json"}, request.results));
   if (file.extension() != ".yaml") throw InputError("--out " + file.string() + ": expected a name that ends in .yaml");
   make_folder(file.parent_path());
   const FileLock lock(file.parent_path() / ("." + file.filename().string() + ".lock"),

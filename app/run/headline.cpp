@@ -47,6 +47,7 @@ std::string verdict_text(const RunResult& result) {
     text = fmt::format("ended early, after {} s of {} s", pretty(result.duration_s), pretty(result.planned_s));
   } else {
     text = fmt::format("done, {} s", pretty(result.duration_s));
+    if (result.reference_interrupted) text += "; its reference run was interrupted, so no error is told";
   }
   if (const std::string stability = stability_text(result); !stability.empty()) text += "; " + stability;
   return text;

@@ -54,8 +54,10 @@ class Watch final : public RunObserver {
   bool interrupted_ = false;
 };
 
-/// Where the run is recorded, with a stream for each of the plan's, by the same index; null where nothing is.
+/// Begins to write, where that is asked for: where the run is recorded, with a stream for each of the plan's, by the
+/// same index; null where nothing is.
 std::unique_ptr<Recorder> make_recorder(const Plan& plan, const RunOptions& options, const RunResult& result) {
+  if (options.before_writing) options.before_writing();
   if (!options.recording || plan.streams.empty()) return nullptr;
   std::unique_ptr<Recorder> recorder =
       load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
@@ -113,10 +115,10 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
 void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
   if (nodes != nullptr && !result.interrupted && !result.failure && !options.without_reference) {
     try {
-      find_reference(plan, options, *nodes, result.reference, result.interrupted);
+      find_reference(plan, options, *nodes, result.reference, result.reference_interrupted);
     } catch (const RunError& error) {
       // The run itself is over and keeps its figures; those against the reference are left out.
-      if (!result.interrupted) result.failure = error.what();
+      if (!result.reference_interrupted) result.failure = error.what();
     }
   }
   Report report;
@@ -187,7 +189,17 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
     return !result.interrupted;
   };
   engine->stop_when(options.stop_asked);
-  engine->run(watch, go_on);
+  try {
+    engine->run(watch, go_on);
+  } catch (...) {
+    // Nothing has run, because of a device that is not there, say: no recording without a message stays behind.
+    if (recorder) {
+      recorder.reset();
+      std::error_code ignored;
+      fs::remove(*options.recording, ignored);
+    }
+    throw;
+  }
   result.interrupted = result.interrupted || options.stop_asked();
   result.cpu_s = clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
   result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;

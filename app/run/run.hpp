@@ -47,8 +47,9 @@ struct RunResult {
   double planned_s = 0;   ///< and that the graph asked for
   double wall_s = 0;      ///< of the run alone, without its reference
   double cpu_s = 0;
-  double peak_memory_MB = 0;  ///< of the process so far
-  bool interrupted = false;
+  double peak_memory_MB = 0;           ///< of the process so far
+  bool interrupted = false;            ///< before planned_s
+  bool reference_interrupted = false;  ///< the run is whole, but lacks the figures against its reference run
   std::optional<std::string> failure;  ///< why it ended before its time, where it did
   bool abandoned = false;              ///< a step never came back: the process must end without cleaning up
   std::optional<LiveStatus> live;      ///< how it ended, where its clock was real
@@ -76,6 +77,8 @@ struct RunOptions {
   bool without_reference = false;  ///< no reference run: the figures that need one are left out
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;
+  /// Called once before anything is written, when nothing of the input can be refused any more.
+  std::function<void()> before_writing;
   /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.
   std::function<bool(double share, const char* what)> progress;
   /// The same for a run whose clock is real.

@@ -55,6 +55,7 @@ Json to_json(const RunResult& result) {
   json["clock"] = result.live ? "real" : "virtual";
   json["planned_s"] = result.planned_s;
   json["interrupted"] = result.interrupted;
+  json["reference_interrupted"] = result.reference_interrupted;
   if (result.failure) json["failure"] = *result.failure;
   if (!result.remarks.empty()) json["remarks"] = result.remarks;
   json["wall_s"] = result.wall_s;

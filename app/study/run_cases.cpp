@@ -499,7 +499,7 @@ class Engine {
         place.begin();
         const double began = clock_seconds(CLOCK_MONOTONIC);
         RunResult result = execute_once(plan, reference);
-        if (result.interrupted) return std::nullopt;
+        if (result.interrupted || result.reference_interrupted) return std::nullopt;
         const double limit = options_.run_timeout_s.value_or(std::numeric_limits<double>::infinity());
         if (clock_seconds(CLOCK_MONOTONIC) - began > limit) {
           record.may_differ = true;

@@ -172,7 +172,7 @@ bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Regi
   options.without_reference = study.spec.without_reference;
   options.progress = [&](double, const char*) { return !interrupted(); };
   const RunResult result = execute(plan, options);
-  if (result.interrupted) {
+  if (result.interrupted || result.reference_interrupted) {
     std::error_code ignored;
     fs::remove_all(out, ignored);
     return false;

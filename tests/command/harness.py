@@ -2,8 +2,11 @@
 import json
 import os
 import pathlib
+import pty
 import re
+import select
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -11,6 +14,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRAPHS = ROOT / "graphs"
+PATIENCE = 120  # s, for what takes a moment on an idle machine
 TACTOR = os.environ.get("TACTOR", str(ROOT / "build/release/bin/tactor"))
 
 
@@ -146,6 +150,52 @@ class CommandTest(unittest.TestCase):
         text = (EDGES_OF_A_SMALL_GRAPH + METRICS_OF_A_SMALL_GRAPH).replace(
             "nodes:", "nodes:\n  metrics: {type: sink.metrics}")
         return self.write("judged.yaml", text + extra)
+
+
+class Terminal:
+    """A command on a pseudo-terminal of its own."""
+
+    def __init__(self, *arguments, environment=None):
+        self.pid, self.file = pty.fork()
+        if self.pid == 0:
+            os.execve(TACTOR, [TACTOR, *map(str, arguments)], dict(os.environ, **(environment or {})))
+        self.text = ""
+
+    def type(self, text):
+        os.write(self.file, text.encode())
+
+    def read(self, seconds):
+        if not select.select([self.file], [], [], seconds)[0]:
+            return False
+        try:
+            piece = os.read(self.file, 4096)
+        except OSError:  # the command has ended
+            return False
+        self.text += piece.decode(errors="replace")
+        return bool(piece)
+
+    def expect(self, text):
+        end = time.monotonic() + PATIENCE
+        while text not in self.text:
+            if not self.read(1) and time.monotonic() > end:
+                raise AssertionError(f"{text} does not come:\n{self.text}")
+
+    def finish(self):
+        """The exit code; what it said is in `text`."""
+        end = time.monotonic() + PATIENCE
+        while True:
+            pid, status = os.waitpid(self.pid, os.WNOHANG)
+            if pid != 0:
+                break
+            self.read(0.05)
+            if time.monotonic() > end:
+                os.kill(self.pid, signal.SIGKILL)
+                os.waitpid(self.pid, 0)
+                raise AssertionError(f"the command does not end:\n{self.text}")
+        while self.read(0.1):
+            pass
+        os.close(self.file)
+        return os.waitstatus_to_exitcode(status)
 
 
 def check_loop(test, device):

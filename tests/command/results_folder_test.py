@@ -5,7 +5,7 @@ import signal
 import subprocess
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, needs_collision, needs_hdf5, tactor
+from harness import GRAPHS, TACTOR, CommandTest, Terminal, needs_collision, needs_hdf5, tactor
 
 
 class Results(CommandTest):
@@ -51,6 +51,32 @@ class Kept(Results):
         self.assertFalse((self.folder / "mine/recording.h5").exists())
         self.assertTrue((self.folder / "mine/notes.txt").exists())
 
+    @needs_hdf5
+    def test_a_run_that_is_refused_loses_no_results(self):
+        graph = self.judged_small_graph()
+        recorded = self.write("recorded.yaml", graph.read_text() + "record: [device.state]\n")
+        self.here("run", recorded, "--out", "mine")
+        before = {path.name: path.read_bytes() for path in (self.folder / "mine").iterdir()}
+        self.assertIn("recording.h5", before)
+        self.here("run", graph, "--set", "metrics.rest=1000 s", "--out", "mine", "--overwrite", code=2)
+        self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "mine").iterdir()}, before)
+
+    def test_a_graph_of_the_user_is_not_replaced_by_that_of_the_results(self):
+        own = self.judged_small_graph().rename(self.folder / "graph.yaml")
+        text = own.read_text()
+        refused = self.here("run", own, "--out", ".", code=2)
+        self.assertIn("expected a folder without results, found graph.yaml", refused.stderr)
+        refused = self.here("run", own, "--out", ".", "--overwrite", code=2)
+        self.assertIn("which the results would replace", refused.stderr)
+        self.assertEqual(own.read_text(), text)
+
+    def test_files_of_the_user_with_names_that_a_run_writes_stay_where_no_run_has_left_results(self):
+        mine = self.folder / "mine"
+        (mine / "costs").mkdir(parents=True)
+        (mine / "costs/budget.txt").write_text("the user's own")
+        self.here("run", self.judged_small_graph(), "--out", "mine", "--overwrite")
+        self.assertEqual((mine / "costs/budget.txt").read_text(), "the user's own")
+
     def test_a_folder_with_files_of_the_user_is_no_obstacle(self):
         (self.folder / "mine").mkdir()
         (self.folder / "mine/notes.txt").write_text("")
@@ -81,7 +107,12 @@ class Kept(Results):
         (self.folder / "mine.yaml").write_text("")
         command = ["lean", GRAPHS / "duck_off.yaml", "--budget", "2 N", "--duration", "0.3 s", "--repeats", "1"]
         refused = self.here(*command, "--out", "mine.yaml", code=2)
-        self.assertIn("expected a file that is not there yet, found one; --overwrite replaces it", refused.stderr)
+        self.assertIn("expected files that are not there yet, found mine.yaml; --overwrite replaces it", refused.stderr)
+        # Its tables lie beside the graph.
+        (self.folder / "notes.md").write_text("the user's own")
+        refused = self.here(*command, "--out", "notes.yaml", code=2)
+        self.assertIn("found notes.md", refused.stderr)
+        self.assertEqual((self.folder / "notes.md").read_text(), "the user's own")
 
 
 class Alone(Results):
@@ -124,6 +155,18 @@ class Interrupted(Results):
         said = r"interrupted after [\d.e+]+ s of (100000|1\.00e\+05) s"
         self.assertRegex(stdout, said)
         self.assertRegex((self.folder / "mine/report.html").read_text(), said)
+
+    @needs_collision
+    def test_a_whole_run_whose_reference_run_is_interrupted_is_told_as_such(self):
+        run = Terminal("run", GRAPHS / "wall_refit.yaml", "--duration", "20 s", "--out", self.folder / "mine",
+                       environment=self.environment)
+        run.expect("reference run")
+        run.type("\x03")
+        self.assertEqual(run.finish(), 1, run.text)
+        self.assertIn("its reference run was interrupted, so no error is told", " ".join(run.text.split()))
+        summary = json.loads((self.folder / "mine/summary.json").read_text())
+        self.assertEqual((summary["interrupted"], summary["reference_interrupted"]), (False, True))
+        self.assertEqual(summary["duration_s"], 20)
 
     @staticmethod
     def is_running(process):
