@@ -86,7 +86,7 @@ struct Claim::Socket {
   }
 };
 
-bool Claim::take(const std::string& name, std::string& holder, Sharing sharing) {
+bool Claim::take(const std::string& name, std::string& why, Sharing sharing) {
   if (socket_ != nullptr && name == name_) return true;
   release();
   static std::mutex mutex;
@@ -104,7 +104,8 @@ bool Claim::take(const std::string& name, std::string& holder, Sharing sharing) 
       listen(made->file, waiting_askers) != 0) {
     const int error = errno;
     const int pid = error == EADDRINUSE ? listener_at(address) : 0;
-    holder = error != EADDRINUSE ? std::strerror(error) : pid == 0 ? "another process" : process_text(pid);
+    why = error == EADDRINUSE ? in_use_by(pid == 0 ? "" : process_text(pid))
+                              : std::string("cannot be claimed for this program alone: ") + std::strerror(error);
     return false;
   }
   if (sharing == Sharing::process) shared[name] = made;
@@ -124,6 +125,10 @@ std::string process_text(int pid) {
       command.begin(), command.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
   if (command.size() > longest_command) command = command.substr(0, longest_command) + "...";
   return command.empty() ? text : text + " (" + command + ")";
+}
+
+std::string in_use_by(const std::string& holder) {
+  return "in use by " + (holder.empty() ? "another program" : holder) + "; a device has one owner: end that one first";
 }
 
 std::string users_of(const std::string& file) {
@@ -152,30 +157,32 @@ bool PortLock::take(const std::string& path, std::string& why) {
       return false;
     }
     if (errno != EBUSY) return true;
-    const std::string users = users_of(path);
-    why = "in use by " + (users.empty() ? "another program" : users) + "; a port has one owner: end that one first";
+    why = in_use_by(users_of(path));
     return false;
   }
   if (flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
     unsettle(file_);
     return true;
   }
-  const std::string holder = locker_of(file_);
-  why = "in use by " + (holder.empty() ? "another program" : holder) + "; a port has one owner: end that one first";
+  why = in_use_by(locker_of(file_));
   release();
   return false;
 }
 
-void PortLock::exclude() const {
+void PortLock::exclude() {
   constexpr unsigned first_pty = 136, last_pty = 143;  // of Linux
   struct stat status {};
   if (file_ < 0 || fstat(file_, &status) != 0 || !S_ISCHR(status.st_mode)) return;
   if (major(status.st_rdev) >= first_pty && major(status.st_rdev) <= last_pty) return;
-  ioctl(file_, TIOCEXCL);
+  excludes_ = ioctl(file_, TIOCEXCL) == 0;
 }
 
 void PortLock::release() {
-  if (file_ >= 0) close(file_);
+  if (file_ < 0) return;
+  // It belongs to the port: it would outlive this file, and keep us out, where another program has the port open.
+  if (excludes_) ioctl(file_, TIOCNXCL);
+  excludes_ = false;
+  close(file_);
   file_ = -1;
 }
 

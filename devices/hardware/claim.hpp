@@ -15,9 +15,9 @@ class Claim {
   Claim() = default;
   /// Who else may have the name: nobody, or other claims of this process that share it too.
   enum class Sharing : std::uint8_t { alone, process };
-  /// Takes the name, or tells in `holder` who has it: `process 4711 (tactor run duck.yaml)`. Returns whether it is held
+  /// Takes the name, or tells in `why` who has it, or what else keeps it from being taken. Returns whether it is held
   /// now. Nothing happens where this claim has that name already; another one is given up first.
-  bool take(const std::string& name, std::string& holder, Sharing sharing = Sharing::alone);
+  bool take(const std::string& name, std::string& why, Sharing sharing = Sharing::alone);
   void release() { socket_.reset(); }
   [[nodiscard]] bool held() const { return socket_ != nullptr; }
 
@@ -29,6 +29,9 @@ class Claim {
 
 /// `process 4711 (tactor run duck.yaml)`, or without the command where it may not be seen.
 std::string process_text(int pid);
+
+/// Why a device cannot be had, and what to do, where `holder` (a `process_text`, or empty where unknown) has it.
+std::string in_use_by(const std::string& holder);
 
 /// The other processes that have this file open, as `process_text`, joined by commas; empty where none can be seen.
 std::string users_of(const std::string& file);
@@ -45,11 +48,12 @@ class PortLock {
   /// Opens and locks it before anything is done to it. False, with why and what to do, where another program has it or
   /// this user may not; true also where there is nothing to open, which whoever opens it for use finds out.
   bool take(const std::string& path, std::string& why);
-  void exclude() const;
+  void exclude();
   void release();
 
  private:
   int file_ = -1;
+  bool excludes_ = false;
 };
 
 /// The process that has locked the file by flock, as `process_text`; empty where it cannot be seen.

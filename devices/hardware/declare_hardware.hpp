@@ -20,7 +20,9 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
   time("link_timeout", static_cast<Duration P::*>(&P::link_timeout), "a sample that is older fails the device",
        defaults.link_timeout, 1e-3, 10);
   time("connect_timeout", static_cast<Duration P::*>(&P::connect_timeout),
-       "without a first sample for so long the device fails", defaults.connect_timeout, 0.1, 600);
+       "without a first sample for so long the device fails; where no attempt to open the line succeeds, after 1 s "
+       "already",
+       defaults.connect_timeout, 0.1, 600);
   time("stuck_after", static_cast<Duration P::*>(&P::stuck_after),
        "an encoder that shows no change for so long under a fifth of the largest force is stuck; 0: it may",
        defaults.stuck_after, 0, 600);

@@ -278,6 +278,8 @@ bool Client::send_request(std::span<const std::uint8_t> frame, LinkFailure& fail
                                        : ::send(file, rest.data(), rest.size(), MSG_NOSIGNAL);
     if (n > 0) sent += static_cast<std::size_t>(n);
     if (n < 0 && errno != EAGAIN && errno != EINTR) return fail_with(errno, failure);
+    // A line may say that it takes more, and then take nothing.
+    if (n <= 0 && MonotonicClock::now() > give_up) return fail_with(ETIMEDOUT, failure);
   }
   return true;
 }

@@ -153,11 +153,16 @@ bool ModbusLink::claim(LinkFailure& failure) {
   if (!claims_.empty() && names == claimed_) return true;
   claims_.clear();
   claimed_ = names;
-  std::string holder;
+  if (names.empty() && !endpoint.serial) {
+    failure = {LinkError::disconnected,
+               "the host " + endpoint.host + " cannot be found; check its name and the network", true};
+    return false;
+  }
+  std::string why;
   const auto take = [&](const std::string& name, Claim::Sharing sharing) {
-    if (claims_.emplace_back().take(name, holder, sharing)) return true;
+    if (claims_.emplace_back().take(name, why, sharing)) return true;
     claims_.clear();
-    failure = {LinkError::disconnected, "in use by " + holder + "; a device has one owner: end that one first", true};
+    failure = {LinkError::disconnected, why, true};
     return false;
   };
   const std::string unit = " unit " + std::to_string(profile_.line.unit);

@@ -26,10 +26,6 @@ namespace {
 /// How long the end of cancelled transfers is waited for; the kernel needs a frame.
 constexpr int cancel_rounds = 200;
 
-std::string in_use_by(const std::string& holder) {
-  return "in use by " + (holder.empty() ? "another program" : holder) + "; a device has one owner: end that one first";
-}
-
 const char* words(UsbResult result) {
   switch (result) {
     case UsbResult::timeout:
@@ -368,10 +364,8 @@ std::string UsbPort::start(const UsbTransfers& transfers, UsbListener& listener)
   if (in_packet > 0) in_size = (in_size + in_packet - 1) / in_packet * in_packet;
 
   // The kernel refuses the second one too, but does not say who is the first.
-  std::string holder;
-  if (const std::string name = i.claim_name(transfers.interface); !name.empty() && !i.claim.take(name, holder)) {
-    return in_use_by(holder);
-  }
+  std::string why;
+  if (const std::string name = i.claim_name(transfers.interface); !name.empty() && !i.claim.take(name, why)) return why;
   libusb_set_auto_detach_kernel_driver(i.handle, 1);
   const int code = libusb_claim_interface(i.handle, transfers.interface);
   if (code == LIBUSB_ERROR_BUSY) return in_use_by(users_of(i.file_name()));

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 
@@ -17,14 +18,18 @@ std::optional<std::uint64_t> limit_of(__rlimit_resource resource) {
   return limit.rlim_cur;
 }
 
-/// The most tasks that the control group (version 2) of this process may have; none where it is unlimited or not told.
+/// The most tasks that the control group (version 2) of this process, or the nearest one above it with a limit, may
+/// have; none where there is no limit or it is not told.
 std::optional<std::string> tasks_of_control_group() {
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {
     if (line.rfind("0::", 0) != 0) continue;
-    std::ifstream file("/sys/fs/cgroup" + line.substr(3) + "/pids.max");
-    std::string most;
-    if (file >> most && most != "max") return most;
+    for (std::filesystem::path group = line.substr(3);; group = group.parent_path()) {
+      std::ifstream file("/sys/fs/cgroup" + group.string() + "/pids.max");
+      std::string most;
+      if (file >> most && most != "max") return most;
+      if (group == group.parent_path()) break;
+    }
   }
   return std::nullopt;
 }
@@ -46,6 +51,7 @@ std::string refused_start(const std::string& what, int error) {
     limits += "\n  this process may use " + std::to_string(*bytes >> 20U) +
               " MiB of address space (ulimit -v), of which each thread takes its stack";
   }
+  if (!limits.empty()) limits = "; one of these limits stands in the way:" + limits;
   if (limits.empty()) limits = "\n  the system has no thread or no memory left (kernel.threads-max, free -m)";
   return text + limits;
 }

@@ -80,29 +80,29 @@ BOOST_AUTO_TEST_CASE(what_one_process_has_another_does_not_get_until_the_first_i
   const std::string name = name_of_this_test();
   Other other([&] {
     static Claim theirs;
-    std::string holder;
-    return theirs.take(name, holder);
+    std::string why;
+    return theirs.take(name, why);
   });
   Claim ours;
-  std::string holder;
+  std::string why;
   for (int i = 0; i < 20; ++i) {
-    BOOST_TEST(!ours.take(name, holder));
-    BOOST_TEST(holder.find("process " + std::to_string(other.pid()) + " (") == 0U, holder);
+    BOOST_TEST(!ours.take(name, why));
+    BOOST_TEST(why.find("in use by process " + std::to_string(other.pid()) + " (") == 0U, why);
   }
   // The command, as it was started.
-  BOOST_TEST(holder.find("test_hardware_claim") != std::string::npos, holder);
-  BOOST_TEST(ours.take(name + " beside it", holder), holder);
+  BOOST_TEST(why.find("test_hardware_claim") != std::string::npos, why);
+  BOOST_TEST(ours.take(name + " beside it", why), why);
   other.end();
-  BOOST_TEST(ours.take(name, holder), holder);
+  BOOST_TEST(ours.take(name, why), why);
   BOOST_TEST(ours.held());
 }
 
 BOOST_AUTO_TEST_CASE(a_claim_may_be_shared_within_a_process_alone) {
   const std::string name = name_of_this_test();
-  std::string holder;
+  std::string why;
   Claim one, two;
-  BOOST_TEST(one.take(name, holder, Claim::Sharing::process), holder);
-  BOOST_TEST(two.take(name, holder, Claim::Sharing::process), holder);
+  BOOST_TEST(one.take(name, why, Claim::Sharing::process), why);
+  BOOST_TEST(two.take(name, why, Claim::Sharing::process), why);
   Other other([&] {
     // A copy of this process: what it has inherited is not its own to give away.
     Claim third;
@@ -112,19 +112,19 @@ BOOST_AUTO_TEST_CASE(a_claim_may_be_shared_within_a_process_alone) {
   other.end();
   one.release();
   Claim third;
-  BOOST_TEST(!third.take(name, holder));
-  BOOST_TEST(holder.find("this process, ") == 0U, holder);
+  BOOST_TEST(!third.take(name, why));
+  BOOST_TEST(why.find("in use by this process, ") == 0U, why);
   two.release();
-  BOOST_TEST(third.take(name, holder), holder);
+  BOOST_TEST(third.take(name, why), why);
 }
 
 BOOST_AUTO_TEST_CASE(names_longer_than_the_kernels_are_told_apart_to_their_end) {
   const std::string name = name_of_this_test() + std::string(200, 'x');
-  std::string holder;
+  std::string why;
   Claim one, two, three;
-  BOOST_TEST(one.take(name + "1", holder), holder);
-  BOOST_TEST(two.take(name + "2", holder), holder);
-  BOOST_TEST(!three.take(name + "1", holder));
+  BOOST_TEST(one.take(name + "1", why), why);
+  BOOST_TEST(two.take(name + "2", why), why);
+  BOOST_TEST(!three.take(name + "1", why));
 }
 
 BOOST_AUTO_TEST_CASE(a_serial_port_that_another_program_has_locked_is_refused_with_its_name) {
