@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <limits.h>
 #include <pwd.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -220,25 +219,6 @@ void KeptFolder::write(const std::string& name, std::initializer_list<std::strin
 void KeptFolder::remove(const std::string& name) const {
   const std::string path = named(name);
   if (::unlinkat(folder_.number(), name.c_str(), 0) != 0 && errno != ENOENT) refuse(path, std::strerror(errno));
-}
-
-KeptFolder::Locking KeptFolder::try_lock(const std::string& name, std::string_view holder) const {
-  const std::string path = named(name);
-  FileDescriptor file(
-      ::openat(folder_.number(), name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, file_mode));
-  if (!file && errno == ELOOP) refuse(path, "is a link, which is not followed; remove it");
-  if (!file) refuse(path, std::strerror(errno));
-  demand_our_file(file, path);
-  if (::flock(file.number(), LOCK_EX | LOCK_NB) == 0) {
-    if (::ftruncate(file.number(), 0) != 0 || !file.write_all(holder.data(), holder.size())) {
-      refuse(path, std::strerror(errno));
-    }
-    return {FileLock(std::move(file)), {}};
-  }
-  if (errno != EWOULDBLOCK) refuse(path, std::strerror(errno));
-  std::array<char, 4096> text{};
-  const ssize_t size = ::pread(file.number(), text.data(), text.size(), 0);
-  return {std::nullopt, std::string(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0)};
 }
 
 }  // namespace tactor

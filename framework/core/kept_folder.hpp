@@ -1,4 +1,4 @@
-// A folder of the user's own with the files that the program keeps there: cache, calibrations, locks.
+// A folder of the user's own with the files that the program keeps there: cache and calibrations.
 #pragma once
 
 #include <filesystem>
@@ -12,15 +12,6 @@
 
 namespace tactor {
 
-/// A lock on a file that is held until this is destroyed or the process has ended, however it ends.
-class FileLock {
- public:
-  explicit FileLock(FileDescriptor file) : file_(std::move(file)) {}
-
- private:
-  FileDescriptor file_;
-};
-
 /// Every file that the program keeps between two runs is opened through this class, so that no other user can put words
 /// into a file that it reads, or lead what it writes to another place. The folder belongs to the user (the effective
 /// one) and nobody else may write it; what is missing on the way to it is made, with mode 0700. Links on the way are
@@ -29,15 +20,6 @@ class FileLock {
 ///
 /// All members throw RunError with a message that names the path and what is wrong with it. Two processes and threads
 /// may use one folder. Names are file names without a slash.
-///
-/// A lock, for one owner of a device at a time (see user_folders.hpp for the folders):
-///
-///     const KeptFolder folder = KeptFolder::make(state_folder() / "locks");
-///     auto [lock, holder] = folder.try_lock("modbus-127.0.0.1-502", "tactor run wall.yaml, process 4711");
-///     if (!lock) throw RunError("... is held by " + holder);
-///
-/// Use `state_folder()` for locks and not `runtime_folder()`: two commands of one user may differ in XDG_RUNTIME_DIR.
-/// Other users have folders of their own and do not see the lock.
 class KeptFolder {
  public:
   /// Opens the folder and makes it where it is missing.
@@ -56,14 +38,6 @@ class KeptFolder {
 
   /// Removes a file; no error where there is none.
   void remove(const std::string& name) const;
-
-  struct Locking {
-    std::optional<FileLock> lock;  ///< empty where another process (or another lock of this one) holds it
-    std::string holder;            ///< then what that one gave as its `holder`
-  };
-  /// Takes the lock of this name without waiting, and leaves `holder` (one line) for those that come later. The file
-  /// stays when the lock goes, because removing it would let two processes lock two files of one name.
-  [[nodiscard]] Locking try_lock(const std::string& name, std::string_view holder) const;
 
  private:
   KeptFolder(std::filesystem::path path, FileDescriptor folder) : path_(std::move(path)), folder_(std::move(folder)) {}

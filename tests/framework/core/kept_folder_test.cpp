@@ -98,16 +98,11 @@ BOOST_AUTO_TEST_CASE(a_link_in_the_folder_is_neither_read_nor_written_through) {
   const KeptFolder folder = KeptFolder::make(path);
   fs::create_symlink(victim, path / "file");
   BOOST_TEST(says(refusal([&] { static_cast<void>(folder.open("file")); }), "is a link"));
-  BOOST_TEST(says(refusal([&] { static_cast<void>(folder.try_lock("file", "me")); }), "is a link"));
   BOOST_TEST(read(victim) == "precious");
   folder.write("file", {"new"});
   BOOST_TEST(read(victim) == "precious");
   BOOST_TEST(!fs::is_symlink(path / "file"));
   BOOST_TEST(read(path / "file") == "new");
-  // A link to a file that is not there makes none.
-  fs::create_symlink(temporary.path() / "to be made", path / "dangling");
-  BOOST_TEST(says(refusal([&] { static_cast<void>(folder.try_lock("dangling", "me")); }), "is a link"));
-  BOOST_TEST(!fs::exists(temporary.path() / "to be made"));
 }
 
 BOOST_AUTO_TEST_CASE(a_folder_or_file_that_others_may_write_is_refused_with_its_name) {
@@ -150,7 +145,6 @@ BOOST_AUTO_TEST_CASE(a_folder_file_or_link_of_another_user_is_refused_with_that_
   BOOST_TEST(::chown((own / "file").c_str(), nobody, nobody) == 0);
   BOOST_TEST(
       says(refusal([&] { static_cast<void>(KeptFolder::make(own).open("file")); }), "belongs to the user nobody"));
-  BOOST_TEST(says(refusal([&] { static_cast<void>(KeptFolder::make(own).try_lock("file", "me")); }), "user nobody"));
 }
 
 BOOST_AUTO_TEST_CASE(pipes_and_folders_in_the_place_of_a_file_are_refused_at_once) {
@@ -160,7 +154,6 @@ BOOST_AUTO_TEST_CASE(pipes_and_folders_in_the_place_of_a_file_are_refused_at_onc
   fs::create_directory(temporary.path() / "folder");
   for (const char* name : {"pipe", "folder"}) {
     BOOST_TEST(says(refusal([&] { static_cast<void>(folder.open(name)); }), "is not a regular file"));
-    BOOST_TEST(!refusal([&] { static_cast<void>(folder.try_lock(name, "me")); }).empty());
   }
 }
 
@@ -170,44 +163,6 @@ BOOST_AUTO_TEST_CASE(links_that_turn_in_a_circle_and_files_on_the_way_are_refuse
   BOOST_TEST(!refusal([&] { KeptFolder::make(temporary.path() / "circle"); }).empty());
   write(temporary.path() / "file", "");
   BOOST_TEST(says(refusal([&] { KeptFolder::make(temporary.path() / "file" / "kept"); }), "file: is not a folder"));
-}
-
-BOOST_AUTO_TEST_CASE(a_lock_is_held_by_one_at_a_time_and_the_second_learns_who_holds_it) {
-  const TemporaryFolder temporary;
-  const KeptFolder folder = KeptFolder::make(temporary.path());
-  KeptFolder::Locking first = folder.try_lock("device", "the first, with a long name");
-  BOOST_TEST(first.lock.has_value());
-  const KeptFolder::Locking second = KeptFolder::make(temporary.path()).try_lock("device", "the second");
-  BOOST_TEST(!second.lock.has_value());
-  BOOST_TEST(second.holder == "the first, with a long name");
-  BOOST_TEST(folder.try_lock("another", "me").lock.has_value());
-  first.lock.reset();
-  const KeptFolder::Locking third = folder.try_lock("device", "the third");
-  BOOST_TEST(third.lock.has_value());
-  BOOST_TEST(folder.try_lock("device", "the fourth").holder == "the third");
-}
-
-BOOST_AUTO_TEST_CASE(a_lock_goes_with_a_process_that_was_killed) {
-  const TemporaryFolder temporary;
-  const KeptFolder folder = KeptFolder::make(temporary.path());
-  int ready[2];
-  BOOST_REQUIRE(::pipe(ready) == 0);
-  const pid_t child = ::fork();
-  if (child == 0) {
-    const KeptFolder::Locking held = folder.try_lock("device", "the child");
-    const char byte = held.lock ? 'y' : 'n';
-    if (::write(ready[1], &byte, 1) != 1) ::_exit(1);
-    for (;;) ::pause();
-  }
-  char byte = 0;
-  BOOST_REQUIRE(::read(ready[0], &byte, 1) == 1);
-  BOOST_TEST(byte == 'y');
-  BOOST_TEST(folder.try_lock("device", "the parent").holder == "the child");
-  ::kill(child, SIGKILL);
-  ::waitpid(child, nullptr, 0);
-  BOOST_TEST(folder.try_lock("device", "the parent").lock.has_value());
-  ::close(ready[0]);
-  ::close(ready[1]);
 }
 
 BOOST_AUTO_TEST_CASE(no_variable_leads_into_the_folder_for_temporary_files) {
