@@ -110,9 +110,8 @@ std::vector<std::string> doubts_of_path(std::span<const ContactBody> bodies, con
     longest = std::max(longest, body.box.longest());
   }
   if (alone && bodies.size() > 1 && gap > 0) {
-    notes.push_back("warning: nothing will touch: the hand leads the tool '" + tool.name + "' no nearer than " +
-                    about(gap) +
-                    " to any body, by the boxes about them; without contact there is no force to render or to compare");
+    notes.push_back("warning: the hand does not lead the tool '" + tool.name + "' to any body: it keeps " + about(gap) +
+                    " away, by the boxes about them; the tool touches only where gravity or its own start brings it");
   }
   double farthest = 0;
   for (const Pose& X_WH : hand.X_WH) farthest = std::max(farthest, distance_from(all, X_WH.p));

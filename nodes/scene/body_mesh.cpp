@@ -32,7 +32,6 @@ std::string metres(double length) {
   return text.data();
 }
 
-/// Faults of the unit are the commonest of all and give forces that are wrong by powers of a thousand.
 std::string mesh_path(const Body& body) {
   return "scene.bodies." + body.name + ".mesh";
 }
@@ -42,6 +41,7 @@ std::string size_path(const Body& body) {
   return body.mesh()->scale ? "scene.bodies." + body.name + ".scale" : mesh_path(body);
 }
 
+/// Faults of the unit are the commonest of all and give forces that are wrong by powers of a thousand.
 void check_size(const Body& body, const TriangleMesh& mesh, const std::string& name, Notes* notes) {
   constexpr double shortest = 1e-3, longest = 10;
   const double length = bounds_of(mesh).longest();

@@ -20,8 +20,8 @@ struct CsvColumn {
 
 /// The bounds of a table, so that a small compressed file cannot fill the memory.
 namespace csv_limits {
-inline constexpr std::size_t rows = 4'000'000;     ///< more than an hour at 1 kHz
-inline constexpr std::size_t values = 32'000'000;  ///< a quarter of a gigabyte
+inline constexpr std::size_t rows = 1'000'000;     ///< more than a quarter of an hour at 1 kHz
+inline constexpr std::size_t values = 32'000'000;  ///< a quarter of a gigabyte, and several times that as messages
 inline constexpr std::size_t columns = 1000;
 inline constexpr std::size_t line_bytes = 1 << 20;
 }  // namespace csv_limits

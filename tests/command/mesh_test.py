@@ -32,7 +32,7 @@ class Meshes(CommandTest):
                           ("compare", graph, graph, "--seeds", "1", "--out", self.folder / "compared")):
             # Beside it: the bodies are too far apart to touch.
             told = self.run_ok(*arguments).stderr.splitlines(keepends=True)
-            self.assertEqual([text for text in told if "nothing will touch" not in text], [line])
+            self.assertEqual([text for text in told if "does not lead the tool" not in text], [line])
         self.assertEqual(len(list((self.folder / "cache").glob("*.mesh"))), 2)
 
     def test_a_refused_mesh_is_bad_input_with_body_file_and_fault(self):

@@ -80,7 +80,7 @@ class Touching(CommandTest):
 
     def test_a_run_without_contact_says_so_first(self):
         result = self.run_ok("run", WALL, "--duration", "0.4", "--out", self.folder / "out")
-        self.assertIn("warning: nothing will touch: the hand leads the tool 'tool' no nearer than", result.stderr)
+        self.assertIn("warning: the hand does not lead the tool 'tool' to any body: it keeps ", result.stderr)
         head = plain(result.stdout).split("verdict")[0]
         self.assertRegex(head, r"warning nothing touched: none of \d+ contact queries found a contact")
         summary = json.loads((self.folder / "out" / "summary.json").read_text())
@@ -100,7 +100,7 @@ class Touching(CommandTest):
             return self.run_ok("check", WALL, *options).stderr
 
         self.assertEqual(notes(), "")
-        self.assertIn("no nearer than 11 mm", notes("--duration", "0.4"))  # 15 mm, less 4 mm of radius and the tremor
+        self.assertIn("it keeps 11 mm away", notes("--duration", "0.4"))  # 15 mm, less 4 mm of radius and the tremor
         points = "[{t: 0 s, z: 15 mm}, {t: 5 s, z: 2 m}]"
         self.assertIn("the hand's path leaves the scene: it goes", notes("--set", f"trajectory.points={points}"))
         self.assertIn("are the units of the path and of the bodies right?", notes("--set", f"trajectory.points={points}"))

@@ -52,15 +52,14 @@ BOOST_AUTO_TEST_CASE(a_path_that_passes_all_bodies_is_told_with_its_distance) {
   const HandPath above = line({0, 0, 0.015}, {0.03, 0, 0.015});
   const std::vector<std::string> notes = told({wall, tool}, &above);
   BOOST_REQUIRE(notes.size() == 1U);
-  BOOST_TEST(has(notes, "nothing will touch: the hand leads the tool 'tool' no nearer than 11 mm to any body"),
-             notes[0]);
+  BOOST_TEST(has(notes, "the hand does not lead the tool 'tool' to any body: it keeps 11 mm away"), notes[0]);
   // Beside the corner of a box of 10 mm about the origin: sqrt(2) * 10 mm away, less the radius.
   const HandPath beside = line({0.02, 0.02, -0.05}, {0.02, 0.02, 0.05});
-  BOOST_TEST(has(told({block, tool}, &beside), "no nearer than 10 mm to any body"));
+  BOOST_TEST(has(told({block, tool}, &beside), "it keeps 10 mm away"));
   // Turned by 45 degrees its corner is at sqrt(2) * 10 mm and the way leads past its flat side.
   Body turned = block;
   turned.X_WB.R = from_rotation_vector({0, 0, 0.78539816339744831});
-  BOOST_TEST(has(told({turned, tool}, &beside), "no nearer than 14 mm to any body"));
+  BOOST_TEST(has(told({turned, tool}, &beside), "it keeps 14 mm away"));
 }
 
 BOOST_AUTO_TEST_CASE(a_path_that_may_touch_is_not_told) {
