@@ -109,7 +109,7 @@ std::string baseline_text(const StudySpec& spec) {
   for (const Axis& axis : axes_of(spec)) {
     const bool fixed = std::any_of(spec.baseline.begin(), spec.baseline.end(),
                                    [&](const AxisValue& at) { return at.axis == axis.name; });
-    if (!fixed) others.push_back(axis.name == methods_axis ? "method" : axis.name);
+    if (!fixed) others.push_back(axis.name);
   }
   return others.empty() ? text : text + " with the same " + names_of(others);
 }
