@@ -54,6 +54,18 @@ std::uint64_t rows_with_room(hid_t data, const MessageType& type, std::uint64_t 
 
 }  // namespace
 
+namespace {
+
+/// How a file is opened that a writer may be at. HDF5 reads what fails its checksum again, because it may be half
+/// written, 100 times and each time after twice the wait: on a damaged file for ever. 24 times are 17 ms.
+Handle few_attempts() {
+  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  TACTOR_DEMAND(H5Pset_metadata_read_attempts(access.get(), 24) >= 0);
+  return access;
+}
+
+}  // namespace
+
 Hdf5Reader::Hdf5Reader(fs::path path) : path_(std::move(path)) {
   silence_hdf5();
   // HDF5 opens it by its name; it would wait for ever for the writer of a pipe.
@@ -68,7 +80,7 @@ Hdf5Reader::Hdf5Reader(fs::path path) : path_(std::move(path)) {
   if (!file_) {
     const std::string why = hdf5_error();
     if (marked_as_being_written(path_)) {
-      file_ = Handle(H5Fopen(path_.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT), H5Fclose);
+      file_ = Handle(H5Fopen(path_.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, few_attempts().get()), H5Fclose);
     }
     if (!file_) refuse(why);
   }

@@ -13,8 +13,8 @@ nodes: {{metrics: ~}}
 record: [trajectory.target, device.state, device.commanded, device.safety, device.interpolated, collision.contacts,
          dynamics.state, coupling.force, coupling.law, refit.coefficients, prediction.forecast, interpolation.segment]
 """
-WARM, LATER = 20, 60  # s after the start
-MOST = 512  # KiB, 13 KiB/s; a leak of 10 MB in 10 minutes comes to 680
+WARM, LATER = 12, 24  # s after the start
+MOST = 768  # KiB; what HDF5 kept of written streams and the times of steps came to 1,500
 
 
 @needs_live
