@@ -153,14 +153,11 @@ void ResultsFolder::clear() const {
 }
 
 void refuse_results_of_runs(const fs::path& folder) {
-  for (const char* name : {"summary.json", "recording.h5", "compare.sqlite"}) {
-    std::error_code ignored;
-    if (!fs::exists(folder / name, ignored)) continue;
-    throw InputError(
-        fmt::format("--out {}: expected a folder for a study, found {} of another command; name another "
-                    "--out",
-                    folder.string(), name));
-  }
+  const std::string found = found_in(folder, telling);
+  if (found.empty()) return;
+  throw InputError(
+      fmt::format("--out {}: expected a folder for a study, found {} of another command; name another --out",
+                  folder.string(), found));
 }
 
 fs::path results_file(const fs::path& chosen, const std::vector<std::string>& beside, const ResultsRequest& request) {

@@ -1,6 +1,7 @@
 // Files that the program keeps lie in folders of the user alone, and no other user leads reads or writes elsewhere.
 #include <boost/test/unit_test.hpp>
 
+#include <pwd.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -184,6 +185,9 @@ BOOST_AUTO_TEST_CASE(no_variable_leads_into_the_folder_for_temporary_files) {
     for (const fs::path& folder : {default_cache_folder(), state_folder(), runtime_folder()}) {
       BOOST_TEST(!folder.string().starts_with(fs::temp_directory_path().string() + "/tactor"), folder);
     }
-    if (geteuid() == 0 && fs::is_directory("/root")) BOOST_TEST(default_cache_folder() == "/root/.cache/tactor");
+    const passwd* user = ::getpwuid(::geteuid());
+    if (user != nullptr && fs::is_directory(user->pw_dir)) {
+      BOOST_TEST(default_cache_folder() == fs::path(user->pw_dir) / ".cache" / "tactor");
+    }
   }
 }
