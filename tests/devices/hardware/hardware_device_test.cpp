@@ -42,19 +42,25 @@ class TestDevice final : public HardwareDevice {
   }
 };
 
+/// The device under test, in a scene that outlives it, for a run of this length.
+std::unique_ptr<Node> make_arm(const Scene& scene, const std::map<std::string, ParamValue>& given = {},
+                               Duration duration = {}) {
+  const NodeInfo info = TestDevice::declare();
+  NodeContext context;
+  context.name = "arm";
+  context.scene = &scene;
+  context.torque = false;
+  context.duration = duration;
+  return info.create(test::param_values(info, given), context);
+}
+
 class Bench {
  public:
   explicit Bench(const std::map<std::string, ParamValue>& given = {}) {
     script = &line;
     line.q = base;
-    const NodeInfo info = TestDevice::declare();
-    BOOST_TEST(info.hardware);
-    NodeContext context;
-    context.name = "arm";
-    context.scene = &scene_;
-    context.torque = false;
-    context.duration = Duration{10'000'000'000};
-    node = info.create(test::param_values(info, given), context);
+    BOOST_TEST(TestDevice::declare().hardware);
+    node = make_arm(scene_, given, Duration{10'000'000'000});
     device().segment.configure({QueuePolicy::latest, 1});
     origin_ = MonotonicClock::now();
     StepContext start(Time{}, Phase::starting);
@@ -211,13 +217,8 @@ BOOST_AUTO_TEST_CASE(a_device_whose_line_never_opens_ends_the_run_before_it_begi
   LinkScript line;
   line.opens = false;
   script = &line;
-  const NodeInfo info = TestDevice::declare();
-  Scene scene;
-  NodeContext context;
-  context.name = "arm";
-  context.scene = &scene;
-  context.torque = false;
-  const std::unique_ptr<Node> node = info.create(test::param_values(info, {{"connect_timeout", 0.3}}), context);
+  const Scene scene;
+  const std::unique_ptr<Node> node = make_arm(scene, {{"connect_timeout", 0.3}});
   auto& device = dynamic_cast<TestDevice&>(*node);
   StepContext start(Time{}, Phase::starting);
   BOOST_CHECK_EXCEPTION(device.start(start), RunError, [](const RunError& error) {
@@ -232,13 +233,8 @@ BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_states_and_drives_nothing) {
   BOOST_TEST(judged.engaged(1));
   LinkScript unused;
   script = &unused;
-  const NodeInfo info = TestDevice::declare();
-  Scene scene;
-  NodeContext context;
-  context.name = "arm";
-  context.scene = &scene;
-  context.torque = false;
-  const std::unique_ptr<Node> reference = info.create(test::param_values(info, {}), context);
+  const Scene scene;
+  const std::unique_ptr<Node> reference = make_arm(scene);
   auto& device = dynamic_cast<TestDevice&>(*reference);
   device.segment.configure({QueuePolicy::latest, 1});
   device.follow(judged.device());
