@@ -75,18 +75,12 @@ NodeCost node_cost(const NodeSpec& spec, const NodeFigures& figures) {
   cost.type = spec.info->type;
   cost.steps = figures.steps;
   cost.missed_ticks = figures.missed_ticks;
-  std::vector<double> us;
-  us.reserve(figures.cpu_ns.size());
-  for (const std::uint32_t ns : figures.cpu_ns) {
-    us.push_back(1e-3 * ns);
-    cost.total_s += 1e-9 * ns;
-  }
-  if (!us.empty()) {
+  cost.median_us = figures.cpu.quantile(0.5).microseconds();
+  cost.p99_us = figures.cpu.quantile(0.99).microseconds();
+  if (const std::uint64_t measured = figures.cpu.count(); measured > 0) {
     // A live pool measures some of its steps, which stand for all.
-    cost.total_s *=
-        static_cast<double>(std::max<std::uint64_t>(cost.steps, us.size())) / static_cast<double>(us.size());
-    cost.median_us = median(us);
-    cost.p99_us = quantile(us, 0.99);
+    cost.total_s = figures.cpu_total.seconds() * static_cast<double>(std::max(cost.steps, measured)) /
+                   static_cast<double>(measured);
   }
   return cost;
 }

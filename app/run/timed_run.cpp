@@ -43,9 +43,9 @@ std::vector<double> node_costs(const VirtualClock& engine, std::size_t nodes) {
   const double seconds = engine.now().seconds();
   std::vector<double> costs(nodes, 0.0);
   for (std::size_t n = 0; n < nodes; ++n) {
-    double ns = 0;
-    for (const std::uint32_t step : engine.node_figures(n).cpu_ns) ns += step - std::min(step, reading);
-    costs[n] = 1e-3 * ns / seconds;
+    const NodeFigures& figures = engine.node_figures(n);
+    const double ns = static_cast<double>(figures.cpu_total.ns) - reading * static_cast<double>(figures.cpu.count());
+    costs[n] = 1e-3 * std::max(ns, 0.0) / seconds;
   }
   return costs;
 }

@@ -3,9 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "framework/core/message.hpp"
+#include "framework/realtime/latency_histogram.hpp"
 
 namespace tactor {
 
@@ -37,7 +37,13 @@ class RunObserver {
 struct NodeFigures {
   std::uint64_t steps = 0;
   std::uint64_t missed_ticks = 0;
-  std::vector<std::uint32_t> cpu_ns;  ///< CPU time of the steps that were measured
+  LatencyHistogram cpu;  ///< CPU time of the steps that were measured
+  Duration cpu_total;    ///< their sum
+
+  void add_cpu(Duration step) {
+    cpu.record(step);
+    cpu_total += step;
+  }
 };
 
 /// What an edge carried in a run.

@@ -70,8 +70,7 @@ void VirtualClock::step(Dispatcher& dispatcher, const Dispatcher::Begun& begun, 
   const std::int64_t cpu_begin = measure_cpu_ ? thread_cpu_ns() : 0;
   nodes_.step(begun.node, context);
   if (measure_cpu_) {
-    const std::int64_t cpu = thread_cpu_ns() - cpu_begin;
-    node_figures_[begun.node].cpu_ns.push_back(static_cast<std::uint32_t>(std::min<std::int64_t>(cpu, UINT32_MAX)));
+    node_figures_[begun.node].add_cpu({thread_cpu_ns() - cpu_begin});
   }
   const Duration cost = costs_[begun.node].next(context.work());
   observer.on_step(begun.node, begun.now, cost);

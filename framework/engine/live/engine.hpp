@@ -19,7 +19,6 @@
 #include "framework/engine/live/realtime_lane.hpp"
 #include "framework/engine/live/record_queue.hpp"
 #include "framework/engine/live/stall_watch.hpp"
-#include "framework/engine/live/step_sampling.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "framework/realtime/memory_lock.hpp"
@@ -123,7 +122,6 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::vector<bool> failed_;              // by node
   StallWatch stalls_;
   std::vector<std::string> missing_;
-  std::vector<StepSampling> sampling_;              // by node
   std::vector<std::optional<SafetyState>> safety_;  // by node: what its gate said last
   std::vector<std::size_t> woken_;                  // nodes that begun and whose actors are to be asked
 

@@ -41,7 +41,6 @@ LiveRun::Engine::Engine(const Plan& plan)
       safety_(plan.nodes.size()) {
   check_privileges(plan_, lanes_, bridge_settings);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
-  for (const std::size_t lane : lanes_.lane_of) sampling_.emplace_back(lane == 0 ? steps_a_measurement : 1);
   if (!plan.graph.live.impose_cost) return;
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
 }
@@ -181,7 +180,7 @@ void LiveRun::Engine::step(std::size_t node) {
   {
     const std::scoped_lock lock(mutex_);
     begun = begun_[node];
-    measured = sampling_[node].picks(dispatcher_->steps(node));
+    measured = lanes_.lane_of[node] != 0 || dispatcher_->steps(node) % steps_a_measurement == 1;
   }
   const Time starts = clock();
   for (const std::size_t edge : dispatcher_->edges_into(node)) {
@@ -195,12 +194,12 @@ void LiveRun::Engine::step(std::size_t node) {
   } catch (const std::exception& e) {
     error = e.what();
   }
-  const std::int64_t cpu_ns = measured ? std::min<std::int64_t>(thread_cpu_ns() - cpu, UINT32_MAX) : 0;
+  const Duration cpu_time{measured ? thread_cpu_ns() - cpu : 0};
 
   const std::scoped_lock lock(mutex_);
   // A step that comes back when the run has given it up finds its figures taken.
   if (bridge_ended_) return;
-  if (measured) sampling_[node].keep(node_figures[node].cpu_ns, static_cast<std::uint32_t>(cpu_ns));
+  if (measured) node_figures[node].add_cpu(cpu_time);
   const Time now = next_instant();
   catch_up(now);
   if (error.empty()) {
