@@ -428,9 +428,10 @@ class FullDisk(FaultRun):
         self.run_into_the_end_of_the_disk()
 
     def test_a_replay_that_cannot_be_written_loses_nothing_else(self):
-        self.out.mkdir()
+        process = self.start(duck(), "--duration", "1", "--record-costs")
+        self.wait_until((self.out / "recording.h5").exists, process, "the run began")
         (self.out / "costs").write_text("a file where the folder is to be")
-        stderr = self.run_fault(duck(), 1, "--duration", "1", "--record-costs")
+        stderr = self.finish(process, 1)
         self.assertIn("costs", stderr)
         self.recording(in_contact=False)
         self.assertIn("costs", self.results()["failure"])
