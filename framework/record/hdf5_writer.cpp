@@ -19,6 +19,9 @@ namespace {
 constexpr std::chrono::milliseconds flush_period{500};
 /// What the index of a dataset may grow by with one more chunk: the largest of its blocks for 100 GB of chunks.
 constexpr std::uint64_t index_bytes = 16384;
+/// What HDF5 may keep of the indices of all datasets. Appending needs the last block of each; HDF5 would keep 2 MiB and
+/// fill them over a quarter of an hour.
+constexpr std::size_t kept_index_bytes = std::size_t{256} << 10U;
 
 Handle file_access() {
   Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -27,6 +30,13 @@ Handle file_access() {
   // One chunk of each dataset in memory, all that appending needs, where HDF5 would keep 1 MiB. Here and not with the
   // dataset, because H5Fstart_swmr_write opens the datasets anew with the properties of the file.
   H5Pset_cache(access.get(), 0, 1, layout::chunk_bytes, 1.0);
+  H5AC_cache_config_t indices{.version = H5AC__CURR_CACHE_CONFIG_VERSION};
+  TACTOR_DEMAND(H5Pget_mdc_config(access.get(), &indices) >= 0);
+  indices.initial_size = indices.min_size = indices.max_size = kept_index_bytes;
+  indices.incr_mode = H5C_incr__off;
+  indices.flash_incr_mode = H5C_flash_incr__off;
+  indices.decr_mode = H5C_decr__off;
+  TACTOR_DEMAND(H5Pset_mdc_config(access.get(), &indices) >= 0);
   return access;
 }
 

@@ -13,8 +13,8 @@ nodes: {{metrics: ~}}
 record: [trajectory.target, device.state, device.commanded, device.safety, device.interpolated, collision.contacts,
          dynamics.state, coupling.force, coupling.law, refit.coefficients, prediction.forecast, interpolation.segment]
 """
-WARM, LATER = 12, 24  # s after the start
-MOST = 768  # KiB; what HDF5 kept of written streams and the times of steps came to 1,500
+WARM, LATER = 10, 40  # s after the start
+MOST = 400  # KiB: three steps of the heap, for the indices of the recording; this graph once grew by 17 KiB a second
 
 
 @needs_live
