@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
@@ -52,12 +54,13 @@ std::string study_graph_html(const Study& study, std::size_t first) {
 
 /// Error over all graphs against run time, a mark a setting; empty where there is nothing to show.
 std::string study_chart(const Study& study) {
-  const std::string baseline = baseline_text(study.spec);
-  Chart chart{"Error against run time",
-              "prediction and interpolation, µs a device tick",
-              "RMS error, ratio" + (baseline.empty() ? "" : " to " + baseline),
-              {},
-              {}};
+  // An axis is short; the whole of what a row is judged against stands above the chart.
+  std::string y_label = "RMS error, ratio";
+  std::string_view before = " to ";
+  for (const AxisValue& at : study.spec.baseline) {
+    y_label += fmt::format("{}{} {}", std::exchange(before, ", "), at.axis, at.value);
+  }
+  Chart chart{"Error against run time", "prediction and interpolation, µs a device tick", y_label, {}, {}};
   chart.log_x = true;
   for (std::size_t s = 0; s < study.settings.size(); ++s) {
     const std::optional<GeometricMean>& error = study.settings[s].over_graphs.delivered;
