@@ -190,7 +190,8 @@ std::string verdict(const Lean& lean) {
     return fmt::format("smaller, but no cheaper by what times of runs tell: {:.2f} times{} {}", lean.ratio(), range,
                        unseen);
   }
-  return fmt::format("{:.1f} times cheaper{} {}", lean.ratio(), range, unseen);
+  // With one digit a saving of 4 % would read as none.
+  return fmt::format("{:.{}f} times cheaper{} {}", lean.ratio(), lean.ratio() < 2 ? 2 : 1, range, unseen);
 }
 
 /// How the times were taken, and the warning where there is one, each line after `begin`.

@@ -123,6 +123,18 @@ BOOST_FIXTURE_TEST_CASE(a_move_is_timed_by_turns_with_what_it_came_from, Fixture
   BOOST_TEST(twice.compare(after, graph, false, seeds, {.error = 1}).after.repeats.size() == 3U);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_small_saving_is_told_with_digits_that_show_it, Fixture) {
+  options.measure.repeats = warmed_up(1);
+  Lean lean = make_lean(graph, registry, options);
+  lean.original_checked.repeats.clear();
+  lean.lean_checked.repeats.clear();
+  lean.lean_checked.cost = 100;
+  for (const auto& [cost, text] : {std::pair{103.6, "1.04 times cheaper"}, {2460.0, "24.6 times cheaper"}}) {
+    lean.original_checked.cost = cost;
+    BOOST_TEST(lean_table(lean, 80).find(text) != std::string::npos, lean_table(lean, 80));
+  }
+}
+
 BOOST_FIXTURE_TEST_CASE(a_graph_that_is_lean_already_is_told_as_such_and_not_as_a_result, Fixture) {
   graph.nodes.front().params[1] = 1e1;
   options.measure.repeats = warmed_up(1);
