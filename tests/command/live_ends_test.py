@@ -29,10 +29,17 @@ live: {{on_missing_privilege: warn}}
 DEVICES = "record: [device.commanded, device.safety"
 
 
+def once(names):
+    """The names of refused threads; under a sanitizer, which has threads of its own, each once."""
+    return list(dict.fromkeys(names)) if IS_SANITIZED else names
+
+
 def wall_with(nodes):
     """The live wall with so many nodes more, all of them recorded."""
     names = [f"hold_{i}" for i in range(nodes)]
-    return (WALL + "nodes:\n  metrics: ~\n" + "".join(f"  {name}: {{type: prediction.hold}}\n" for name in names) + "edges:\n" +
+    # Under a sanitizer 200 nodes are late, which is not what is tested.
+    wall = WALL.replace("live: {", "live: {stall_timeout: 20 s, ") if IS_SANITIZED else WALL
+    return (wall + "nodes:\n  metrics: ~\n" + "".join(f"  {name}: {{type: prediction.hold}}\n" for name in names) + "edges:\n" +
             "".join(f"  - coupling.force -> {name}.force\n" for name in names) +
             DEVICES + "".join(f", {name}.forecast" for name in names) + "]\n")
 
@@ -125,7 +132,7 @@ class RefusedThreads(CommandTest):
         for threads in range(1, most):
             result = self.run_with(threads, *arguments)
             if result.returncode == 0:
-                return names
+                return once(names)
             self.assertEqual(result.returncode, 1, result.stderr)
             self.assertRegex(result.stderr, rf"may have {threads} threads and processes in all \(ulimit -u\)")
             names.append(result.stderr.split("cannot start the ")[1].split(":")[0])
@@ -144,7 +151,7 @@ class RefusedThreads(CommandTest):
     def test_a_study_that_is_refused_a_thread_ends_and_names_the_limit(self):
         names = self.refused("compare", GRAPHS / "wall_off.yaml", GRAPHS / "wall_refit.yaml", "--seeds", "2",
                              "--duration", "0.1", "--jobs", "3", "--out", "out", "--overwrite", most=12)
-        self.assertEqual(names, ["process of the study", "thread study", "thread study"])
+        self.assertEqual(names, once(["process of the study", "thread study", "thread study"]))
 
     @unittest.skipUnless(HAS_MODBUS, "this build has no Modbus")
     def test_a_link_to_a_device_that_is_refused_its_thread_ends_the_run_and_names_the_limit(self):
