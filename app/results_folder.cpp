@@ -35,7 +35,7 @@ constexpr std::array<std::string_view, 12> left_by_runs{
     "graph.yaml",   "replay.yaml",        "latencies.csv",      "costs"};
 constexpr std::size_t telling = 4;  // of left_by_runs: what tells that a command has left its results here
 
-/// The first of the names that commands write that is in the folder; empty where there is none.
+/// The first result of a run or a comparison that lies in the folder; empty where none does.
 std::string found_in(const fs::path& folder, std::size_t names = left_by_runs.size()) {
   std::error_code ignored;
   for (const std::string_view name : std::span(left_by_runs).first(names)) {

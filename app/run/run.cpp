@@ -10,7 +10,6 @@
 #include "app/run/cpu_time.hpp"
 #include "app/run/live.hpp"
 #include "app/run/references.hpp"
-#include "app/statistics.hpp"
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/texts.hpp"

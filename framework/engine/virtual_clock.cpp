@@ -2,8 +2,6 @@
 
 #include <ctime>
 
-#include <algorithm>
-
 namespace tactor {
 
 std::int64_t thread_cpu_ns() {
