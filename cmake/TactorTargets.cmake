@@ -35,9 +35,16 @@ if(TACTOR_SANITIZE)
 endif()
 target_include_directories(tactor_flags INTERFACE ${CMAKE_SOURCE_DIR})
 
-# tactor_library(NAME [SHARED] SOURCES ... [LIBS ...]): a library of ours; LIBS are linked publicly.
+include(TactorPrecompiled)
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "")
+add_library(tactor_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+target_link_libraries(tactor_precompiled PRIVATE tactor_flags)
+tactor_precompile(tactor_precompiled)
+
+# tactor_library(NAME [SHARED] SOURCES ... [LIBS ...] [PRECOMPILE HEADER... | PRECOMPILED_BY TARGET]): a library of ours; LIBS
+# are linked publicly. It precompiles these headers, or uses those of another target.
 function(tactor_library name)
-  cmake_parse_arguments(ARG "SHARED" "" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "SHARED" "PRECOMPILED_BY" "SOURCES;LIBS;PRECOMPILE" ${ARGN})
   if(ARG_SHARED)
     add_library(${name} SHARED ${ARG_SOURCES})
     install(TARGETS ${name} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
@@ -45,16 +52,35 @@ function(tactor_library name)
     add_library(${name} STATIC ${ARG_SOURCES})
   endif()
   target_link_libraries(${name} PUBLIC tactor_flags ${ARG_LIBS})
+  if(ARG_PRECOMPILE)
+    tactor_precompile(${name} ${ARG_PRECOMPILE})
+  else()
+    tactor_use_precompiled(${name} ${ARG_PRECOMPILED_BY})
+  endif()
 endfunction()
 
-# tactor_node_library(PREFIX SOURCES ... [LIBS ...]): nodes of type `PREFIX.*`. Makes the static library
+# tactor_cgal_objects(NAME SOURCES ...): sources that include CGAL, with the options that it asks of the compiler.
+function(tactor_cgal_objects name)
+  cmake_parse_arguments(ARG "" "" "SOURCES" ${ARGN})
+  add_library(${name} OBJECT ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE tactor_node CGAL::CGAL)
+endfunction()
+
+# tactor_link_cgal_objects(TARGET OBJECTS): makes them part of a library or program, which is compiled without those options.
+function(tactor_link_cgal_objects target objects)
+  target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
+  target_link_libraries(${target} PRIVATE $<LINK_ONLY:CGAL::CGAL>)
+endfunction()
+
+# tactor_node_library(PREFIX SOURCES ... [LIBS ...] [PRECOMPILED_BY TARGET]): nodes of type `PREFIX.*`. Makes the static library
 # nodes_PREFIX, which tests link, and the module libtactor_PREFIX.so, which a graph loads. `register.cpp` in the
 # caller's folder lists the node types.
 function(tactor_node_library prefix)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
-  tactor_library(nodes_${prefix} SOURCES ${ARG_SOURCES} LIBS tactor_node ${ARG_LIBS})
+  cmake_parse_arguments(ARG "" "PRECOMPILED_BY" "SOURCES;LIBS" ${ARGN})
+  tactor_library(nodes_${prefix} SOURCES ${ARG_SOURCES} LIBS tactor_node ${ARG_LIBS} PRECOMPILED_BY ${ARG_PRECOMPILED_BY})
   add_library(tactor_${prefix} MODULE register.cpp)
   target_link_libraries(tactor_${prefix} PRIVATE nodes_${prefix})
+  tactor_use_precompiled(tactor_${prefix})
   set_target_properties(tactor_${prefix} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_DIRECTORY}
                                                     INSTALL_RPATH "$ORIGIN/..")
   install(TARGETS tactor_${prefix} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tactor)
@@ -72,11 +98,12 @@ function(tactor_profiles kind)
   install(FILES ${profiles} DESTINATION ${CMAKE_INSTALL_DATADIR}/tactor/profiles/${kind})
 endfunction()
 
-# tactor_test(NAME SOURCES ... [LIBS ...]): a Boost.Test executable that ctest runs as NAME.
+# tactor_test(NAME SOURCES ... [LIBS ...] [PRECOMPILED_BY TARGET]): a Boost.Test executable that ctest runs as NAME.
 function(tactor_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED_BY" "SOURCES;LIBS" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})
   target_link_libraries(test_${name} PRIVATE tactor_flags ${ARG_LIBS} Boost::unit_test_framework)
+  tactor_use_precompiled(test_${name} ${ARG_PRECOMPILED_BY})
   target_compile_definitions(test_${name} PRIVATE BOOST_TEST_DYN_LINK BOOST_TEST_MODULE=${name}
                              TACTOR_SOURCE_DIR="${CMAKE_SOURCE_DIR}" TACTOR_BINARY_DIR="${CMAKE_BINARY_DIR}")
   set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)

@@ -1,23 +1,30 @@
 #include "meshes/decimate.hpp"
 
-#include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_policies.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 
 #include "framework/core/check.hpp"
+#include "nodes/scene/surface.hpp"
 
 namespace tactor {
 
 namespace {
 
 namespace sms = CGAL::Surface_mesh_simplification;
-namespace pmp = CGAL::Polygon_mesh_processing;
 
-}  // namespace
+Surface surface_of(const TriangleMesh& mesh) {
+  Surface surface;
+  for (const Vec3& v : mesh.vertices) surface.add_vertex(Point(v.x, v.y, v.z));
+  const auto vertex = [](int i) { return Surface::Vertex_index(static_cast<std::uint32_t>(i)); };
+  for (const auto& f : mesh.faces) {
+    if (surface.add_face(vertex(f[0]), vertex(f[1]), vertex(f[2])) == Surface::null_face()) return {};
+  }
+  return surface;
+}
 
+/// The surface as lists of vertices and faces, in its own order; takes out what was deleted from it.
 TriangleMesh indexed(Surface& surface) {
   surface.collect_garbage();
   TriangleMesh mesh;
@@ -36,16 +43,17 @@ TriangleMesh indexed(Surface& surface) {
   return mesh;
 }
 
-TriangleMesh decimate(Surface& surface, std::size_t faces, const std::string& name) {
-  using Policies = sms::GarlandHeckbert_plane_policies<Surface, SurfaceKernel>;
-  if (surface.number_of_faces() < faces) {
-    throw RunError(name + ": has " + std::to_string(surface.number_of_faces()) + " faces, fewer than the " +
+}  // namespace
+
+TriangleMesh decimate(const TriangleMesh& source, std::size_t faces, const std::string& name) {
+  using Policies = sms::GarlandHeckbert_plane_policies<Surface, Kernel>;
+  if (source.faces.size() < faces) {
+    throw RunError(name + ": has " + std::to_string(source.faces.size()) + " faces, fewer than the " +
                    std::to_string(faces) + " asked for");
   }
-  if (!CGAL::is_closed(surface) || !CGAL::is_triangle_mesh(surface)) {
-    throw RunError(name + ": the source is not a closed triangle mesh");
-  }
-  if (!pmp::is_outward_oriented(surface)) pmp::reverse_face_orientations(surface);
+  Surface surface = surface_of(source);
+  if (surface.is_empty() || !CGAL::is_closed(surface)) throw RunError(name + ": the source is not a closed manifold");
+  if (!is_outward_oriented(surface)) throw RunError(name + ": the source looks inwards");
   const Policies policies(surface);
   // A closed surface has 3/2 edges to a face.
   sms::edge_collapse(surface, sms::Count_stop_predicate<Surface>(faces * 3 / 2 + 1),
@@ -57,7 +65,7 @@ TriangleMesh decimate(Surface& surface, std::size_t faces, const std::string& na
     throw RunError(name + ": decimated to " + std::to_string(mesh.faces.size()) + " faces, not to " +
                    std::to_string(faces));
   }
-  if (!CGAL::is_closed(surface) || pmp::does_self_intersect(surface) || !pmp::is_outward_oriented(surface)) {
+  if (!CGAL::is_closed(surface) || !self_intersections(surface, 1).empty() || !is_outward_oriented(surface)) {
     throw RunError(name + ": the decimated surface is open, cuts itself or looks inwards");
   }
   return mesh;

@@ -11,6 +11,8 @@
 #include "framework/core/check.hpp"
 #include "meshes/decimate.hpp"
 #include "meshes/write_off.hpp"
+#include "nodes/scene/mesh_repair.hpp"
+#include "nodes/scene/surface.hpp"
 
 using namespace tactor;
 
@@ -65,9 +67,10 @@ int main(int argc, char** argv) try {
   CGAL::make_surface_mesh(complex, implicit, criteria, CGAL::Manifold_tag());
   Surface surface;
   CGAL::facets_in_complex_2_to_triangle_mesh(complex, surface);
-  const std::size_t meshed = surface.number_of_faces();
-  write_off(argv[1], decimate(surface, face_count, "duck"), "a duck of smoothly joined ellipsoids; metres");
-  std::printf("duck: %zu faces, from %zu\n", face_count, meshed);
+  MeshReport report;
+  const TriangleMesh meshed = make_solid(soup_of(surface), "duck", report);
+  write_off(argv[1], decimate(meshed, face_count, "duck"), "a duck of smoothly joined ellipsoids; metres");
+  std::printf("duck: %zu faces, from %zu\n", face_count, meshed.faces.size());
   return 0;
 } catch (const std::exception& e) {
   std::fprintf(stderr, "make_duck: %s\n", e.what());

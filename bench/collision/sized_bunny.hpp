@@ -11,7 +11,7 @@ namespace tactor::bench {
 
 /// bunny00.off of CGAL's demo data, 0.15 m high along y and centred: decimated where a size is smaller than its own
 /// 75,408 triangles, else subdivided (each face into four, and smoothed) until it is reached. Throws InputError where
-/// `source` is no mesh, RunError where a result is no solid.
+/// `source` is no mesh, or a result is no solid.
 std::vector<TriangleMesh> sized_bunnies(const std::filesystem::path& source, const std::vector<std::size_t>& sizes);
 
 }  // namespace tactor::bench

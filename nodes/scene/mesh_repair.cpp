@@ -1,15 +1,5 @@
 #include "nodes/scene/mesh_repair.hpp"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
-#include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
-#include <CGAL/Polygon_mesh_processing/repair.h>
-#include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
-#include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
-#include <CGAL/Surface_mesh.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -21,17 +11,11 @@
 #include "nodes/scene/bounds.hpp"
 #include "nodes/scene/mass_properties.hpp"
 #include "nodes/scene/soup_topology.hpp"
+#include "nodes/scene/surface.hpp"
 
 namespace tactor {
 
 namespace {
-
-namespace pmp = CGAL::Polygon_mesh_processing;
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
-using Surface = CGAL::Surface_mesh<Point>;
-using Face = Surface::Face_index;
-using FaceNumbers = Surface::Property_map<Face, std::size_t>;
 
 std::string text(double x, double y, double z) {
   std::array<char, 100> buffer{};
@@ -44,15 +28,6 @@ std::string text(const Vec3& p) {
 std::string text(const Point& p) {
   return text(p.x(), p.y(), p.z());
 }
-
-/// Carries the number of a polygon over to the triangles that it is cut into.
-struct KeepNumber {
-  FaceNumbers numbers;
-  std::size_t* current;
-  void before_subface_creations(Face polygon) { *current = numbers[polygon]; }
-  void after_subface_created(Face triangle) { numbers[triangle] = *current; }
-  void after_subface_creations() {}
-};
 
 /// One mesh on its way from soup to solid.
 class Repair {
@@ -76,8 +51,7 @@ class Repair {
     orient_soup();
     make_surface();
     mend_flat_faces();
-    // Of faces that are gone; CGAL's orientation does not bear them.
-    if (pmp::remove_isolated_vertices(surface_) > 0) surface_.collect_garbage();
+    remove_isolated_vertices();
     check_self_intersection();
     orient_outwards();
     TriangleMesh mesh = triangles();
@@ -147,7 +121,7 @@ class Repair {
     for (const Vec3& p : soup_.points) points_.emplace_back(p.x, p.y, p.z);
     if (!inconsistent_) return;
     const std::vector<std::vector<std::size_t>> before = soup_.polygons;
-    if (!pmp::orient_polygon_soup(points_, soup_.polygons)) {
+    if (!orient_polygons(points_, soup_.polygons)) {
       refuse("the surface has only one side (as a Moebius band), so it has no inside; rebuild it in a modeller");
     }
     for (std::size_t i = 0; i < before.size(); ++i) {
@@ -156,8 +130,7 @@ class Repair {
   }
 
   void make_surface() {
-    TACTOR_DEMAND(pmp::is_polygon_soup_a_polygon_mesh(soup_.polygons));
-    pmp::polygon_soup_to_polygon_mesh(points_, soup_.polygons, surface_);
+    surface_ = surface_of(points_, soup_.polygons);
     numbers_ = surface_.add_property_map<Face, std::size_t>("f:number", 0).first;
     TACTOR_DEMAND(surface_.number_of_faces() == soup_.numbers.size());
     std::size_t polygons = 0, i = 0;
@@ -166,21 +139,15 @@ class Repair {
       numbers_[f] = soup_.numbers[i++];
     }
     if (polygons == 0) return;
-    std::size_t current = 0;
-    if (!pmp::triangulate_faces(surface_, CGAL::parameters::visitor(KeepNumber{numbers_, &current}))) {
+    if (!cut_into_triangles(surface_, numbers_)) {
       refuse("a face of more than three corners cannot be cut into triangles; do that in a modeller");
     }
     report_.repairs.push_back(counted(polygons, "polygon") + were(polygons) + "cut into triangles");
   }
 
   bool is_flat(Face f) const {
-    const auto corners = corners_of(f);
+    const auto corners = corners_of(surface_, f);
     return CGAL::collinear(surface_.point(corners[0]), surface_.point(corners[1]), surface_.point(corners[2]));
-  }
-
-  std::array<Surface::Vertex_index, 3> corners_of(Face f) const {
-    const Surface::Halfedge_index h = surface_.halfedge(f);
-    return {surface_.target(h), surface_.target(surface_.next(h)), surface_.target(surface_.prev(h))};
   }
 
   /// Flips and collapses edges where that takes away faces without area and leaves the rest as it is.
@@ -188,11 +155,10 @@ class Repair {
     std::size_t flat = 0;
     for (const Face f : surface_.faces()) flat += is_flat(f) ? 1 : 0;
     if (flat == 0) return;
-    pmp::remove_degenerate_faces(surface_);
-    surface_.collect_garbage();
+    remove_flat_faces(surface_);
     for (const Face f : surface_.faces()) {
       if (is_flat(f)) {
-        refuse("face " + std::to_string(numbers_[f]) + " at " + text(surface_.point(corners_of(f)[0])) +
+        refuse("face " + std::to_string(numbers_[f]) + " at " + text(surface_.point(corners_of(surface_, f)[0])) +
                " has no area and cannot be taken out; remove it in a modeller");
       }
     }
@@ -200,10 +166,20 @@ class Repair {
     report_.repairs.push_back(counted(flat, "face without area") + were(flat) + "removed");
   }
 
+  /// Of faces that are gone; CGAL's orientation does not bear them.
+  void remove_isolated_vertices() {
+    std::vector<Surface::Vertex_index> isolated;
+    for (const auto v : surface_.vertices()) {
+      if (surface_.is_isolated(v)) isolated.push_back(v);
+    }
+    if (isolated.empty()) return;
+    for (const auto v : isolated) surface_.remove_vertex(v);
+    surface_.collect_garbage();
+  }
+
   void check_self_intersection() const {
     constexpr unsigned most = 1000;
-    std::vector<std::pair<Face, Face>> pairs;
-    pmp::self_intersections(surface_, std::back_inserter(pairs), CGAL::parameters::maximum_number(most));
+    const std::vector<std::pair<Face, Face>> pairs = self_intersections(surface_, most);
     if (pairs.empty()) return;
     std::pair<std::size_t, std::size_t> first{std::numeric_limits<std::size_t>::max(), 0};
     Face place;
@@ -215,19 +191,20 @@ class Repair {
         pairs.size() >= most ? std::to_string(most) + " or more pairs" : counted(pairs.size(), "pair");
     refuse("the surface cuts itself: " + count + " of faces meet where they are not neighbours, the first faces " +
            std::to_string(first.first) + " and " + std::to_string(first.second) + " near " +
-           text(surface_.point(corners_of(place)[0])) + "; unite parts that overlap (a Boolean union) in a modeller");
+           text(surface_.point(corners_of(surface_, place)[0])) +
+           "; unite parts that overlap (a Boolean union) in a modeller");
   }
 
   /// Outer shells look outwards, cavities into themselves.
   void orient_outwards() {
-    if (!pmp::does_bound_a_volume(surface_) || !pmp::is_outward_oriented(surface_)) {
+    if (!is_outward_oriented(surface_)) {
       std::vector<std::array<Surface::Vertex_index, 3>> before;
-      for (const Face f : surface_.faces()) before.push_back(corners_of(f));
-      pmp::orient_to_bound_a_volume(surface_);
+      for (const Face f : surface_.faces()) before.push_back(corners_of(surface_, f));
+      tactor::orient_outwards(surface_);
       std::vector<bool> changed(faces_of_file_, false);
       std::size_t i = 0;
       for (const Face f : surface_.faces()) {
-        std::array<Surface::Vertex_index, 3> after = corners_of(f);
+        std::array<Surface::Vertex_index, 3> after = corners_of(surface_, f);
         std::rotate(after.begin(), std::find(after.begin(), after.end(), before[i][0]), after.end());
         if (after != before[i++]) changed[numbers_[f]] = true;
       }
@@ -244,7 +221,7 @@ class Repair {
       mesh.vertices.push_back({p.x(), p.y(), p.z()});
     }
     for (const Face f : surface_.faces()) {
-      const auto corners = corners_of(f);
+      const auto corners = corners_of(surface_, f);
       mesh.faces.push_back({static_cast<int>(corners[0]), static_cast<int>(corners[1]), static_cast<int>(corners[2])});
     }
     return mesh;
