@@ -9,6 +9,8 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 set(TACTOR_NODE_DIRECTORY ${CMAKE_BINARY_DIR}/bin/nodes)
 
+# scripts/compile_times reads what each file took.
+set_property(GLOBAL PROPERTY RULE_LAUNCH_COMPILE "${CMAKE_SOURCE_DIR}/cmake/timed_compile ${CMAKE_BINARY_DIR}/compile_times.txt")
 find_program(TACTOR_CCACHE ccache)
 if(TACTOR_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${TACTOR_CCACHE})
