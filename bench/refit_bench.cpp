@@ -1,7 +1,7 @@
 // What a refit and a prediction cost, each beside its plain alternative, for a window of 300 samples of three axes.
 #include <benchmark/benchmark.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <vector>
 
 #include "nodes/interpolation/bspline.hpp"

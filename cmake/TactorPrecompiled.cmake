@@ -18,8 +18,8 @@ function(tactor_precompile target)
   target_precompile_headers(${target} PRIVATE ${TACTOR_STANDARD_HEADERS} ${ARGN})
 endfunction()
 
-# tactor_use_precompiled(TARGET [FROM]): the headers that the target FROM makes, which has the same options; by default
-# the standard ones.
+# tactor_use_precompiled(TARGET [FROM]): the headers that the target FROM makes, by default the standard ones. Both are
+# compiled with the same options; so either both are programs (-fPIE) or neither is (-fPIC).
 function(tactor_use_precompiled target)
   set(from tactor_precompiled ${ARGN})
   list(GET from -1 from)

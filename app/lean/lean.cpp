@@ -24,10 +24,6 @@ using Row = std::vector<std::string>;
 /// Less is within what times of runs differ by, as LeanLimits::min_saving is.
 constexpr double no_cheaper = 1.02;
 
-const char* word(LeanMetric metric) {
-  return metric == LeanMetric::delivered ? "delivered" : "physics";
-}
-
 const char* word(LeanOutcome outcome) {
   switch (outcome) {
     case LeanOutcome::taken:

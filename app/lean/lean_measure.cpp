@@ -24,11 +24,11 @@ std::optional<double> figure(const Report& report, const std::string& name) {
   return std::nullopt;
 }
 
+}  // namespace
+
 const char* word(LeanMetric metric) {
   return metric == LeanMetric::delivered ? "delivered" : "physics";
 }
-
-}  // namespace
 
 LeanMeasure::LeanMeasure(GraphSpec original, LeanMeasureOptions options)
     : original_(std::move(original)), options_(std::move(options)) {

@@ -24,6 +24,9 @@ enum class LeanMetric {
   physics,    ///< each physics force, at the time it stands for, so that no delay is in it
 };
 
+/// The metric as options name it.
+const char* word(LeanMetric metric);
+
 struct LeanMeasureOptions {
   LeanMetric metric = LeanMetric::delivered;
   std::optional<double> duration_s;  ///< of each run; absent: the graph's

@@ -9,6 +9,7 @@
 
 #include "app/run/summary.hpp"
 #include "app/study/warnings.hpp"
+#include "framework/core/text.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/text_table.hpp"
 
@@ -211,7 +212,7 @@ std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrid
         throw InputError("--duration: the study varies duration; take it out of the study's `vary` first");
       }
       for (const std::string& set : overrides.set) {
-        if (trimmed(set.substr(0, set.find('='))) != path) continue;
+        if (trimmed(std::string_view(set).substr(0, set.find('='))) != path) continue;
         throw InputError("--set " + set + ": the study varies " + path + "; take it out of the study's `vary` first");
       }
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "framework/core/text.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/values.hpp"
 #include "framework/yaml/nearby_files.hpp"
@@ -99,7 +100,7 @@ void apply_set(Tree& graph, const std::string& text, Diagnostics& diagnostics) {
     diagnostics.error(place, form + ", found no =");
     return;
   }
-  std::vector<std::string> path = split_dots(trimmed(text.substr(0, equals)));
+  std::vector<std::string> path = split_dots(std::string(trimmed(std::string_view(text).substr(0, equals))));
   if (std::any_of(path.begin(), path.end(), [](const std::string& part) { return part.empty(); })) {
     diagnostics.error(place, form + ", found an empty name");
     return;

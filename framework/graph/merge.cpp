@@ -4,22 +4,18 @@
 #include <functional>
 #include <set>
 
+#include "framework/core/text.hpp"
 #include "framework/graph/scheduling_words.hpp"
 
 namespace tactor {
-
-std::string trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\n\r");
-  if (first == std::string_view::npos) return {};
-  return std::string(text.substr(first, text.find_last_not_of(" \t\n\r") - first + 1));
-}
 
 namespace {
 
 std::optional<EdgeEnds> split_arrow(const std::string& text) {
   const std::size_t arrow = text.find("->");
   if (arrow == std::string::npos) return std::nullopt;
-  return EdgeEnds{trimmed(std::string_view(text).substr(0, arrow)), trimmed(std::string_view(text).substr(arrow + 2))};
+  return EdgeEnds{std::string(trimmed(std::string_view(text).substr(0, arrow))),
+                  std::string(trimmed(std::string_view(text).substr(arrow + 2)))};
 }
 
 void erase(Tree& map, std::string_view key) {
@@ -202,7 +198,7 @@ std::optional<EdgeEnds> edge_ends(const Tree& edge) {
   const Tree* from = edge.value("from");
   const Tree* to = edge.value("to");
   if (from == nullptr || to == nullptr || !from->is_scalar() || !to->is_scalar()) return std::nullopt;
-  return EdgeEnds{trimmed(from->text), trimmed(to->text)};
+  return EdgeEnds{std::string(trimmed(from->text)), std::string(trimmed(to->text))};
 }
 
 std::string node_of(const std::string& end) {

@@ -25,7 +25,4 @@ std::optional<EdgeEnds> edge_ends(const Tree& edge);
 /// The node of `node.port`.
 std::string node_of(const std::string& end);
 
-/// The text without spaces and line breaks around it.
-std::string trimmed(std::string_view text);
-
 }  // namespace tactor

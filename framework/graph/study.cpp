@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "framework/core/input_file.hpp"
+#include "framework/core/text.hpp"
 #include "framework/core/units.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/study_baseline.hpp"
@@ -60,7 +61,7 @@ std::vector<std::string> split_paths(const std::string& key) {
   std::vector<std::string> paths;
   for (std::size_t begin = 0; begin <= key.size();) {
     const std::size_t end = std::min(key.find(',', begin), key.size());
-    paths.push_back(trimmed(std::string_view(key).substr(begin, end - begin)));
+    paths.emplace_back(trimmed(std::string_view(key).substr(begin, end - begin)));
     begin = end + 1;
   }
   return paths;

@@ -46,7 +46,7 @@ __attribute__((noinline)) void touch_stack() noexcept {
   for (std::uintptr_t in_use = frame / page; in_use > 0; --in_use) bytes[(in_use - 1) * page] = 0;
 }
 
-enum class Phase : std::uint8_t { idle, starting, running, ended };
+enum class LoopPhase : std::uint8_t { idle, starting, running, ended };
 
 }  // namespace
 
@@ -65,13 +65,13 @@ struct PeriodicLoop::Shared {
   pthread_t thread{};
   bool joinable = false;
   std::atomic<bool> stop{false};
-  std::atomic<Phase> phase{Phase::idle};
+  std::atomic<LoopPhase> phase{LoopPhase::idle};
 };
 
 void PeriodicLoop::Shared::run() {
   touch_stack();
   grant = apply_thread_settings(settings.thread, settings.name);
-  phase.store(Phase::running, std::memory_order_release);
+  phase.store(LoopPhase::running, std::memory_order_release);
   phase.notify_all();
   MonotonicClock clock;
   try {
@@ -79,7 +79,7 @@ void PeriodicLoop::Shared::run() {
   } catch (...) {
     failure = std::current_exception();
   }
-  phase.store(Phase::ended, std::memory_order_release);
+  phase.store(LoopPhase::ended, std::memory_order_release);
 }
 
 PeriodicLoop::PeriodicLoop(const LoopSettings& settings, Body body)
@@ -93,9 +93,9 @@ PeriodicLoop::~PeriodicLoop() {
 }
 
 ThreadGrant PeriodicLoop::start(Instant origin) {
-  TACTOR_DEMAND(shared_->phase.load() == Phase::idle);
+  TACTOR_DEMAND(shared_->phase.load() == LoopPhase::idle);
   shared_->origin = origin;
-  shared_->phase.store(Phase::starting);
+  shared_->phase.store(LoopPhase::starting);
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, shared_->settings.stack_size + taken_of_stack());
@@ -109,12 +109,12 @@ ThreadGrant PeriodicLoop::start(Instant origin) {
   const int error = pthread_create(&shared_->thread, &attributes, begin, share.get());
   pthread_attr_destroy(&attributes);
   if (error != 0) {
-    shared_->phase.store(Phase::idle);
+    shared_->phase.store(LoopPhase::idle);
     throw RunError(refused_start("thread " + shared_->settings.name, error));
   }
   static_cast<void>(share.release());
   shared_->joinable = true;
-  shared_->phase.wait(Phase::starting, std::memory_order_acquire);
+  shared_->phase.wait(LoopPhase::starting, std::memory_order_acquire);
   return shared_->grant;
 }
 
@@ -132,12 +132,12 @@ bool PeriodicLoop::stop(Duration patience) {
 }
 
 bool PeriodicLoop::running() const noexcept {
-  const Phase phase = shared_->phase.load(std::memory_order_acquire);
-  return phase == Phase::starting || phase == Phase::running;
+  const LoopPhase phase = shared_->phase.load(std::memory_order_acquire);
+  return phase == LoopPhase::starting || phase == LoopPhase::running;
 }
 
 std::exception_ptr PeriodicLoop::failure() const noexcept {
-  return shared_->phase.load(std::memory_order_acquire) == Phase::ended ? shared_->failure : nullptr;
+  return shared_->phase.load(std::memory_order_acquire) == LoopPhase::ended ? shared_->failure : nullptr;
 }
 
 const LoopFigures& PeriodicLoop::figures() const noexcept {

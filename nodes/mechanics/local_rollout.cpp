@@ -12,7 +12,7 @@ namespace tactor {
 
 namespace {
 
-constexpr double most_turn = 0.3;     // rad, of an anchor's normal by its curvature
+constexpr double most_bend = 0.3;     // rad, of an anchor's normal by its curvature
 constexpr double near_anchor = 1e-5;  // m
 
 bool usable(const CouplingLaw& law) {
@@ -61,7 +61,7 @@ AtAnchor at_anchor(const LocalContacts& contacts, std::size_t i, std::size_t j, 
   const Vec3 way = plane.p_W - x_then;
   Vec3 bend = rotate(turn, times(c.H_W, rotate(inverse(turn), way)));
   const double angle = norm(bend);
-  if (!(angle <= most_turn)) bend = std::isfinite(angle) ? (most_turn / angle) * bend : Vec3{};
+  if (!(angle <= most_bend)) bend = std::isfinite(angle) ? (most_bend / angle) * bend : Vec3{};
   return {1 / (dot(way, way) + near_anchor * near_anchor), plane.distance + 0.5 * dot(way, bend), plane.n_W + bend,
           plane.p_W};
 }

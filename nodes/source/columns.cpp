@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "framework/core/check.hpp"
+#include "framework/core/text.hpp"
 #include "framework/core/units.hpp"
 
 namespace tactor {
@@ -24,12 +25,6 @@ constexpr std::array<Group, 6> groups{{{"force", "N"},
                                        {"velocity", "m/s"},
                                        {"angular_velocity", "rad/s"}}};
 enum GroupIndex : std::size_t { force, torque, position, rotation, velocity, angular_velocity };
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
 
 void multiply(Quantity& by, const Quantity& factor, bool divide) {
   by.value_si = divide ? by.value_si / factor.value_si : by.value_si * factor.value_si;

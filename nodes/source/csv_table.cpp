@@ -10,6 +10,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
+#include "framework/core/text.hpp"
 
 namespace tactor {
 
@@ -71,12 +72,6 @@ class Lines {
   std::size_t at_ = 0;      // of the next line in it
   std::size_t number_ = 0;  // of the line handed out last
 };
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 /// Calls `take(cell)` for each cell of a line.
 template <class Take>

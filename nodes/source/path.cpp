@@ -45,7 +45,7 @@ SplineValue spline_at(const Vec3& y0, const Vec3& y1, const Vec3& m0, const Vec3
 
 /// The angular velocity of exp(r(t)): w = J_l(r) dr/dt, with J_l the left Jacobian of SO(3)
 /// (Barfoot, State Estimation for Robotics, eq. 7.77).
-Vec3 angular_velocity(const Vec3& r, const Vec3& rate) {
+Vec3 angular_velocity_of(const Vec3& r, const Vec3& rate) {
   const double angle = norm(r);
   const double square = angle * angle;
   // Series near zero, where the quotients lose their digits.
@@ -139,7 +139,7 @@ Target Path::along_spline(std::size_t leg, double t, bool rotate) const {
   if (rotate) {
     const SplineValue r = spline_at(from.r_WH, to.r_WH, r_curvature_[leg], r_curvature_[leg + 1], length, tau);
     target.X_WH.R = from_rotation_vector(r.value);
-    target.V_WH.w = angular_velocity(r.value, r.rate);
+    target.V_WH.w = angular_velocity_of(r.value, r.rate);
   }
   return target;
 }

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numeric>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 #include "nodes/forcefield/radial_basis.hpp"
 #include "tests/nodes/dice.hpp"

@@ -1,7 +1,7 @@
 // The fit against known processes, against Eigen's dense solution and against the sums written out.
 #include "nodes/prediction/autoregression.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 #include <boost/test/unit_test.hpp>
 #include <vector>
 

@@ -1,5 +1,6 @@
 // Burg, least squares, recursion, Whittle and the trend filter against hand-worked values, dense solutions and numpy.
-#include <Eigen/Dense>
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <cstdio>
