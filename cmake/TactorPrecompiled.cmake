@@ -1,10 +1,10 @@
-# Headers of others that most sources include, compiled once for all sources with the same options. They take half of the
-# time of a build from nothing. Where ccache is found it does better, from the second build on, and does not bear them.
+# Headers of others that most sources include, compiled once for all sources with the same options. Without that, reading them
+# takes half of the time of a build from nothing. ccache does better from the second build on, and cannot keep them.
 # Headers of ours are never among them: a change of one would compile everything anew.
-option(TACTOR_PRECOMPILE "Precompile headers of the standard library, Eigen, CGAL and nlohmann-json" ON)
-if(TACTOR_CCACHE OR NOT TACTOR_PRECOMPILE)
+option(TACTOR_PRECOMPILE "Precompile headers of the standard library, Eigen, CGAL, nlohmann-json and Boost.Test (by GCC, without ccache)" ON)
+if(TACTOR_CCACHE OR NOT TACTOR_PRECOMPILE OR NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
-elseif(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+else()
   # Of precompiled headers GCC 12 forgets that they are the system's, and warns of bounds inside of std::string.
   target_compile_options(tactor_flags INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 endif()

@@ -10,7 +10,7 @@ set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 set(TACTOR_NODE_DIRECTORY ${CMAKE_BINARY_DIR}/bin/nodes)
 
 # scripts/compile_times reads what each file took.
-set_property(GLOBAL PROPERTY RULE_LAUNCH_COMPILE "${CMAKE_SOURCE_DIR}/cmake/timed_compile ${CMAKE_BINARY_DIR}/compile_times.txt")
+set_property(GLOBAL PROPERTY RULE_LAUNCH_COMPILE "\"${CMAKE_SOURCE_DIR}/cmake/timed_compile\" \"${CMAKE_BINARY_DIR}/compile_times.txt\"")
 find_program(TACTOR_CCACHE ccache)
 if(TACTOR_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${TACTOR_CCACHE})
@@ -37,7 +37,7 @@ if(TACTOR_SANITIZE)
                                                 -fno-omit-frame-pointer)
   target_link_options(tactor_flags INTERFACE -fsanitize=${TACTOR_SANITIZE})
 endif()
-# gold links in half of the time that GNU's own linker takes. Debian has both in one package. It is no linker for fuzz targets.
+# gold links in half of the time that GNU's own linker takes. Debian has both in one package.
 find_program(TACTOR_GOLD ld.gold)
 if(TACTOR_GOLD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_link_options(tactor_flags INTERFACE -fuse-ld=gold)
@@ -122,11 +122,11 @@ function(tactor_test name)
   set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 ENVIRONMENT TACTOR_CACHE=${CMAKE_BINARY_DIR}/tests/cache)
 endfunction()
 
-# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time. `scripts/test` runs several at once, since they mostly wait,
-# and gives one that fails a second run. Those after QUIET measure times, and run alone.
+# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time, which mostly wait, so that `scripts/test` runs several at once.
+# It gives one that fails a second run. Those after QUIET measure times, and run alone.
 function(tactor_live_tests)
   cmake_parse_arguments(ARG "" "" "QUIET" ${ARGN})
-  set_tests_properties(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET} PROPERTIES LABELS live)
+  set_tests_properties(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET} PROPERTIES LABELS live PROCESSORS 1)
   if(ARG_QUIET)
     set_tests_properties(${ARG_QUIET} PROPERTIES RUN_SERIAL ON)
   endif()

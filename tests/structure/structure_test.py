@@ -41,6 +41,19 @@ class Includes(unittest.TestCase):
         self.assert_only(r"libusb", "devices/usb")
         self.assert_only(r"(CLI/|sqlite3)", "app")
 
+    def test_headers_that_take_long_to_compile_are_kept_in_sources(self):
+        """Of what takes seconds to read, our headers include none, but for those that only their own folder includes."""
+        slow = re.compile(r"(CGAL/|caf/|CLI/|nlohmann/json\.hpp|sqlite3|hdf5|H5|libusb|modbus/|yaml-cpp/|Eigen/(Dense|Eigen)$)")
+        behind = {"app/option_values.hpp", "framework/engine/live/engine.hpp", "framework/engine/live/lane_scheduler.hpp",
+                  "framework/record/hdf5_handle.hpp", "nodes/scene/surface.hpp"}
+        for path in SOURCES:
+            name = path.relative_to(ROOT).as_posix()
+            if path.suffix != ".hpp" or name in behind or inside(path, "tests", "bench"):
+                continue
+            for header in includes(path):
+                with self.subTest(file=name, header=header):
+                    self.assertIsNone(slow.match(header), "include it in a .cpp, and forward what the header names")
+
     def test_arrows_run_one_way(self):
         allowed = {
             "framework/core": ("framework/core",),
@@ -108,7 +121,7 @@ class Text(unittest.TestCase):
                 self.assertIsNone(promise.search(path.read_text()))
 
     def test_links_of_pages_lead_somewhere(self):
-        pages = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+        pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
         headings = {page: {anchor_of(line) for line in page.read_text().splitlines() if line.startswith("#")} for page in pages}
         for page in pages:
             for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
