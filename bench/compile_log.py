@@ -1,14 +1,17 @@
 """What a build wrote of its compilations into build/PRESET/compile_times.txt (cmake/timed_compile)."""
+import posixpath
+
 CACHED = 0.05  # s; no file of ours compiles in less
 
 
-def read(log):
-    """{source: CPU time in s} of the newest compilation of each. Those that ccache answered say nothing and are left out."""
+def read(log, build=None):
+    """{object: CPU time in s} of the newest compilation of each. Those that ccache answered say nothing and are left out, and
+    so are objects that are no longer in the folder `build`, where one is given."""
     times = {}
     for line in log.read_text().splitlines():
-        user, system, name = line.replace(",", ".").split(" ", 2)
-        if float(user) + float(system) > CACHED:
-            times[source(name)] = float(user) + float(system)
+        user, system, name = line.replace(",", ".", 2).split(" ", 2)
+        if float(user) + float(system) > CACHED and (build is None or (build / name).exists()):
+            times[name] = float(user) + float(system)
     return times
 
 
@@ -18,12 +21,13 @@ def source(name):
     target, _, file = rest.partition("/")
     if file.startswith("cmake_pch"):
         return f"precompiled headers of {target.removesuffix('.dir')}"
-    return folder + file.removesuffix(".o").replace("__/", "")
+    return posixpath.normpath(folder + file.removesuffix(".o").replace("__/", "../"))
 
 
-def folder(name):
-    """The part of the project that a source is of: framework, nodes, tests/nodes; precompiled headers are one of their own."""
-    if name.startswith("precompiled"):
+def part(name):
+    """The part of the project that an object is of: framework, nodes, tests/nodes; precompiled headers are one of their own."""
+    file = source(name)
+    if file.startswith("precompiled headers"):
         return "precompiled headers"
-    parts = name.split("/")
-    return "/".join(parts[:2]) if parts[0] in ("tests", "bench", "devices") and len(parts) > 2 else parts[0]
+    folders = file.split("/")
+    return "/".join(folders[:2]) if folders[0] in ("tests", "bench", "devices") and len(folders) > 2 else folders[0]

@@ -1,12 +1,9 @@
-# Headers of others that most sources include, compiled once for all sources with the same options. Without that, reading them
-# takes half of the time of a build from nothing. ccache does better from the second build on, and cannot keep them.
-# Headers of ours are never among them: a change of one would compile everything anew.
+# Headers of others that most sources include, compiled once for all sources with the same options. Where ccache is found it
+# does better from the second build on, and they are left out: it keeps such sources only with settings that it does not have by
+# default. Headers of ours are never among them: a change of one would compile everything anew.
 option(TACTOR_PRECOMPILE "Precompile headers of the standard library, Eigen, CGAL, nlohmann-json and Boost.Test (by GCC, without ccache)" ON)
 if(TACTOR_CCACHE OR NOT TACTOR_PRECOMPILE OR NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
-else()
-  # Of precompiled headers GCC 12 forgets that they are the system's, and warns of bounds inside of std::string.
-  target_compile_options(tactor_flags INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
 endif()
 
 set(TACTOR_STANDARD_HEADERS <algorithm> <array> <atomic> <charconv> <chrono> <cmath> <cstdint> <cstring> <filesystem> <fstream> <functional>
@@ -21,6 +18,9 @@ endfunction()
 # tactor_use_precompiled(TARGET [FROM]): the headers that the target FROM makes, by default the standard ones. Both are
 # compiled with the same options; so either both are programs (-fPIE) or neither is (-fPIC).
 function(tactor_use_precompiled target)
+  if(CMAKE_DISABLE_PRECOMPILE_HEADERS)
+    return()
+  endif()
   set(from tactor_precompiled ${ARGN})
   list(GET from -1 from)
   target_precompile_headers(${target} REUSE_FROM ${from})

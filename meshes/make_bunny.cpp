@@ -22,6 +22,7 @@ int main(int argc, char** argv) try {
   if (argc != 3) throw InputError("usage: make_bunny SOURCE.off OUTPUT.off");
   MeshReport report;
   const TriangleMesh source = make_solid(read_off(argv[1], read_input_file(argv[1], most_bytes)), argv[1], report);
+  for (const std::string& repair : report.repairs) std::printf("%s: %s\n", argv[1], repair.c_str());
   TriangleMesh mesh = decimate(source, face_count, "bunny");
   bring_to_metres(mesh);
   write_off(argv[2], mesh, "Stanford bunny, Stanford Computer Graphics Laboratory; decimated; metres");

@@ -69,6 +69,7 @@ int main(int argc, char** argv) try {
   CGAL::facets_in_complex_2_to_triangle_mesh(complex, surface);
   MeshReport report;
   const TriangleMesh meshed = make_solid(soup_of(surface), "duck", report);
+  for (const std::string& repair : report.repairs) std::printf("duck: %s\n", repair.c_str());
   write_off(argv[1], decimate(meshed, face_count, "duck"), "a duck of smoothly joined ellipsoids; metres");
   std::printf("duck: %zu faces, from %zu\n", face_count, meshed.faces.size());
   return 0;

@@ -28,7 +28,7 @@ std::vector<TriangleMesh> sized_bunnies(const std::filesystem::path& source, con
       Surface surface = surface_of(points, triangles);
       while (surface.number_of_faces() < faces) CGAL::Subdivision_method_3::Loop_subdivision(surface);
       surface.collect_garbage();
-      meshes.push_back(make_solid(soup_of(surface), name, report));
+      meshes.push_back(make_solid(soup_of(surface), name + " with " + std::to_string(faces) + " faces", report));
     }
     bring_to_metres(meshes.back());
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "framework/core/text.hpp"
+
 namespace tactor {
 
 namespace {
@@ -126,12 +128,6 @@ bool multiply(Unit& unit, const Unit& factor, int power) {
   return add_power(unit.dimension.m, d.m, power) && add_power(unit.dimension.kg, d.kg, power) &&
          add_power(unit.dimension.s, d.s, power) && add_power(unit.dimension.A, d.A, power) &&
          add_power(unit.dimension.K, d.K, power);
-}
-
-std::string_view trimmed(std::string_view text) {
-  skip_spaces(text);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
 }
 
 bool is_digit(char c) {

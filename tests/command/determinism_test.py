@@ -46,7 +46,7 @@ class Determinism(CommandTest):
     def test_a_debug_build_makes_the_same_events(self):
         debug = pathlib.Path(os.environ.get("TACTOR_DEBUG_BUILD", ""))
         if not debug.is_file():
-            self.skipTest("no debug build beside this one (scripts/build checked tactor_pipelines tactor_record)")
+            self.skipTest("no debug build beside this one (scripts/build checked tactor_pipelines)")
         self.environment["TACTOR_MESH_PATH"] = os.environ["TACTOR_BUILD"] + "/meshes"
         for scene in ("duck", "peg_in_hole", "bunny"):
             with self.subTest(scene=scene):

@@ -70,7 +70,7 @@ class Devices(CommandTest):
         return address
 
     def test_the_second_run_at_an_address_is_told_who_has_it(self):
-        self.second_is_refused(("--tcp", "0"), lambda address: address.replace("127.0.0.1", "localhost"))
+        self.second_is_refused(("--tcp", "0"), lambda address: address.replace("127.0.0.1", "0.0.0.0"))
 
     def test_the_second_run_on_a_serial_line_is_told_who_has_it(self):
         link = self.folder / "adapter"

@@ -58,7 +58,7 @@ class Installed(CommandTest):
 class Built(unittest.TestCase):
     @unittest.skipUnless((BUILD / "build.ninja").exists(), "the build is not made by Ninja")
     def test_the_command_and_the_meshes_build_all_that_is_installed(self):
-        # As scripts/demo does: what else an installation copies would be missing half-way through it.
+        # What else an installation copies would be missing half-way through it.
         commands = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", "tactor", *(["tactor_meshes"] if HAS_COLLISION else [])],
                                   capture_output=True, text=True, check=True).stdout
         built = {(BUILD / word).resolve() for word in commands.split()}
