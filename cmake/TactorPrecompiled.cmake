@@ -18,9 +18,6 @@ endfunction()
 # tactor_use_precompiled(TARGET [FROM]): the headers that the target FROM makes, by default the standard ones. Both are
 # compiled with the same options; so either both are programs (-fPIE) or neither is (-fPIC).
 function(tactor_use_precompiled target)
-  if(CMAKE_DISABLE_PRECOMPILE_HEADERS)
-    return()
-  endif()
   set(from tactor_precompiled ${ARGN})
   list(GET from -1 from)
   target_precompile_headers(${target} REUSE_FROM ${from})

@@ -47,12 +47,10 @@ endif()
 target_include_directories(tactor_flags INTERFACE ${CMAKE_SOURCE_DIR})
 
 include(TactorPrecompiled)
-if(NOT CMAKE_DISABLE_PRECOMPILE_HEADERS)
-  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "")
-  add_library(tactor_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
-  target_link_libraries(tactor_precompiled PRIVATE tactor_flags)
-  tactor_precompile(tactor_precompiled)
-endif()
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/precompiled.cpp CONTENT "")
+add_library(tactor_precompiled OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+target_link_libraries(tactor_precompiled PRIVATE tactor_flags)
+tactor_precompile(tactor_precompiled)
 
 # tactor_library(NAME [SHARED] SOURCES ... [LIBS ...] [PRECOMPILE HEADER... | PRECOMPILED_BY TARGET]): a library of ours; LIBS
 # are linked publicly. It precompiles these headers, or uses those of another target.
@@ -72,15 +70,15 @@ function(tactor_library name)
   endif()
 endfunction()
 
-# tactor_cgal_objects(NAME SOURCES ...): sources that include CGAL, with the options that it asks of the compiler.
-function(tactor_cgal_objects name)
-  cmake_parse_arguments(ARG "" "" "SOURCES" ${ARGN})
-  add_library(${name} OBJECT ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE tactor_node CGAL::CGAL)
-endfunction()
-
-# tactor_link_cgal_objects(TARGET OBJECTS): makes them part of a library or program, which is compiled without those options.
-function(tactor_link_cgal_objects target objects)
+# tactor_cgal_sources(TARGET OBJECTS SOURCES ... [PRECOMPILED_BY OTHER]): sources of a library or program that include CGAL. They
+# alone are compiled with the options that it asks for, as the object library OBJECTS.
+function(tactor_cgal_sources target objects)
+  cmake_parse_arguments(ARG "" "PRECOMPILED_BY" "SOURCES" ${ARGN})
+  add_library(${objects} OBJECT ${ARG_SOURCES})
+  target_link_libraries(${objects} PRIVATE tactor_node CGAL::CGAL)
+  if(ARG_PRECOMPILED_BY)
+    tactor_use_precompiled(${objects} ${ARG_PRECOMPILED_BY})
+  endif()
   target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
   target_link_libraries(${target} PRIVATE $<LINK_ONLY:CGAL::CGAL>)
 endfunction()
@@ -135,7 +133,8 @@ endfunction()
 # Where live tests alone failed, it runs them once more. Those after QUIET measure times, and run alone.
 function(tactor_live_tests)
   cmake_parse_arguments(ARG "" "" "QUIET" ${ARGN})
-  set_tests_properties(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET} PROPERTIES LABELS live PROCESSORS 1)
+  tactor_waiting_tests(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET})
+  set_tests_properties(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET} PROPERTIES LABELS live)
   if(ARG_QUIET)
     set_tests_properties(${ARG_QUIET} PROPERTIES RUN_SERIAL ON)
   endif()

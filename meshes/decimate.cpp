@@ -10,40 +10,7 @@
 
 namespace tactor {
 
-namespace {
-
 namespace sms = CGAL::Surface_mesh_simplification;
-
-Surface surface_of(const TriangleMesh& mesh) {
-  Surface surface;
-  for (const Vec3& v : mesh.vertices) surface.add_vertex(Point(v.x, v.y, v.z));
-  const auto vertex = [](int i) { return Surface::Vertex_index(static_cast<std::uint32_t>(i)); };
-  for (const auto& f : mesh.faces) {
-    if (surface.add_face(vertex(f[0]), vertex(f[1]), vertex(f[2])) == Surface::null_face()) return {};
-  }
-  return surface;
-}
-
-/// The surface as lists of vertices and faces, in its own order; takes out what was deleted from it.
-TriangleMesh indexed(Surface& surface) {
-  surface.collect_garbage();
-  TriangleMesh mesh;
-  for (const auto v : surface.vertices()) {
-    const auto& p = surface.point(v);
-    mesh.vertices.push_back({p.x(), p.y(), p.z()});
-  }
-  for (const auto f : surface.faces()) {
-    std::array<int, 3> corners{};
-    std::size_t i = 0;
-    for (const auto v : CGAL::vertices_around_face(surface.halfedge(f), surface)) {
-      corners[i++] = static_cast<int>(static_cast<std::size_t>(v));
-    }
-    mesh.faces.push_back(corners);
-  }
-  return mesh;
-}
-
-}  // namespace
 
 TriangleMesh decimate(const TriangleMesh& source, std::size_t faces, const std::string& name) {
   using Policies = sms::GarlandHeckbert_plane_policies<Surface, Kernel>;
@@ -60,7 +27,8 @@ TriangleMesh decimate(const TriangleMesh& source, std::size_t faces, const std::
                      CGAL::parameters::get_cost(policies.get_cost())
                          .get_placement(policies.get_placement())
                          .filter(sms::Bounded_normal_change_filter<>()));
-  TriangleMesh mesh = indexed(surface);
+  surface.collect_garbage();
+  TriangleMesh mesh = triangles_of(surface);
   if (mesh.faces.size() != faces) {
     throw RunError(name + ": decimated to " + std::to_string(mesh.faces.size()) + " faces, not to " +
                    std::to_string(faces));

@@ -51,10 +51,11 @@ class Repair {
     orient_soup();
     make_surface();
     mend_flat_faces();
-    remove_isolated_vertices();
+    // Of faces that are gone; CGAL's orientation does not bear them.
+    remove_isolated_vertices(surface_);
     check_self_intersection();
     orient_outwards();
-    TriangleMesh mesh = triangles();
+    TriangleMesh mesh = triangles_of(surface_);
     check_measures(mesh);
     return mesh;
   }
@@ -166,17 +167,6 @@ class Repair {
     report_.repairs.push_back(counted(flat, "face without area") + were(flat) + "removed");
   }
 
-  /// Of faces that are gone; CGAL's orientation does not bear them.
-  void remove_isolated_vertices() {
-    std::vector<Surface::Vertex_index> isolated;
-    for (const auto v : surface_.vertices()) {
-      if (surface_.is_isolated(v)) isolated.push_back(v);
-    }
-    if (isolated.empty()) return;
-    for (const auto v : isolated) surface_.remove_vertex(v);
-    surface_.collect_garbage();
-  }
-
   void check_self_intersection() const {
     constexpr unsigned most = 1000;
     const std::vector<std::pair<Face, Face>> pairs = self_intersections(surface_, most);
@@ -212,19 +202,6 @@ class Repair {
     }
     const auto n = static_cast<std::size_t>(std::count(turned_.begin(), turned_.end(), true));
     if (n > 0) report_.repairs.push_back(counted(n, "face") + were(n) + "turned round to look out of the material");
-  }
-
-  TriangleMesh triangles() const {
-    TriangleMesh mesh;
-    for (const auto v : surface_.vertices()) {
-      const Point& p = surface_.point(v);
-      mesh.vertices.push_back({p.x(), p.y(), p.z()});
-    }
-    for (const Face f : surface_.faces()) {
-      const auto corners = corners_of(surface_, f);
-      mesh.faces.push_back({static_cast<int>(corners[0]), static_cast<int>(corners[1]), static_cast<int>(corners[2])});
-    }
-    return mesh;
   }
 
   /// What exact predicates accept and floating-point forces do not bear.

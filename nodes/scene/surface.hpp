@@ -9,6 +9,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 
+#include "nodes/scene/mesh.hpp"
 #include "nodes/scene/polygon_soup.hpp"
 
 namespace tactor {
@@ -25,8 +26,12 @@ inline std::array<Surface::Vertex_index, 3> corners_of(const Surface& surface, F
   return {surface.target(h), surface.target(surface.next(h)), surface.target(surface.prev(h))};
 }
 
-/// Points and triangles in the order of the surface, which has no gaps.
+/// Vertices and triangles in the order of the surface, which has no gaps.
+TriangleMesh triangles_of(const Surface& surface);
 PolygonSoup soup_of(const Surface& surface);
+
+/// The surface of a mesh, in its order; empty where its faces do not meet as those of a manifold.
+Surface surface_of(const TriangleMesh& mesh);
 
 /// Turns polygons so that neighbours go through their edges in opposite directions; may make points double. False where
 /// the surface has only one side.
@@ -37,6 +42,9 @@ Surface surface_of(const std::vector<Point>& points, const std::vector<std::vect
 
 /// Cuts polygons of more than three corners; their triangles take over their numbers. False where one cannot be cut.
 bool cut_into_triangles(Surface& surface, FaceNumbers numbers);
+
+/// Takes out vertices that no face has, such as those of faces that are gone.
+void remove_isolated_vertices(Surface& surface);
 
 /// Flips and collapses edges where that takes away faces without area and leaves the rest as it is. What is left of
 /// them has to be looked for.
