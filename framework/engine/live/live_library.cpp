@@ -9,8 +9,7 @@ const LiveLibrary& load_live_library() {
   static const LiveLibrary& library =
       load_own_library<LiveLibrary>("libtactor_live.so", "tactor_live_library", TACTOR_LIVE_ABI,
                                     "clock: real: there is no live engine; build it with scripts/build release tactor "
-                                    "(options: -DTACTOR_WITH_CAF=ON), "
-                                    "or use clock: virtual");
+                                    "(options: -DTACTOR_WITH_CAF=ON), or use clock: virtual");
   return library;
 }
 
