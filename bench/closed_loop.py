@@ -2,7 +2,7 @@
 """What each method bears in closed loop, as Markdown tables: the stiffest coupling that stays quiet in a hand, by rate of physics and
 grip, and the energy that comes out of the device's port.
 
-`bench/closed_loop.py [--jobs N]`, with a built release preset. A cell runs graphs/wall_closed_loop.yaml: a hand comes down onto a
+`bench/closed_loop.py [--jobs N]`, with a built release preset. A cell runs graphs/wall/closed_loop.yaml: a hand comes down onto a
 wall ten times as stiff as the coupling, pushes once and lets its target rest inside, 2 mm or 5 mm deep. The ladder of stiffnesses is
 climbed until the handle does not come to rest at one of the depths; the limit is the step before, so all below it are quiet.
 """
@@ -19,6 +19,9 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from run_time import table  # noqa: E402
+
+sys.path.insert(0, str(ROOT / "graphs"))
+from shipped import graph_file  # noqa: E402
 
 TACTOR = ROOT / "build/release/bin/tactor"
 GRAPHS = ROOT / "graphs"
@@ -72,7 +75,7 @@ def run(graph, method, settings_of_run):
     import h5py  # the tables of scripts/results are tested without it
 
     with tempfile.TemporaryDirectory() as out:
-        command = [TACTOR, "run", GRAPHS / f"{graph}.yaml", "--over", GRAPHS / f"methods/{method}.yaml", "--overwrite", "--out", out]
+        command = [TACTOR, "run", graph_file(graph), "--over", GRAPHS / f"methods/{method}.yaml", "--overwrite", "--out", out]
         for setting in ("record=[device.truth]", "metrics=~", *settings_of_run):
             command += ["--set", setting]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

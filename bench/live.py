@@ -2,7 +2,7 @@
 """The live system beside cyclictest: wake-ups of the device loop, age of the force, allocations, drops and CPU.
 
 `bench/live.py [--minutes 10] [--slice 60] [--load busy|idle|both] [--out FILE.json]`, with a built release preset, cyclictest and the
-privilege for SCHED_FIFO. Runs graphs/bunny_refit.yaml live, in slices that alternate with slices of cyclictest on the same core, until
+privilege for SCHED_FIFO. Runs graphs/bunny/refit.yaml live, in slices that alternate with slices of cyclictest on the same core, until
 each has had its minutes; once with every core busy with other work, once without. The histograms of the slices are put together
 before a percentile is taken. Keep the machine free of anything else.
 """
@@ -25,7 +25,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TACTOR = ROOT / "build/release/bin/tactor"
-GRAPH = ROOT / "graphs/bunny_refit.yaml"
+GRAPH = ROOT / "graphs/bunny/refit.yaml"
 PATH = ROOT / "graphs/trajectories/bunny.csv"
 CORE = os.cpu_count() - 1  # where the device loop goes by default
 LONGEST_TRACKED_US = 20000

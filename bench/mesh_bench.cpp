@@ -6,8 +6,8 @@
 #include <string>
 
 #include "framework/core/temporary_folder.hpp"
-#include "nodes/scene/mesh_formats.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/mesh/mesh_formats.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 namespace tactor {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/collision/exact.hpp"
-#include "nodes/collision/exact_distance.hpp"
 #include "nodes/collision/primitive.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/cgal/exact_distance.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 #include "tests/nodes/defaults.hpp"
 
 using namespace tactor;

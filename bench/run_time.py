@@ -8,15 +8,19 @@ import json
 import pathlib
 import statistics
 import subprocess
+import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "graphs"))
+from shipped import graph_file  # noqa: E402
+
 TACTOR = ROOT / "build/release/bin/tactor"
 GRAPHS = ("duck_1_refit", "peg_free_refit", "peg_in_hole_refit", "bunny_off", "bunny_refit")
 
 
 def summary(graph, out):
-    subprocess.run([TACTOR, "run", ROOT / "graphs" / f"{graph}.yaml", "--overwrite", "--out", out], check=True,
+    subprocess.run([TACTOR, "run", graph_file(graph), "--overwrite", "--out", out], check=True,
                    stdout=subprocess.DEVNULL)
     return json.loads((pathlib.Path(out) / "summary.json").read_text())
 

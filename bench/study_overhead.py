@@ -27,7 +27,7 @@ def measure(runs, duration, jobs):
     with tempfile.TemporaryDirectory() as folder:
         study = pathlib.Path(folder) / "overhead.yaml"
         methods = [str(ROOT / f"graphs/methods/{m}.yaml") for m in ("hold", "kalman")]
-        study.write_text(json.dumps({"graphs": [str(ROOT / "graphs/wall.yaml")], "methods": methods, "seeds": runs // len(methods),
+        study.write_text(json.dumps({"graphs": [str(ROOT / "graphs/wall/scene.yaml")], "methods": methods, "seeds": runs // len(methods),
                                      "duration": f"{duration} s"}))
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         begin = time.monotonic()

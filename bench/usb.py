@@ -42,7 +42,7 @@ def cpu_seconds(stat):
 
 def measure(device, seconds, out):
     process = subprocess.Popen([BIN / "tactor-emulate-usb", device, *OPTIONS[device], "--", BIN / "tactor", "run",
-                                ROOT / f"graphs/duck_{device}.yaml", "--duration", str(seconds + 4), "--set",
+                                ROOT / f"graphs/duck/{device}.yaml", "--duration", str(seconds + 4), "--set",
                                 "live.on_stall=recover", "--set", "device.failure_timeout=10 s", "--overwrite", "--out", out],
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     stat = None

@@ -1,7 +1,7 @@
 // The size that the bunny has here, however many triangles it has.
 #pragma once
 
-#include "nodes/scene/bounds.hpp"
+#include "nodes/physics/mesh/bounds.hpp"
 
 namespace tactor {
 

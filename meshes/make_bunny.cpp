@@ -7,7 +7,7 @@
 #include "meshes/bunny_size.hpp"
 #include "meshes/decimate.hpp"
 #include "meshes/write_off.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 using namespace tactor;
 

@@ -11,8 +11,8 @@
 #include "framework/core/check.hpp"
 #include "meshes/decimate.hpp"
 #include "meshes/write_off.hpp"
-#include "nodes/scene/mesh_repair.hpp"
-#include "nodes/scene/surface.hpp"
+#include "nodes/physics/cgal/surface_mesh.hpp"
+#include "nodes/physics/mesh/make_solid.hpp"
 
 using namespace tactor;
 
@@ -65,7 +65,7 @@ int main(int argc, char** argv) try {
   // Facets of at least 30 degrees, with circumscribed circles of at most 0.9 mm, within 0.05 mm of the surface.
   const CGAL::Surface_mesh_default_criteria_3<Triangulation> criteria(30.0, 0.0009, 0.00005);
   CGAL::make_surface_mesh(complex, implicit, criteria, CGAL::Manifold_tag());
-  Surface surface;
+  SurfaceMesh surface;
   CGAL::facets_in_complex_2_to_triangle_mesh(complex, surface);
   MeshReport report;
   const TriangleMesh meshed = make_solid(soup_of(surface), "duck", report);

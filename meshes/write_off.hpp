@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "nodes/scene/mesh.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
 
 namespace tactor {
 

@@ -47,7 +47,7 @@ void demand_within(const Lean& lean, const LeanLimits& limits, const LeanFigures
       "{}: expected a graph within the budget of {} N and {} N m, found one that is itself {} N and {} N m from its "
       "reference run{}; give a larger --budget or --torque-budget, judge by --metric physics, which has no delay in "
       "it, "
-      "or start from a graph of reference quality, such as graphs/bunny_fine.yaml",
+      "or start from a graph of reference quality, such as graphs/bunny/fine.yaml",
       lean.original.file.string(), pretty(limits.error), pretty(limits.torque_error), pretty(figures.error),
       pretty(figures.torque_error), on));
 }

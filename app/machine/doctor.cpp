@@ -23,7 +23,7 @@ std::string_view policy_name(SchedulingPolicy policy) {
 }
 
 /// `text` broken at spaces into lines of at most `room` columns; a word that is longer stays whole, to be copied.
-std::vector<std::string> wrapped(std::string_view text, std::size_t room) {
+std::vector<std::string> wrapped_lines(std::string_view text, std::size_t room) {
   std::vector<std::string> lines;
   std::string line;
   while (!text.empty()) {
@@ -41,7 +41,7 @@ std::vector<std::string> wrapped(std::string_view text, std::size_t room) {
 /// `head`, which takes up `margin` columns on the terminal, and beside it `text` on as many lines as it takes.
 std::string beside(const std::string& head, std::size_t margin, std::string_view text) {
   std::string out;
-  for (const std::string& line : wrapped(text, width - margin)) {
+  for (const std::string& line : wrapped_lines(text, width - margin)) {
     out += (out.empty() ? head : std::string(margin, ' ')) + line + "\n";
   }
   return out;

@@ -6,10 +6,12 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <system_error>
 #include <vector>
 
 #include "framework/core/disk_cache.hpp"
 #include "framework/engine/plan_nodes.hpp"
+#include "framework/node/own_library.hpp"
 
 namespace tactor {
 
@@ -17,16 +19,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The program and the libraries of ours that it has loaded.
+/// The program, the libraries beside it, and the node libraries that it has loaded. Of the libraries beside it all
+/// count: which of them a run loads depends on what the caches hold.
 std::vector<fs::path> code_files() {
-  std::vector<fs::path> files{fs::read_symlink("/proc/self/exe")};
+  std::vector<fs::path> files = own_libraries();
+  files.push_back(fs::read_symlink("/proc/self/exe"));
   const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
     const fs::path file = info->dlpi_name;
-    if (file.filename().string().starts_with("libtactor_")) static_cast<std::vector<fs::path>*>(data)->push_back(file);
+    std::error_code ignored;
+    if (file.filename().string().starts_with("libtactor_")) {
+      static_cast<std::vector<fs::path>*>(data)->push_back(fs::canonical(file, ignored));
+    }
     return 0;
   };
   dl_iterate_phdr(add, &files);
   std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
   return files;
 }
 

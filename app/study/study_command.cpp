@@ -8,16 +8,21 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/interruption.hpp"
+#include "app/mesh_folders.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/results_folder.hpp"
-#include "app/study/stability_map.hpp"
-#include "app/study/study.hpp"
-#include "app/study/study_export.hpp"
-#include "app/study/study_report.hpp"
-#include "app/study/supervisor.hpp"
-#include "app/study/warnings.hpp"
-#include "app/study/work_precision.hpp"
+#include "app/study/report/stability_map.hpp"
+#include "app/study/report/study_report.hpp"
+#include "app/study/report/text_tables.hpp"
+#include "app/study/report/work_precision.hpp"
+#include "app/study/run/run_cases.hpp"
+#include "app/study/run/supervisor.hpp"
+#include "app/study/table/study.hpp"
+#include "app/study/table/study_csv.hpp"
+#include "app/study/table/study_export.hpp"
+#include "app/study/table/warnings.hpp"
 #include "app/terminal.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/user_folders.hpp"
@@ -115,6 +120,12 @@ void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases
 }
 
 }  // namespace
+
+int supervised(unsigned threads, const std::function<int(const StudyConsole&)>& work) {
+  Supervisor supervisor(threads);
+  if (const std::optional<int> code = supervisor.watch()) return *code;
+  return work({mesh_folders(), is_interrupted, &supervisor});
+}
 
 int run_study(const StudyRequest& request, const StudyConsole& console) {
   StudySpec spec = load_study(request.file, request.is_short);

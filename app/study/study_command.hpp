@@ -43,6 +43,10 @@ struct CompareRequest {
   std::filesystem::path out;
 };
 
+/// Does the work in a process of its own, and in a new one where a run has crashed that; returns the exit code.
+/// `threads`: runs at once.
+int supervised(unsigned threads, const std::function<int(const StudyConsole&)>& work);
+
 /// Both return the exit code, and throw InputError and RunError.
 int run_study(const StudyRequest& request, const StudyConsole& console);
 int run_compare(const CompareRequest& request, const StudyConsole& console);

@@ -4,8 +4,8 @@
 #include "bench/collision/sized_bunny.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
-#include "nodes/collision/cell_cache.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/geometry/cell_cache.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 namespace tactor::bench {
 

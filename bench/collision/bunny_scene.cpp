@@ -6,7 +6,7 @@
 #include "bench/collision/path.hpp"
 #include "bench/collision/peers.hpp"
 #include "bench/collision/scenes.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 namespace tactor::bench {
 

@@ -5,8 +5,8 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
-#include "nodes/collision/cell_distance.hpp"
-#include "nodes/collision/exact_distance.hpp"
+#include "nodes/physics/cgal/exact_distance.hpp"
+#include "nodes/physics/geometry/cell_distance.hpp"
 
 namespace tactor::bench {
 

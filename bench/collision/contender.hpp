@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "nodes/scene/mesh.hpp"
-#include "nodes/scene/surface_samples.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
+#include "nodes/physics/mesh/surface_samples.hpp"
 
 namespace tactor::bench {
 

@@ -6,8 +6,8 @@
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
 #include "bench/collision/timed_loop.hpp"
-#include "nodes/collision/exact_distance.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/cgal/exact_distance.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 namespace tactor::bench {
 

@@ -5,7 +5,7 @@
 
 #include "bench/collision/closest_point.hpp"
 #include "framework/core/check.hpp"
-#include "nodes/collision/triangle.hpp"
+#include "nodes/physics/geometry/triangle.hpp"
 
 namespace tactor::bench {
 

@@ -3,7 +3,7 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 
-#include "nodes/scene/mesh.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
 
 namespace tactor::bench {
 

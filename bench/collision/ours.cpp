@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "bench/collision/trilinear_distance.hpp"
-#include "nodes/collision/exact_distance.hpp"
-#include "nodes/collision/sample_tree.hpp"
-#include "nodes/collision/triangle.hpp"
+#include "nodes/physics/cgal/exact_distance.hpp"
+#include "nodes/physics/geometry/sample_tree.hpp"
+#include "nodes/physics/geometry/triangle.hpp"
 
 namespace tactor::bench {
 

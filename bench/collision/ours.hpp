@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "bench/collision/contender.hpp"
-#include "nodes/collision/cell_distance.hpp"
+#include "nodes/physics/geometry/cell_distance.hpp"
 
 namespace tactor::bench {
 

@@ -6,8 +6,8 @@
 
 #include "bench/collision/quantile.hpp"
 #include "framework/core/check.hpp"
-#include "nodes/collision/exact_distance.hpp"
-#include "nodes/collision/sample_tree.hpp"
+#include "nodes/physics/cgal/exact_distance.hpp"
+#include "nodes/physics/geometry/sample_tree.hpp"
 
 namespace tactor::bench {
 

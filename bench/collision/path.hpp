@@ -19,7 +19,7 @@ struct Samples {
 std::vector<Step> press_and_slide(const Pair& pair, const Samples& samples, double deepest = 0.002);
 inline constexpr double press_and_slide_duration = 7;  // s
 
-/// The way-points of graphs/peg_in_hole.yaml, with minimum jerk between them.
+/// The way-points of graphs/peg_in_hole/scene.yaml, with minimum jerk between them.
 std::vector<Step> insert_peg(const Samples& samples);
 inline constexpr double insert_peg_duration = 8;  // s
 

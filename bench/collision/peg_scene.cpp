@@ -8,8 +8,8 @@
 #include "bench/collision/peers.hpp"
 #include "bench/collision/quantile.hpp"
 #include "bench/collision/scenes.hpp"
-#include "nodes/scene/refine.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/mesh/refine.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 namespace tactor::bench {
 

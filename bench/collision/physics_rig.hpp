@@ -10,7 +10,7 @@
 
 namespace tactor::bench {
 
-/// The bodies of graphs/bunny.yaml: one mesh as the fixed body, whose frame is W, and as the tool.
+/// The bodies of graphs/bunny/scene.yaml: one mesh as the fixed body, whose frame is W, and as the tool.
 Scene two_of(const std::filesystem::path& mesh);
 
 /// Where the handle must rest for the coupling to balance the springs of the penetrating contacts on a tool at rest at

@@ -8,8 +8,8 @@
 #include "bench/collision/scenes.hpp"
 #include "bench/collision/timed_loop.hpp"
 #include "framework/core/check.hpp"
-#include "nodes/scene/mass_properties.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/mesh/mass_properties.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 #include "tests/nodes/defaults.hpp"
 
 namespace tactor::bench {
@@ -83,7 +83,7 @@ class Whole {
 class Parts {
  public:
   Parts(const Scene& scene, double margin)
-      : make_(make_cells(collision_params(margin, ContactSet::capacity), nullptr)),
+      : make_(cell_distances(collision_params(margin, ContactSet::capacity), nullptr)),
         tool_(scene.bodies[1], 0, true, margin, make_, nullptr),
         fixed_(scene.bodies[0], 0, true, margin, make_, nullptr),
         pair_(tool_, fixed_, {}, 0, margin) {

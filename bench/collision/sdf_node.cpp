@@ -7,7 +7,7 @@
 #include "framework/core/temporary_folder.hpp"
 #include "framework/core/user_folders.hpp"
 #include "nodes/collision/sdf.hpp"
-#include "nodes/scene/mass_properties.hpp"
+#include "nodes/physics/mesh/mass_properties.hpp"
 #include "tests/nodes/defaults.hpp"
 
 namespace tactor::bench {

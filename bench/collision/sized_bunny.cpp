@@ -4,9 +4,9 @@
 
 #include "meshes/bunny_size.hpp"
 #include "meshes/decimate.hpp"
-#include "nodes/scene/mesh_repair.hpp"
-#include "nodes/scene/solid_file.hpp"
-#include "nodes/scene/surface.hpp"
+#include "nodes/physics/cgal/surface_mesh.hpp"
+#include "nodes/physics/mesh/make_solid.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 namespace tactor::bench {
 
@@ -18,7 +18,7 @@ std::vector<TriangleMesh> sized_bunnies(const std::filesystem::path& source, con
     if (faces < original.faces.size()) {
       meshes.push_back(decimate(original, faces, name));
     } else {
-      Surface surface = surface_of(original);
+      SurfaceMesh surface = surface_of(original);
       while (surface.number_of_faces() < faces) CGAL::Subdivision_method_3::Loop_subdivision(surface);
       surface.collect_garbage();
       MeshReport report;

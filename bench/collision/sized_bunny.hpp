@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "nodes/scene/mesh.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
 
 namespace tactor::bench {
 

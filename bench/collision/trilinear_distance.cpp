@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "nodes/collision/exact_distance.hpp"
-#include "nodes/scene/bounds.hpp"
+#include "nodes/physics/cgal/exact_distance.hpp"
+#include "nodes/physics/mesh/bounds.hpp"
 
 namespace tactor::bench {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "nodes/collision/signed_distance.hpp"
-#include "nodes/scene/mesh.hpp"
+#include "nodes/physics/geometry/signed_distance.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
 
 namespace tactor::bench {
 

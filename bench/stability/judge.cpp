@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "nodes/coupling/law.hpp"
-#include "nodes/mechanics/coupling_wrench.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor::bench {
 

@@ -7,7 +7,7 @@
 
 #include "bench/stability/stepper.hpp"
 #include "framework/core/check.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor::bench {
 

@@ -6,7 +6,7 @@
 #include "bench/stability/trial.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "nodes/coupling/law.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor::bench {
 

@@ -170,9 +170,11 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Di
   const auto lay_file = [&](const fs::path& over) {
     std::error_code ignored;
     if (!fs::exists(over, ignored)) {
-      // Methods are most often taken from the folder beside the graph.
-      const fs::path methods = file.parent_path() / "methods" / over.filename();
-      diagnostics.error({over.string(), 0, 0}, "there is no such file" + nearby_files({over, methods}));
+      // Methods are most often taken from the folder beside the graph, or beside the folder of its scene.
+      const fs::path beside = fs::absolute(file, ignored).parent_path();
+      diagnostics.error({over.string(), 0, 0},
+                        "there is no such file" + nearby_files({over, beside / "methods" / over.filename(),
+                                                                beside.parent_path() / "methods" / over.filename()}));
       return false;
     }
     const std::optional<Tree> layer = load_chain(over, nullptr, {}, files, diagnostics);

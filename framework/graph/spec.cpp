@@ -149,6 +149,14 @@ const NodeSpec* GraphSpec::node(std::string_view wanted) const {
   return nullptr;
 }
 
+std::string graph_name(const fs::path& file) {
+  std::error_code ignored;
+  const fs::path folder = fs::absolute(file, ignored).lexically_normal().parent_path();
+  const std::string stem = file.stem().string();
+  if (!fs::exists(folder / "scene.yaml", ignored)) return stem;
+  return folder.filename().string() + (stem == "scene" ? "" : "_" + stem);
+}
+
 GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides,
                      const std::vector<fs::path>& mesh_folders) {
   Diagnostics diagnostics;
@@ -159,7 +167,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   GraphSpec spec;
   std::error_code ignored;
   spec.file = fs::absolute(file, ignored).lexically_normal();
-  spec.name = file.stem().string();
+  spec.name = graph_name(file);
   std::map<std::string, Place, std::less<>> places;
   collect_places(*tree, "", places);
   spec.places = std::make_shared<const std::map<std::string, Place, std::less<>>>(std::move(places));

@@ -72,7 +72,7 @@ struct EdgeSpec {
 
 /// A checked graph.
 struct GraphSpec {
-  std::string name;   ///< the file's stem
+  std::string name;   ///< graph_name of the file
   std::string title;  ///< one line of prose, or empty
   std::filesystem::path file;
   Clock clock = Clock::virtual_;
@@ -111,6 +111,10 @@ struct Overrides {
 };
 
 class Registry;
+
+/// The name of a graph: its file's stem. Graphs that share a folder with a `scene.yaml` have the folder's name in
+/// front, so that bunny/refit.yaml is `bunny_refit`; the scene itself has the folder's name alone.
+std::string graph_name(const std::filesystem::path& file);
 
 /// Reads, resolves `extends`, applies overrides and checks a graph against the declarations of its node types.
 /// Throws GraphError with every error there is. Relative mesh paths are looked for beside the graph file and then in

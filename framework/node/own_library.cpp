@@ -2,7 +2,9 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <array>
+#include <system_error>
 
 #include "framework/core/check.hpp"
 #include "framework/core/messages.hpp"
@@ -20,12 +22,38 @@ fs::path framework_folder() {
   return fs::path(info.dli_fname).parent_path();
 }
 
+/// Where libraries of this program are looked for.
+std::array<fs::path, 3> library_folders() {
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
+  return {program, program.parent_path() / "lib", framework_folder()};
+}
+
 }  // namespace
 
+bool has_own_library(const std::string& file_name) {
+  const std::array<fs::path, 3> folders = library_folders();
+  return std::any_of(folders.begin(), folders.end(),
+                     [&](const fs::path& folder) { return !folder.empty() && fs::exists(folder / file_name); });
+}
+
+std::vector<fs::path> own_libraries() {
+  std::vector<fs::path> files;
+  for (const fs::path& folder : library_folders()) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with("libtactor_") && name.ends_with(".so"))
+        files.push_back(fs::canonical(entry.path(), ignored));
+    }
+  }
+  std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  return files;
+}
+
 void* load_from_own_library(const std::string& file_name, const char* symbol, const std::string& without) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
   std::string searched;
-  for (const fs::path& folder : std::array{program, program.parent_path() / "lib", framework_folder()}) {
+  for (const fs::path& folder : library_folders()) {
     const fs::path file = folder / file_name;
     if (folder.empty() || !fs::exists(file)) {
       searched.append(searched.empty() ? "" : ", ").append(folder.string());

@@ -3,10 +3,17 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "framework/core/check.hpp"
 
 namespace tactor {
+
+/// Whether such a library is installed; does not load it.
+bool has_own_library(const std::string& file_name);
+
+/// All libraries that lie where those of this program are looked for, loaded or not, in order of their paths.
+std::vector<std::filesystem::path> own_libraries();
 
 /// Loads `file_name` from the folder of the program, ../lib or the folder of the framework's library, and returns the
 /// address of `symbol` in it. It stays loaded until the process ends. Throws InputError, beginning with `without`,

@@ -16,11 +16,6 @@ namespace {
 
 constexpr std::string_view library_prefix = "libtactor_";
 constexpr std::string_view library_suffix = ".so";
-#ifdef TACTOR_WITHOUT_CGAL
-constexpr bool built_with_cgal = false;
-#else
-constexpr bool built_with_cgal = true;
-#endif
 
 // Declarations come from libraries of users too, so a wrong one is bad input.
 void check(const NodeInfo& info) {
@@ -101,12 +96,6 @@ std::string Registry::why_missing(std::string_view prefix) const {
   std::string text("the library ");
   text.append(library_prefix).append(prefix).append(library_suffix).append(" was not found in ");
   text.append(searched.empty() ? "any folder" : searched);
-  if (!built_with_cgal && prefix == "collision") {
-    text.append(
-        ": this build has no CGAL, so it has neither collision nor generated meshes; configure with "
-        "-DTACTOR_WITH_CGAL=ON");
-    return text;
-  }
   if (const char* path = std::getenv("TACTOR_NODE_PATH"); path == nullptr || *path == '\0') {
     text.append("; a library of your own is looked for in the folders of TACTOR_NODE_PATH, which is not set");
   } else {

@@ -3,26 +3,15 @@
 
 #include <algorithm>
 
-#include "nodes/collision/cell_cache.hpp"
 #include "nodes/collision/pair_collision.hpp"
-#include "nodes/scene/bounds.hpp"
+#include "nodes/physics/geometry/cell_cache.hpp"
+#include "nodes/physics/mesh/bounds.hpp"
 
 namespace tactor {
 
-/// Cells with lists as far as `reach`, where balls are measured from, but no farther than an eighth of the mesh's
-/// length, beyond which most of its box would have them; the tree answers there.
-/// Made once and kept in the cache; `notes` as for load_body_mesh.
-inline MakeMeshDistance make_cells(const CellOptions& options, Notes* notes) {
-  return [options, notes](const TriangleMesh& mesh, double reach) {
-    CellOptions wide = options;
-    wide.band = std::min(std::max(options.band, reach), bounds_of(mesh).longest() / 8);
-    return std::make_unique<CellDistance>(cached_cell_distance(mesh, wide, cell_cache(), notes));
-  };
-}
-
-/// Refuses and notes what a PairCollision with cells of these options does, without making cells that no mesh could
+/// Refuses and notes what SceneContacts with cells of these options do, without making cells that no mesh could
 /// have too many of.
-void check_cells(const PairParams& params, const CellOptions& options, const NodeContext& context);
+void check_cells(const ContactOptions& contacts, const CellOptions& cells, const NodeContext& context);
 
 /// Adds CellOptions to the declaration of N, with that resolution where a graph gives none.
 template <class N>

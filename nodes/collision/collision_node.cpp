@@ -18,13 +18,17 @@ std::string several_move(const Scene& scene) {
   return moving < 2 ? std::string() : std::to_string(moving) + " bodies move: " + names_of_moving(scene);
 }
 
+void require_moving_body(const Scene& scene) {
+  if (scene.moving().empty()) throw InputError("collision needs a moving body in the scene");
+}
+
 CollisionNode::CollisionNode(const Scene& scene) : names_(names_of_moving(scene)) {
   for (const std::size_t i : scene.moving()) {
     const Body& body = scene.bodies[i];
     TACTOR_DEMAND(start_.count < BodyStates::capacity);
     start_.X_WB[static_cast<std::size_t>(start_.count++)] = body.X_WB;
   }
-  if (start_.count == 0) throw InputError("collision needs a moving body in the scene");
+  require_moving_body(scene);
   at_ = start_;
 }
 

@@ -3,8 +3,8 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
-#include "nodes/collision/materials.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/contact/materials.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 
@@ -49,6 +49,9 @@ class CollisionNode : public Node {
   LocalContacts local_;
   std::uint64_t queries_ = 0, touching_queries_ = 0;
 };
+
+/// Throws InputError where nothing moves.
+void require_moving_body(const Scene& scene);
 
 /// `2 bodies move: tool, block`; empty where one does or none.
 std::string several_move(const Scene& scene);

@@ -1,17 +1,9 @@
 #include "nodes/collision/exact.hpp"
 
-#include "nodes/collision/exact_distance.hpp"
-
 namespace tactor {
 
-namespace {
-std::unique_ptr<SignedDistance> make(const TriangleMesh& mesh, double /*reach*/) {
-  return std::make_unique<ExactDistance>(mesh);
-}
-}  // namespace
-
 ExactCollision::ExactCollision(const Params& params, const NodeContext& context)
-    : PairCollision(params, context, make) {}
+    : PairCollision(params, context, exact_distances()) {}
 
 NodeInfo ExactCollision::declare() {
   Declare<ExactCollision> d("collision.exact", "Exact contacts of bodies of any shape, by a search of all faces.");

@@ -8,7 +8,7 @@ namespace tactor {
 /// PairCollision with ExactDistance for meshes.
 class ExactCollision final : public PairCollision {
  public:
-  struct Params : PairParams {};
+  struct Params : ContactOptions {};
   ExactCollision(const Params& params, const NodeContext& context);
   static NodeInfo declare();
 };

@@ -1,81 +1,29 @@
-// The contacts of every two bodies of a scene that can meet: what exact, sdf and primitive collision share.
+// What the nodes exact, sdf and primitive share: the contacts of a scene, with their parameters.
 #pragma once
 
-#include <array>
-#include <span>
-#include <vector>
-
-#include "nodes/collision/body_pair.hpp"
 #include "nodes/collision/collision_node.hpp"
+#include "nodes/physics/contact/scene_contacts.hpp"
 
 namespace tactor {
 
-struct PairParams {
-  double margin = 0;   ///< m
-  double spacing = 0;  ///< m
-  std::int32_t max_contacts = ContactSet::capacity;
-  std::int32_t local_contacts = 24;
-  std::int32_t anchors = 3;
-  double anchor_time = 0;  ///< s
-};
-
-/// Looks at each pair of a moving body with a fixed one and of two moving bodies, as BodyPair does, and never at two
-/// fixed ones. A contact is reported where the distance is below `margin`, with the pair that it belongs to: the body
-/// that comes first in Scene::moving() is the moving one, T of the contact, and its normal points to that body.
-/// Contacts stand in the order of pairs, sides and samples; beyond `max_contacts` ContactReduction chooses. Throws
-/// InputError where a mesh is no solid. Queries allocate nothing once they have met the most contacts, but for
-/// collision.exact, whose search does.
+/// Sends what SceneContacts finds.
 class PairCollision : public CollisionNode {
  public:
   using CollisionNode::query;
-  void query(const BodyStates& bodies, ContactSet& set) final;
-  /// The anchors are where the bodies are by now, and where they will be `anchor_time` and twice that later. Every
-  /// sample within the margin at one of them is a contact, looked up at all. Of more than `local_contacts`,
-  /// ContactReduction chooses by the middle one.
-  void query_ahead(const BodyStates& bodies, double age, LocalContacts& around) final;
+  void query(const BodyStates& at, ContactSet& set) final { contacts_.find(at, set); }
+  void query_ahead(const BodyStates& at, double age, LocalContacts& around) final {
+    contacts_.find_ahead(at, age, around);
+  }
 
  protected:
-  PairCollision(const PairParams& params, const NodeContext& context, const MakeMeshDistance& make_distance);
+  PairCollision(const ContactOptions& options, const NodeContext& context, const MakeMeshDistance& make_distance);
 
   /// How many queries there were, and how many met penetrating contacts; that none did is said in words.
   void report(Report& report) const override;
 
  private:
-  /// Adds what makes contacts doubtful before anything has moved (doubts.hpp).
-  void tell_doubts(const Scene& scene, double spacing, const HandPath* hand, Notes& notes) const;
-  [[nodiscard]] const Pose& pose(const BodyStates& bodies, std::int32_t index, std::size_t body) const;
-
-  struct Entry {
-    std::size_t a, b;  // indices into bodies_
-    BodyPair pair;
-  };
-  std::vector<ContactBody> bodies_;  // those that move first, in the order of Scene::moving()
-  std::vector<Entry> pairs_;
-  FoundContacts found_;
-  ContactReduction reduction_;
-  /// What query_ahead looked at.
-  struct Anchor {
-    BodyStates bodies;
-    std::vector<BodyPair::Shares> shares;  // by pair
-  };
-  void find_at(Anchor& anchor);
-  void fill_shares();
-  [[nodiscard]] Contact contact_at(const Anchor& anchor, std::uint64_t key) const;
-  [[nodiscard]] std::span<Anchor> anchors() { return std::span(anchors_).first(anchor_count_); }
-
-  std::size_t anchor_count_;
-  double anchor_time_;  // s
-  std::array<Anchor, LocalContacts::max_anchors> anchors_;
-  FoundContacts found_ahead_;        // at one anchor
-  std::vector<std::uint64_t> keys_;  // of all anchors, sorted
-  FoundContacts around_;             // at the middle one
-  ContactReduction local_reduction_;
-  ContactSet local_set_;
+  SceneContacts contacts_;
 };
-
-/// Whether a body of the scene has contact samples whose distances `spacing` sets: a box or a capsule that meets
-/// another body, or a mesh that meets one that is no ball.
-bool has_spaced_samples(const Scene& scene);
 
 /// Adds what all these nodes have to the declaration of N.
 template <class N>

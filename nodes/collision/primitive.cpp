@@ -24,7 +24,7 @@ const NodeContext& checked(const NodeContext& context) {
 }  // namespace
 
 PrimitiveCollision::PrimitiveCollision(const Params& params, const NodeContext& context)
-    : PairCollision(params, checked(context), make_cells(params, context.notes)) {}
+    : PairCollision(params, checked(context), cell_distances(params, context.notes)) {}
 
 NodeInfo PrimitiveCollision::declare() {
   Declare<PrimitiveCollision> d("collision.primitive",

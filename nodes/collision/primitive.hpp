@@ -10,7 +10,7 @@ namespace tactor {
 /// moves.
 class PrimitiveCollision final : public PairCollision {
  public:
-  struct Params : PairParams, CellOptions {};
+  struct Params : ContactOptions, CellOptions {};
   PrimitiveCollision(const Params& params, const NodeContext& context);
   static NodeInfo declare();
 };

@@ -3,7 +3,7 @@
 namespace tactor {
 
 SdfCollision::SdfCollision(const Params& params, const NodeContext& context)
-    : PairCollision(params, context, make_cells(params, context.notes)) {}
+    : PairCollision(params, context, cell_distances(params, context.notes)) {}
 
 NodeInfo SdfCollision::declare() {
   Declare<SdfCollision> d("collision.sdf", "Exact contacts of bodies of any shape, meshes prepared by cells.");

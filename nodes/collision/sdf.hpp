@@ -9,7 +9,7 @@ namespace tactor {
 /// PairCollision with CellDistance for meshes.
 class SdfCollision final : public PairCollision {
  public:
-  struct Params : PairParams, CellOptions {};
+  struct Params : ContactOptions, CellOptions {};
   SdfCollision(const Params& params, const NodeContext& context);
   static NodeInfo declare();
 };

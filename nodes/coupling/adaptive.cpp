@@ -4,7 +4,7 @@
 
 #include "framework/core/value_error.hpp"
 #include "nodes/coupling/declare_coupling.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 

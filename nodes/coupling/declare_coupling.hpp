@@ -5,7 +5,7 @@
 
 #include "framework/node/declare.hpp"
 #include "nodes/coupling/law.hpp"
-#include "nodes/mechanics/scene_model.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
 

@@ -1,7 +1,7 @@
 #include "nodes/coupling/dynamic.hpp"
 
 #include "nodes/coupling/declare_coupling.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 

@@ -1,6 +1,6 @@
 #include "nodes/coupling/law.hpp"
 
-#include "nodes/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
 
 namespace tactor {
 

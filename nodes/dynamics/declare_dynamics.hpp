@@ -5,8 +5,8 @@
 
 #include "framework/node/declare.hpp"
 #include "nodes/dynamics/dynamics_node.hpp"
-#include "nodes/mechanics/scene_model.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 

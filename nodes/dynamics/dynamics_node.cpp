@@ -4,9 +4,9 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/value_error.hpp"
-#include "nodes/mechanics/energy.hpp"
-#include "nodes/mechanics/handle.hpp"
-#include "nodes/mechanics/scene_model.hpp"
+#include "nodes/physics/mechanics/energy.hpp"
+#include "nodes/physics/mechanics/handle.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
 

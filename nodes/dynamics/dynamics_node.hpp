@@ -5,7 +5,7 @@
 
 #include "framework/node/node.hpp"
 #include "nodes/dynamics/passivity.hpp"
-#include "nodes/mechanics/rigid_step.hpp"
+#include "nodes/physics/mechanics/rigid_step.hpp"
 
 namespace tactor {
 

@@ -1,7 +1,7 @@
 // The passivity observer of dynamics: which steps make energy out of nothing, and how much.
 #pragma once
 
-#include "nodes/mechanics/system.hpp"
+#include "nodes/physics/mechanics/system.hpp"
 
 namespace tactor {
 

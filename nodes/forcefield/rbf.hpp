@@ -6,7 +6,7 @@
 #include "framework/node/new_messages.hpp"
 #include "nodes/forcefield/radial_basis.hpp"
 #include "nodes/forcefield/static_force.hpp"
-#include "nodes/scene/bounds.hpp"
+#include "nodes/physics/mesh/bounds.hpp"
 
 namespace tactor {
 

@@ -2,9 +2,7 @@
 
 #include <span>
 
-#include "framework/core/check.hpp"
-#include "nodes/collision/auto.hpp"
-#include "nodes/mechanics/scene_model.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
 
@@ -14,42 +12,17 @@ constexpr int most_steps = 100;
 constexpr int newton_steps = 10;
 constexpr double settled_within = 1e-9;  // m
 
-/// The collision that a static force is found by.
-struct Collision {
-  Collision(const Scene& scene, double margin, std::vector<std::string>* notes)
-      : info(*AutoCollision::choose(scene).info) {
-    for (const ParamInfo& p : info.params) values.push_back(p.default_value.value());
-    values[info.param("margin").value()] = margin;
-    context.name = "static force";
-    context.scene = &scene;
-    context.torque = false;
-    context.notes = notes;
-  }
-  const NodeInfo& info;
-  std::vector<ParamValue> values;
-  NodeContext context;
-};
-
-std::unique_ptr<Node> make_collision(const Scene& scene, double margin, std::vector<std::string>* notes) {
-  const Collision collision(scene, margin, notes);
-  return collision.info.create(collision.values, collision.context);
-}
-
 }  // namespace
 
 void check_static_force(const Scene& scene, double margin, std::vector<std::string>* notes) {
-  const Collision collision(scene, margin, notes);
-  collision.info.check(collision.values, collision.context);
+  const SceneContacts contacts(scene, {.margin = margin}, tree_distances(), nullptr, notes);
 }
 
 StaticForce::StaticForce(const Scene& scene, double k_t, double margin, std::vector<std::string>* notes)
-    : node_(make_collision(scene, margin, notes)),
-      collision_(dynamic_cast<CollisionNode*>(node_.get())),
+    : contacts_(scene, {.margin = margin}, cell_distances({}, notes), nullptr, notes),
       step_(scene_model("forcefield.rbf", scene, notes)),
       law_{.k_t = k_t, .massless = 1},
-      R_WT_(scene.tool()->X_WB.R) {
-  TACTOR_DEMAND(collision_ != nullptr);
-}
+      R_WT_(scene.tool()->X_WB.R) {}
 
 StaticForce::Result StaticForce::at(const Vec3& p_WD) {
   Result result;
@@ -60,7 +33,7 @@ StaticForce::Result StaticForce::at(const Vec3& p_WD) {
   tool.X_WB[0] = {p_WD, R_WT_};
   for (int i = 0; i < most_steps && !result.settled; ++i) {
     const Vec3 before = tool.X_WB[0].p;
-    collision_->query(tool, set_);
+    contacts_.find(tool, set_);
     const std::span contacts(set_.contact.data(), static_cast<std::size_t>(set_.count));
     if (i == 0) {
       result.near = set_.count > 0;

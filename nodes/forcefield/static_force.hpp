@@ -1,10 +1,8 @@
 // The force on a handle that is held still, from the scene's own contacts.
 #pragma once
 
-#include <memory>
-
-#include "nodes/collision/collision_node.hpp"
-#include "nodes/mechanics/rigid_step.hpp"
+#include "nodes/physics/contact/scene_contacts.hpp"
+#include "nodes/physics/mechanics/rigid_step.hpp"
 
 namespace tactor {
 
@@ -19,8 +17,8 @@ namespace tactor {
 /// inside a body, that at the nearest surface, wherever the handle came from.
 class StaticForce {
  public:
-  /// The scene must suit check_static_scene. `k_t` in N/m; `margin` (m): how near contacts count as near. Makes the
-  /// collision that collision.auto would choose; throws InputError where that does, and adds its notes.
+  /// The scene must suit check_static_scene. `k_t` in N/m; `margin` (m): how near contacts count as near. Finds
+  /// contacts as collision.sdf does; throws InputError where that does, and adds its notes.
   StaticForce(const Scene& scene, double k_t, double margin, std::vector<std::string>* notes);
 
   struct Result {
@@ -31,8 +29,7 @@ class StaticForce {
   [[nodiscard]] Result at(const Vec3& p_WD);
 
  private:
-  std::unique_ptr<Node> node_;
-  CollisionNode* collision_;  // what node_ is
+  SceneContacts contacts_;
   RigidStep step_;
   CouplingLaw law_;
   Quat R_WT_;

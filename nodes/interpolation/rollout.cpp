@@ -5,10 +5,10 @@
 
 #include "nodes/interpolation/forecast_curve.hpp"
 #include "nodes/interpolation/not_finite.hpp"
-#include "nodes/mechanics/coupling_wrench.hpp"
-#include "nodes/mechanics/eigen.hpp"
-#include "nodes/mechanics/handle.hpp"
-#include "nodes/mechanics/rollout_parameters.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mechanics/eigen.hpp"
+#include "nodes/physics/mechanics/handle.hpp"
+#include "nodes/physics/mechanics/rollout_parameters.hpp"
 
 namespace tactor {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "nodes/mechanics/handle.hpp"
-#include "nodes/mechanics/rollout_parameters.hpp"
-#include "nodes/mechanics/scene_model.hpp"
+#include "nodes/physics/mechanics/handle.hpp"
+#include "nodes/physics/mechanics/rollout_parameters.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
 

@@ -4,8 +4,8 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
-#include "nodes/mechanics/contact_fit.hpp"
-#include "nodes/mechanics/local_rollout.hpp"
+#include "nodes/physics/mechanics/contact_fit.hpp"
+#include "nodes/physics/mechanics/local_rollout.hpp"
 #include "nodes/prediction/sample_window.hpp"
 
 namespace tactor {

@@ -1,5 +1,5 @@
 // What a process that crashes in a run leaves behind: children that crash in different ways, and a parent that reads.
-#include "app/study/crash_board.hpp"
+#include "app/study/run/crash_board.hpp"
 
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -1,5 +1,5 @@
 // The table of runs keeps what it is given, and refuses what is not its own.
-#include "app/study/run_table.hpp"
+#include "app/study/table/run_table.hpp"
 
 #include <sqlite3.h>
 #include <sys/wait.h>

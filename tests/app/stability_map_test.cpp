@@ -1,5 +1,5 @@
 // Maps of stability: which cell is the graph's own, what is told of verdicts, and what is refused before anything runs.
-#include "app/study/stability_map.hpp"
+#include "app/study/report/stability_map.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <string>

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <set>
 
+#include "app/study/spec/study_spec.hpp"
 #include "framework/core/temporary_folder.hpp"
-#include "framework/graph/study.hpp"
 
 using namespace tactor;
 

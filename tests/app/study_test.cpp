@@ -1,5 +1,8 @@
 // What a study runs, and what it makes of the figures, worked out by hand.
-#include "app/study/study.hpp"
+#include "app/study/table/study.hpp"
+
+#include "app/study/report/text_tables.hpp"
+#include "app/study/table/study_csv.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <cmath>
@@ -7,8 +10,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "app/study/study_report.hpp"
-#include "app/study/work_precision.hpp"
+#include "app/study/report/study_report.hpp"
+#include "app/study/report/work_precision.hpp"
 #include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
@@ -238,14 +241,14 @@ BOOST_AUTO_TEST_CASE(ratios_are_geometric_means_over_seeds_and_over_graphs) {
   BOOST_TEST(std::abs(study.ratios[1].delivered->ratio - std::sqrt(0.125)) < 1e-12);
   BOOST_TEST(std::abs(study.ratios[3].delivered->ratio - std::sqrt(8.0)) < 1e-12);
   // Over the graphs: sqrt(1/2 * 4) with the first seed, sqrt(1/4 * 2) with the second.
-  const GeometricMean over = *study.settings[1].over_graphs.delivered;
+  const GeometricMean over = *study.ratios_over_graphs[1].delivered;
   BOOST_TEST(std::abs(over.ratio - 1) < 1e-12);
   // Two logs of +-ln(2)/2: t(0.975, 1) = 12.706, standard deviation ln(2)/sqrt(2), over sqrt(2) seeds.
   BOOST_TEST(std::abs(std::log(over.high) - 12.7062 * std::log(2.0) / 2) < 1e-4);
   BOOST_TEST(std::abs(over.low * over.high - 1) < 1e-12);
   // A ratio to or from nothing is none.
   BOOST_TEST(!study.ratios[1].one_step);
-  BOOST_TEST(!study.settings[1].over_graphs.one_step);
+  BOOST_TEST(!study.ratios_over_graphs[1].one_step);
   BOOST_TEST(study.ratios[3].one_step->ratio == 1.0);
 }
 
@@ -329,8 +332,8 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   // The ratio of the seed that both have, 2 to 1; over the graphs sqrt(1/4 * 2) of that seed alone.
   BOOST_TEST(study.ratios[3].delivered->count == 1U);
   BOOST_TEST(std::abs(study.ratios[3].delivered->ratio - 2) < 1e-12);
-  BOOST_TEST(study.settings[1].over_graphs.delivered->count == 1U);
-  BOOST_TEST(std::abs(study.settings[1].over_graphs.delivered->ratio - std::sqrt(0.5)) < 1e-12);
+  BOOST_TEST(study.ratios_over_graphs[1].delivered->count == 1U);
+  BOOST_TEST(std::abs(study.ratios_over_graphs[1].delivered->ratio - std::sqrt(0.5)) < 1e-12);
   const std::string table = study_table(study, wide);
   BOOST_TEST(table.find("line (1 of 2 seeds)") != std::string::npos, table);
   BOOST_TEST(table.find("line (seeds missing)") != std::string::npos, table);
@@ -345,7 +348,7 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   figures.rows[3].values[0][1] = std::numeric_limits<double>::quiet_NaN();
   const Study none = make_study(spec, figures);
   BOOST_TEST(!none.ratios[3].delivered);
-  BOOST_TEST(!none.settings[1].over_graphs.delivered);
+  BOOST_TEST(!none.ratios_over_graphs[1].delivered);
   BOOST_TEST(study_table(none, wide).find("line (0 of 2 seeds)") != std::string::npos);
   // Where nothing is done nothing is said of run times, and no line is left empty for it.
   for (CompareRow& one : figures.rows) one.status.assign(2, RunStatus::failed);

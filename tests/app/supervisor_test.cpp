@@ -1,5 +1,5 @@
 // Who is blamed for what: processes that a supervisor starts and that crash in different ways.
-#include "app/study/supervisor.hpp"
+#include "app/study/run/supervisor.hpp"
 
 #include <sys/resource.h>
 #include <unistd.h>

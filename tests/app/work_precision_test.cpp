@@ -1,5 +1,5 @@
 // Fronts and spreads of a work-precision diagram, worked out by hand.
-#include "app/study/work_precision.hpp"
+#include "app/study/report/work_precision.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <cmath>

@@ -1,9 +1,9 @@
 """Words of the command line: verbs, options and values are refused with what was expected, what was found and the nearest name."""
 import unittest
 
-from harness import GRAPHS, CommandTest, needs_collision, tactor
+from harness import GRAPHS, CommandTest, needs_meshes, tactor
 
-DUCK = GRAPHS / "duck_off.yaml"
+DUCK = GRAPHS / "duck/off.yaml"
 
 
 class Refused(CommandTest):
@@ -57,15 +57,15 @@ class Names(Refused):
         self.assert_refused("run", DUCK, "--duratoin", "3", says=["found --duratoin", 'did you mean "--duration"?'])
         self.assert_refused("check", DUCK, "--explian", says=['did you mean "--explain"?'])
 
-    @needs_collision
+    @needs_meshes
     def test_a_method_that_does_not_exist_lists_those_that_do(self):
         for over in (GRAPHS / "methods/kalmann.yaml", "kalmann.yaml", "kalmann"):
             with self.subTest(over=over):
-                self.assert_refused("check", GRAPHS / "duck.yaml", "--over", over,
+                self.assert_refused("check", GRAPHS / "duck/scene.yaml", "--over", over,
                                     says=[f"{over}: there is no such file", "burg.yaml, ", 'did you mean "kalman.yaml"?'])
         # A name alone is not a file.
-        self.assert_refused("check", GRAPHS / "duck.yaml", "--over", "kalman", says=['did you mean "kalman.yaml"?'])
-        study = self.write("study.yaml", f"graphs: [{GRAPHS / 'duck.yaml'}]\nmethods: [{GRAPHS / 'methods/kalmann.yaml'}]\n")
+        self.assert_refused("check", GRAPHS / "duck/scene.yaml", "--over", "kalman", says=['did you mean "kalman.yaml"?'])
+        study = self.write("study.yaml", f"graphs: [{GRAPHS / 'duck/scene.yaml'}]\nmethods: [{GRAPHS / 'methods/kalmann.yaml'}]\n")
         self.assert_refused("study", study, says=["study.yaml:2:", "burg.yaml, ", 'did you mean "kalman.yaml"?'])
 
     def test_a_graph_that_does_not_exist_names_the_nearest(self):

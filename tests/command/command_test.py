@@ -12,8 +12,8 @@ import xml.etree.ElementTree
 import jsonschema
 import yaml
 
-from harness import (GRAPHS, HAS_COLLISION, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, CommandTest,
-                     left_out, needs_collision, needs_devices, needs_hdf5, needs_live, tactor)
+from harness import (GRAPHS, HAS_MESHES, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, CommandTest,
+                     graph_files, graph_name, left_out, needs_meshes, needs_devices, needs_hdf5, needs_live, tactor)
 
 
 class ExitCodes(CommandTest):
@@ -31,7 +31,7 @@ class ExitCodes(CommandTest):
             self.assertIn("bad.yaml:2:11", result.stderr)
 
     def test_wrong_options_are_exit_code_2(self):
-        graph = GRAPHS / "duck_off.yaml"
+        graph = GRAPHS / "duck/off.yaml"
         for arguments in ([], ["fly"], ["run"], ["run", graph, "--duration", "-1"], ["run", graph, "--seed", "x"],
                           ["run", graph, "--set", "collision.margni=3 mm"], ["run", graph, "--set", "nonsense"],
                           ["run", "no/such/file.yaml"], ["run", self.folder], ["nodes", "prediction.arr"],
@@ -43,11 +43,11 @@ class ExitCodes(CommandTest):
 
     def test_the_nearest_name_is_offered(self):
         self.assertIn("prediction.ar", tactor("nodes", "prediction.arr").stderr)
-        self.assertIn("encoder_step", tactor("check", GRAPHS / "duck_off.yaml", "--set",
+        self.assertIn("encoder_step", tactor("check", GRAPHS / "duck/off.yaml", "--set",
                                              "device.encoder_stepp=1 um").stderr)
 
     def test_an_out_folder_that_cannot_be_made_is_bad_input(self):
-        self.assertEqual(tactor("run", GRAPHS / "duck_off.yaml", "--out", "/proc/nowhere").returncode, 2)
+        self.assertEqual(tactor("run", GRAPHS / "duck/off.yaml", "--out", "/proc/nowhere").returncode, 2)
 
     def live_graph(self):
         return self.write("real.yaml", self.judged_small_graph().read_text().replace("clock: virtual", "clock: real"))
@@ -87,10 +87,10 @@ class ExitCodes(CommandTest):
         self.assertEqual(result.returncode, 2)
         self.assertIn("--record-costs: expected a graph with clock: real", result.stderr)
 
-    @needs_collision
+    @needs_meshes
     def test_an_interrupt_ends_the_run_with_code_1_and_keeps_what_there_is(self):
         out = self.folder / "out"
-        process = subprocess.Popen([TACTOR, "run", GRAPHS / "duck_off.yaml", "--duration", "100000", "--out", out],
+        process = subprocess.Popen([TACTOR, "run", GRAPHS / "duck/off.yaml", "--duration", "100000", "--out", out],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    env=dict(os.environ, **self.environment))
         self.wait_until(out.is_dir, process, "the run had its folder")
@@ -101,10 +101,10 @@ class ExitCodes(CommandTest):
         self.assertTrue(json.loads((out / "summary.json").read_text())["interrupted"])
 
 
-@needs_collision
+@needs_meshes
 class Outputs(CommandTest):
     def test_a_run_leaves_its_files_and_the_promised_figures(self):
-        summary = self.run_graph(GRAPHS / "peg_in_hole_refit.yaml", "--duration", "2.2", "--seed", "7")
+        summary = self.run_graph(GRAPHS / "peg_in_hole/refit.yaml", "--duration", "2.2", "--seed", "7")
         for name in ("summary.json", "graph.yaml", "report.html"):
             self.assertTrue((self.folder / "out" / name).exists(), name)
         self.assertEqual(summary["seed"], 7)
@@ -124,27 +124,27 @@ class Outputs(CommandTest):
             self.assertIn(key, summary)
 
     def test_the_resolved_graph_runs_to_the_same_figures(self):
-        first = self.run_graph(GRAPHS / "duck_3_refit.yaml", "--duration", "1", out="a")
+        first = self.run_graph(GRAPHS / "duck/3_refit.yaml", "--duration", "1", out="a")
         second = self.run_graph(self.folder / "a" / "graph.yaml", out="b")
         self.assertEqual(first["delivered"], second["delivered"])
         self.assertEqual(first["physics"], second["physics"])
 
     def test_a_report_is_self_contained(self):
-        self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "1")
+        self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "1")
         page = (self.folder / "out" / "report.html").read_text()
         self.assertIn("<svg", page)
         for outside in ("http://cdn", "https://cdn", "<script src", "<link", "@import", "url(http"):
             self.assertNotIn(outside, page)
 
     def test_set_changes_the_answer(self):
-        soft = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "2", "--set", "coupling.k_0=100 N/m",
+        soft = self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "2", "--set", "coupling.k_0=100 N/m",
                               "--set", "coupling.k_min=10 N/m", out="soft")
-        hard = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "2", out="hard")
+        hard = self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "2", out="hard")
         self.assertLess(soft["reference"]["force"]["max_step_N"], hard["reference"]["force"]["max_step_N"])
 
     def test_compare_puts_error_and_run_time_side_by_side(self):
         out = self.folder / "cmp"
-        compared = self.run_ok("compare", *(GRAPHS / f"duck_{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "2",
+        compared = self.run_ok("compare", *(GRAPHS / f"duck/{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "2",
                                "--duration", "1.5", "--out", out)
         result = json.loads((out / "compare.json").read_text())
         # How far the run times can be trusted is told everywhere.
@@ -163,20 +163,20 @@ class Outputs(CommandTest):
         self.assertIn("<svg", page)
 
     def test_a_damaged_reference_cache_is_made_again(self):
-        first = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")
+        first = self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "0.5")
         (file,) = (self.folder / "cache").glob("*.ref")
         data = bytearray(file.read_bytes())
         data[len(data) // 2] ^= 0xFF
         file.write_bytes(data)
-        second = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")
+        second = self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "0.5")
         self.assertFalse(second["reference_run"]["cached"])
         self.assertEqual(first["delivered"], second["delivered"])
-        self.assertTrue(self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")["reference_run"]["cached"])
+        self.assertTrue(self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "0.5")["reference_run"]["cached"])
 
     def study(self, out, *options):
         """The parsed lines of the tables: errors with run times, and errors alone."""
         self.write("small_study.yaml", f"""
-graphs: [{GRAPHS / "recorded.yaml"}]
+graphs: [{GRAPHS / "recorded/scene.yaml"}]
 methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/burg.yaml"}]
 vary: {{coupling.cost.constant: [0.01, 0.001]}}
 seeds: 3
@@ -207,17 +207,17 @@ seeds: 3
 
     def test_a_file_laid_over_a_graph_comes_before_set(self):
         over = GRAPHS / "methods/refit.yaml"
-        self.run_graph(GRAPHS / "recorded.yaml", "--over", over, "--set", "refit.window=77", "--duration", "0.4")
+        self.run_graph(GRAPHS / "recorded/scene.yaml", "--over", over, "--set", "refit.window=77", "--duration", "0.4")
         resolved = (self.folder / "out" / "graph.yaml").read_text()
         self.assertIn("prediction.refit", resolved)
         self.assertIn("window: 77", resolved)
         self.assertNotIn("prediction.hold", resolved)
-        missing = tactor("check", GRAPHS / "recorded.yaml", "--over", self.folder / "none.yaml")
+        missing = tactor("check", GRAPHS / "recorded/scene.yaml", "--over", self.folder / "none.yaml")
         self.assertEqual(missing.returncode, 2)
         self.assertIn("none.yaml: there is no such file", missing.stderr)
 
     def test_a_bad_study_is_refused_before_anything_runs(self):
-        study = self.write("bad_study.yaml", f"graphs: [{GRAPHS / 'recorded.yaml'}]\nvary: {{refit.window: [3]}}\n")
+        study = self.write("bad_study.yaml", f"graphs: [{GRAPHS / 'recorded/scene.yaml'}]\nvary: {{refit.window: [3]}}\n")
         result = tactor("study", study, "--out", self.folder / "bad")
         self.assertEqual(result.returncode, 2)
         self.assertIn("refit: expected a node of the graph", result.stderr)
@@ -228,7 +228,7 @@ seeds: 3
         self.assertFalse((self.folder / "bad").exists())
 
     def test_compare_says_once_that_a_reference_was_damaged(self):
-        graphs = (GRAPHS / "duck_off.yaml", GRAPHS / "duck_fixed.yaml", "--seeds", "2", "--duration", "0.5")
+        graphs = (GRAPHS / "duck/off.yaml", GRAPHS / "duck/fixed.yaml", "--seeds", "2", "--duration", "0.5")
         self.assertNotIn("damaged", self.run_ok("compare", *graphs, "--out", self.folder / "whole").stderr)
         files = sorted((self.folder / "cache").glob("*.ref"))
         self.assertEqual(len(files), 2)
@@ -239,40 +239,40 @@ seeds: 3
 
 
 class LeavingOut(CommandTest):
-    @needs_collision
+    @needs_meshes
     def test_a_translation_only_scene_computes_no_torque_and_says_so(self):
-        summary = self.run_graph(GRAPHS / "duck_refit.yaml", "--duration", "0.5")
+        summary = self.run_graph(GRAPHS / "duck/refit.yaml", "--duration", "0.5")
         self.assertTrue(left_out(summary, "torque"))
         self.assertNotIn("torque", summary["delivered"])
-        self.assertIn("torque", self.run_ok("check", "--explain", GRAPHS / "duck_refit.yaml").stdout)
+        self.assertIn("torque", self.run_ok("check", "--explain", GRAPHS / "duck/refit.yaml").stdout)
 
-    @needs_collision
+    @needs_meshes
     def test_fixed_coefficients_start_no_refitter(self):
-        summary = self.run_graph(GRAPHS / "duck_fixed.yaml", "--duration", "0.5")
+        summary = self.run_graph(GRAPHS / "duck/fixed.yaml", "--duration", "0.5")
         self.assertNotIn("refit", summary["cost_us"])
         self.assertEqual(summary["refits"], 0)
         (reason,) = [item["why"] for item in left_out(summary, "node refit")]
         self.assertGreater(len(reason), 5)
-        self.assertIn("coefficients are fixed", self.run_ok("check", "--explain", GRAPHS / "duck_fixed.yaml").stdout)
+        self.assertIn("coefficients are fixed", self.run_ok("check", "--explain", GRAPHS / "duck/fixed.yaml").stdout)
 
-    @needs_collision
+    @needs_meshes
     def test_the_collision_that_suits_the_scene_is_chosen_and_told(self):
-        for graph, kind, why in (("duck_off.yaml", "collision.primitive", "the moving body tool is a sphere"),
-                                 ("peg_in_hole_off.yaml", "collision.sdf", "the moving body tool is a mesh"),
-                                 ("peg_free_off.yaml", "collision.none", "the scene has nothing to hit")):
+        for graph, kind, why in (("duck/off.yaml", "collision.primitive", "the moving body tool is a sphere"),
+                                 ("peg_in_hole/off.yaml", "collision.sdf", "the moving body tool is a mesh"),
+                                 ("peg_free/off.yaml", "collision.none", "the scene has nothing to hit")):
             with self.subTest(graph=graph):
                 text = self.run_ok("check", "--explain", GRAPHS / graph).stdout
                 self.assertIn(f"collision.auto is {kind}", text)
                 self.assertIn(why, text)
-        summary = self.run_graph(GRAPHS / "duck_off.yaml", "--duration", "0.5")
+        summary = self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "0.5")
         self.assertEqual(summary["cost_us"]["collision"]["type"], "collision.primitive")
         self.assertEqual(summary["chosen"], [{"node": "collision", "asked": "collision.auto",
                                               "type": "collision.primitive",
                                               "why": "the moving body tool is a sphere"}])
 
-    @needs_collision
+    @needs_meshes
     def test_nothing_to_hit_needs_no_collision_and_loads_no_mesh_library_code_for_it(self):
-        summary = self.run_graph(GRAPHS / "peg_free_off.yaml", "--duration", "0.5")
+        summary = self.run_graph(GRAPHS / "peg_free/off.yaml", "--duration", "0.5")
         self.assertTrue(left_out(summary, "collision"))
         self.assertNotIn("collision", summary["cost_us"])
 
@@ -303,13 +303,6 @@ class MissingParts(CommandTest):
     def tactor(self, *arguments):
         return tactor(*arguments, environment=self.environment, cwd=self.folder)
 
-    @unittest.skipIf(HAS_COLLISION, "this build has collision")
-    def test_a_build_without_cgal_says_what_it_lacks(self):
-        for arguments in (["run", GRAPHS / "duck_off.yaml"], ["check", GRAPHS / "duck_off.yaml"],
-                          ["nodes", "collision.sdf"]):
-            with self.subTest(arguments=arguments):
-                self.assert_bad_input(*arguments, says=["no CGAL", "-DTACTOR_WITH_CGAL=ON"])
-
     @unittest.skipIf(HAS_HDF5, "this build has HDF5")
     def test_a_build_without_hdf5_says_what_it_lacks(self):
         recorded = self.judged_small_graph("record: [device.state]\n")
@@ -334,10 +327,10 @@ edges:
 
 
 class Drawing(CommandTest):
-    @needs_collision
+    @needs_meshes
     def test_diagrams_name_every_node(self):
         for form in ("mermaid", "dot", "svg"):
-            text = self.run_ok("graph", GRAPHS / "bunny_refit.yaml", "--format", form).stdout
+            text = self.run_ok("graph", GRAPHS / "bunny/refit.yaml", "--format", form).stdout
             for node in ("trajectory", "device", "collision", "dynamics", "coupling", "refit", "prediction",
                          "interpolation", "metrics"):
                 self.assertIn(node, text)
@@ -346,8 +339,8 @@ class Drawing(CommandTest):
 
     def test_nodes_are_listed_and_explained(self):
         listing = self.run_ok("nodes").stdout
-        collision = ("collision.auto", "collision.exact", "collision.sdf", "collision.primitive", "collision.none") if HAS_COLLISION else ()
-        rbf = ("forcefield.rbf",) if HAS_COLLISION else ()
+        collision = ("collision.auto", "collision.exact", "collision.sdf", "collision.primitive", "collision.none") if HAS_MESHES else ()
+        rbf = ("forcefield.rbf",) if HAS_MESHES else ()
         for name in ("source.trajectory", "source.recording", "device.simulated", *collision, *rbf, "dynamics.rigid",
                      "coupling.static", "coupling.dynamic", "coupling.adaptive", "prediction.ar",
                      "prediction.refit", "prediction.hold", "prediction.linear", "interpolation.bspline",
@@ -358,18 +351,18 @@ class Drawing(CommandTest):
             self.assertTrue(help_text.startswith(name + ": "), help_text[:80])
             self.assertIn("outputs" if name != "sink.metrics" else "inputs", help_text)
 
-    @needs_collision
+    @needs_meshes
     @needs_devices
     def test_the_node_reference_in_the_docs_is_up_to_date(self):
         self.assertEqual((ROOT / "docs/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
                          "write it again: tactor nodes --markdown > docs/nodes.md")
 
-    @needs_collision
+    @needs_meshes
     @needs_devices
     def test_the_schema_accepts_the_shipped_graphs(self):
         validator = jsonschema.Draft202012Validator(json.loads(self.run_ok("schema").stdout))
-        for graph in sorted(GRAPHS.glob("*.yaml")):
-            with self.subTest(graph=graph.name):
+        for graph in graph_files():
+            with self.subTest(graph=graph_name(graph)):
                 validator.validate(yaml.safe_load(graph.read_text()))
 
     def test_the_schema_refuses_a_wrong_graph(self):

@@ -8,17 +8,17 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, CommandTest, needs_collision, needs_hdf5
+from harness import GRAPHS, CommandTest, needs_meshes, needs_hdf5
 
 DURATION = {"duck": "1.5", "peg_in_hole": "3.5", "bunny": "1.2"}
 RECORD = "record: [device.state, device.interpolated, device.commanded, device.safety, collision.contacts, dynamics.state, coupling.force, prediction.forecast, interpolation.segment]\n"
 
 
-@needs_collision
+@needs_meshes
 class Determinism(CommandTest):
     def recording(self, scene, seed, out, **options):
         """A run into contact. Without metrics there is no reference run to wait for."""
-        graph = self.write(f"{scene}.yaml", f"extends: {GRAPHS / scene}_refit.yaml\nnodes: {{metrics: ~}}\n{RECORD}")
+        graph = self.write(f"{scene}.yaml", f"extends: {GRAPHS / scene / 'refit.yaml'}\nnodes: {{metrics: ~}}\n{RECORD}")
         self.run_graph(graph, "--duration", DURATION[scene], "--seed", str(seed), out=f"{scene}_{out}", **options)
         return self.folder / f"{scene}_{out}" / "recording.h5"
 
@@ -35,7 +35,7 @@ class Determinism(CommandTest):
 
     def test_two_runs_in_one_process_agree(self):
         out = self.folder / "cmp"
-        graph = GRAPHS / "peg_in_hole_refit.yaml"
+        graph = GRAPHS / "peg_in_hole/refit.yaml"
         self.run_ok("compare", graph, graph, "--seeds", "2", "--duration", "0.6", "--out", out)
         a, b = json.loads((out / "compare.json").read_text())["graphs"]
         for name, figure in a["figures"].items():

@@ -4,7 +4,7 @@ import pathlib
 import subprocess
 import unittest
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest, built, needs_collision, needs_live, tactor
+from harness import GRAPHS, ROOT, TACTOR, CommandTest, built, needs_meshes, needs_live, tactor
 
 KINDS = [kind for kind in ("modbus", "usb") if built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so")]
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
@@ -129,9 +129,9 @@ class Emulated(CommandTest):
         self.assertEqual(result.returncode, 0)
         self.assertIn("--pty", result.stdout)
 
-    @needs_collision
+    @needs_meshes
     def test_the_shipped_graph_is_good(self):
-        self.assertIn("ok", self.run_ok("check", GRAPHS / "bunny_orca.yaml").stdout)
+        self.assertIn("ok", self.run_ok("check", GRAPHS / "bunny/orca.yaml").stdout)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import termios
 import time
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, needs_collision, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, TACTOR, CommandTest, needs_meshes, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -32,7 +32,7 @@ NONE, NOT_FINITE, OVERSPEED, READ_FAILED = range(4)
 STALE, NOT_PERMITTED = 7, 8
 # The duck's tool is in contact from 0.7 s on. Nothing is judged, so no reference run is waited for.
 # Physics runs as fast as it can, so that there is more to go wrong.
-DUCK = f"""extends: {GRAPHS / 'duck_live.yaml'}
+DUCK = f"""extends: {GRAPHS / 'duck/live.yaml'}
 duration: 3 s
 live: {{impose_cost: false%s}}
 nodes: {{metrics: ~}}
@@ -95,7 +95,7 @@ class Recording:
         return found[0]
 
 
-@needs_collision
+@needs_meshes
 @needs_hdf5
 @unittest.skipIf(h5py is None, "h5py is not installed")
 class FaultRun(CommandTest):

@@ -5,7 +5,7 @@ import resource
 import subprocess
 import unittest
 
-from harness import (EDGES_OF_A_SMALL_GRAPH, IS_SANITIZED, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_collision,
+from harness import (EDGES_OF_A_SMALL_GRAPH, IS_SANITIZED, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_meshes,
                      needs_devices, needs_hdf5)
 
 try:
@@ -18,7 +18,7 @@ EMULATOR = ROOT.joinpath(TACTOR).parent / "tactor-emulate-usb"
 
 
 class KeptFiles(CommandTest):
-    @needs_collision
+    @needs_meshes
     @needs_devices
     @unittest.skipUnless(EMULATOR.exists(), "this build has no emulated USB")
     def test_a_calibration_is_never_kept_in_the_folder_for_temporary_files(self):

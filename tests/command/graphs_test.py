@@ -4,13 +4,13 @@ import unittest
 
 import yaml
 
-from harness import GRAPHS, CommandTest, needs_collision, needs_live, tactor
+from harness import GRAPHS, CommandTest, graph_files, graph_name, needs_meshes, needs_live, tactor
 
 
 def shipped(clock):
     """The shipped graphs that name this clock themselves, the others extend one with a virtual clock; without those for
     hardware, which are run beside their emulators elsewhere."""
-    for graph in sorted(GRAPHS.glob("*.yaml")):
+    for graph in graph_files():
         tree = yaml.safe_load(graph.read_text())
         device = tree.get("nodes", {}).get("device") or {}
         if device.get("type", "").startswith(("modbus.", "usb.", "falcon.")):
@@ -19,10 +19,10 @@ def shipped(clock):
             yield graph
 
 
-@needs_collision
+@needs_meshes
 class ShippedGraphs(CommandTest):
     def test_every_graph_checks(self):
-        graphs = sorted(GRAPHS.glob("*.yaml"))
+        graphs = graph_files()
         self.assertGreater(len(graphs), 20)
         self.run_ok("check", *graphs)
 
@@ -31,13 +31,13 @@ class ShippedGraphs(CommandTest):
         self.assertGreater(len(methods), 10)
         for method in methods:
             with self.subTest(method=method.name):
-                summary = self.run_graph(GRAPHS / "wall.yaml", "--over", method, "--duration", "1.2")
+                summary = self.run_graph(GRAPHS / "wall/scene.yaml", "--over", method, "--duration", "1.2")
                 self.assertGreater(summary["contacts"]["max"], 0)
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
 
     def test_every_graph_runs(self):
         for graph in shipped(clock="virtual"):
-            with self.subTest(graph=graph.name):
+            with self.subTest(graph=graph_name(graph)):
                 # Past the settling time of the metrics, so that every figure is there.
                 summary = self.run_graph(graph, "--duration", "0.4")
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
@@ -47,7 +47,7 @@ class ShippedGraphs(CommandTest):
         graphs = list(shipped(clock="real"))
         self.assertGreaterEqual(len(graphs), 2)
         for graph in graphs:
-            with self.subTest(graph=graph.name):
+            with self.subTest(graph=graph_name(graph)):
                 text = self.run_ok("check", "--explain", graph).stdout
                 self.assertIn("clock real", text)
                 self.assertIn("a missing privilege: warn", text)
@@ -60,12 +60,12 @@ class ShippedGraphs(CommandTest):
             for word in words:
                 self.assertIn(word, result.stderr)
 
-        for graph, name in (("duck_forcegrid.yaml", "forcefield.grid"), ("duck_rbf.yaml", "forcefield.rbf")):
+        for graph, name in (("duck/forcegrid.yaml", "forcefield.grid"), ("duck/rbf.yaml", "forcefield.rbf")):
             for verb in ("check", "run"):
                 with self.subTest(graph=graph, verb=verb):
                     refused(verb, graph, "scene.bodies.tool.motion=rigid", f"methods/{graph[5:]}:3:", f"node interpolation: {name}: ",
                             "the tool 'tool' rotates", "use a prediction.* and an interpolation.* in its place")
-        refused("run", "duck_rbf.yaml", "interpolation.k_t=500", "interpolation", "this one has 353.553391 N/m; set its k_t")
+        refused("run", "duck/rbf.yaml", "interpolation.k_t=500", "interpolation", "this one has 353.553391 N/m; set its k_t")
 
     def assert_rising(self, figures, *names):
         values = [figures[name] for name in names]
@@ -75,7 +75,7 @@ class ShippedGraphs(CommandTest):
     @needs_live
     def test_every_live_graph_runs_and_tells_its_latencies_ages_and_drops(self):
         for graph in shipped(clock="real"):
-            with self.subTest(graph=graph.name):
+            with self.subTest(graph=graph_name(graph)):
                 summary = self.run_graph(graph, "--duration", "0.8")
                 self.assertEqual((summary["clock"], summary["duration_s"]), ("real", 0.8))
                 self.assertNotIn("failure", summary)

@@ -8,12 +8,16 @@ import select
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRAPHS = ROOT / "graphs"
+sys.path.insert(0, str(GRAPHS))
+from shipped import graph_file, graph_files, graph_name  # noqa: E402, F401
+
 PATIENCE = 120  # s, for what takes a moment on an idle machine
 TACTOR = os.environ.get("TACTOR", str(ROOT / "build/release/bin/tactor"))
 
@@ -23,8 +27,8 @@ def built(*places):
     return any((pathlib.Path(TACTOR).resolve().parent / place).exists() for place in places)
 
 
-# The shipped graphs need collision and the generated meshes, which a build without CGAL lacks.
-HAS_COLLISION = built("nodes/libtactor_collision.so", "../lib/tactor/libtactor_collision.so")
+# The shipped graphs need the generated meshes, which a build without CGAL lacks.
+HAS_MESHES = built("../meshes/bunny.off", "../share/tactor/meshes/duck.off")
 HAS_DEVICES = all(built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so") for kind in ("modbus", "usb"))
 HAS_HDF5 = built("libtactor_record.so", "../lib/libtactor_record.so")
 HAS_LIVE = os.environ.get("TACTOR_LIVE", "1") != "0"
@@ -32,7 +36,7 @@ HAS_LIVE = os.environ.get("TACTOR_LIVE", "1") != "0"
 CACHE = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release")) / "CMakeCache.txt"
 IS_SANITIZED = CACHE.exists() and re.search(r"^TACTOR_SANITIZE:\w+=.", CACHE.read_text(), re.MULTILINE) is not None
 needs_live = unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
-needs_collision = unittest.skipUnless(HAS_COLLISION, "this build has no CGAL, so no collision and no meshes")
+needs_meshes = unittest.skipUnless(HAS_MESHES, "this build has no CGAL, so no generated meshes")
 needs_devices = unittest.skipUnless(HAS_DEVICES, "this build lacks Modbus or USB, so their node types")
 needs_hdf5 = unittest.skipUnless(HAS_HDF5, "this build has no HDF5, so no recordings")
 # The outputs of a chain that needs no mesh: a trajectory, the simulated device, metrics.

@@ -9,8 +9,8 @@ import subprocess
 import tempfile
 import unittest
 
-from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_COLLISION, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, CommandTest
-from harness import needs_collision, needs_hdf5, needs_live, tactor
+from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_MESHES, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, CommandTest
+from harness import needs_meshes, needs_hdf5, needs_live, tactor
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 PATIENCE = 150  # s, for what takes a few seconds on an idle machine
@@ -59,7 +59,7 @@ class Built(unittest.TestCase):
     @unittest.skipUnless((BUILD / "build.ninja").exists(), "the build is not made by Ninja")
     def test_the_command_and_the_meshes_build_all_that_is_installed(self):
         # What else an installation copies would be missing half-way through it.
-        commands = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", "tactor", *(["tactor_meshes"] if HAS_COLLISION else [])],
+        commands = subprocess.run(["ninja", "-C", BUILD, "-t", "commands", "tactor", *(["tactor_meshes"] if HAS_MESHES else [])],
                                   capture_output=True, text=True, check=True).stdout
         built = {(BUILD / word).resolve() for word in commands.split()}
         copied = set()
@@ -113,20 +113,57 @@ class Graphs(Installed):
             return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.suffix in (".yaml", ".csv")}
         self.assertEqual(files(self.share / "graphs"), files(GRAPHS))
 
-    @needs_collision
+    @needs_meshes
     @needs_hdf5
     def test_one_of_each_mesh_is_run(self):
-        for name in ("bunny_refit", "duck_refit", "peg_in_hole_refit"):
+        for name in ("bunny", "duck", "peg_in_hole"):
             with self.subTest(graph=name):
-                self.run_ok("run", self.share / f"graphs/{name}.yaml", "--duration", "0.3", "--out", self.folder / name)
+                self.run_ok("run", self.share / f"graphs/{name}/refit.yaml", "--duration", "0.3", "--out", self.folder / name)
                 summary = json.loads((self.folder / name / "summary.json").read_text())
                 self.assertGreater(summary["physics"]["steps"], 0)
 
-    @needs_collision
+    @needs_meshes
     def test_a_method_is_laid_over_one(self):
-        text = self.run_ok("check", "--explain", self.share / "graphs/duck.yaml",
+        text = self.run_ok("check", "--explain", self.share / "graphs/duck/scene.yaml",
                            "--over", self.share / "graphs/methods/kalman.yaml").stdout
         self.assertIn("prediction.kalman", text)
+
+
+class WithoutCgal(Installed):
+    """An installation without the plugin of CGAL, as one that must not be under the GPL."""
+
+    def setUp(self):
+        super().setUp()
+        plugin = next(self.prefix.rglob("libtactor_cgal.so"), None)
+        if plugin is not None:
+            aside = plugin.with_suffix(".aside")
+            plugin.rename(aside)
+            self.addCleanup(aside.rename, plugin)
+        self.environment["TACTOR_CACHE"] = str(self.folder / "cache")
+
+    def run_graph_of(self, scene, *options):
+        return self.run_ok("run", self.share / f"graphs/{scene}/refit.yaml", "--duration", "1.5", "--overwrite", "--out",
+                           self.folder / "out", *options)
+
+    def most_contacts(self):
+        return json.loads((self.folder / "out/summary.json").read_text())["contacts"]["max"]
+
+    def test_primitives_collide_and_move(self):
+        self.assertEqual(self.run_graph_of("wall").stderr, "")
+        self.assertGreater(self.most_contacts(), 0)
+
+    @needs_meshes
+    def test_meshes_are_taken_as_they_are_with_a_warning(self):
+        said = self.run_graph_of("duck").stderr
+        self.assertIn("it was neither checked nor repaired, because the plugin tactor_cgal is not installed", said)
+        self.assertGreater(self.most_contacts(), 0)
+
+    @needs_meshes
+    def test_what_needs_it_says_so(self):
+        result = tactor("check", self.share / "graphs/duck/refit.yaml", "--set", "collision.type=collision.exact",
+                        program=str(self.program), environment=self.environment)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("collision.exact needs the plugin tactor_cgal (package tactor-cgal", result.stderr)
 
 
 @unittest.skipUnless(HAS_MODBUS, "this build has no Modbus")
@@ -143,7 +180,7 @@ class Modbus(Installed):
                 self.emulate(name)
 
     @needs_live
-    @needs_collision
+    @needs_meshes
     def test_a_live_run_drives_an_emulated_motor(self):
         text = (self.share / "profiles/modbus/iris_orca.yaml").read_text()
         text = text.replace("response_timeout: 25 ms", "response_timeout: 400 ms").replace("time: 150 ms", "time: 5 s")
@@ -152,9 +189,9 @@ class Modbus(Installed):
         self.run_ok("run", graph, "--out", self.folder / "out")
         self.assertGreater(self.device_part()["ticks"], 0)
 
-    @needs_collision
+    @needs_meshes
     def test_the_graph_of_the_orca_finds_its_profile_by_name(self):
-        self.run_ok("check", self.share / "graphs/bunny_orca.yaml")
+        self.run_ok("check", self.share / "graphs/bunny/orca.yaml")
 
 
 @unittest.skipUnless(HAS_USB, "this build has no USB")
@@ -174,7 +211,7 @@ class Usb(Installed):
                     self.assertIn(name, result.stdout)
 
     @needs_live
-    @needs_collision
+    @needs_meshes
     def test_a_live_run_drives_an_emulated_device(self):
         graph = self.pressed_wall("type: usb.device, profile: polhem, origin: [0, 0, 10 mm]")
         result = self.run_program("tactor", "emulate", "usb", "polhem", "--",

@@ -6,18 +6,18 @@ import math
 import pathlib
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, needs_collision, needs_hdf5, tactor
+from harness import GRAPHS, TACTOR, CommandTest, needs_meshes, needs_hdf5, tactor
 
 SETTLE = 0.2  # s, what sink.metrics leaves out
 
 
-@needs_collision
+@needs_meshes
 class Explain(CommandTest):
     def explain(self, graph, *arguments):
         return json.loads(self.run_ok("explain", GRAPHS / graph, "--json", *arguments).stdout)
 
     def test_every_node_has_its_figures_and_the_shares_are_the_whole(self):
-        for graph, freedom, duration in (("duck.yaml", 3, 1), ("bunny.yaml", 6, 0.4)):
+        for graph, freedom, duration in (("duck/scene.yaml", 3, 1), ("bunny/scene.yaml", 6, 0.4)):
             with self.subTest(graph=graph):
                 found = self.explain(graph, "--duration", duration)
                 self.assertEqual(found["scene"]["degrees_of_freedom"], freedom)
@@ -42,7 +42,7 @@ class Explain(CommandTest):
                                            node["us_per_simulated_s"] * duration, delta=1e-6 * node["us_per_simulated_s"] + 1e-6)
 
     def test_memory_is_told_where_it_is_counted(self):
-        nodes = {node["node"]: node for node in self.explain("duck.yaml", "--duration", 0.5)["nodes"]}
+        nodes = {node["node"]: node for node in self.explain("duck/scene.yaml", "--duration", 0.5)["nodes"]}
         if nodes["collision"]["built_bytes"] is None:
             self.skipTest("this build does not count the heap")
         for node in nodes.values():
@@ -51,7 +51,7 @@ class Explain(CommandTest):
         self.assertGreater(nodes["collision"]["built_bytes"], 13926 * 3 * 4)
 
     def test_libraries_are_told_with_the_size_of_their_files(self):
-        found = {item["name"]: item["bytes"] for item in self.explain("duck.yaml", "--duration", 0.5)["libraries"] if item["ours"]}
+        found = {item["name"]: item["bytes"] for item in self.explain("duck/scene.yaml", "--duration", 0.5)["libraries"] if item["ours"]}
         folder = pathlib.Path(TACTOR).resolve().parent / "nodes"
         if not folder.exists():
             self.skipTest("the command is installed elsewhere")
@@ -61,7 +61,7 @@ class Explain(CommandTest):
         self.assertNotIn("libtactor_modbus.so", found)
 
     def test_what_was_left_out_has_a_cost_where_it_can_be_kept_in(self):
-        left = {item["what"]: item for item in self.explain("duck_fixed.yaml", "--duration", 0.5)["left_out"]}
+        left = {item["what"]: item for item in self.explain("duck/fixed.yaml", "--duration", 0.5)["left_out"]}
         for what in ("node refit", "torque"):
             cost = left[what]["us_per_simulated_s"]
             self.assertLessEqual(cost["least"], cost["median"])
@@ -70,7 +70,7 @@ class Explain(CommandTest):
         self.assertGreater(left["node refit"]["us_per_simulated_s"]["least"], 0)
         edge = next(item for what, item in left.items() if what.startswith("edge"))
         self.assertIsNone(edge["us_per_simulated_s"])
-        said = self.run_ok("explain", GRAPHS / "duck_fixed.yaml", "--duration", 0.5).stdout
+        said = self.run_ok("explain", GRAPHS / "duck/fixed.yaml", "--duration", 0.5).stdout
         for word in ("3 degrees of freedom", "libtactor_prediction.so", "left out", "not measured", "us a step",
                      "the median of 3 repeats after 1 run that did not count", "spread"):
             self.assertIn(word, said)
@@ -78,22 +78,22 @@ class Explain(CommandTest):
     def test_a_bad_graph_is_bad_input(self):
         graph = self.write("bad.yaml", "clock: real\n")
         self.assertEqual(tactor("explain", graph, environment=self.environment).returncode, 2)
-        live = tactor("explain", GRAPHS / "duck.yaml", "--set", "clock=real", environment=self.environment)
+        live = tactor("explain", GRAPHS / "duck/scene.yaml", "--set", "clock=real", environment=self.environment)
         self.assertEqual(live.returncode, 2, live.stderr)
         self.assertIn("--set clock=virtual", live.stderr)
 
     def test_a_single_run_has_no_spread_and_says_so(self):
-        found = self.explain("duck.yaml", "--duration", 0.3, "--repeats", 1)
+        found = self.explain("duck/scene.yaml", "--duration", 0.3, "--repeats", 1)
         self.assertEqual((found["timing"]["repeats"], found["timing"]["warm_up"]), (1, 0))
         self.assertEqual({node["spread"] for node in found["nodes"]}, {None})
-        self.assertNotEqual(tactor("explain", GRAPHS / "duck.yaml", "--repeats", 0, environment=self.environment).returncode, 0)
+        self.assertNotEqual(tactor("explain", GRAPHS / "duck/scene.yaml", "--repeats", 0, environment=self.environment).returncode, 0)
 
 
 # Where these do not matter they are not tried, which saves time.
 FEW = ("--set", "collision.max_contacts=8", "--set", "collision.local_contacts=4", "--set", "collision.anchors=1")
 
 
-@needs_collision
+@needs_meshes
 class Lean(CommandTest):
     def lean(self, graph, *arguments):
         """The results as JSON; the lean graph is self.folder / lean.yaml."""
@@ -118,7 +118,7 @@ class Lean(CommandTest):
     @needs_hdf5
     def test_a_tapped_duck_needs_neither_rotation_nor_torque_nor_friction(self):
         short = ("--duration", 1.5)
-        found = self.lean("duck_tapped_fine.yaml", "--budget", 0.08, *short, *FEW)
+        found = self.lean("duck/tapped_fine.yaml", "--budget", 0.08, *short, *FEW)
         steps = self.steps(found)
         self.assertIn("without rotation and torque of tool", steps)
         self.assertIn("without friction of tool", steps)
@@ -132,17 +132,17 @@ class Lean(CommandTest):
         seed = ("--seed", found["check_seeds"][0], *short)
         original, result = found["check"]["original"]["error_N"], found["check"]["lean"]["error_N"]
         self.assertLessEqual(result, 0.08)
-        summary = self.run_graph(GRAPHS / "duck_tapped_fine.yaml", *seed)
+        summary = self.run_graph(GRAPHS / "duck/tapped_fine.yaml", *seed)
         self.assertAlmostEqual(summary["delivered"]["force"]["rms_error_N"], original, delta=1e-9)
         self.assertIn("torque", summary["delivered"])
         self.assertNotIn("torque", self.run_graph(lean, *seed)["delivered"])
-        a, b = self.displayed(GRAPHS / "duck_tapped_fine.yaml", *seed), self.displayed(lean, *seed)
+        a, b = self.displayed(GRAPHS / "duck/tapped_fine.yaml", *seed), self.displayed(lean, *seed)
         apart = self.apart(a, b)
         self.assertLessEqual(apart, result + original + 1e-6)
         self.assertGreaterEqual(apart, result - original - 1e-6)
 
     def test_a_duck_that_is_slid_over_keeps_its_friction(self):
-        found = self.lean("duck_fine.yaml", "--budget", 0.05, "--duration", 1.5, *FEW)
+        found = self.lean("duck/fine.yaml", "--budget", 0.05, "--duration", 1.5, *FEW)
         steps = self.steps(found)
         self.assertIn("without rotation and torque of tool", steps)
         self.assertNotIn("without friction of tool", steps)
@@ -157,7 +157,7 @@ class Lean(CommandTest):
     @needs_hdf5
     def test_the_bunny_does_a_fifth_of_the_work_within_the_budget(self):
         seconds = ("--duration", 0.8)
-        found = self.lean("bunny_fine.yaml", "--budget", 0.05, *seconds, *FEW[2:])
+        found = self.lean("bunny/fine.yaml", "--budget", 0.05, *seconds, *FEW[2:])
         steps = self.steps(found)
         # The dear parts: the search of all faces, the sub-steps, and the contact samples.
         self.assertIn("collision: collision.exact -> collision.sdf", steps)
@@ -178,7 +178,7 @@ class Lean(CommandTest):
         errors = {name: found["check"][name]["error_N"] for name in ("original", "lean")}
         self.assertLessEqual(errors["lean"], 0.05)
         shown, work = {}, {}
-        for name, graph in (("original", GRAPHS / "bunny_fine.yaml"), ("lean", self.folder / "lean.yaml")):
+        for name, graph in (("original", GRAPHS / "bunny/fine.yaml"), ("lean", self.folder / "lean.yaml")):
             shown[name] = self.displayed(graph, *seed)
             summary = json.loads((self.folder / "out/summary.json").read_text())
             self.assertGreater(summary["contacts"]["max"], 0)
@@ -191,7 +191,7 @@ class Lean(CommandTest):
         self.assertGreaterEqual(work["original"], 5 * work["lean"])
 
     def test_values_of_the_command_line_are_in_the_graph_that_is_written(self):
-        found = self.lean("duck_fine.yaml", "--budget", 0.5, "--duration", 0.6, "--set", "scene.bodies.tool.mass=70g",
+        found = self.lean("duck/fine.yaml", "--budget", 0.5, "--duration", 0.6, "--set", "scene.bodies.tool.mass=70g",
                           "--set", "coupling.k_0=400", *FEW)
         self.assertIn("without friction of tool", self.steps(found))
         summary = self.run_graph(self.folder / "lean.yaml", "--duration", 0.6)
@@ -205,15 +205,15 @@ class Lean(CommandTest):
     def test_bad_input_is_told_and_nothing_is_written(self):
         out = self.folder / "never.yaml"
         cases = (
-            (("duck_fine.yaml",), "--budget"),
-            (("duck_fine.yaml", "--budget", "0"), "--budget: expected a force (N) above 0, found 0"),
-            (("duck_fine.yaml", "--budget", "nan"), "--budget"),
-            (("duck_fine.yaml", "--budget", "0.05", "--torque-budget", "-1"), "--torque-budget: expected a torque (N m) of at least 0, found -1"),
-            (("duck_fine.yaml", "--budget", "0.05", "--metric", "felt"), "felt"),
-            (("duck_fine.yaml", "--budget", "0.05", "--set", "clock=real"), "clock=virtual"),
-            (("duck_closed_loop.yaml", "--budget", "0.05"), "closed loop"),
-            (("duck.yaml", "--budget", "0.0001", "--duration", "0.6"), "expected a graph within the budget"),
-            (("duck_fine.yaml", "--budget", "0.05", "--duration", "0.1"), "settle"),
+            (("duck/fine.yaml",), "--budget"),
+            (("duck/fine.yaml", "--budget", "0"), "--budget: expected a force (N) above 0, found 0"),
+            (("duck/fine.yaml", "--budget", "nan"), "--budget"),
+            (("duck/fine.yaml", "--budget", "0.05", "--torque-budget", "-1"), "--torque-budget: expected a torque (N m) of at least 0, found -1"),
+            (("duck/fine.yaml", "--budget", "0.05", "--metric", "felt"), "felt"),
+            (("duck/fine.yaml", "--budget", "0.05", "--set", "clock=real"), "clock=virtual"),
+            (("duck/closed_loop.yaml", "--budget", "0.05"), "closed loop"),
+            (("duck/scene.yaml", "--budget", "0.0001", "--duration", "0.6"), "expected a graph within the budget"),
+            (("duck/fine.yaml", "--budget", "0.05", "--duration", "0.1"), "settle"),
         )
         for arguments, said in cases:
             with self.subTest(arguments=arguments):
@@ -221,7 +221,7 @@ class Lean(CommandTest):
                 self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
                 self.assertIn(said, result.stderr)
                 self.assertFalse(out.exists())
-        result = tactor("lean", GRAPHS / "duck_fine.yaml", "--budget", "1", "--out", self.folder / "x.txt",
+        result = tactor("lean", GRAPHS / "duck/fine.yaml", "--budget", "1", "--out", self.folder / "x.txt",
                         environment=self.environment)
         self.assertEqual(result.returncode, 2)
 

@@ -4,7 +4,7 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, CommandTest, built, needs_collision, needs_hdf5
+from harness import GRAPHS, CommandTest, built, needs_meshes, needs_hdf5
 
 HAS_LIVE = built("../lib/libtactor_live.so")
 STREAMS = ["collision.contacts", "dynamics.state", "coupling.force", "refit.coefficients", "prediction.forecast",
@@ -19,7 +19,7 @@ def flat(data):
 
 
 @needs_hdf5
-@needs_collision
+@needs_meshes
 @unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
 class LiveContract(CommandTest):
     def streams(self, folder):
@@ -46,10 +46,10 @@ class LiveContract(CommandTest):
 
     def check_contract(self, imposed):
         """Runs the method live and again under the virtual clock: the same steps and values; the live summary."""
-        recorded = self.write("recorded.yaml", f"extends: {GRAPHS / 'duck_refit.yaml'}\nrecord: [device.state]\n")
+        recorded = self.write("recorded.yaml", f"extends: {GRAPHS / 'duck/refit.yaml'}\nrecord: [device.state]\n")
         self.run_graph(recorded, "--duration", "2", out="input")
         graph = self.write("contract.yaml", f"""
-extends: {GRAPHS / 'duck_live.yaml'}
+extends: {GRAPHS / 'duck/live.yaml'}
 duration: 2 s
 live: {{impose_cost: {imposed}}}
 nodes:

@@ -1,7 +1,7 @@
 """Costs that a live graph imposes: physics at the declared rate, told by check and seen in the results."""
 import unittest
 
-from harness import GRAPHS, CommandTest, needs_collision, needs_hdf5, needs_live
+from harness import GRAPHS, CommandTest, graph_file, needs_meshes, needs_hdf5, needs_live
 
 try:
     import h5py
@@ -9,7 +9,7 @@ try:
 except ImportError:
     h5py = None
 
-WALL = f"""extends: {GRAPHS / 'wall_refit.yaml'}
+WALL = f"""extends: {GRAPHS / 'wall/refit.yaml'}
 clock: real
 duration: 2 s
 """
@@ -17,7 +17,7 @@ IMPOSED = "live: {impose_cost: true}\n"
 
 
 @needs_live
-@needs_collision
+@needs_meshes
 class ImposedCost(CommandTest):
     def test_physics_has_its_declared_rate_where_the_graph_imposes_the_cost_and_its_own_where_not(self):
         free = self.run_graph(self.write("free.yaml", WALL), out="free")
@@ -67,7 +67,7 @@ class ImposedCost(CommandTest):
     def test_the_shipped_live_graphs_impose_the_costs_that_make_the_rate_of_the_paper(self):
         for name in ("duck_live", "bunny_live", "bunny_local_live"):
             self.assertIn("a step takes at least its declared cost",
-                          self.run_ok("check", "--explain", GRAPHS / f"{name}.yaml").stdout, name)
+                          self.run_ok("check", "--explain", graph_file(name)).stdout, name)
 
 
 if __name__ == "__main__":

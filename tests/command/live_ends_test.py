@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from harness import GRAPHS, IS_SANITIZED, TACTOR, CommandTest, built, needs_collision, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, IS_SANITIZED, TACTOR, CommandTest, built, needs_meshes, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -22,7 +22,7 @@ IN_TIME = 20 if IS_SANITIZED else 2  # s, from the end of a run to the end of th
 NODES = 200
 A_USER = 54321  # who has no process
 HAS_MODBUS = built("nodes/libtactor_modbus.so", "../lib/tactor/libtactor_modbus.so")
-WALL = f"""extends: {GRAPHS / 'wall_refit.yaml'}
+WALL = f"""extends: {GRAPHS / 'wall/refit.yaml'}
 clock: real
 live: {{on_missing_privilege: warn}}
 """
@@ -45,7 +45,7 @@ def wall_with(nodes):
 
 
 @needs_live
-@needs_collision
+@needs_meshes
 @needs_hdf5
 @unittest.skipIf(h5py is None, "h5py is not installed")
 class ManyNodes(CommandTest):
@@ -102,7 +102,7 @@ def as_a_user(threads):
 
 
 @needs_live
-@needs_collision
+@needs_meshes
 @unittest.skipUnless(os.geteuid() == 0, "only root can run a command as a user with no other process")
 class RefusedThreads(CommandTest):
     def setUp(self):
@@ -149,19 +149,19 @@ class RefusedThreads(CommandTest):
         self.assertIn("cannot start the thread trial", self.run_with(1, "run", graph, "--out", "out").stderr)
 
     def test_a_study_that_is_refused_a_thread_ends_and_names_the_limit(self):
-        names = self.refused("compare", GRAPHS / "wall_off.yaml", GRAPHS / "wall_refit.yaml", "--seeds", "2",
+        names = self.refused("compare", GRAPHS / "wall/off.yaml", GRAPHS / "wall/refit.yaml", "--seeds", "2",
                              "--duration", "0.1", "--jobs", "3", "--out", "out", "--overwrite", most=12)
         self.assertEqual(names, once(["process of the study", "thread study", "thread study"]))
 
     @unittest.skipUnless(HAS_MODBUS, "this build has no Modbus")
     def test_a_link_to_a_device_that_is_refused_its_thread_ends_the_run_and_names_the_limit(self):
-        result = self.run_with(1, "device", "test", GRAPHS / "bunny_orca.yaml")
+        result = self.run_with(1, "device", "test", GRAPHS / "bunny/orca.yaml")
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertRegex(result.stderr, r"cannot start the thread \S+: ")
 
 
 @needs_live
-@needs_collision
+@needs_meshes
 class BeforeTheFirstTick(CommandTest):
     def test_a_live_run_that_is_interrupted_as_it_starts_ends_well_and_leaves_a_report(self):
         graph = self.write("wall.yaml", WALL)
@@ -188,7 +188,7 @@ class BeforeTheFirstTick(CommandTest):
         for clock in ("virtual", "real"):
             for duration in ("1e-9", "0.001", "0.0021"):
                 with self.subTest(clock=clock, duration=duration):
-                    self.run_ok("run", GRAPHS / "wall_refit.yaml", "--set", f"clock={clock}", "--duration", duration,
+                    self.run_ok("run", GRAPHS / "wall/refit.yaml", "--set", f"clock={clock}", "--duration", duration,
                                 "--out", self.folder / "out", "--overwrite")
                     self.assertIn("</html>", (self.folder / "out/report.html").read_text())
 

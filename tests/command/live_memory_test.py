@@ -5,9 +5,9 @@ import subprocess
 import time
 import unittest
 
-from harness import GRAPHS, IS_SANITIZED, TACTOR, CommandTest, needs_collision, needs_hdf5, needs_live
+from harness import GRAPHS, IS_SANITIZED, TACTOR, CommandTest, needs_meshes, needs_hdf5, needs_live
 
-GRAPH = f"""extends: {GRAPHS / 'wall_refit.yaml'}
+GRAPH = f"""extends: {GRAPHS / 'wall/refit.yaml'}
 clock: real
 nodes: {{metrics: ~}}
 record: [trajectory.target, device.state, device.commanded, device.safety, device.interpolated, collision.contacts,
@@ -18,7 +18,7 @@ MOST = 400  # KiB: three steps of the heap, for the indices of the recording; th
 
 
 @needs_live
-@needs_collision
+@needs_meshes
 @needs_hdf5
 @unittest.skipIf(IS_SANITIZED, "a sanitizer keeps freed memory")
 class Memory(CommandTest):

@@ -1,7 +1,7 @@
 """What a user sees of repaired, odd and refused meshes."""
 import unittest
 
-from harness import GRAPHS, CommandTest, needs_collision, tactor
+from harness import GRAPHS, CommandTest, needs_meshes, tactor
 
 CORNERS = [(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
 QUADS = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
@@ -13,7 +13,7 @@ def cube(edge, quads=None):
     return points + "".join(f"f {quad}\n" for quad in quads or QUADS)
 
 
-@needs_collision
+@needs_meshes
 class Meshes(CommandTest):
     def graph(self, obstacle):
         """A graph whose tool is a sound cube and whose obstacle, the body `bunny`, is this text in OBJ."""
@@ -21,7 +21,7 @@ class Meshes(CommandTest):
         triangles += [f"{a} {c} {d}" for a, _, c, d in map(str.split, QUADS)]
         self.write("tool.obj", cube(0.02, triangles))
         self.write("stone.obj", obstacle)
-        return self.write("stones.yaml", f"extends: {GRAPHS}/bunny_off.yaml\nduration: 10 ms\nscene:\n  bodies:\n"
+        return self.write("stones.yaml", f"extends: {GRAPHS}/bunny/off.yaml\nduration: 10 ms\nscene:\n  bodies:\n"
                                          "    bunny: {mesh: stone.obj}\n    tool: {mesh: tool.obj}\n")
 
     def test_repairs_are_told_once_on_standard_error_and_the_same_from_the_cache(self):

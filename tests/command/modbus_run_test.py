@@ -361,7 +361,7 @@ class ModbusRun(CommandTest):
 
     def test_the_shipped_graph_runs_against_its_emulator(self):
         connect = self.emulate()
-        process = subprocess.Popen([TACTOR, "run", GRAPHS / "bunny_orca.yaml", "--overwrite", "--out", self.out, "--duration", "120",
+        process = subprocess.Popen([TACTOR, "run", GRAPHS / "bunny/orca.yaml", "--overwrite", "--out", self.out, "--duration", "120",
                                     "--set", f"device.profile={self.profile}", "--set", f"device.connect={connect}",
                                     "--set", "device.link_timeout=2s", "--set", "device.stale_after=2s",
                                     "--set", "device.sample_age_max=4s"],

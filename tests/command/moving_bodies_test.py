@@ -4,9 +4,9 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, CommandTest, needs_collision, needs_hdf5, tactor
+from harness import GRAPHS, CommandTest, needs_meshes, needs_hdf5, tactor
 
-BLOCK = GRAPHS / "block_pushed.yaml"
+BLOCK = GRAPHS / "block_pushed/scene.yaml"
 EDGE = "  - dynamics.bodies -> collision.bodies\n"
 FREE = f"""
 extends: {BLOCK}
@@ -17,7 +17,7 @@ record: [dynamics.state, dynamics.bodies]
 """
 
 
-@needs_collision
+@needs_meshes
 class SeveralBodies(CommandTest):
     def recorded(self, text):
         graph = self.write("graph.yaml", text)
@@ -74,9 +74,9 @@ class SeveralBodies(CommandTest):
 
     def test_a_massless_law_for_bodies_of_mass_is_refused(self):
         self.refused(f"extends: {BLOCK}\nnodes: {{coupling: {{type: coupling.static}}}}\n",
-                     "block_pushed.yaml:", "edge coupling.law -> dynamics.law: dynamics (dynamics.rigid) does not take the massless law of "
+                     "block_pushed/scene.yaml:", "edge coupling.law -> dynamics.law: dynamics (dynamics.rigid) does not take the massless law of "
                      "coupling (coupling.static)", "use dynamics.quasistatic")
-        graph = self.write("balance.yaml", f"extends: {GRAPHS / 'peg_in_hole.yaml'}\nnodes:\n"
+        graph = self.write("balance.yaml", f"extends: {GRAPHS / 'peg_in_hole/scene.yaml'}\nnodes:\n"
                                            "  coupling: {type: coupling.static}\n  dynamics: {type: dynamics.quasistatic}\n")
         self.assertEqual(tactor("check", graph, environment=self.environment).returncode, 0)
 

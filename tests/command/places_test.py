@@ -1,7 +1,7 @@
 """An error points at the file and line where the value was written that it is about, however late the value is looked at."""
 import unittest
 
-from harness import CommandTest, needs_collision, tactor
+from harness import CommandTest, needs_meshes, tactor
 
 GRAPH = """clock: virtual
 duration: 1 s
@@ -42,7 +42,7 @@ edges:
 TETRAHEDRON = "OFF\n4 4 0\n0 0 0\n0.01 0 0\n0 0.01 0\n0 0 0.01\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
 
 
-@needs_collision
+@needs_meshes
 class Places(CommandTest):
     def setUp(self):
         super().setUp()

@@ -11,7 +11,7 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_collision, needs_hdf5
+from harness import GRAPHS, ROOT, TACTOR, CommandTest, needs_meshes, needs_hdf5
 
 RECORDED = "record: [device.state, device.commanded, coupling.force, prediction.forecast]\n"
 TELEOPERATION = pathlib.Path(os.environ.get("TACTOR_DATA", ROOT.parent / "shared/data")) / "tue_1dof_teleop"
@@ -20,11 +20,11 @@ TELEOPERATION = pathlib.Path(os.environ.get("TACTOR_DATA", ROOT.parent / "shared
 @needs_hdf5
 class Recordings(CommandTest):
     def recorded_run(self):
-        graph = self.write("recorded.yaml", f"extends: {GRAPHS / 'peg_in_hole_refit.yaml'}\n{RECORDED}")
+        graph = self.write("recorded.yaml", f"extends: {GRAPHS / 'peg_in_hole/refit.yaml'}\n{RECORDED}")
         self.run_graph(graph, "--duration", "3")
         return self.folder / "out" / "recording.h5"
 
-    @needs_collision
+    @needs_meshes
     def test_h5py_reads_stamps_values_units_frames_and_the_graph(self):
         with h5py.File(self.recorded_run()) as file:
             data = file["streams/device.commanded/data"]
@@ -36,7 +36,7 @@ class Recordings(CommandTest):
             self.assertIn("N m", text)
             self.assertTrue(any("prediction.ar" in str(v) for v in file.attrs.values()))
 
-    @needs_collision
+    @needs_meshes
     def test_the_csv_export_says_what_the_file_says(self):
         recording = self.recorded_run()
         text = self.run_ok("export", recording, "coupling.force").stdout
@@ -48,7 +48,7 @@ class Recordings(CommandTest):
             self.assertEqual(float(row["force_z [N]"]), entry["force"][2])
             self.assertEqual(float(row["torque_x [N m]"]), entry["torque"][0])
 
-    @needs_collision
+    @needs_meshes
     def test_a_replayed_force_is_predicted_as_it_was(self):
         recording = self.recorded_run()
         graph = self.write("replay.yaml", f"""
@@ -80,9 +80,9 @@ record: [recording.force, prediction.forecast]
         self.assertGreater(n, 100)
         numpy.testing.assert_array_equal(forecast["predicted"][:n], forecast_again["predicted"][:n])
 
-    @needs_collision
+    @needs_meshes
     def test_a_killed_run_leaves_a_readable_file(self):
-        graph = self.write("long.yaml", f"extends: {GRAPHS / 'duck_off.yaml'}\nrecord: [device.state, device.commanded]\n")
+        graph = self.write("long.yaml", f"extends: {GRAPHS / 'duck/off.yaml'}\nrecord: [device.state, device.commanded]\n")
         out = self.folder / "killed"
         process = subprocess.Popen([TACTOR, "run", graph, "--duration", "100000", "--out", out],
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -128,10 +128,10 @@ record: [recording.force, prediction.forecast]
 
 
 class RecordedForceAsPhysics(CommandTest):
-    """graphs/recorded.yaml, by its own recording and by those of a rig."""
+    """graphs/recorded/scene.yaml, by its own recording and by those of a rig."""
 
     def judged(self, *arguments):
-        graph = self.write("late.yaml", f"extends: {GRAPHS / 'recorded.yaml'}\nrecord: [coupling.force]\n")
+        graph = self.write("late.yaml", f"extends: {GRAPHS / 'recorded/scene.yaml'}\nrecord: [coupling.force]\n")
         summary = self.run_graph(graph, *arguments)
         physics = summary["physics"]
         with h5py.File(self.folder / "out" / "recording.h5") as file:

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, Terminal, needs_collision, needs_hdf5, tactor
+from harness import GRAPHS, TACTOR, CommandTest, Terminal, needs_meshes, needs_hdf5, tactor
 
 
 class Results(CommandTest):
@@ -83,7 +83,7 @@ class Kept(Results):
         self.here("run", self.judged_small_graph(), "--out", "mine")
 
     def test_comparisons_follow_the_same_rule(self):
-        command = ["compare", GRAPHS / "recorded.yaml", "--seeds", "2", "--duration", "0.3 s"]
+        command = ["compare", GRAPHS / "recorded/scene.yaml", "--seeds", "2", "--duration", "0.3 s"]
         self.here(*command)
         self.here(*command)
         self.assertTrue((self.folder / "out/compare/compare.json").exists())
@@ -101,11 +101,11 @@ class Kept(Results):
         self.here("run", graph, "--out", "run")
         self.assertIn("summary.json of another command", self.here("study", study, "--out", "run", code=2).stderr)
 
-    @needs_collision
+    @needs_meshes
     def test_lean_graphs_follow_the_same_rule(self):
         (self.folder / "out").mkdir()
         (self.folder / "mine.yaml").write_text("")
-        command = ["lean", GRAPHS / "duck_off.yaml", "--budget", "2 N", "--duration", "0.3 s", "--repeats", "1"]
+        command = ["lean", GRAPHS / "duck/off.yaml", "--budget", "2 N", "--duration", "0.3 s", "--repeats", "1"]
         refused = self.here(*command, "--out", "mine.yaml", code=2)
         self.assertIn("expected files that are not there yet, found mine.yaml; --overwrite replaces it", refused.stderr)
         # Its tables lie beside the graph.
@@ -156,9 +156,9 @@ class Interrupted(Results):
         self.assertRegex(stdout, said)
         self.assertRegex((self.folder / "mine/report.html").read_text(), said)
 
-    @needs_collision
+    @needs_meshes
     def test_a_whole_run_whose_reference_run_is_interrupted_is_told_as_such(self):
-        run = Terminal("run", GRAPHS / "wall_refit.yaml", "--duration", "20 s", "--out", self.folder / "mine",
+        run = Terminal("run", GRAPHS / "wall/refit.yaml", "--duration", "20 s", "--out", self.folder / "mine",
                        environment=self.environment)
         run.expect("reference run")
         run.type("\x03")

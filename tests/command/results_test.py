@@ -3,11 +3,11 @@ import json
 import re
 import unittest
 
-from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, METRICS_OF_A_SMALL_GRAPH, CommandTest, needs_collision, tactor
+from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, METRICS_OF_A_SMALL_GRAPH, CommandTest, needs_meshes, tactor
 
 SMALL = EDGES_OF_A_SMALL_GRAPH.replace("nodes:\n", "nodes:\n  metrics: {type: sink.metrics}\n") + METRICS_OF_A_SMALL_GRAPH
 POINTS = "    points: [{t: 0 s, x: 0 mm}, {t: 0.5 s, x: 10 mm}]\n"
-WALL = GRAPHS / "wall.yaml"
+WALL = GRAPHS / "wall/scene.yaml"
 
 
 def plain(text):
@@ -53,7 +53,7 @@ class Checked(CommandTest):
         self.refused_alike(SMALL.replace("{type: device.simulated}", "{type: device.simulated, force_slew: 1 N/s}"),
                            "force_slew: expected at least", "raise force_slew or ramp_down_time")
 
-    @needs_collision
+    @needs_meshes
     def test_check_refuses_a_motion_that_the_dynamics_do_not_know(self):
         self.refused_alike(WALL, "dynamics.translation", "has motion: rigid",
                            options=("--set", "scene.bodies.tool.motion=rigid"))
@@ -74,7 +74,7 @@ class Checked(CommandTest):
         self.assertFalse((self.folder / "out" / "study.sqlite").exists())
 
 
-@needs_collision
+@needs_meshes
 class Touching(CommandTest):
     """A wall under a ball that hangs 15 mm above it until 0.4 s, then goes down and presses."""
 
@@ -117,7 +117,7 @@ class Touching(CommandTest):
         self.assertEqual(self.run_ok("check", graph, "--set", "collision.spacing=2 mm").stderr, "")
 
     def test_shipped_graphs_raise_no_doubt(self):
-        for graph in ("duck.yaml", "bunny.yaml", "peg_in_hole.yaml", "block_pushed.yaml", "wall_closed_loop.yaml", "duck_rbf.yaml"):
+        for graph in ("duck/scene.yaml", "bunny/scene.yaml", "peg_in_hole/scene.yaml", "block_pushed/scene.yaml", "wall/closed_loop.yaml", "duck/rbf.yaml"):
             with self.subTest(graph=graph):
                 self.assertNotIn("warning: ", self.run_ok("check", GRAPHS / graph).stderr)
 
@@ -126,7 +126,7 @@ class Touching(CommandTest):
         return result, json.loads((self.folder / "out" / "compare.json").read_text()), (self.folder / "out" / "report.html").read_text()
 
     def test_a_comparison_in_which_nothing_touches_tests_nothing_and_begins_with_that(self):
-        result, found, page = self.compare(WALL, GRAPHS / "wall_refit.yaml", "--duration", "0.4")
+        result, found, page = self.compare(WALL, GRAPHS / "wall/refit.yaml", "--duration", "0.4")
         says = "nothing touches in any run: every force is that of a tool in free space, and no difference is tested"
         self.assertTrue(plain(result.stdout).startswith("WARNING: " + says), result.stdout)
         self.assertIn("wall_refit: not tested, nothing touches", plain(result.stdout))
@@ -158,7 +158,7 @@ class Touching(CommandTest):
         self.assertIn("nothing touches in any run", (self.folder / "out" / "report.html").read_text())
 
 
-@needs_collision
+@needs_meshes
 class Words(CommandTest):
     def test_the_stability_of_a_run_is_told_in_words(self):
         result = self.run_ok("run", WALL, "--duration", "1", "--out", self.folder / "out")

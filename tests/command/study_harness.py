@@ -8,7 +8,7 @@ import time
 
 from harness import GRAPHS, TACTOR, CommandTest, tactor
 
-RECORDED = GRAPHS / "recorded.yaml"
+RECORDED = GRAPHS / "recorded/scene.yaml"
 FAULT_NODES = pathlib.Path(os.environ.get("TACTOR_BUILD", pathlib.Path(TACTOR).resolve().parents[1])) / "tests/nodes"
 
 

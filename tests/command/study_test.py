@@ -10,7 +10,7 @@ import unittest
 
 import yaml
 
-from harness import GRAPHS, HAS_HDF5, TACTOR, needs_collision, needs_hdf5, tactor
+from harness import GRAPHS, HAS_HDF5, TACTOR, graph_files, graph_name, needs_meshes, needs_hdf5, tactor
 from study_harness import FAULT_NODES, RECORDED, StudyTest, children, is_alive
 
 MANY = f"""
@@ -38,10 +38,10 @@ class Table(StudyTest):
             self.assertGreater(float(times["control_us"]), 0)
             self.assertNotIn("cpu_ms_per_s", line)
 
-    @needs_collision
+    @needs_meshes
     def test_any_number_of_jobs_gives_the_same_bytes_of_a_mesh_and_its_reference(self):
         # Two methods share the reference run of a seed; the cache begins empty, so that each number of jobs makes its own.
-        text = (f"graphs: [{GRAPHS / 'duck.yaml'}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/burg.yaml'}]\n"
+        text = (f"graphs: [{GRAPHS / 'duck/scene.yaml'}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/burg.yaml'}]\n"
                 "seeds: 2\nduration: 1.2 s\n")
         for jobs in ("1", "2"):
             self.environment["TACTOR_CACHE"] = str(self.folder / f"cache{jobs}")
@@ -323,10 +323,10 @@ class Comparisons(StudyTest):
         self.assertEqual(max(spreads) > 0.1, "spread by more than 10 %: recorded" in timing["warning"])
 
 
-@needs_collision
+@needs_meshes
 class Reports(StudyTest):
     def test_a_point_that_lacks_a_seed_is_drawn_and_marked(self):
-        text = (f"graphs: [{GRAPHS / 'wall.yaml'}, {RECORDED}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/kalman.yaml'}]\n"
+        text = (f"graphs: [{GRAPHS / 'wall/scene.yaml'}, {RECORDED}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/kalman.yaml'}]\n"
                 "seeds: 3\nduration: 1.2 s\nreport: work_precision\ntiming: {repeats: 1, warm_up: 0}\n")
         self.study(text, "out")
         whole = json.loads(self.bytes_of("out", "study.json"))["work_precision"]["graphs"]
@@ -354,7 +354,7 @@ class Reports(StudyTest):
         self.assertNotIn("incomplete", self.bytes_of("out", "work_precision_recorded.svg").decode())
 
     def test_an_output_to_record_that_a_graph_lacks_is_refused_before_anything_runs(self):
-        result = self.study(f"""graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+        result = self.study(f"""graphs: [{GRAPHS / "wall/closed_loop.yaml"}]
 vary: {{collision.margin: [1 mm, 2 mm], coupling.k_t: [100 N/m, -3 N/m]}}
 seeds: 1
 report:
@@ -370,7 +370,7 @@ report:
     def test_an_interrupt_while_the_worst_are_recorded_keeps_the_table(self):
         stiffness = ", ".join(f"{k} N/m" for k in range(100, 500, 50))
         (self.folder / "study.yaml").write_text(f"""
-graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+graphs: [{GRAPHS / "wall/closed_loop.yaml"}]
 set: {{device.loop: open, metrics.rest: 0.5 s}}
 vary:
   collision.cost.constant: [20 ms, 40 ms]
@@ -401,7 +401,7 @@ report: {{kind: stability, worst: 100}}
 
     def test_a_work_precision_study_leaves_its_pictures_and_tables(self):
         result = self.study(f"""
-graphs: [{GRAPHS / "wall.yaml"}, {RECORDED}]
+graphs: [{GRAPHS / "wall/scene.yaml"}, {RECORDED}]
 methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/kalman.yaml"}]
 seeds: 2
 duration: 1.2 s
@@ -425,7 +425,7 @@ timing: {{repeats: 2, warm_up: 0}}
 
     def test_a_map_tells_cells_of_every_kind_and_records_the_worst(self):
         result = self.study(f"""
-graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+graphs: [{GRAPHS / "wall/closed_loop.yaml"}]
 set: {{device.loop: open, metrics.rest: 0.5 s}}
 vary:
   collision.cost.constant: [2 ms, 40 ms]
@@ -453,7 +453,7 @@ report: {{kind: stability, worst: 1}}
         # Neither value of the study is the graph's own.
         self.assertIsNone(stability["own"])
         self.study(f"""
-graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+graphs: [{GRAPHS / "wall/closed_loop.yaml"}]
 vary:
   collision.margin: [1 mm, 2 mm]
   coupling: {{swap: {{own: {{nodes: {{}}}}, soft: {{nodes: {{coupling: {{k_t: 100 N/m}}}}}}}}}}
@@ -467,7 +467,7 @@ report: {{kind: stability, worst: 0}}
         self.assertEqual(own["own"]["verdict"], own["cells"][1]["verdict"])
         # A map in which nothing could run is a bad study.
         refused = self.study(f"""
-graphs: [{GRAPHS / "wall_closed_loop.yaml"}]
+graphs: [{GRAPHS / "wall/closed_loop.yaml"}]
 vary: {{coupling.kt: [1, 2], device.rate: [1000, 2000]}}
 report: stability
 """, "none", code=2)
@@ -484,13 +484,13 @@ def clock_of(graph):
     return next((clock for clock in reversed(found) if clock), None)
 
 
-@needs_collision
+@needs_meshes
 class Shipped(StudyTest):
     def test_every_shipped_graph_is_among_those_that_are_judged(self):
         study = yaml.safe_load((GRAPHS / "studies/stability_shipped.yaml").read_text())
-        wanted = {graph.name for graph in GRAPHS.glob("*.yaml") if clock_of(graph) != "real"}
+        wanted = {graph_name(graph) for graph in graph_files() if clock_of(graph) != "real"}
         self.assertGreater(len(wanted), 50)
-        self.assertEqual({pathlib.Path(graph).name for graph in study["graphs"]}, wanted)
+        self.assertEqual({graph_name(GRAPHS / "studies" / graph) for graph in study["graphs"]}, wanted)
 
     def test_every_study_runs_in_short(self):
         studies = sorted((GRAPHS / "studies").glob("*.yaml"))

@@ -8,7 +8,7 @@ import subprocess
 import termios
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, needs_collision
+from harness import GRAPHS, TACTOR, CommandTest, graph_file, needs_meshes
 
 
 class Headline(CommandTest):
@@ -25,9 +25,9 @@ class Headline(CommandTest):
         self.assertRegex("\n".join(lines), r"(?m)^  verdict   done, 0\.50* s")
         self.assertIn(str(self.folder / "out/report.html"), "\n".join(lines))
 
-    @needs_collision
+    @needs_meshes
     def test_error_and_delay_are_those_of_the_summary(self):
-        text = self.run_ok("run", GRAPHS / "duck_off.yaml", "--duration", "1.5 s", "--out", self.folder / "out").stdout
+        text = self.run_ok("run", GRAPHS / "duck/off.yaml", "--duration", "1.5 s", "--out", self.folder / "out").stdout
         force = json.loads((self.folder / "out/summary.json").read_text())["delivered"]["force"]
         self.assertRegex(text, rf"(?m)^  error     force {force['rms_error_N']:.3g}")
         self.assertRegex(text, r"(?m)^  delay     \d")
@@ -62,7 +62,7 @@ class Width(CommandTest):
     def commands(self):
         study = self.write("study.yaml", f"graphs: [{self.judged_small_graph()}]\nvary: {{device.force_max: [4 N, 6 N], "
                                          "device.encoder_step: [1 um, 10 um]}\nseeds: 2\nduration: 0.2 s\n")
-        graph = GRAPHS / "recorded.yaml"
+        graph = GRAPHS / "recorded/scene.yaml"
         compared = ["compare", graph, graph, graph, graph, graph, "--seeds", "2", "--duration", "0.2"]
         yield ["check", "--explain", graph]
         yield ["check", "--explain", graph, "--set", "clock=real"]
@@ -77,12 +77,12 @@ class Width(CommandTest):
             with self.subTest(command=command[0]):
                 self.assert_fits(self.run_ok(*command).stdout, 80)
 
-    @needs_collision
+    @needs_meshes
     def test_what_was_left_out_fits_too(self):
         self.environment["COLUMNS"] = ""
         for graph in ("duck_refit", "peg_free_off", "bunny_local", "bunny_live", "duck_closed_loop"):
             with self.subTest(graph=graph):
-                self.assert_fits(self.run_ok("check", "--explain", GRAPHS / f"{graph}.yaml").stdout, 80)
+                self.assert_fits(self.run_ok("check", "--explain", graph_file(graph)).stdout, 80)
 
     def on_terminal(self, columns, *arguments):
         """What the command writes to a terminal of so many columns."""
@@ -107,7 +107,7 @@ class Width(CommandTest):
     def test_a_wider_terminal_is_used(self):
         lines = {}
         for columns in (60, 80, 120, 200):
-            text = self.on_terminal(columns, "explain", GRAPHS / "recorded.yaml", "--duration", "0.2 s", "--repeats", "1")
+            text = self.on_terminal(columns, "explain", GRAPHS / "recorded/scene.yaml", "--duration", "0.2 s", "--repeats", "1")
             self.assert_fits(text, columns)
             lines[columns] = len(text.splitlines())
         self.assertGreater(lines[60], lines[200])

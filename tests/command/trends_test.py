@@ -2,16 +2,16 @@
 import json
 import unittest
 
-from harness import GRAPHS, CommandTest, needs_collision, needs_hdf5
+from harness import GRAPHS, CommandTest, graph_file, needs_meshes, needs_hdf5
 
 SEED = "2001"  # not one that the scenes were tuned with
 
 
-@needs_collision
+@needs_meshes
 class Duck(CommandTest):
     def one_step(self, graph, *settings):
         arguments = [word for setting in settings for word in ("--set", setting)]
-        summary = self.run_graph(GRAPHS / f"{graph}.yaml", "--seed", SEED, *arguments)
+        summary = self.run_graph(graph_file(graph), "--seed", SEED, *arguments)
         return summary["one_step"]["force"]
 
     def test_the_one_step_error_falls_with_the_window_and_flattens_by_300(self):
@@ -31,11 +31,11 @@ class Duck(CommandTest):
                 self.assertLess(error["rms_error_N"], error["rms_error_hold_N"])
 
 
-@needs_collision
+@needs_meshes
 class Bunny(CommandTest):
     def test_splines_are_far_smoother_and_later_than_the_hold(self):
         out = self.folder / "cmp"
-        self.run_ok("compare", *(GRAPHS / f"bunny_{p}.yaml" for p in ("off", "fixed", "refit")), "--seeds", "1",
+        self.run_ok("compare", *(GRAPHS / f"bunny/{p}.yaml" for p in ("off", "fixed", "refit")), "--seeds", "1",
                     "--first-seed", SEED, "--out", out)
         off, *splines = (g["figures"] for g in json.loads((out / "compare.json").read_text())["graphs"])
         for spline in splines:
@@ -48,12 +48,12 @@ class Bunny(CommandTest):
         self.assertGreater(off["contacts.median"]["mean"], 10)
 
 
-@needs_collision
+@needs_meshes
 class LocalRollout(CommandTest):
     def test_the_local_rollout_leaves_a_third_of_the_error_of_the_hold_and_hardly_ever_falls_back(self):
         for scene in ("duck", "wall", "bunny"):
             with self.subTest(scene=scene):
-                arguments = GRAPHS / f"{scene}.yaml", "--duration", "2.5", "--seed", SEED
+                arguments = GRAPHS / scene / "scene.yaml", "--duration", "2.5", "--seed", SEED
                 hold = self.run_graph(*arguments, "--over", GRAPHS / "methods/hold.yaml")
                 local = self.run_graph(*arguments, "--over", GRAPHS / "methods/local.yaml")
                 self.assertGreater(hold["contacts"]["max"], 0)
@@ -67,7 +67,7 @@ class LocalRollout(CommandTest):
     def test_what_physics_force_teaches_halves_the_error_of_a_wrong_model_of_contacts(self):
         for scene, method in (("duck", "soft"), ("wall", "stiff"), ("wall", "slippery"), ("duck", "rough")):
             with self.subTest(scene=scene, method=method):
-                arguments = GRAPHS / f"{scene}.yaml", "--duration", "4", "--seed", SEED
+                arguments = GRAPHS / scene / "scene.yaml", "--duration", "4", "--seed", SEED
                 fitted = self.run_graph(*arguments, "--over", GRAPHS / f"methods/local_{method}.yaml")
                 without = self.run_graph(*arguments, "--over", GRAPHS / f"methods/local_no_fit_{method}.yaml")
                 self.assertLess(fitted["delivered"]["force"]["rms_error_N"],
@@ -76,7 +76,7 @@ class LocalRollout(CommandTest):
                 self.assertNotIn("local", without)
 
     def test_an_exact_model_of_contacts_is_left_as_it_is(self):
-        arguments = GRAPHS / "wall.yaml", "--duration", "4", "--seed", SEED
+        arguments = GRAPHS / "wall/scene.yaml", "--duration", "4", "--seed", SEED
         fitted = self.run_graph(*arguments, "--over", GRAPHS / "methods/local.yaml")
         without = self.run_graph(*arguments, "--over", GRAPHS / "methods/local_no_fit.yaml")
         self.assertLess(fitted["delivered"]["force"]["rms_error_N"],
@@ -85,12 +85,12 @@ class LocalRollout(CommandTest):
         self.assertLess(abs(fitted["local"]["fit"]["friction_excess"]), 0.05)
 
 
-@needs_collision
+@needs_meshes
 class Forecasts(CommandTest):
     def test_a_forecast_at_the_device_s_own_time_is_nearer_earlier_and_smoother_than_the_hold(self):
         for scene in ("duck", "bunny", "peg_in_hole"):
             out = self.folder / scene
-            self.run_ok("compare", *(GRAPHS / f"{scene}_{p}.yaml" for p in ("off", "blend")), "--seeds", "1",
+            self.run_ok("compare", *(GRAPHS / scene / f"{p}.yaml" for p in ("off", "blend")), "--seeds", "1",
                         "--first-seed", "21", "--out", out)
             off, blend = (g["figures"] for g in json.loads((out / "compare.json").read_text())["graphs"])
             for figure, most in (("rms_error_N", 0.9), ("delay_ms", 0.75), ("rms_d2_N_per_ms2", 0.5)):
@@ -99,12 +99,12 @@ class Forecasts(CommandTest):
                     self.assertLess(blend[name]["mean"], most * off[name]["mean"])
 
 
-@needs_collision
+@needs_meshes
 @needs_hdf5
 class PegAtRest(CommandTest):
     def hanging(self, grams):
         graph = self.write(f"rest_{grams}.yaml", f"""
-extends: {GRAPHS / 'peg_free_off.yaml'}
+extends: {GRAPHS / 'peg_free/off.yaml'}
 duration: 1 s
 scene: {{bodies: {{tool: {{mass: {grams} g}}}}}}
 nodes: {{trajectory: {{tremor_amplitude: 0 mm}}}}

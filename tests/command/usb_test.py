@@ -7,7 +7,7 @@ import pathlib
 import subprocess
 import unittest
 
-from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, check_loop, needs_collision, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, PRESSED_WALL, ROOT, TACTOR, CommandTest, check_loop, needs_meshes, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -26,7 +26,7 @@ EASY = "force_max: 5 N, link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s
 
 @needs_live
 @needs_hdf5
-@needs_collision
+@needs_meshes
 @unittest.skipIf(h5py is None, "h5py is not installed")
 @unittest.skipUnless(EMULATOR.exists(), "this build has no USB")
 class UsbRun(CommandTest):
@@ -108,7 +108,7 @@ class UsbRun(CommandTest):
         for device, extra in (("polhem", ()), ("falcon", ("--firmware",))):
             with self.subTest(device):
                 self.emulate(device, *extra, code=0, command=(
-                    TACTOR, "run", GRAPHS / f"duck_{device}.yaml", "--duration", "2", "--overwrite", "--out", self.out))
+                    TACTOR, "run", GRAPHS / f"duck/{device}.yaml", "--duration", "2", "--overwrite", "--out", self.out))
                 self.assertGreater(self.summary()["link"]["cycles"], 10)
                 self.recorded(pressed=False)
 

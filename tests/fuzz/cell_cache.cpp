@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "nodes/collision/cell_cache.hpp"
+#include "nodes/physics/geometry/cell_cache.hpp"
 #include "patched.hpp"
 #include "require.hpp"
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "framework/core/check.hpp"
-#include "nodes/scene/mesh_formats.hpp"
+#include "nodes/physics/mesh/mesh_formats.hpp"
 #include "require.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 #include "patched.hpp"
 #include "require.hpp"
 

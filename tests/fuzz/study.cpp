@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "framework/graph/study.hpp"
+#include "app/study/spec/study_spec.hpp"
 #include "require.hpp"
 #include "tests/framework/graph/test_nodes.hpp"
 

@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "framework/core/temporary_folder.hpp"
-#include "nodes/scene/bounds.hpp"
-#include "nodes/scene/mass_properties.hpp"
-#include "nodes/scene/solid_file.hpp"
+#include "nodes/physics/mesh/bounds.hpp"
+#include "nodes/physics/mesh/mass_properties.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
 
 using namespace tactor;
 namespace tt = boost::test_tools;

@@ -1,8 +1,8 @@
 // The samples of the meshes that the scenes use.
 #include <boost/test/unit_test.hpp>
 
-#include "nodes/scene/solid_file.hpp"
-#include "tests/nodes/scene/covering.hpp"
+#include "nodes/physics/mesh/solid_file.hpp"
+#include "tests/nodes/physics/mesh/covering.hpp"
 
 using namespace tactor;
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "nodes/scene/mesh.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
 
 namespace tactor::test {
 

@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "framework/core/temporary_folder.hpp"
-#include "nodes/scene/mesh.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
 
 namespace tactor::test {
 

@@ -6,7 +6,7 @@
 #include "nodes/collision/none.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
-#include "tests/nodes/collision/scenes.hpp"
+#include "tests/nodes/physics/contact/scenes.hpp"
 
 using namespace tactor;
 using test::ball;

@@ -6,7 +6,7 @@
 #include "nodes/coupling/adaptive.hpp"
 #include "nodes/coupling/dynamic.hpp"
 #include "nodes/coupling/static.hpp"
-#include "nodes/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "tests/nodes/defaults.hpp"
 
 using namespace tactor;

@@ -8,9 +8,9 @@
 #include "nodes/dynamics/quasistatic.hpp"
 #include "nodes/dynamics/rigid.hpp"
 #include "nodes/dynamics/translation.hpp"
-#include "nodes/scene/body_mesh.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 #include "tests/nodes/dynamics/node_rig.hpp"
-#include "tests/nodes/dynamics/one_body.hpp"
+#include "tests/nodes/physics/mechanics/one_body.hpp"
 
 using namespace tactor;
 using namespace tactor::test;

@@ -10,11 +10,11 @@
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/interpolation/rollout.hpp"
-#include "nodes/mechanics/coupling_wrench.hpp"
-#include "nodes/mechanics/scene_model.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/dice.hpp"
-#include "tests/nodes/mechanics/local_contacts.hpp"
+#include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
 using namespace tactor;
 using namespace tactor::test;

@@ -11,7 +11,7 @@
 #include "nodes/dynamics/translation.hpp"
 #include "nodes/prediction/local.hpp"
 #include "tests/nodes/dynamics/node_rig.hpp"
-#include "tests/nodes/mechanics/local_contacts.hpp"
+#include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
 using namespace tactor;
 using namespace tactor::test;

@@ -1,0 +1,22 @@
+// Whether somebody has asked the command to end.
+#pragma once
+
+#include <atomic>
+
+namespace tactor {
+
+/// Set by signals, read by several threads; not 0 once the command is to end.
+extern std::atomic<int> interruption;
+
+inline bool is_interrupted() {
+  return interruption != 0;
+}
+
+/// From now on Ctrl-C, SIGTERM and a terminal that closes set `interruption`. To be called first.
+void listen_for_interruption();
+
+/// So do Ctrl-Z and Ctrl-\ from now on. A live run must not be stopped on the spot, nor end there: its device would go
+/// on with the last force that it got.
+void end_instead_of_stopping();
+
+}  // namespace tactor

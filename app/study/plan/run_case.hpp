@@ -1,0 +1,28 @@
+// A graph with what is laid over it, to be run with every seed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "framework/graph/spec.hpp"
+
+namespace tactor {
+
+/// What is run with every seed.
+struct RunCase {
+  std::filesystem::path graph;
+  Overrides overrides;                 ///< its seed is replaced
+  std::string setting;                 ///< how it differs from other cases of the same graph, or empty
+  std::size_t against = 0;             ///< the case that it is judged against; itself where there is none
+  std::optional<Overrides> reference;  ///< of the graph whose reference run judges it; absent: its own
+};
+
+/// `graph setting`.
+std::string case_name(const std::string& graph, const std::string& setting);
+/// `graph setting, seed 3`.
+std::string run_name(const std::string& graph, const std::string& setting, std::uint64_t seed);
+
+}  // namespace tactor

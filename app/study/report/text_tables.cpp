@@ -1,0 +1,136 @@
+#include "app/study/report/text_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "app/run/summary.hpp"
+#include "app/study/table/warnings.hpp"
+#include "framework/graph/text_table.hpp"
+
+namespace tactor {
+
+namespace {
+constexpr std::string_view delivered_error = "delivered.force.rms_error_N";
+constexpr std::string_view one_step_error = "one_step.force.rms_error_N";
+}  // namespace
+
+std::string judged_text(const Comparison& comparison) {
+  std::string out;
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
+    const CompareRow& row = comparison.rows[i];
+    if (row.against == i) continue;
+    std::string found;
+    if (row.never_touches() && comparison.rows[row.against].never_touches()) found = ": not tested, nothing touches";
+    const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
+    if (row.one_step_anova) {
+      add(fmt::format("one-step ANOVA F = {}, p = {}{}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p),
+                      over_seeds(judged_seeds(comparison, row), comparison.seeds.size())));
+    }
+    for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
+      if (!d) continue;
+      add(fmt::format("{} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
+                      d->effect_size, pretty(d->p_wilcoxon)));
+      found += over_seeds(d->pairs, comparison.seeds.size());
+    }
+    out += "  " + row.name() + found + "\n";
+  }
+  return out;
+}
+
+std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns) {
+  std::string out = warning_lines(comparison);
+  out += fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
+  std::vector<TextTable::Column> heads{{""}};
+  std::vector<std::string> seeds{""};
+  bool all_done = true;
+  for (const CompareRow& row : comparison.rows) {
+    heads.push_back({row.graph, TextTable::Align::right});
+    seeds.push_back(row.seeds_text());
+    all_done = all_done && row.seeds_text().empty();
+  }
+  TextTable table(std::move(heads));
+  if (!all_done) table.add(std::move(seeds));
+  bool in_run_times = false;
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+    if (comparison.columns[c].run_time && !in_run_times) {
+      table.add({"run time (CPU)"});
+      in_run_times = true;
+    }
+    std::vector<std::string> cells{comparison.columns[c].label};
+    for (const CompareRow& row : comparison.rows) cells.push_back(pretty(mean(row.done(row.values[c]))));
+    table.add(std::move(cells));
+  }
+  out += table.text(columns);
+  out += lines_of(timing, "  ");
+  out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
+  out += judged_text(comparison);
+  return wrapped(out, columns);
+}
+
+std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds) {
+  if (!ratio) return "-";
+  const std::string interval =
+      std::isfinite(ratio->low) ? fmt::format("{:.3f}, {:.3f}", ratio->low, ratio->high) : std::string("-");
+  return fmt::format("{:.3f} [{}]{}", ratio->ratio, interval, over_seeds(ratio->count, seeds));
+}
+
+std::string ratios_text(const StudySpec& spec) {
+  const std::string baseline = baseline_text(spec);
+  return baseline.empty() ? std::string() : "; ratios are to " + baseline;
+}
+
+std::string study_table(const Study& study, std::size_t columns) {
+  const Comparison& comparison = study.comparison;
+  const std::size_t settings = study.settings.size();
+  const auto name_of_row = [&](std::size_t row) {
+    const std::string seeds = comparison.rows[row].seeds_text();
+    return label(study.setting(row)) + (seeds.empty() ? "" : " (" + seeds + ")");
+  };
+  const auto text_of = [&](const std::optional<GeometricMean>& ratio) {
+    return ratio_text(ratio, comparison.seeds.size());
+  };
+  const auto add = [&](TextTable& table, const std::string& name, const ErrorRatio& ratio, const auto& value) {
+    const auto figure = [&](std::string_view f) { return pretty(value(f)); };
+    table.add({name, figure(delivered_error), text_of(ratio.delivered), figure("delivered.force.delay_ms"),
+               figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
+               figure("method_us_per_result"), figure("method_us_per_tick")});
+  };
+  using enum TextTable::Align;
+  const TextTable empty({{""},
+                         {"RMS err N", right},
+                         {"ratio [95 %]", right},
+                         {"delay ms", right},
+                         {"2nd diff", right},
+                         {"1-step N", right},
+                         {"ratio [95 %]", right},
+                         {"us/result", right},
+                         {"us/tick", right}});
+  std::string out =
+      fmt::format("\n{}: {} seed{} from {}{}\n", study.spec.name, comparison.seeds.size(),
+                  comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(), ratios_text(study.spec));
+  for (std::size_t first = 0; first < comparison.rows.size(); first += settings) {
+    TextTable table = empty;
+    for (std::size_t row = first; row < first + settings; ++row) {
+      add(table, name_of_row(row), study.ratios[row],
+          [&](std::string_view figure) { return comparison.rows[row].mean_of(figure, comparison.columns); });
+    }
+    out += fmt::format("\n{}\n{}", comparison.rows[first].graph, table.text(columns));
+  }
+  if (study.spec.graphs.size() > 1) {
+    TextTable table = empty;
+    for (std::size_t s = 0; s < settings; ++s) {
+      add(table, label(study.settings[s]) + study.incomplete(s), study.ratios_over_graphs[s],
+          [&](std::string_view figure) { return study.over_graphs(s, figure); });
+    }
+    out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), table.text(columns));
+  }
+  out += lines_of(timing_note(study));
+  const std::string judged = judged_text(comparison);
+  if (!judged.empty()) out += fmt::format("\nagainst {}\n{}", baseline_text(study.spec), judged);
+  return wrapped(out, columns);
+}
+
+}  // namespace tactor

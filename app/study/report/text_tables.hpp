@@ -1,0 +1,26 @@
+// What comparisons and studies print on the terminal.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "app/study/table/study.hpp"
+
+namespace tactor {
+
+/// A line for each row that is judged against another: ANOVA of the single one-step errors, and paired differences with
+/// their 95 % confidence interval, effect size d_z and Wilcoxon's p.
+std::string judged_text(const Comparison& comparison);
+/// The table that `tactor compare` prints, in so many columns.
+std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns);
+
+/// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio,
+/// and for the interval where there is one seed alone.
+std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds);
+/// `; ratios are to method hold with the same tool.stiffness`; empty where nothing is judged against anything.
+std::string ratios_text(const StudySpec& spec);
+/// What `tactor study` prints, in so many columns: every graph's settings, then the settings over all graphs.
+std::string study_table(const Study& study, std::size_t columns);
+
+}  // namespace tactor

@@ -1,0 +1,354 @@
+#include "app/study/report/work_precision.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/output.hpp"
+#include "app/report/chart.hpp"
+#include "app/report/html_page.hpp"
+#include "app/run/summary.hpp"
+#include "app/study/table/warnings.hpp"
+#include "framework/graph/text_table.hpp"
+
+namespace tactor {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int chart_width = 1160;
+constexpr int chart_height = 430;
+
+std::string join_words(const std::vector<std::string>& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : " ") + word;
+  return out;
+}
+
+/// The curve that a setting is on, and the values that say where.
+std::pair<std::string, std::string> place_of(const Study& study, const StudySetting& setting) {
+  std::vector<std::string> curve, values;
+  if (!setting.method.empty()) curve.push_back(setting.method);
+  for (std::size_t a = 0; a < study.spec.vary.size(); ++a) {
+    const auto& [name, value] = setting.values[a];
+    if (study.spec.vary[a].swaps()) {
+      curve.push_back(value);
+    } else {
+      values.push_back(fmt::format("{}={}", name, value));
+    }
+  }
+  return {join_words(curve), join_words(values)};
+}
+
+bool is_bound(const StudySpec& spec, const StudySetting& setting) {
+  return std::find(spec.bounds.begin(), spec.bounds.end(), setting.method) != spec.bounds.end();
+}
+
+/// What the setting has in these rows of the comparison, one a graph: over the seeds of which all of them are done, the
+/// geometric mean over the rows.
+WorkPoint point_of(const Study& study, std::size_t setting, const std::vector<std::size_t>& rows) {
+  const Comparison& comparison = study.comparison;
+  std::vector<std::size_t> seeds;
+  for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
+    const bool done = std::all_of(rows.begin(), rows.end(),
+                                  [&](std::size_t row) { return comparison.rows[row].status[s] == RunStatus::done; });
+    if (done) seeds.push_back(s);
+  }
+  const auto spread = [&](std::string_view figure) {
+    std::vector<double> by_seed;
+    for (const std::size_t s : seeds) {
+      std::vector<double> over_rows;
+      for (const std::size_t row : rows) {
+        const std::span<const double> values = comparison.rows[row].figure(figure, comparison.columns);
+        over_rows.push_back(values.empty() ? std::nan("") : values[s]);
+      }
+      by_seed.push_back(spread_of(over_rows).centre);
+    }
+    return spread_of(by_seed);
+  };
+  const auto [curve, values] = place_of(study, study.settings[setting]);
+  return {curve,
+          values,
+          spread(study.spec.error),
+          spread("cpu_ms_per_s"),
+          spread("method_us_per_tick"),
+          is_bound(study.spec, study.settings[setting]),
+          seeds.size(),
+          comparison.seeds.size()};
+}
+
+/// The points of these graphs together, by their index.
+WorkGraph points_of(const Study& study, std::string name, const std::vector<std::size_t>& graphs) {
+  WorkGraph out{std::move(name), {}};
+  const std::size_t settings = study.settings.size();
+  for (std::size_t s = 0; s < settings; ++s) {
+    std::vector<std::size_t> rows;
+    for (const std::size_t graph : graphs) rows.push_back(graph * settings + s);
+    out.points.push_back(point_of(study, s, rows));
+  }
+  return out;
+}
+
+void mark_fronts(WorkGraph& graph, StudyTime time) {
+  std::vector<double> error, run, tick;
+  for (const WorkPoint& p : graph.points) {
+    error.push_back(p.bound || p.incomplete() ? std::nan("") : p.error.centre);  // pareto_front leaves it out
+    run.push_back(p.ms_per_s.centre);
+    tick.push_back(p.us_per_tick.centre);
+  }
+  const std::vector<bool> of_run = pareto_front(error, run);
+  const std::vector<bool> of_tick = pareto_front(error, tick);
+  for (std::size_t p = 0; p < graph.points.size(); ++p) {
+    graph.points[p].front_run = time != StudyTime::tick && of_run[p];
+    graph.points[p].front_tick = time != StudyTime::run && of_tick[p];
+  }
+}
+
+/// The unit behind the last `_` of a figure's name.
+std::string label_of(const std::string& figure) {
+  const std::size_t at = figure.rfind('_');
+  if (at == std::string::npos || figure.size() - at > 6) return figure;
+  return figure.substr(0, at) + ", " + figure.substr(at + 1);
+}
+
+/// Marks of one curve: those with bars, and those of one seed alone, which has none.
+struct Marks {
+  Curve bars, bare;
+
+  void add(const Spread& x, const Spread& y) {
+    Curve& to = x.has_sides() && y.has_sides() ? bars : bare;
+    to.x.push_back(x.centre);
+    to.y.push_back(y.centre);
+    if (&to == &bare) return;
+    bars.x_low.push_back(x.low);
+    bars.x_high.push_back(x.high);
+    bars.y_low.push_back(y.low);
+    bars.y_high.push_back(y.high);
+  }
+  /// Those that there are; the key names the curve once.
+  void put_into(Chart& chart) && {
+    bare.points = true;
+    if (!bars.x.empty()) bare.name.clear();
+    for (Curve* marks : {&bars, &bare}) {
+      if (!marks->x.empty()) chart.curves.push_back(std::move(*marks));
+    }
+  }
+};
+
+Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPoint::*time, bool WorkPoint::*front,
+               const std::string& y_label) {
+  Chart chart{graph.graph, label_of(found.error), y_label, {}, {}};
+  chart.log_x = chart.log_y = chart.close = true;
+  std::vector<std::string> names;
+  for (const WorkPoint& p : graph.points) {
+    if (std::find(names.begin(), names.end(), p.curve) == names.end()) names.push_back(p.curve);
+  }
+  Curve ring{"not undercut", {}, {}, "#222222"};
+  ring.ring = true;
+  Curve cross{"incomplete: seeds failed", {}, {}, "#c00000"};
+  cross.cross = true;
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    Curve mark{names[c].empty() ? graph.graph : names[c], {}, {}, series_color(c)};
+    mark.mark = c / series_colors;
+    for (const WorkPoint& p : graph.points) {
+      if (p.curve == names[c] && p.bound) mark.hollow = true;
+    }
+    if (mark.hollow) mark.name += " (bound)";
+    Marks marks{mark, mark};
+    Curve line{"", {}, {}, mark.color};
+    for (const WorkPoint& p : graph.points) {
+      const Spread& t = p.*time;
+      if (p.curve != names[c] || !std::isfinite(p.error.centre) || !std::isfinite(t.centre)) continue;
+      marks.add(p.error, t);
+      line.x.push_back(p.error.centre);
+      line.y.push_back(t.centre);
+      if (p.incomplete()) {
+        cross.x.push_back(p.error.centre);
+        cross.y.push_back(t.centre);
+      }
+      if (p.*front) {
+        ring.x.push_back(p.error.centre);
+        ring.y.push_back(t.centre);
+      }
+    }
+    if (line.x.size() > 1) chart.curves.push_back(std::move(line));
+    std::move(marks).put_into(chart);
+  }
+  if (!cross.x.empty()) ring.name += " (complete)";
+  if (!ring.x.empty()) chart.curves.push_back(std::move(ring));
+  if (!cross.x.empty()) chart.curves.push_back(std::move(cross));
+  return chart;
+}
+
+std::vector<Chart> charts_of(const WorkPrecision& found, const WorkGraph& graph) {
+  std::vector<Chart> charts;
+  const auto add = [&](Chart chart) {
+    if (!chart.curves.empty()) charts.push_back(std::move(chart));
+  };
+  if (found.time != StudyTime::tick) {
+    add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms a simulated second"));
+  }
+  if (found.time != StudyTime::run) {
+    add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
+  }
+  return charts;
+}
+
+std::string file_name(const std::string& graph) {
+  std::string out = "work_precision_" + graph;
+  std::replace(out.begin(), out.end(), ' ', '_');
+  return out;
+}
+
+std::string spread_text(const Spread& s) {
+  if (!std::isfinite(s.centre)) return "-";
+  if (!s.has_sides()) return pretty(s.centre);
+  return fmt::format("{} [{}, {}]", pretty(s.centre), pretty(s.low), pretty(s.high));
+}
+
+std::string point_name(const WorkPoint& p) {
+  const std::string name = p.curve + (p.curve.empty() || p.values.empty() ? "" : " ") + p.values;
+  return name.empty() ? "as it is" : name;
+}
+
+std::string front_text(const WorkPoint& p) {
+  if (p.incomplete()) {
+    return (p.bound ? "a bound, " : "") + of_seeds(p.seeds_done, p.seeds);
+  }
+  if (p.bound) return "a bound";
+  return std::string(p.front_run ? "run" : "") + (p.front_run && p.front_tick ? ", " : "") +
+         (p.front_tick ? "tick" : "");
+}
+
+std::string table_html(const WorkPrecision& found, const WorkGraph& graph) {
+  std::string html =
+      "<div class=\"wide\"><table><thead><tr><th></th><th>" + escape(label_of(found.error)) +
+      "</th><th>CPU ms a simulated second</th><th>methods, µs a tick</th><th>not undercut by</th></tr></thead>"
+      "<tbody>\n";
+  for (const WorkPoint& p : graph.points) {
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(point_name(p)),
+                        spread_text(p.error), spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p));
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+}  // namespace
+
+Spread spread_of(std::span<const double> values) {
+  std::vector<double> logs;
+  for (const double v : values) logs.push_back(v > 0 ? std::log(v) : std::nan(""));
+  const double centre = mean(logs);
+  const double sd = logs.size() < 2 ? std::nan("") : standard_deviation(logs);
+  return {std::exp(centre), std::exp(centre - sd), std::exp(centre + sd)};
+}
+
+std::vector<bool> pareto_front(std::span<const double> x, std::span<const double> y) {
+  std::vector<bool> front(x.size(), false);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
+    front[i] = true;
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (x[j] <= x[i] && y[j] <= y[i] && (x[j] < x[i] || y[j] < y[i])) front[i] = false;
+    }
+  }
+  return front;
+}
+
+WorkPrecision work_precision(const Study& study) {
+  WorkPrecision found{study.spec.error, study.spec.time, {}};
+  const std::size_t count = study.spec.graphs.size();
+  std::vector<std::size_t> all;
+  for (std::size_t g = 0; g < count; ++g) {
+    all.push_back(g);
+    found.graphs.push_back(points_of(study, study.comparison.rows[g * study.settings.size()].graph, {g}));
+  }
+  if (count > 1) found.graphs.push_back(points_of(study, fmt::format("all {} graphs", count), all));
+  for (WorkGraph& graph : found.graphs) mark_fronts(graph, study.spec.time);
+  return found;
+}
+
+std::string work_precision_table(const Study& study, const WorkPrecision& found, std::size_t columns) {
+  std::string out =
+      fmt::format("\n{}: {} over {} seed{} (geometric mean, one geometric deviation)\n", study.spec.name, found.error,
+                  study.comparison.seeds.size(), study.comparison.seeds.size() == 1 ? "" : "s");
+  using enum TextTable::Align;
+  for (const WorkGraph& graph : found.graphs) {
+    TextTable table(
+        {{""}, {"error", right}, {"CPU ms a simulated s", right}, {"methods, us a tick", right}, {"not undercut by"}});
+    for (const WorkPoint& p : graph.points) {
+      table.add(
+          {point_name(p), spread_text(p.error), spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p)});
+    }
+    out += fmt::format("\n{}\n{}", graph.graph, table.text(columns));
+  }
+  return wrapped(out + lines_of(timing_note(study)), columns);
+}
+
+Json to_json(const WorkPrecision& found) {
+  const auto spread = [&](const Spread& s) {
+    return Json{{"centre", number_json(s.centre)}, {"low", number_json(s.low)}, {"high", number_json(s.high)}};
+  };
+  Json json{{"error", found.error}, {"graphs", Json::array()}};
+  for (const WorkGraph& graph : found.graphs) {
+    Json points = Json::array();
+    for (const WorkPoint& p : graph.points) {
+      points.push_back({{"curve", p.curve},
+                        {"values", p.values},
+                        {"error", spread(p.error)},
+                        {"cpu_ms_per_s", spread(p.ms_per_s)},
+                        {"method_us_per_tick", spread(p.us_per_tick)},
+                        {"bound", p.bound},
+                        {"seeds_done", p.seeds_done},
+                        {"seeds", p.seeds},
+                        {"front_run", p.front_run},
+                        {"front_tick", p.front_tick}});
+    }
+    json["graphs"].push_back({{"graph", graph.graph}, {"points", points}});
+  }
+  return json;
+}
+
+std::string write_work_precision(const std::filesystem::path& folder, const Study& study, const WorkPrecision& found) {
+  const TimingNote timing = timing_note(study);
+  const bool incomplete = std::any_of(found.graphs.begin(), found.graphs.end(), [](const WorkGraph& graph) {
+    return std::any_of(graph.points.begin(), graph.points.end(), [](const WorkPoint& p) { return p.incomplete(); });
+  });
+  std::string body = fmt::format(
+      "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>Marks are geometric means over the seeds, bars reach "
+      "one geometric standard deviation over the seeds to each side; {}both axes are logarithmic. A ring marks what "
+      "nothing undercuts: no other method has a smaller error in as little time. {}{}{}</p>\n",
+      escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
+      study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION,
+      found.graphs.size() > 1 ? "over all graphs, each seed has the geometric mean of theirs; " : "",
+      study.spec.bounds.empty() ? "" : "Hollow marks are bounds, which no method can be asked to undercut. ",
+      incomplete
+          ? "A cross marks what lacks seeds, because runs failed: it shows the seeds that are there, has no ring "
+            "and takes none from others, for the seeds it lacks may be the hard ones. "
+          : "",
+      escape(timing.text));
+  body += warnings_html(study.comparison);
+  if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
+  // What is over all graphs comes first.
+  std::vector<const WorkGraph*> order;
+  if (found.graphs.size() > 1) order.push_back(&found.graphs.back());
+  for (std::size_t g = 0; g < study.spec.graphs.size(); ++g) order.push_back(&found.graphs[g]);
+  for (const WorkGraph* graph : order) {
+    body += "<h2>" + escape(graph->graph) + "</h2>\n";
+    const std::vector<Chart> charts = charts_of(found, *graph);
+    if (!charts.empty()) {
+      const std::string svg = draw_svg(charts, chart_width, chart_height);
+      write_file(folder / (file_name(graph->graph) + ".svg"), svg);
+      write_file(folder / (file_name(graph->graph) + ".png"), draw_png(charts, chart_width, chart_height));
+      body += svg;
+    }
+    body += table_html(found, *graph);
+  }
+  const std::string failures = failures_text(study.comparison);
+  if (!failures.empty()) body += "<h2>Runs that failed</h2>\n<pre>" + escape(failures) + "</pre>\n";
+  return page(study.spec.name, body);
+}
+
+}  // namespace tactor

@@ -1,0 +1,368 @@
+#include "app/study/table/comparison.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "app/run/summary.hpp"
+#include "app/study/table/warnings.hpp"
+#include "framework/graph/text_table.hpp"
+
+namespace tactor {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+const std::vector<Column>& error_columns() {
+  static const std::vector<Column> columns{
+      {"delivered.force.rms_error_N", "RMS error N"},
+      {"delivered.force.max_error_N", "max error N"},
+      {"delivered.force.delay_ms", "delay ms"},
+      {"delivered.force.rms_d1_N_per_ms", "RMS 1st diff N/ms"},
+      {"delivered.force.rms_d2_N_per_ms2", "RMS 2nd diff N/ms²"},
+      {"delivered.force.max_step_N", "largest step N"},
+      {"delivered.force.error_above_30hz_N", "error above 30 Hz N"},
+      {"delivered.force.share_beyond_jnd", "beyond JND"},
+      {"delivered.force.overshoot_after_loss_N", "pull-in after loss N"},
+      {"delivered.torque.rms_error_Nm", "torque RMS error N m"},
+      {"one_step.force.rms_error_N", "one-step RMS N"},
+      {"one_step.force.rms_error_hold_N", "one-step RMS of hold N"},
+      {"reference.force.rms_N", "reference RMS N"},
+      {"physics.force.rms_error_N", "physics RMS error N"},
+      {"physics.rate_hz_median", "physics Hz"},
+      {"contacts.median", "contacts"},
+      {"contacts.max", "most contacts"},
+      {"fallbacks", "fallbacks"},
+      {"drops", "drops"},
+  };
+  return columns;
+}
+
+/// CPU time in us of all steps that predict and interpolate, for each message of the physics force, or for each tick of
+/// the device.
+double method_us(const RunResult& run, bool per_tick) {
+  double total_s = 0;
+  double ticks = 0;
+  if (run.nodes.empty()) return std::nan("");
+  for (const NodeCost& node : run.nodes) {
+    const std::string_view stage = std::string_view(node.type).substr(0, node.type.find('.'));
+    if (stage == "prediction" || stage == "interpolation" || stage == "forcefield") total_s += node.total_s;
+    if (stage == "device") ticks += static_cast<double>(node.steps);
+  }
+  return 1e6 * total_s / (per_tick ? ticks : run.figure("physics.steps"));
+}
+
+/// A figure by its dotted name, or one of the run's own.
+double value_of(const RunResult& run, const std::string& name) {
+  if (name == "cpu_ms_per_s") return 1e3 * run.cpu_s / run.duration_s;
+  if (name == "method_us_per_result") return method_us(run, false);
+  if (name == "method_us_per_tick") return method_us(run, true);
+  constexpr std::string_view cost = "cost_us.";
+  if (name.starts_with(cost)) {
+    for (const NodeCost& node : run.nodes) {
+      if (name == fmt::format("cost_us.{}.median", node.node)) return node.median_us;
+    }
+    return std::nan("");
+  }
+  return run.figure(name);
+}
+
+/// The values of every column; a column that nothing reports is no column.
+void fill_columns(Comparison& comparison) {
+  for (CompareRow& row : comparison.rows) {
+    for (const Column& column : comparison.columns) {
+      std::vector<double> values;
+      for (const RunResult& run : row.runs) values.push_back(value_of(run, column.figure));
+      row.values.push_back(std::move(values));
+    }
+  }
+  for (std::size_t c = comparison.columns.size(); c-- > 0;) {
+    bool any = false;
+    for (const CompareRow& row : comparison.rows) {
+      any = any || std::any_of(row.values[c].begin(), row.values[c].end(), [](double v) { return std::isfinite(v); });
+    }
+    if (any) continue;
+    comparison.columns.erase(comparison.columns.begin() + static_cast<std::ptrdiff_t>(c));
+    for (CompareRow& row : comparison.rows) row.values.erase(row.values.begin() + static_cast<std::ptrdiff_t>(c));
+  }
+}
+
+/// The indices of the seeds of which both are done.
+std::vector<std::size_t> seeds_of_both(const CompareRow& a, const CompareRow& b) {
+  std::vector<std::size_t> seeds;
+  for (std::size_t s = 0; s < a.status.size(); ++s) {
+    if (a.status[s] == RunStatus::done && b.status[s] == RunStatus::done) seeds.push_back(s);
+  }
+  return seeds;
+}
+
+void judge(Comparison& comparison) {
+  for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
+    CompareRow& row = comparison.rows[i];
+    if (row.against == i) continue;
+    const CompareRow& first = comparison.rows[row.against];
+    if (row.never_touches() && first.never_touches()) continue;
+    // Both are judged over the seeds that both have.
+    const std::vector<std::size_t> seeds = seeds_of_both(row, first);
+    const auto pooled = [&](const CompareRow& of) {
+      std::vector<double> all;
+      for (const std::size_t s : seeds) {
+        if (const Series* errors = of.runs[s].curve("one_step_error")) {
+          all.insert(all.end(), errors->value.begin(), errors->value.end());
+        }
+      }
+      return all;
+    };
+    const auto figures = [&](const CompareRow& of, std::string_view name) {
+      std::vector<double> all;
+      for (const std::size_t s : seeds) all.push_back(of.runs[s].figure(name));
+      return all;
+    };
+    row.one_step_anova = one_way_anova(pooled(first), pooled(row));
+    for (const auto& [target, name] :
+         {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
+      const std::vector<double> a = figures(first, name);
+      const std::vector<double> b = figures(row, name);
+      if (std::isfinite(mean(a)) && std::isfinite(mean(b))) *target = paired_difference(a, b);
+    }
+  }
+}
+
+}  // namespace
+
+std::span<const double> CompareRow::figure(std::string_view name, const std::vector<Column>& columns) const {
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (columns[c].figure == name) return values[c];
+  }
+  return {};
+}
+
+std::vector<double> CompareRow::done(std::span<const double> by_seed) const {
+  std::vector<double> out;
+  for (std::size_t s = 0; s < by_seed.size(); ++s) {
+    if (status[s] == RunStatus::done) out.push_back(by_seed[s]);
+  }
+  return out;
+}
+
+double CompareRow::mean_of(std::string_view name, const std::vector<Column>& columns) const {
+  return mean(done(figure(name, columns)));
+}
+
+bool CompareRow::never_touches() const {
+  bool any = false;
+  for (std::size_t s = 0; s < runs.size(); ++s) {
+    if (status[s] != RunStatus::done) continue;
+    // Not a number where nothing looks for contacts.
+    if (!(runs[s].figure("collision.touching_queries") == 0)) return false;
+    any = true;
+  }
+  return any;
+}
+
+std::size_t CompareRow::seeds_done() const {
+  return static_cast<std::size_t>(std::count(status.begin(), status.end(), RunStatus::done));
+}
+
+std::string CompareRow::seeds_text() const {
+  const std::size_t there = seeds_done();
+  if (there == status.size()) return {};
+  return of_seeds(there, status.size());
+}
+
+std::string CompareRow::name() const {
+  const std::string seeds = seeds_text();
+  return case_name(graph, setting) + (seeds.empty() ? "" : " (" + seeds + ")");
+}
+
+Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
+                           std::vector<RunRecord> records, const std::vector<std::string>& metrics) {
+  Comparison comparison;
+  comparison.seeds = seeds;
+  for (const RunCase& c : cases) {
+    CompareRow row;
+    row.graph = graph_name(c.graph);
+    row.setting = c.setting;
+    row.against = c.against;
+    row.runs.resize(seeds.size());
+    row.status.assign(seeds.size(), RunStatus::failed);
+    row.message.assign(seeds.size(), "it has not run");
+    row.spread.assign(seeds.size(), std::nan(""));
+    row.control_us.assign(seeds.size(), std::nan(""));
+    comparison.rows.push_back(std::move(row));
+  }
+  for (RunRecord& record : records) {
+    CompareRow& row = comparison.rows[record.number / seeds.size()];
+    const std::size_t s = record.number % seeds.size();
+    if (row.title.empty()) row.title = record.result.title;
+    row.status[s] = record.status;
+    row.message[s] = record.message;
+    row.control_us[s] = record.control_us;
+    row.spread[s] = spread_of_repeats(record.cpu_s);
+    row.runs[s] = std::move(record.result);
+  }
+  for (const std::string& metric : metrics) comparison.columns.push_back({metric, metric});
+  if (metrics.empty()) comparison.columns = error_columns();
+  comparison.columns.push_back({"cpu_ms_per_s", "CPU ms per s", true});
+  comparison.columns.push_back({"method_us_per_result", "method us a result", true});
+  comparison.columns.push_back({"method_us_per_tick", "method us a tick", true});
+  std::set<std::string> seen;
+  for (const CompareRow& row : comparison.rows) {
+    for (const RunResult& run : row.runs) {
+      for (const NodeCost& node : run.nodes) {
+        if (!seen.insert(node.node).second) continue;
+        comparison.columns.push_back({fmt::format("cost_us.{}.median", node.node), node.node + " us", true});
+      }
+    }
+  }
+  // A run time that was asked for as a metric has its column among the run times.
+  std::erase_if(comparison.columns, [&](const Column& column) {
+    return !column.run_time &&
+           std::any_of(comparison.columns.begin(), comparison.columns.end(),
+                       [&](const Column& other) { return other.run_time && other.figure == column.figure; });
+  });
+  fill_columns(comparison);
+  judge(comparison);
+  return comparison;
+}
+
+namespace {
+
+/// The rows with a run whose repeats spread too far, the worst few by name; empty where there is none.
+std::string spread_warning(const Comparison& comparison) {
+  struct Row {
+    const CompareRow* row;
+    double worst;
+    std::size_t beyond;
+  };
+  std::vector<Row> rows;
+  std::size_t runs = 0, beyond = 0;
+  for (const CompareRow& row : comparison.rows) {
+    Row mine{&row, 0, 0};
+    for (const double spread : row.done(row.spread)) {
+      ++runs;
+      if (!(spread > TimingNote::quiet_spread)) continue;
+      ++mine.beyond;
+      mine.worst = std::max(mine.worst, spread);
+    }
+    beyond += mine.beyond;
+    if (mine.beyond > 0) rows.push_back(mine);
+  }
+  if (rows.empty()) return {};
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.worst > b.worst; });
+  constexpr std::size_t most_named = 3;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(rows.size(), most_named); ++i) {
+    const CompareRow& row = *rows[i].row;
+    names += fmt::format("{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ",
+                         case_name(row.graph, row.setting), 100 * rows[i].worst, rows[i].beyond, row.seeds_done());
+  }
+  if (rows.size() > most_named) names += fmt::format(" and {} more", rows.size() - most_named);
+  return fmt::format("the repeats of {} of {} runs spread by more than 10 %: {}", beyond, runs, names);
+}
+
+}  // namespace
+
+TimingNote timing_note(const Comparison& comparison, Repeats repeats) {
+  std::vector<double> control, spreads;
+  for (const CompareRow& row : comparison.rows) {
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] != RunStatus::done) continue;
+      control.push_back(row.control_us[s]);
+      spreads.push_back(row.spread[s]);
+    }
+  }
+  return timing_note(control, spreads, repeats, spread_warning(comparison),
+                     "measure anew on an idle machine, a study with --jobs 1");
+}
+
+std::string word_of(RunStatus status) {
+  return status == RunStatus::done ? "done" : status == RunStatus::failed ? "failed" : "refused";
+}
+
+std::string failures_text(const Comparison& comparison) {
+  std::string out;
+  for (const CompareRow& row : comparison.rows) {
+    for (std::size_t s = 0; s < row.status.size(); ++s) {
+      if (row.status[s] == RunStatus::done) continue;
+      out += fmt::format("{}: {}\n", run_name(row.graph, row.setting, comparison.seeds[s]), row.message[s]);
+    }
+  }
+  return out;
+}
+
+Json to_json(const Comparison& comparison, const CompareRow& row) {
+  const auto by_seed = [](const std::vector<double>& values) {
+    Json list = Json::array();
+    for (const double v : values) list.push_back(number_json(v));
+    return list;
+  };
+  const auto difference = [](const std::optional<PairedDifference>& d) -> Json {
+    if (!d) return nullptr;
+    return {{"pairs", d->pairs},
+            {"mean_N", d->mean},
+            {"low_N", d->low},
+            {"high_N", d->high},
+            {"effect_size", d->effect_size},
+            {"p_wilcoxon", d->p_wilcoxon}};
+  };
+  Json json;
+  json["graph"] = row.graph;
+  if (!row.setting.empty()) json["setting"] = row.setting;
+  json["title"] = row.title;
+  json["seeds_done"] = row.seeds_done();
+  json["status"] = Json::array();
+  for (const RunStatus status : row.status) json["status"].push_back(word_of(status));
+  json["failures"] = Json::array();
+  for (std::size_t s = 0; s < row.status.size(); ++s) {
+    if (row.status[s] == RunStatus::done) continue;
+    json["failures"].push_back({{"seed", comparison.seeds[s]}, {"message", row.message[s]}});
+  }
+  json["figures"] = Json::object();
+  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+    const std::vector<double> values = row.done(row.values[c]);
+    Json& figure = json["figures"][comparison.columns[c].figure];
+    const double centre = mean(values);
+    figure = {{"mean", number_json(centre)},
+              {"sd", std::isfinite(centre) && values.size() > 1 ? Json(standard_deviation(values)) : Json()}};
+    figure["by_seed"] = by_seed(row.values[c]);
+  }
+  json["spread_of_repeats"] = by_seed(row.spread);
+  json["control_us"] = by_seed(row.control_us);
+  json["against"]["row"] = comparison.rows[row.against].name();
+  if (row.one_step_anova) {
+    json["against"]["one_step_anova"] = {
+        {"F", row.one_step_anova->F}, {"p", row.one_step_anova->p}, {"df_within", row.one_step_anova->df_within}};
+  }
+  json["against"]["one_step_rms"] = difference(row.one_step);
+  json["against"]["delivered_rms"] = difference(row.delivered);
+  return json;
+}
+
+Json to_json(const Comparison& comparison) {
+  Json json;
+  json["tactor"] = TACTOR_VERSION;
+  json["seeds"] = comparison.seeds;
+  json["warnings"] = comparison_warnings(comparison);
+  json["graphs"] = Json::array();
+  for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(comparison, row));
+  return json;
+}
+
+std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row) {
+  return seeds_of_both(row, comparison.rows[row.against]).size();
+}
+
+std::string of_seeds(std::size_t count, std::size_t seeds) {
+  return fmt::format("{} of {} seed{}", count, seeds, seeds == 1 ? "" : "s");
+}
+
+std::string over_seeds(std::size_t count, std::size_t seeds) {
+  return count < seeds ? fmt::format(" over {} seed{}", count, count == 1 ? "" : "s") : std::string();
+}
+
+}  // namespace tactor

@@ -1,0 +1,89 @@
+// Several graphs, or one in several settings, over several seeds: errors and run times side by side.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/run/timing.hpp"
+#include "app/statistics.hpp"
+#include "app/study/plan/run_case.hpp"
+#include "app/study/table/run_table.hpp"
+
+namespace tactor {
+
+/// A figure that every graph of a comparison reports.
+struct Column {
+  std::string figure;  ///< dotted name of the figure
+  std::string label;   ///< for tables
+  bool run_time = false;
+};
+
+/// One case over all seeds.
+struct CompareRow {
+  std::string graph;
+  std::string setting;
+  std::string title;
+  std::size_t against = 0;
+  std::vector<RunResult> runs;              ///< one a seed, without curves except the first's
+  std::vector<std::vector<double>> values;  ///< [column][seed]
+  std::vector<RunStatus> status;            ///< one a seed
+  std::vector<std::string> message;         ///< one a seed; empty where it is done
+  std::vector<double> spread;               ///< one a seed: (longest - shortest) / median CPU time of its repeats
+  std::vector<double> control_us;           ///< one a seed, see RunRecord
+  /// How it differs from what the rows are compared on, such as in its scene; empty: in nothing.
+  std::string unlike;
+  /// Against the row `against`; absent for that row itself, and where no run of both touches anything.
+  std::optional<Anova> one_step_anova;        ///< over the single one-step errors of all seeds, as in the paper
+  std::optional<PairedDifference> one_step;   ///< of the one-step RMS error over seeds, in N
+  std::optional<PairedDifference> delivered;  ///< of the delivered RMS error over seeds, in N
+
+  /// The values of the column that shows this figure, one a seed; empty where there is no such column.
+  [[nodiscard]] std::span<const double> figure(std::string_view name, const std::vector<Column>& columns) const;
+  /// Of values by seed those of the runs that are done, which means are taken over.
+  [[nodiscard]] std::vector<double> done(std::span<const double> by_seed) const;
+  /// The mean of a figure over the runs that are done; NaN where there is none.
+  [[nodiscard]] double mean_of(std::string_view name, const std::vector<Column>& columns) const;
+  /// True where collision looked for contacts in the runs that are done, and none of them found one.
+  [[nodiscard]] bool never_touches() const;
+  /// How many runs are done.
+  [[nodiscard]] std::size_t seeds_done() const;
+  /// `9 of 10 seeds`; empty where all runs are done.
+  [[nodiscard]] std::string seeds_text() const;
+  /// The name in tables: graph, setting where there is one, and the seeds that are there where some are not.
+  [[nodiscard]] std::string name() const;
+};
+
+struct Comparison {
+  std::vector<std::uint64_t> seeds;  ///< of every row
+  std::vector<Column> columns;
+  std::vector<CompareRow> rows;
+};
+
+/// Puts the runs of the cases side by side. Runs that are not there, or failed, have no figures. `metrics`: the figures
+/// that columns show beside the run times; none: the usual ones.
+Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
+                           std::vector<RunRecord> records, const std::vector<std::string>& metrics = {});
+
+/// Of all runs that are done. `warning` names the rows with a run whose repeats spread too far, the worst first.
+TimingNote timing_note(const Comparison& comparison, Repeats repeats);
+
+nlohmann::ordered_json to_json(const Comparison& comparison);
+/// One row of it: how each run ended, mean and deviation (null for fewer than two) over the runs that are done and the
+/// values by seed of every figure, and what it is against another.
+nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& row);
+/// A line for every run that failed or was refused.
+std::string failures_text(const Comparison& comparison);
+std::string word_of(RunStatus status);
+
+/// Of how many seeds the row and what it is judged against are both done.
+std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row);
+/// `9 of 10 seeds`.
+std::string of_seeds(std::size_t count, std::size_t seeds);
+/// ` over 9 seeds` where the `count` is less than the `seeds` there should be; else empty.
+std::string over_seeds(std::size_t count, std::size_t seeds);
+}  // namespace tactor

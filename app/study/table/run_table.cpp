@@ -1,0 +1,345 @@
+#include "app/study/table/run_table.hpp"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/results_folder.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr const char* layout = "2";  // of the tables below
+
+constexpr const char* schema = R"(
+CREATE TABLE identity(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE names(run INTEGER PRIMARY KEY, graph TEXT NOT NULL, setting TEXT NOT NULL, seed TEXT NOT NULL,
+                   content TEXT NOT NULL);
+CREATE TABLE runs(run INTEGER PRIMARY KEY REFERENCES names, status TEXT NOT NULL, message TEXT NOT NULL,
+                  title TEXT NOT NULL, duration_s REAL, cpu_s REAL, wall_s REAL, peak_memory_MB REAL, control_us REAL,
+                  finished TEXT DEFAULT CURRENT_TIMESTAMP, may_differ INTEGER NOT NULL, more TEXT NOT NULL);
+CREATE TABLE repeats(run INTEGER NOT NULL, repeat INTEGER NOT NULL, cpu_s REAL, PRIMARY KEY(run, repeat)) WITHOUT ROWID;
+CREATE TABLE figures(run INTEGER NOT NULL, place INTEGER NOT NULL, name TEXT NOT NULL, value REAL,
+                     PRIMARY KEY(run, place)) WITHOUT ROWID;
+CREATE TABLE costs(run INTEGER NOT NULL, place INTEGER NOT NULL, node TEXT NOT NULL, type TEXT NOT NULL, steps INTEGER,
+                   missed_ticks INTEGER, median_us REAL, p99_us REAL, total_s REAL, PRIMARY KEY(run, place)) WITHOUT ROWID;
+CREATE TABLE curves(run INTEGER NOT NULL, name TEXT NOT NULL, time BLOB, value BLOB, PRIMARY KEY(run, name)) WITHOUT ROWID;
+)";
+
+const char* word(RunStatus status) {
+  switch (status) {
+    case RunStatus::done:
+      return "done";
+    case RunStatus::failed:
+      return "failed";
+    case RunStatus::refused:
+      return "refused";
+  }
+  TACTOR_DEMAND(false);
+}
+
+RunStatus status_of(const std::string& text) {
+  return text == "done" ? RunStatus::done : text == "refused" ? RunStatus::refused : RunStatus::failed;
+}
+
+/// A prepared statement.
+class Statement {
+ public:
+  Statement(sqlite3* db, const fs::path& path, const char* sql) : db_(db), path_(path) {
+    if (sqlite3_prepare_v2(db, sql, -1, &statement_, nullptr) != SQLITE_OK) fail();
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  void bind(int i, std::int64_t value) { sqlite3_bind_int64(statement_, i, value); }
+  /// What is not a number is kept as nothing.
+  void bind(int i, double value) { sqlite3_bind_double(statement_, i, value); }
+  void bind(int i, const std::string& value) {
+    sqlite3_bind_text(statement_, i, value.data(), static_cast<int>(value.size()), SQLITE_TRANSIENT);
+  }
+  void bind(int i, const std::vector<double>& value) {
+    sqlite3_bind_blob64(statement_, i, value.data(), value.size() * sizeof(double), SQLITE_TRANSIENT);
+  }
+  /// Steps once with the values for its places; true where there is a row.
+  template <class... Values>
+  bool step(const Values&... values) {
+    int i = 0;
+    (bind(++i, values), ...);
+    const int code = sqlite3_step(statement_);
+    if (code != SQLITE_ROW && code != SQLITE_DONE) fail();
+    return code == SQLITE_ROW;
+  }
+  template <class... Values>
+  void run(const Values&... values) {
+    step(values...);
+    sqlite3_reset(statement_);
+  }
+  [[nodiscard]] std::string text(int i) const {
+    const auto* bytes = sqlite3_column_text(statement_, i);
+    return bytes == nullptr ? std::string()
+                            : std::string(reinterpret_cast<const char*>(bytes),
+                                          static_cast<std::size_t>(sqlite3_column_bytes(statement_, i)));
+  }
+  [[nodiscard]] std::int64_t integer(int i) const { return sqlite3_column_int64(statement_, i); }
+  [[nodiscard]] double real(int i) const {
+    return sqlite3_column_type(statement_, i) == SQLITE_NULL ? std::numeric_limits<double>::quiet_NaN()
+                                                             : sqlite3_column_double(statement_, i);
+  }
+  [[nodiscard]] std::vector<double> reals(int i) const {
+    std::vector<double> values(static_cast<std::size_t>(sqlite3_column_bytes(statement_, i)) / sizeof(double));
+    if (!values.empty()) std::memcpy(values.data(), sqlite3_column_blob(statement_, i), values.size() * sizeof(double));
+    return values;
+  }
+
+ private:
+  [[noreturn]] void fail() const { throw RunError(fmt::format("{}: {}", path_.string(), sqlite3_errmsg(db_))); }
+  sqlite3* db_;
+  const fs::path& path_;
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+std::string more_of(const RunResult& result) {
+  Json json{{"chosen", Json::array()}, {"left_out", Json::array()}};
+  for (const Chosen& c : result.chosen) json["chosen"].push_back({c.node, c.asked, c.type, c.why});
+  for (const LeftOut& l : result.left_out) json["left_out"].push_back({l.what, l.why});
+  return json.dump();
+}
+
+void read_more(const std::string& text, RunResult& result) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) return;
+  for (const Json& c : json["chosen"]) result.chosen.push_back({c[0], c[1], c[2], c[3]});
+  for (const Json& l : json["left_out"]) result.left_out.push_back({l[0], l[1]});
+}
+
+}  // namespace
+
+/// The open file, and the lock that keeps other processes from writing it.
+struct RunTable::Database {
+  const fs::path& path;
+  sqlite3* db = nullptr;
+  std::optional<FileLock> lock;
+
+  explicit Database(const fs::path& file) : path(file) {}
+  ~Database() { sqlite3_close_v2(db); }
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  void take_lock() { lock.emplace(path.string() + ".lock", path.string() + ": expected a table"); }
+  void execute(const char* sql) const {
+    const int code = sqlite3_exec(db, sql, nullptr, nullptr, nullptr);
+    if (code == SQLITE_NOTADB) {
+      throw InputError(
+          fmt::format("{}: expected a table of runs, found a file of another kind; --overwrite begins anew, "
+                      "--out keeps both",
+                      path.string()));
+    }
+    if (code != SQLITE_OK) {
+      throw RunError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
+    }
+  }
+  void open_file() {
+    if (sqlite3_open(path.c_str(), &db) != SQLITE_OK) {
+      throw RunError(fmt::format("cannot open {}: {}", path.string(), sqlite3_errmsg(db)));
+    }
+    sqlite3_busy_timeout(db, 10'000);  // readers may look at any time
+    execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
+  }
+
+  [[nodiscard]] std::vector<bool> finished() const {
+    Statement count(db, path, "SELECT count(*) FROM names");
+    count.step();
+    std::vector<bool> there(static_cast<std::size_t>(count.integer(0)), false);
+    Statement runs(db, path, "SELECT run FROM runs");
+    while (runs.step()) there[static_cast<std::size_t>(runs.integer(0))] = true;
+    return there;
+  }
+
+  void make(const TableIdentity& identity, const std::vector<RunName>& runs) const {
+    execute("BEGIN");
+    execute(schema);
+    Statement meta(db, path, "INSERT INTO identity VALUES(?, ?)");
+    for (const auto& [key, value] : pairs(identity)) meta.run(key, value);
+    Statement name(db, path, "INSERT INTO names VALUES(?, ?, ?, ?, ?)");
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      name.run(static_cast<std::int64_t>(i), runs[i].graph, runs[i].setting, std::to_string(runs[i].seed),
+               runs[i].content);
+    }
+    execute("COMMIT");
+  }
+
+  static std::vector<std::pair<std::string, std::string>> pairs(const TableIdentity& identity) {
+    return {{"layout", layout},
+            {"title", identity.title},
+            {"study", identity.study},
+            {"options", identity.options},
+            {"program", identity.program}};
+  }
+
+  /// What keeps the runs of the file from being gone on with; empty where nothing does.
+  [[nodiscard]] std::string difference(const TableIdentity& identity, const std::vector<RunName>& runs) const {
+    Statement tables(db, path, "SELECT count(*) FROM sqlite_master WHERE name IN ('identity', 'names', 'runs')");
+    tables.step();
+    if (tables.integer(0) != 3) return "it holds no runs of a study";
+    std::map<std::string, std::string> found;
+    Statement meta(db, path, "SELECT key, value FROM identity");
+    while (meta.step()) found[meta.text(0)] = meta.text(1);
+    if (found["layout"] != layout) return "it was written by another version of tactor";
+    if (found["study"] != identity.study) return "the study has changed since";
+    if (found["options"] != identity.options) return "the options of the command line were others";
+    if (found["program"] != identity.program) return "the program has changed since";
+    std::size_t i = 0;
+    Statement name(db, path, "SELECT graph, setting, seed, content FROM names ORDER BY run");
+    for (; name.step(); ++i) {
+      const std::string run =
+          fmt::format("{}{}{}, seed {}", name.text(0), name.text(1).empty() ? "" : " ", name.text(1), name.text(2));
+      if (i >= runs.size() || name.text(0) != runs[i].graph || name.text(1) != runs[i].setting ||
+          name.text(2) != std::to_string(runs[i].seed)) {
+        return "its runs are others: " + run;
+      }
+      const bool both_known = !name.text(3).empty() && !runs[i].content.empty();
+      if (both_known && name.text(3) != runs[i].content)
+        return "the graph, or a file that it names, has changed since: " + run;
+    }
+    return i == runs.size() ? "" : "its runs are others";
+  }
+};
+
+RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity, const std::vector<RunName>& runs)
+    : path_(std::move(path)), db_(std::make_unique<Database>(path_)) {
+  std::error_code ignored;
+  const bool exists = fs::exists(path_, ignored);
+  if (exists && mode == TableMode::create) {
+    throw InputError(
+        fmt::format("{}: expected no runs there yet, found some; --resume goes on with them, --overwrite begins anew",
+                    path_.string()));
+  }
+  db_->take_lock();
+  if (mode == TableMode::overwrite) {
+    for (const char* end : {"", "-wal", "-shm"}) fs::remove(path_.string() + end, ignored);
+  }
+  db_->open_file();
+  if (exists && mode == TableMode::go_on) return;
+  if (exists && mode == TableMode::resume) {
+    Statement tables(db_->db, path_, "SELECT count(*) FROM sqlite_master");
+    tables.step();
+    // A process that ended before its first transaction leaves an empty file.
+    if (tables.integer(0) > 0) {
+      const std::string difference = db_->difference(identity, runs);
+      if (difference.empty()) {
+        db_->execute("DELETE FROM runs WHERE may_differ");
+        return;
+      }
+      throw InputError(
+          fmt::format("{}: expected the runs of this study, found {}; --overwrite begins anew, --out keeps both",
+                      path_.string(), difference));
+    }
+  }
+  db_->make(identity, runs);
+  is_new_ = true;
+}
+
+RunTable::~RunTable() = default;
+
+std::vector<bool> RunTable::finished() const {
+  return db_->finished();
+}
+
+std::vector<bool> RunTable::finished_in(const fs::path& path) {
+  Database database(path);
+  database.open_file();
+  return database.finished();
+}
+
+void RunTable::add(const RunRecord& record) {
+  const auto run = static_cast<std::int64_t>(record.number);
+  const RunResult& result = record.result;
+  db_->execute("BEGIN IMMEDIATE");
+  try {
+    Statement row(
+        db_->db, path_,
+        "INSERT INTO runs(run, status, message, title, duration_s, cpu_s, wall_s, peak_memory_MB, control_us, "
+        "may_differ, more) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    row.run(run, std::string(word(record.status)), record.message, result.title, result.duration_s, result.cpu_s,
+            result.wall_s, result.peak_memory_MB, record.control_us, std::int64_t{record.may_differ}, more_of(result));
+    Statement repeat(db_->db, path_, "INSERT INTO repeats VALUES(?, ?, ?)");
+    for (std::size_t i = 0; i < record.cpu_s.size(); ++i)
+      repeat.run(run, static_cast<std::int64_t>(i), record.cpu_s[i]);
+    Statement figure(db_->db, path_, "INSERT INTO figures VALUES(?, ?, ?, ?)");
+    std::int64_t place = 0;
+    for (const auto& [name, value] : result.figures) figure.run(run, place++, name, value);
+    Statement cost(db_->db, path_, "INSERT INTO costs VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    place = 0;
+    for (const NodeCost& node : result.nodes) {
+      cost.run(run, place++, node.node, node.type, static_cast<std::int64_t>(node.steps),
+               static_cast<std::int64_t>(node.missed_ticks), node.median_us, node.p99_us, node.total_s);
+    }
+    Statement curve(db_->db, path_, "INSERT INTO curves VALUES(?, ?, ?, ?)");
+    for (const Series& series : result.series) curve.run(run, series.name, series.time, series.value);
+    db_->execute("COMMIT");
+  } catch (...) {
+    sqlite3_exec(db_->db, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
+  }
+}
+
+std::vector<RunRecord> RunTable::read() const {
+  std::vector<RunRecord> records;
+  std::map<std::int64_t, std::size_t> at;
+  Statement runs(
+      db_->db, path_,
+      "SELECT run, status, message, title, duration_s, cpu_s, wall_s, peak_memory_MB, control_us, more, graph, "
+      "seed, may_differ FROM runs NATURAL JOIN names ORDER BY run");
+  while (runs.step()) {
+    RunRecord record;
+    record.number = static_cast<std::size_t>(runs.integer(0));
+    record.status = status_of(runs.text(1));
+    record.message = runs.text(2);
+    RunResult& result = record.result;
+    result.title = runs.text(3);
+    result.duration_s = runs.real(4);
+    result.cpu_s = runs.real(5);
+    result.wall_s = runs.real(6);
+    result.peak_memory_MB = runs.real(7);
+    record.control_us = runs.real(8);
+    read_more(runs.text(9), result);
+    result.graph = runs.text(10);
+    result.seed = std::stoull(runs.text(11));
+    record.may_differ = runs.integer(12) != 0;
+    at[runs.integer(0)] = records.size();
+    records.push_back(std::move(record));
+  }
+  Statement repeats(db_->db, path_, "SELECT run, cpu_s FROM repeats ORDER BY run, repeat");
+  while (repeats.step()) records[at.at(repeats.integer(0))].cpu_s.push_back(repeats.real(1));
+  Statement figures(db_->db, path_, "SELECT run, name, value FROM figures ORDER BY run, place");
+  while (figures.step()) {
+    records[at.at(figures.integer(0))].result.figures.emplace_back(figures.text(1), figures.real(2));
+  }
+  Statement costs(
+      db_->db, path_,
+      "SELECT run, node, type, steps, missed_ticks, median_us, p99_us, total_s FROM costs ORDER BY run, place");
+  while (costs.step()) {
+    records[at.at(costs.integer(0))].result.nodes.push_back(
+        {costs.text(1), costs.text(2), static_cast<std::uint64_t>(costs.integer(3)),
+         static_cast<std::uint64_t>(costs.integer(4)), costs.real(5), costs.real(6), costs.real(7)});
+  }
+  Statement curves(db_->db, path_, "SELECT run, name, time, value FROM curves");
+  while (curves.step()) {
+    records[at.at(curves.integer(0))].result.series.push_back({curves.text(1), "", curves.reals(2), curves.reals(3)});
+  }
+  return records;
+}
+
+}  // namespace tactor

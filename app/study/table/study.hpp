@@ -1,0 +1,48 @@
+// A study: graphs by methods by values over seeds, in one table with error and run time beside each other.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/statistics.hpp"
+#include "app/study/plan/study_plan.hpp"
+#include "app/study/table/comparison.hpp"
+
+namespace tactor {
+
+/// The RMS errors of a row, or of a setting over all graphs, as a multiple of those of what it is judged against, by
+/// the geometric mean over the seeds that both have; over graphs too, where each seed's ratio is the geometric mean of
+/// theirs.
+struct ErrorRatio {
+  std::optional<GeometricMean> delivered;
+  std::optional<GeometricMean> one_step;
+};
+
+/// A study that has run. The rows of `comparison` are, for each graph, the settings in order; each is judged against
+/// another of the same graph (StudySpec::baseline).
+struct Study {
+  StudySpec spec;
+  std::vector<StudySetting> settings;
+  Comparison comparison;
+  std::vector<ErrorRatio> ratios;              ///< one a row
+  std::vector<ErrorRatio> ratios_over_graphs;  ///< one a setting
+
+  /// The mean over the graphs of a figure's mean over the seeds that are done.
+  [[nodiscard]] double over_graphs(std::size_t setting, std::string_view figure) const;
+  /// What stands behind the setting's name in tables over the graphs where a graph, or what it is judged against there,
+  /// lacks seeds; else empty.
+  [[nodiscard]] std::string incomplete(std::size_t setting) const;
+  [[nodiscard]] const StudySetting& setting(std::size_t row) const { return settings[row % settings.size()]; }
+};
+
+/// Judges the runs of the cases.
+Study make_study(const StudySpec& spec, Comparison comparison);
+
+/// What is said of the run times of the study.
+TimingNote timing_note(const Study& study);
+nlohmann::ordered_json to_json(const Study& study);
+
+}  // namespace tactor

@@ -1,0 +1,23 @@
+// What makes a comparison or a study doubtful, said where its results begin.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/study/table/comparison.hpp"
+#include "framework/core/scene.hpp"
+
+namespace tactor {
+
+/// A sentence each: rows in whose runs nothing touches, and rows that are unlike what they are compared with.
+std::vector<std::string> comparison_warnings(const Comparison& comparison);
+/// The same as lines for the terminal; empty for none.
+std::string warning_lines(const Comparison& comparison);
+/// The same for the top of a page; empty for none.
+std::string warnings_html(const Comparison& comparison);
+
+/// In what the scene differs from that of `other`, a graph's name, as a sentence that begins `its scene`; empty: in
+/// nothing.
+std::string scene_difference(const Scene& scene, const Scene& of_other, const std::string& other);
+
+}  // namespace tactor

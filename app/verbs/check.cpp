@@ -1,0 +1,53 @@
+// `tactor check`: whether graphs can be run.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "app/output.hpp"
+#include "app/terminal.hpp"
+#include "app/verbs/graph_options.hpp"
+#include "app/verbs/verbs.hpp"
+#include "framework/core/check.hpp"
+#include "framework/engine/plan_nodes.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace {
+
+struct CheckArguments {
+  std::vector<std::filesystem::path> graphs;
+  GraphOptions options;
+  bool explained = false;
+};
+
+int check_graphs(const CheckArguments& arguments) {
+  Registry registry(default_node_folders());
+  bool bad = false;
+  for (const std::filesystem::path& graph : arguments.graphs) {
+    try {
+      const Plan plan = make_plan(load(graph, registry, arguments.options));
+      for (const std::string& note : check_nodes(plan)) tell_note(note);
+      fmt::print("{}: ok\n", graph.string());
+      if (arguments.explained) fmt::print("{}\n", explain(plan, terminal_columns()));
+    } catch (const InputError& error) {
+      tell(fmt::format("{}\n", error.what()));
+      bad = true;
+    }
+  }
+  return bad ? 2 : 0;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("check", "Check graphs without running them");
+  const auto arguments = std::make_shared<CheckArguments>();
+  verb->add_option("graphs", arguments->graphs, "Graph files")->required();
+  verb->add_flag("--explain", arguments->explained, "Show what runs, the queues, and what was left out and why");
+  arguments->options.add_to(*verb, false);
+  verb->callback([arguments, &exit_code] { exit_code = check_graphs(*arguments); });
+}
+
+}  // namespace tactor

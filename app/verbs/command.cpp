@@ -1,0 +1,37 @@
+#include "app/verbs/command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "app/verbs/option_values.hpp"
+#include "app/verbs/verbs.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+int run_command(int argc, char** argv) {
+  CLI::App app{"Tactor renders smooth force feedback from slow physics.", "tactor"};
+  app.set_version_flag("--version", TACTOR_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 done, 1 failed while running, 2 bad input.");
+  int exit_code = 0;
+  for (const auto add : {add_run, add_compare, add_study, add_check, add_explain, add_lean, add_graph, add_nodes,
+                         add_schema, add_export, add_mend, add_devices, add_device, add_emulate, add_doctor}) {
+    add(app, exit_code);
+  }
+  refuse_unknown_verb(app, std::vector<std::string>(argv + 1, argv + argc));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& done) {
+    return app.exit(done);
+  } catch (const CLI::ExtrasError&) {
+    throw InputError(unexpected_words(app));
+  } catch (const CLI::ParseError& error) {
+    app.exit(error);
+    return 2;
+  }
+  return exit_code;
+}
+
+}  // namespace tactor

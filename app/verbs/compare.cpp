@@ -1,0 +1,46 @@
+// `tactor compare`: several graphs side by side.
+#include "app/results_folder.hpp"
+#include "app/study/spec/study_spec.hpp"
+#include "app/study/study_command.hpp"
+#include "app/verbs/graph_options.hpp"
+#include "app/verbs/option_values.hpp"
+#include "app/verbs/verbs.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+struct CompareArguments {
+  CompareRequest comparison;
+  GraphOptions options;
+  ResultsRequest results;
+};
+}  // namespace
+
+void add_compare(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("compare", "Run several graphs over several seeds, side by side");
+  const auto arguments = std::make_shared<CompareArguments>();
+  CompareRequest& comparison = arguments->comparison;
+  comparison.jobs = cores();
+  verb->add_option("graphs", comparison.graphs, "Graph files; the first is what the others are compared with")
+      ->required();
+  arguments->options.add_to(*verb, false);
+  add_integer(*verb, "--seeds", comparison.seeds, 1, most_seeds, "Number of seeds")->default_str("6");
+  add_seed(*verb, "--first-seed", comparison.first_seed, "The first seed")->default_str("1");
+  add_integer(*verb, "--repeats", comparison.repeats, 1, most_repeats,
+              "Runs of each seed whose median run time counts; where several, after one that does not")
+      ->default_str("1");
+  add_integer(*verb, "--jobs", comparison.jobs, 1, most_jobs, "Reference runs at once (default: the cores)");
+  add_results(*verb, arguments->results,
+              "Folder for the results (default: out/compare, or the first of "
+              "out/compare_2, out/compare_3, ... that holds none)");
+  verb->callback([arguments, &exit_code] {
+    CompareRequest& made = arguments->comparison;
+    made.overrides = arguments->options.overrides();
+    made.out = results_folder(fs::path("out") / "compare", arguments->results);
+    exit_code = supervised(made.jobs, [&](const StudyConsole& console) { return run_compare(made, console); });
+  });
+}
+
+}  // namespace tactor

@@ -1,0 +1,45 @@
+// Options that several verbs share.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/results_folder.hpp"
+#include "framework/graph/spec.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace tactor {
+
+class Registry;
+
+/// What the command line lays over a graph: --over, --set, --seed, --duration.
+struct GraphOptions {
+  std::vector<std::filesystem::path> over;
+  std::vector<std::string> set;
+  std::optional<std::uint64_t> seed;
+  std::optional<double> duration;  ///< s
+
+  void add_to(CLI::App& verb, bool with_seed);
+  [[nodiscard]] Overrides overrides() const { return {set, seed, duration, over}; }
+};
+
+/// The graph with these options laid over it.
+GraphSpec load(const std::filesystem::path& graph, Registry& registry, const GraphOptions& options);
+
+/// --out and --overwrite; `doc` tells the default of --out.
+void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc);
+
+// Beyond these nobody means what was typed.
+inline constexpr std::int64_t most_seeds = 10'000;
+inline constexpr std::int64_t most_jobs = 1024;
+
+/// The cores of this machine, at least 1: how many runs are made at once unless the user says otherwise.
+unsigned cores();
+
+}  // namespace tactor

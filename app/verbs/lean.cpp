@@ -1,0 +1,54 @@
+// `tactor lean`: what an error budget allows to leave out.
+#include "app/interruption.hpp"
+#include "app/lean/lean_command.hpp"
+#include "app/mesh_folders.hpp"
+#include "app/run/timing.hpp"
+#include "app/study/spec/study_spec.hpp"
+#include "app/verbs/graph_options.hpp"
+#include "app/verbs/option_values.hpp"
+#include "app/verbs/verbs.hpp"
+
+namespace tactor {
+
+namespace {
+struct LeanArguments {
+  LeanRequest lean;
+  GraphOptions options;
+};
+}  // namespace
+
+void add_lean(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand(
+      "lean", "Leave out and coarsen what an error budget allows; writes the leanest graph and what each step saved");
+  const auto arguments = std::make_shared<LeanArguments>();
+  LeanRequest& lean = arguments->lean;
+  verb->add_option("graph", lean.graph, "The graph file")->required();
+  add_number(*verb, "--budget", lean.budget, {.unit = "N", .min = 0, .above_min = true},
+             "RMS error of the force against the graph's reference run, in N")
+      ->required();
+  add_number(*verb, "--torque-budget", lean.torque_budget, {.unit = "N m", .min = 0},
+             "The same of the torque, in N m (default: the force budget at a lever of 50 mm)");
+  verb->add_option("--metric", lean.metric,
+                   "The force that is judged: delivered, as displayed; or physics, "
+                   "without delay")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"delivered", "physics"}));
+  add_integer(*verb, "--seeds", lean.seeds, 1, 100,
+              "Number of seeds, from the graph's; as many others check the result")
+      ->default_str("1");
+  add_integer(*verb, "--repeats", lean.repeats, 1, most_repeats,
+              "Runs of each seed whose median counts; where several, after one that does not")
+      ->default_str("3");
+  add_results(*verb, lean.results,
+              "The graph that is written, the table beside it as .md and .json (default: "
+              "out/NAME_lean.yaml, or the first of out/NAME_lean_2.yaml, ... that is not there)");
+  arguments->options.add_to(*verb, true);
+  verb->callback([arguments, &exit_code] {
+    arguments->lean.overrides = arguments->options.overrides();
+    arguments->lean.mesh_folders = mesh_folders();
+    arguments->lean.interrupted = is_interrupted;
+    exit_code = run_lean(arguments->lean);
+  });
+}
+
+}  // namespace tactor

@@ -1,0 +1,20 @@
+// `tactor mend`: the recording of a killed run for other programs.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "app/verbs/verbs.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace tactor {
+
+void add_mend(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("mend", "Let other HDF5 programs open the recording of a killed run");
+  const auto recording = std::make_shared<std::filesystem::path>();
+  verb->add_option("recording", *recording, "A recording (HDF5)")->required();
+  verb->callback([recording, &exit_code] {
+    load_record_library().mend(*recording);
+    exit_code = 0;
+  });
+}
+
+}  // namespace tactor

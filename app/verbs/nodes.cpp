@@ -1,0 +1,57 @@
+// `tactor nodes`: the node types there are.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "app/verbs/node_reference.hpp"
+#include "app/verbs/verbs.hpp"
+#include "framework/core/check.hpp"
+#include "framework/node/registry.hpp"
+#include "framework/yaml/diagnostics.hpp"
+
+namespace tactor {
+
+namespace {
+
+struct NodesArguments {
+  std::string type;
+  bool markdown = false;
+};
+
+int list_nodes(const NodesArguments& arguments) {
+  const std::string& type = arguments.type;
+  Registry registry(default_node_folders());
+  if (!type.empty()) {
+    if (const NodeInfo* info = registry.find(type)) {
+      fmt::print("{}", node_help(*info));
+      return 0;
+    }
+  }
+  registry.load_all();
+  if (!type.empty()) {
+    std::vector<std::string> names;
+    for (const NodeInfo* info : registry.types()) names.push_back(info->type);
+    std::string message = "there is no node type " + type + did_you_mean(type, names) + "; `tactor nodes` lists them";
+    const std::string prefix = type.substr(0, type.find('.'));
+    const auto of_prefix = [&](const std::string& name) { return name.starts_with(prefix + "."); };
+    if (prefix != type && std::none_of(names.begin(), names.end(), of_prefix)) {
+      message += "; " + registry.why_missing(prefix);
+    }
+    throw InputError(message);
+  }
+  fmt::print("{}", arguments.markdown ? node_reference_markdown(registry.types()) : node_list(registry.types()));
+  return 0;
+}
+
+}  // namespace
+
+void add_nodes(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("nodes", "List the node types, or tell everything about one");
+  const auto arguments = std::make_shared<NodesArguments>();
+  verb->add_option("type", arguments->type, "A node type, for example prediction.ar");
+  verb->add_flag("--markdown", arguments->markdown, "The whole reference as Markdown");
+  verb->callback([arguments, &exit_code] { exit_code = list_nodes(*arguments); });
+}
+
+}  // namespace tactor

@@ -1,0 +1,118 @@
+// `tactor run`: one graph, once.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/interruption.hpp"
+#include "app/output.hpp"
+#include "app/progress_bar.hpp"
+#include "app/report/run_report.hpp"
+#include "app/results_folder.hpp"
+#include "app/run/headline.hpp"
+#include "app/run/live.hpp"
+#include "app/run/live_view.hpp"
+#include "app/run/run.hpp"
+#include "app/run/summary.hpp"
+#include "app/terminal.hpp"
+#include "app/verbs/graph_options.hpp"
+#include "app/verbs/verbs.hpp"
+#include "framework/core/user_folders.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct RunArguments {
+  fs::path graph;
+  GraphOptions options;
+  ResultsRequest results;
+  bool record_costs = false;
+  bool all = false;  // print every figure
+};
+
+void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, bool all) {
+  write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
+  write_file(folder / "graph.yaml", result.graph_yaml);
+  if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
+  write_file(folder / "report.html", run_report(result));
+  // Last, because the terminal may have been closed.
+  const std::size_t columns = terminal_columns();
+  fmt::print("{}", headline_text(result, (folder / "report.html").string(), all, columns));
+  if (all) fmt::print("{}", summary_table(result, columns));
+}
+
+int run_graph(const RunArguments& arguments) {
+  Registry registry(default_node_folders());
+  const Plan plan = make_plan(load(arguments.graph, registry, arguments.options));
+  const ResultsFolder results(fs::path("out") / plan.graph.name, arguments.results);
+  results.refuse_to_replace(arguments.graph);
+  const fs::path& folder = results.path();
+  RunOptions run_options;
+  run_options.recording = folder / "recording.h5";
+  run_options.cache_folder = default_cache_folder();
+  run_options.note = tell_note;
+  run_options.before_writing = [&results] { results.clear(); };
+  ProgressBar bar;
+  run_options.progress = [&bar](double share, const char* what) {
+    bar.draw(share, what);
+    return !is_interrupted();
+  };
+  LiveView view(plan);
+  run_options.live_progress = [&view](const LiveStatus& status) {
+    view.draw(status);
+    return true;
+  };
+  run_options.stop_asked = is_interrupted;
+  if (plan.graph.clock == Clock::real) end_instead_of_stopping();
+  if (arguments.record_costs) {
+    if (plan.graph.clock != Clock::real) {
+      throw InputError(
+          "--record-costs: expected a graph with clock: real, found clock: virtual, whose costs it says itself");
+    }
+    run_options.replay_folder = folder;
+  }
+  const RunResult result = execute(plan, run_options);
+  view.clear();
+  bar.clear();
+  if (result.failure) tell_note(*result.failure);
+  if (result.abandoned) {
+    // A step that never came back still runs on its thread: nothing may be cleaned up under it.
+    try {
+      write_results(folder, plan, result, arguments.all);
+    } catch (const std::exception& error) {
+      tell_note(error.what());
+    }
+    std::fflush(nullptr);
+    std::_Exit(1);
+  }
+  write_results(folder, plan, result, arguments.all);
+  // A live run that is asked to end has ended as it should.
+  const bool ended_early = result.interrupted || result.reference_interrupted;
+  return result.failure || (ended_early && !result.live) ? 1 : 0;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand(
+      "run", "Run a graph; writes summary.json, report.html, graph.yaml, the recording, and live latencies.csv");
+  const auto arguments = std::make_shared<RunArguments>();
+  verb->add_option("graph", arguments->graph, "The graph file (YAML)")->required();
+  arguments->options.add_to(*verb, true);
+  add_results(*verb, arguments->results,
+              "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
+              "out/NAME_3, ... that holds none)");
+  verb->add_flag("--all", arguments->all, "Print every figure, and what each node took");
+  verb->add_flag("--record-costs", arguments->record_costs,
+                 "With clock: real, also write what each step took and replay.yaml, which repeats the run");
+  verb->callback([arguments, &exit_code] { exit_code = run_graph(*arguments); });
+}
+
+}  // namespace tactor

@@ -1,0 +1,27 @@
+// The verbs of the command, a file each: help, options, and what it does.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace tactor {
+
+// Each adds its verb to `app`. The verb sets `exit_code`, or throws InputError (exit code 2) or RunError (1).
+void add_run(CLI::App& app, int& exit_code);
+void add_compare(CLI::App& app, int& exit_code);
+void add_study(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
+void add_explain(CLI::App& app, int& exit_code);
+void add_lean(CLI::App& app, int& exit_code);
+void add_graph(CLI::App& app, int& exit_code);
+void add_nodes(CLI::App& app, int& exit_code);
+void add_schema(CLI::App& app, int& exit_code);
+void add_export(CLI::App& app, int& exit_code);
+void add_mend(CLI::App& app, int& exit_code);
+void add_devices(CLI::App& app, int& exit_code);
+void add_device(CLI::App& app, int& exit_code);
+void add_emulate(CLI::App& app, int& exit_code);
+void add_doctor(CLI::App& app, int& exit_code);
+
+}  // namespace tactor

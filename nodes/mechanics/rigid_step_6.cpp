@@ -1,9 +1,0 @@
-// One body that rotates.
-#include "nodes/mechanics/rigid_step_solve.hpp"
-
-namespace tactor {
-
-template StepResult RigidStep::solve<6>(const CouplingLaw& law, const DeviceState& device,
-                                        const ContactPlanes& contacts, double h, BodyStates& bodies);
-
-}  // namespace tactor

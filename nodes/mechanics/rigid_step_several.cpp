@@ -1,9 +1,0 @@
-// Several bodies.
-#include "nodes/mechanics/rigid_step_solve.hpp"
-
-namespace tactor {
-
-template StepResult RigidStep::solve<Eigen::Dynamic>(const CouplingLaw& law, const DeviceState& device,
-                                                     const ContactPlanes& contacts, double h, BodyStates& bodies);
-
-}  // namespace tactor

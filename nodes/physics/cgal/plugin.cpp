@@ -1,0 +1,14 @@
+// The entry of the plugin `tactor_cgal`.
+#include "nodes/physics/cgal/exact_distance.hpp"
+#include "nodes/physics/cgal/mesh_repair.hpp"
+#include "nodes/physics/mesh/cgal_plugin.hpp"
+
+extern "C" const tactor::CgalPlugin* tactor_cgal_plugin(int abi) {
+  static const tactor::CgalPlugin plugin = {
+      tactor::repaired_solid,
+      [](const tactor::TriangleMesh& mesh) -> std::unique_ptr<tactor::SignedDistance> {
+        return std::make_unique<tactor::ExactDistance>(mesh);
+      },
+  };
+  return abi == TACTOR_CGAL_ABI ? &plugin : nullptr;
+}

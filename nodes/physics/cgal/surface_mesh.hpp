@@ -1,0 +1,61 @@
+// A mesh as CGAL's halfedge structure, and the repairs of it that are dear to compile, each in a file of its own.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Surface_mesh.h>
+
+#include "nodes/physics/mesh/mesh.hpp"
+#include "nodes/physics/mesh/polygon_soup.hpp"
+
+namespace tactor {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using SurfaceMesh = CGAL::Surface_mesh<Point>;
+using Face = SurfaceMesh::Face_index;
+using FaceNumbers = SurfaceMesh::Property_map<Face, std::size_t>;
+
+/// The corners of a triangle, in its direction.
+inline std::array<SurfaceMesh::Vertex_index, 3> corners_of(const SurfaceMesh& surface, Face f) {
+  const SurfaceMesh::Halfedge_index h = surface.halfedge(f);
+  return {surface.target(h), surface.target(surface.next(h)), surface.target(surface.prev(h))};
+}
+
+/// Vertices and triangles in the order of the surface, which has no gaps.
+TriangleMesh triangles_of(const SurfaceMesh& surface);
+PolygonSoup soup_of(const SurfaceMesh& surface);
+
+/// The surface of a mesh, in its order; empty where its faces do not meet as those of a manifold.
+SurfaceMesh surface_of(const TriangleMesh& mesh);
+
+/// Turns polygons so that neighbours go through their edges in opposite directions; may make points double. False where
+/// the surface has only one side.
+bool orient_polygons(std::vector<Point>& points, std::vector<std::vector<std::size_t>>& polygons);
+
+/// The surface of polygons that are a closed manifold and go the same way round. Faces keep their order.
+SurfaceMesh surface_of(const std::vector<Point>& points, const std::vector<std::vector<std::size_t>>& polygons);
+
+/// Cuts polygons of more than three corners; their triangles take over their numbers. False where one cannot be cut.
+bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers);
+
+/// Takes out vertices that no face has, such as those of faces that are gone.
+void remove_isolated_vertices(SurfaceMesh& surface);
+
+/// Flips and collapses edges where that takes away faces without area and leaves the rest as it is. What is left of
+/// them has to be looked for.
+void remove_flat_faces(SurfaceMesh& surface);
+
+/// Pairs of faces that meet where they are not neighbours, at most `most`.
+std::vector<std::pair<Face, Face>> self_intersections(const SurfaceMesh& surface, unsigned most);
+
+/// True where outer shells look outwards and cavities into themselves.
+bool is_outward_oriented(const SurfaceMesh& surface);
+/// Turns shells so that it is.
+void orient_outwards(SurfaceMesh& surface);
+
+}  // namespace tactor

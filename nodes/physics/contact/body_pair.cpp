@@ -1,0 +1,161 @@
+#include "nodes/physics/contact/body_pair.hpp"
+
+#include <utility>
+
+#include "nodes/physics/contact/materials.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// A body whose surface is all points at a radius from the few that it is sampled at.
+bool is_round(const ContactBody& body) {
+  return !body.samples.radii.empty();
+}
+bool is_ball(const ContactBody& body) {
+  return std::holds_alternative<SphereShape>(body.shape);
+}
+
+double sample_radius(const ContactBody& body, std::size_t i) {
+  return is_round(body) ? body.samples.radii[i] : 0;
+}
+
+/// R H R^T as Contact::H_W has it.
+std::array<double, 6> turned(const Quat& R, const Eigen::Matrix3d& H) {
+  if (H.isZero(0)) return {};
+  const Vec3 x = rotate(R, {1, 0, 0}), y = rotate(R, {0, 1, 0}), z = rotate(R, {0, 0, 1});
+  Eigen::Matrix3d M;
+  M << x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z;
+  const Eigen::Matrix3d W = M * H * M.transpose();
+  return {W(0, 0), W(0, 1), W(0, 2), W(1, 1), W(1, 2), W(2, 2)};
+}
+
+}  // namespace
+
+BodyPair::BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, std::uint32_t number, double margin)
+    : a_(a), b_(b), indices_(indices), number_(number), margin_(margin), material_(combine(a.material, b.material)) {
+  if (a.motion != Motion::rigid && b.motion != Motion::rigid) R_BA_ = inverse(b.X_WB.R) * a.X_WB.R;
+  if (b.motion == Motion::fixed) p_WM_of_b_ = transform(b.X_WB, b.p_BM);
+  if (is_ball(a) || is_ball(b)) {
+    ball_is_a_ = is_ball(a);
+    ball_ = Ball{.radius = ball_is_a_ ? a.radius : b.radius};
+    return;
+  }
+  const bool one_is_round = is_round(a) != is_round(b);
+  if (!a.samples.points.empty() && !(one_is_round && is_round(b))) side_a_ = make_side(a);
+  if (!b.samples.points.empty() && !(one_is_round && is_round(a))) side_b_ = make_side(b);
+}
+
+BodyPair::Side BodyPair::make_side(const ContactBody& body) const {
+  std::vector<double> weights = body.samples.weights;
+  if (weights.empty()) {
+    for (const SurfaceSample& s : body.samples.points) weights.push_back(s.area / material_.patch_area);
+  }
+  return {SampleTree(body.samples.points, body.samples.radii), std::move(weights)};
+}
+
+bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
+  const Vec3 apart = transform(X_WA, a_.p_BM) - (p_WM_of_b_ ? *p_WM_of_b_ : transform(X_WB, b_.p_BM));
+  const double reach = a_.radius + b_.radius + margin_;
+  return dot(apart, apart) <= reach * reach;
+}
+
+/// The contact of a point of a, or of a ball about it, with b's surface, `n` being what b's distance gave at x_B.
+Contact BodyPair::of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius, const Nearest& n,
+                       const Vec3& x_B) const {
+  Contact c{.stiffness = material_.stiffness, .damping = material_.damping, .friction = material_.friction};
+  c.n_W = rotate(X_WB.R, n.gradient);
+  c.p_TC = radius == 0 ? p_A : p_A - radius * rotate(inverse(X_WA.R), c.n_W);
+  c.p_WC = transform(X_WB, n.p);
+  c.distance = n.distance - radius;
+  c.H_W = turned(X_WB.R, b_.distance->hessian(n, x_B));
+  return c;
+}
+
+/// The contact of a point of b, or of a ball about it, with a's surface, `n` being what a's distance gave at x_A.
+Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius, const Nearest& n,
+                       const Vec3& x_A) const {
+  Contact c{.stiffness = material_.stiffness, .damping = material_.damping, .friction = material_.friction};
+  c.n_W = -rotate(X_WA.R, n.gradient);
+  c.p_TC = n.p;
+  c.p_WC = transform(X_WB, p_B) + radius * c.n_W;
+  c.distance = n.distance - radius;
+  // The distance is as curved seen from the one body as from the other.
+  c.H_W = turned(X_WA.R, a_.distance->hessian(n, x_A));
+  return c;
+}
+
+void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
+  contact.weight = weight;
+  found.contact.push_back(contact);
+  found.pair.push_back(indices_);
+  found.key.push_back(contact_key(number_, from_b, sample));
+}
+
+void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
+  const ContactBody& other = ball_is_a_ ? b_ : a_;
+  const Pose &X_WO = ball_is_a_ ? X_WB : X_WA, &X_WK = ball_is_a_ ? X_WA : X_WB;
+  const Vec3 x = rotate(inverse(X_WO.R), X_WK.p - X_WO.p);
+  const double reach = ball_->radius + margin_;
+  // The distance changes by no more than the way moved.
+  constexpr double rounding = 1e-12;
+  if (ball_->asked && ball_->last.distance - norm(x - ball_->asked_at) > reach + rounding) return;
+  ball_->last = other.distance->nearest(x, ball_->last.face);
+  ball_->asked_at = x;
+  ball_->asked = true;
+  if (ball_->last.distance >= reach) return;
+  add(ball_is_a_ ? of_a(X_WA, X_WB, {}, ball_->radius, ball_->last, x)
+                 : of_b(X_WA, X_WB, {}, ball_->radius, ball_->last, x),
+      1, !ball_is_a_, 0, found);
+}
+
+void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
+  shares_ = {};
+  if (!may_meet(X_WA, X_WB)) return;
+  if (ball_) return find_ball(X_WA, X_WB, found);
+  const Quat to_B = inverse(X_WB.R);
+  const Pose X_BA{rotate(to_B, X_WA.p - X_WB.p), R_BA_ ? *R_BA_ : to_B * X_WA.R};
+  const Pose X_AB = inverse(X_BA);
+  static const std::vector<NearSample> none;
+  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_) : none;
+  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_) : none;
+
+  const auto extent = [this](const std::vector<NearSample>& near, const std::optional<Side>& side) {
+    double sum = 0;
+    for (const NearSample& n : near) sum += side->weights[static_cast<std::size_t>(n.sample)] * (margin_ - n.distance);
+    return sum;
+  };
+  const double extent_a = extent(of_side_a, side_a_), extent_b = extent(of_side_b, side_b_);
+  const double total = extent_a + extent_b;
+  if (total <= 0) return;
+  shares_ = {extent_a / total, extent_b / total};
+  for (const NearSample& n : of_side_a) {
+    const auto i = static_cast<std::size_t>(n.sample);
+    const Vec3& p_A = a_.samples.points[i].p;
+    add(of_a(X_WA, X_WB, p_A, sample_radius(a_, i), n.nearest, transform(X_BA, p_A)), shares_.a * side_a_->weights[i],
+        false, i, found);
+  }
+  for (const NearSample& n : of_side_b) {
+    const auto i = static_cast<std::size_t>(n.sample);
+    const Vec3& p_B = b_.samples.points[i].p;
+    add(of_b(X_WA, X_WB, p_B, sample_radius(b_, i), n.nearest, transform(X_AB, p_B)), shares_.b * side_b_->weights[i],
+        true, i, found);
+  }
+}
+
+Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const {
+  const bool from_b = is_from_b(key);
+  const Pose &X_WK = from_b ? X_WB : X_WA, &X_WO = from_b ? X_WA : X_WB;
+  const ContactBody &body = from_b ? b_ : a_, &other = from_b ? a_ : b_;
+  const std::size_t i = sample_of(key);
+  const std::optional<Side>& side = from_b ? side_b_ : side_a_;
+  const Vec3 p = ball_ ? Vec3{} : body.samples.points[i].p;
+  const double radius = ball_ ? ball_->radius : sample_radius(body, i);
+  const Vec3 x = transform(inverse(X_WO), transform(X_WK, p));
+  const Nearest nearest = other.distance->nearest(x);
+  Contact contact = from_b ? of_b(X_WA, X_WB, p, radius, nearest, x) : of_a(X_WA, X_WB, p, radius, nearest, x);
+  contact.weight = ball_ ? 1 : (from_b ? shares.b : shares.a) * side->weights[i];
+  return contact;
+}
+
+}  // namespace tactor

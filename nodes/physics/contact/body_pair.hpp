@@ -1,0 +1,82 @@
+// The contacts of two bodies, at least one of which moves.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "framework/core/messages.hpp"
+#include "nodes/physics/contact/contact_body.hpp"
+#include "nodes/physics/contact/contact_reduction.hpp"
+#include "nodes/physics/geometry/sample_tree.hpp"
+
+namespace tactor {
+
+/// Samples of either body against the other's signed distance. Which side has samples depends on the shapes alone, not
+/// on the order of the bodies:
+///   sphere with any      the sphere's centre, whose distance less the radius is exact: one contact of weight 1;
+///   capsule with others  the capsule's balls;
+///   all else             both bodies' samples (a plane has none): capsule with capsule, boxes and meshes.
+/// Where both sides have samples,
+///   weight = share * weight of the sample,
+/// with shares that sum to 1, in proportion to sum(weight * (margin - distance)) of each side: about one half each
+/// where both are finely sampled, nearly 1 for the side that alone has samples there. They change continuously as
+/// samples come and go.
+///
+/// A pair whose bounding spheres are farther apart than the margin is not looked at. Where neither body rotates no
+/// rotation between them is computed.
+class BodyPair {
+ public:
+  struct Shares {
+    double a = 0, b = 0;
+  };
+
+  /// `a` moves; both must outlive the pair. `indices`: of the bodies in Scene::moving(); `number`: one for each pair of
+  /// a node, which its contacts' keys begin with; margin in m.
+  BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indices, std::uint32_t number, double margin);
+
+  [[nodiscard]] ContactPair indices() const { return indices_; }
+
+  /// Adds the contacts at these poses nearer than the margin, those of a's samples first, in the order of SampleTree.
+  void find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
+  /// The shares of both sides in the last `find` (above); zero where it found nothing.
+  [[nodiscard]] Shares shares() const { return shares_; }
+  /// The contact of that key (see contact_key) at these poses, however far away, with the weight that shares give it.
+  [[nodiscard]] Contact at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const;
+
+ private:
+  /// One body's samples against the other's distance.
+  struct Side {
+    SampleTree tree;
+    std::vector<double> weights;  // in patches
+  };
+  /// A ball's centre against the other's distance.
+  struct Ball {
+    double radius;  // m
+    Nearest last;   // at `asked_at`, where `asked`
+    Vec3 asked_at;  // m, in the frame of the other body
+    bool asked = false;
+  };
+  [[nodiscard]] Side make_side(const ContactBody& body) const;
+  [[nodiscard]] bool may_meet(const Pose& X_WA, const Pose& X_WB) const;
+  void find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
+  void add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const;
+  [[nodiscard]] Contact of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius, const Nearest& n,
+                             const Vec3& x_B) const;
+  [[nodiscard]] Contact of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius, const Nearest& n,
+                             const Vec3& x_A) const;
+
+  const ContactBody& a_;
+  const ContactBody& b_;
+  ContactPair indices_;
+  std::uint64_t number_;
+  double margin_;      // m
+  Material material_;  // of both
+  std::optional<Ball> ball_;
+  bool ball_is_a_ = false;
+  Shares shares_;
+  std::optional<Side> side_a_, side_b_;
+  std::optional<Quat> R_BA_;       // where neither rotates
+  std::optional<Vec3> p_WM_of_b_;  // m, where it is fixed
+};
+
+}  // namespace tactor

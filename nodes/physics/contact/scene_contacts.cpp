@@ -1,0 +1,204 @@
+#include "nodes/physics/contact/scene_contacts.hpp"
+
+#include <algorithm>
+
+#include "nodes/physics/contact/doubts.hpp"
+
+namespace tactor {
+
+namespace {
+
+// Of larger contacts the first few queries allocate.
+constexpr std::size_t usual_contacts = 4096;
+
+/// Two bodies of the scene that are looked at as a pair.
+bool is_pair(const Body& a, const Body& b) {
+  return &a != &b && (a.motion != Motion::fixed || b.motion != Motion::fixed);
+}
+
+/// How far from the body's surface other bodies are sampled when they are within the margin: the largest ball that may
+/// meet it has its centre there.
+double reach_to(const Body& body, const Scene& scene, double margin) {
+  double largest = 0;
+  for (const Body& other : scene.bodies) {
+    if (!is_pair(body, other)) continue;
+    if (const auto* sphere = std::get_if<SphereShape>(&other.shape)) largest = std::max(largest, sphere->radius);
+    if (const auto* capsule = std::get_if<CapsuleShape>(&other.shape)) largest = std::max(largest, capsule->radius);
+  }
+  return largest + margin;
+}
+
+/// Where the bodies are `time` s later if they keep their velocities.
+BodyStates moved_on(const BodyStates& bodies, double time) {
+  BodyStates later = bodies;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bodies.count); ++i) {
+    later.X_WB[i].p += time * bodies.V_WB[i].v;
+    later.X_WB[i].R = from_rotation_vector(time * bodies.V_WB[i].w) * later.X_WB[i].R;
+  }
+  return later;
+}
+
+/// Whether a mesh of this body needs samples: those of spheres and capsules stand for both sides.
+bool is_sampled(const Body& body, const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&body](const Body& other) {
+    return is_pair(body, other) && !std::holds_alternative<SphereShape>(other.shape) &&
+           !std::holds_alternative<CapsuleShape>(other.shape);
+  });
+}
+
+/// Whether the distances between the body's contact samples are those of the spacing.
+bool is_spaced(const Body& body, const Scene& scene) {
+  if (body.mesh() != nullptr) return is_sampled(body, scene);
+  if (!std::holds_alternative<BoxShape>(body.shape) && !std::holds_alternative<CapsuleShape>(body.shape)) return false;
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&body](const Body& other) { return is_pair(body, other); });
+}
+
+}  // namespace
+
+bool has_spaced_samples(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                     [&scene](const Body& body) { return is_spaced(body, scene); });
+}
+
+SceneContacts::SceneContacts(const Scene& scene, const ContactOptions& options, const MakeMeshDistance& make_distance,
+                             const HandPath* hand, Notes* notes)
+    : reduction_(options.max_contacts, usual_contacts),
+      anchor_count_(static_cast<std::size_t>(options.anchors)),
+      anchor_time_(options.anchor_time),
+      local_reduction_(options.local_contacts, usual_contacts) {
+  const std::vector<std::size_t> moving = scene.moving();
+  bodies_.reserve(scene.bodies.size());  // pairs refer to them
+  const auto add = [&](const Body& body) {
+    bodies_.emplace_back(body, options.spacing, is_sampled(body, scene), reach_to(body, scene, options.margin),
+                         make_distance, notes);
+  };
+  for (const std::size_t i : moving) add(scene.bodies[i]);
+  for (const Body& body : scene.bodies) {
+    if (body.motion == Motion::fixed) add(body);
+  }
+  for (std::size_t a = 0; a < moving.size(); ++a) {
+    for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
+      const ContactPair indices{static_cast<std::int32_t>(a),
+                                b < moving.size() ? static_cast<std::int32_t>(b) : ContactPair::fixed};
+      const auto number = static_cast<std::uint32_t>(pairs_.size());
+      pairs_.push_back({a, b, BodyPair(bodies_[a], bodies_[b], indices, number, options.margin)});
+    }
+  }
+  found_.reserve(usual_contacts);
+  found_ahead_.reserve(usual_contacts);
+  around_.reserve(usual_contacts);
+  keys_.reserve(LocalContacts::max_anchors * usual_contacts);
+  for (Anchor& anchor : anchors_) anchor.shares.reserve(pairs_.size());
+  if (notes != nullptr) tell_doubts(scene, options.spacing, hand, *notes);
+}
+
+void SceneContacts::tell_doubts(const Scene& scene, double spacing, const HandPath* hand, Notes& notes) const {
+  const auto tell = [&notes](const std::vector<std::string>& doubts) {
+    notes.insert(notes.end(), doubts.begin(), doubts.end());
+  };
+  std::vector<bool> spaced;
+  for (const ContactBody& body : bodies_) {
+    const auto same = [&body](const Body& b) { return b.name == body.name; };
+    spaced.push_back(is_spaced(*std::find_if(scene.bodies.begin(), scene.bodies.end(), same), scene));
+  }
+  tell(doubts_of_spacing(bodies_, spaced, spacing));
+  if (hand != nullptr) tell(doubts_of_path(bodies_, *hand));
+  for (const Entry& entry : pairs_) {
+    // Where the tool starts, the hand alone tells.
+    if (entry.a == 0 && hand == nullptr) continue;
+    Pose X_WA = bodies_[entry.a].X_WB;
+    if (entry.a == 0) X_WA = {hand->X_WH.front().p, scene.rotates() ? hand->X_WH.front().R : X_WA.R};
+    BodyPair pair = entry.pair;  // a look of its own, which the run does not remember
+    FoundContacts found;
+    pair.find(X_WA, bodies_[entry.b].X_WB, found);
+    double least = 0;
+    for (const Contact& contact : found.contact) least = std::min(least, contact.distance);
+    tell(doubts_of_start(bodies_[entry.a], bodies_[entry.b], -least));
+  }
+}
+
+const Pose& SceneContacts::pose(const BodyStates& states, std::int32_t index, std::size_t body) const {
+  return index == ContactPair::fixed ? bodies_[body].X_WB : states.X_WB[static_cast<std::size_t>(index)];
+}
+
+void SceneContacts::find(const BodyStates& states, ContactSet& set) {
+  found_.clear();
+  for (Entry& entry : pairs_) {
+    const ContactPair indices = entry.pair.indices();
+    entry.pair.find(pose(states, indices.body, entry.a), pose(states, indices.other, entry.b), found_);
+  }
+  set.bodies.count = states.count;
+  std::copy_n(states.X_WB.begin(), states.count, set.bodies.X_WB.begin());
+  reduction_.reduce(found_, set);
+}
+
+/// Adds the keys of the contacts at an anchor and notes the shares there.
+void SceneContacts::find_at(Anchor& anchor) {
+  found_ahead_.clear();
+  anchor.shares.clear();
+  for (Entry& entry : pairs_) {
+    const ContactPair indices = entry.pair.indices();
+    entry.pair.find(pose(anchor.bodies, indices.body, entry.a), pose(anchor.bodies, indices.other, entry.b),
+                    found_ahead_);
+    anchor.shares.push_back(entry.pair.shares());
+  }
+  keys_.insert(keys_.end(), found_ahead_.key.begin(), found_ahead_.key.end());
+}
+
+/// Where a pair has no contact at an anchor, its shares there are those of the last one that has.
+void SceneContacts::fill_shares() {
+  for (std::size_t e = 0; e < pairs_.size(); ++e) {
+    BodyPair::Shares known;
+    for (const Anchor& anchor : anchors()) {
+      if (anchor.shares[e].a + anchor.shares[e].b > 0) known = anchor.shares[e];
+    }
+    for (Anchor& anchor : anchors()) {
+      if (anchor.shares[e].a + anchor.shares[e].b == 0) anchor.shares[e] = known;
+    }
+  }
+}
+
+Contact SceneContacts::contact_at(const Anchor& anchor, std::uint64_t key) const {
+  const auto e = static_cast<std::size_t>(pair_number(key));
+  const Entry& entry = pairs_[e];
+  const ContactPair indices = entry.pair.indices();
+  return entry.pair.at(key, pose(anchor.bodies, indices.body, entry.a), pose(anchor.bodies, indices.other, entry.b),
+                       anchor.shares[e]);
+}
+
+void SceneContacts::find_ahead(const BodyStates& states, double age, LocalContacts& around) {
+  keys_.clear();
+  for (std::size_t j = 0; j < anchor_count_; ++j) {
+    anchors_[j].bodies = moved_on(states, age + static_cast<double>(j) * anchor_time_);
+    find_at(anchors_[j]);
+  }
+  fill_shares();
+  std::sort(keys_.begin(), keys_.end());
+  keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
+  around_.clear();
+  for (const std::uint64_t key : keys_) {
+    around_.contact.push_back(contact_at(anchors_[anchor_count_ / 2], key));
+    around_.pair.push_back(pairs_[static_cast<std::size_t>(pair_number(key))].pair.indices());
+    around_.key.push_back(key);
+  }
+  local_reduction_.reduce(around_, local_set_);
+
+  around.anchors = static_cast<std::int32_t>(anchor_count_);
+  around.bodies = states.count;
+  around.count = local_set_.count;
+  for (std::size_t j = 0; j < anchor_count_; ++j) around.X_WB[j] = anchors_[j].bodies.X_WB;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(around.count); ++i) {
+    const std::size_t from = local_reduction_.kept()[i];
+    const double before = around_.contact[from].weight;
+    // One that stands for others does so at every anchor.
+    const double stands_for = before > 0 ? local_set_.contact[i].weight / before : 1;
+    around.pair[i] = around_.pair[from];
+    for (std::size_t j = 0; j < anchor_count_; ++j) {
+      around.contact[i][j] = contact_at(anchors_[j], around_.key[from]);
+      around.contact[i][j].weight *= stands_for;
+    }
+  }
+}
+
+}  // namespace tactor

@@ -1,0 +1,69 @@
+// Moves the bodies of a scene on from a physics result, against the contacts around them, with the device's motion.
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+
+#include "framework/core/messages.hpp"
+#include "nodes/physics/mechanics/rigid_step.hpp"
+
+namespace tactor {
+
+/// A contact as a plane where the moving bodies are at `X_WB`, from what its anchors say:
+///   distance = sum_j w_j d_j / sum_j w_j,   n = sum_j w_j n_j normalised,   w_j = 1 / (|x - x_j|^2 + (10 um)^2),
+/// with x the contact point of anchor j now and x_j the same at the anchor. Each anchor gives the quadratic
+///   d_j = distance_j + n_j . s + s . H_j s / 2,   s = x - x_j,   n_j' = n_j + H_j s,
+/// over the anchors whose normals do not oppose that of the nearest (of a thin wall they may see either side), and with
+/// H_j cut so that n_j turns by 0.3 rad at most: near edges curvature grows without bound, and a quadratic is
+/// worth nothing beyond. So surfaces are known at each anchor, but for the ten-thousandth part that an anchor 1 mm away
+/// has in the sum, and beside it as well as the quadratics know them: no worse than the worst of them. Between anchors
+/// a surface that bends is followed where a plane would leave it. Of a ball that turns by a against what it touches the
+/// contact point is taken along, which is wrong by some r a^2 / 2 (see Contact::H_W).
+Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStates& bodies);
+
+/// True where these are `count` moving bodies at finite places, and contacts between bodies that there are.
+bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count);
+
+/// The local rollout: dynamics' own step (RigidStep) on the planes of contact_now, from device sample to device sample.
+/// Allocates nothing and throws nothing; its work is bounded by contacts and iterations.
+class LocalRollout {
+ public:
+  explicit LocalRollout(const SystemModel& model) : bodies_(model.count), step_(model) {}
+
+  /// False where the model is not of this scene, or has bodies, a handle or a spring that are not finite.
+  [[nodiscard]] bool accepts(const LocalModel& model) const;
+  /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
+  /// changes, where the model is not one that it accepts.
+  bool restart(const LocalModel& model);
+  /// Moves the bodies on to the time of `sample` in one step; nothing happens where that is not later. False where the
+  /// step did not converge: then the bodies are where a damped step has them, or where they were.
+  bool advance(const Stamped<DeviceState>& sample);
+
+  [[nodiscard]] const LocalModel& model() const { return local_; }
+  [[nodiscard]] bool tool_rotates() const { return step_.model().body[0].rotates; }
+  /// The tool and the handle, with the contacts' force of the last step.
+  [[nodiscard]] PhysicsState state() const;
+  /// m/s^2 and rad/s^2, of the tool over the last step, be it before the last restart.
+  [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
+  /// How far the tool is from the nearest anchor of the contacts, m; zero where no contacts are known.
+  [[nodiscard]] double distance_from_anchors() const;
+  /// How the wrench on the device changes with the handle's place (m and rotation vector in rad, W) where springs
+  /// balance: -K (1 - (K + C)^-1 K), with K the coupling and C the planes that push, friction left out. Of the tool
+  /// alone; where it does not rotate, of forces alone. Zero where
+  /// contacts of absurd numbers make none.
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> jacobian();
+
+ private:
+  ContactPlanes planes_now();
+
+  int bodies_;  // moving ones
+  RigidStep step_;
+  LocalModel local_;
+  std::array<Pose, BodyStates::capacity> X_WB_;  // of the bodies, for the planes
+  std::array<Contact, LocalContacts::capacity> planes_;
+  StepResult last_{.outcome = StepOutcome::converged};
+  Twist acceleration_;
+};
+
+}  // namespace tactor

@@ -1,0 +1,86 @@
+// One implicit step of rigid bodies that touch contact planes, the first of them on the coupling.
+#pragma once
+
+#include <array>
+
+#include "nodes/physics/mechanics/system.hpp"
+
+namespace tactor {
+
+/// How a step was solved.
+enum class StepOutcome : std::uint8_t {
+  converged,
+  damped,   ///< not within the iterations: the linear step below was taken
+  stopped,  ///< nor could that be taken: all bodies keep their poses at rest
+};
+
+/// What a step found besides the new state.
+struct StepResult {
+  StepOutcome outcome = StepOutcome::stopped;
+  Wrench contact_T_W;  ///< N, N m: sum of the contacts on the tool about its origin, over the step
+  int touching = 0;    ///< contacts of the tool with a force
+  int left_out = 0;    ///< planes that were not usable (see `usable`)
+  double work = 0;     ///< J, what the handle put in (see handle_work)
+  int iterations = 0;  ///< of Newton's method
+  double turn = 0;     ///< rad, the farthest that a body has turned
+};
+
+/// Advances the bodies by h seconds. The equations, in momenta, with forces at the end of the step:
+///   m (v' - v) = h (m g + F_coupling + sum f),     p' = p + h v',
+///   L' - L     = h (tau_coupling + sum r x f),     R' = exp(h (w' - w*)) R*,     L' = I_W(R') w'',
+/// where (R*, w*) is what free_rotation gives, so that a body without torque keeps its angular momentum exactly. The
+/// coupling acts on the tool alone, with the handle (p_WD, R_WD, v_WD, w_WD) at the end of the step and without limits:
+///   F = k_t (p_WD - p') + b_t (v_WD - v'),   tau = k_r (log(R_WD R^T) - h w') + b_r (w_WD - w').
+/// A contact at lever r from each body's origin, with the bodies' relative velocity u there and the distance phi at
+/// the start of the step:
+///   N = max(0, -k (phi + h n . u) - b n . u),     f = N n - mu N u_t / max(|u_t|, stick_velocity),
+/// with k = stiffness * weight, b = damping * weight. The damper meets a point that approaches at speed u from b u / k
+/// above the surface on, so that the force has no step at the surface. Both bodies of a pair get the force at the same
+/// point, hence linear and angular momentum of free bodies are kept to rounding. With law.massless the tool has no
+/// inertia, no weight and no damper, nor have its contacts: it goes where springs balance, and w'' = w'.
+///
+/// With friction bounds mu N held, the equations are the minimum of a convex function of the velocities, which Newton's
+/// method with line search looks for (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
+/// compliant contact", IEEE T-RO 2022; A. Castro, X. Han, J. Masterjohn, "Irrotational contact fields", 2023). The
+/// bounds follow the normal forces in the first iterations, and are held then: however far they are off, friction
+/// takes energy out. It is converged when what is left of each body's equation is below model.tolerance of the sum
+/// of the norms of its terms. If it is not, one linear step is taken instead, with all planes that overlap as springs
+/// and dampers of both signs and the friction viscous, if total energy is then no larger than before plus the handle's
+/// work; else the bodies stay at rest where they are. No state is ever made that is not finite. Throws nothing,
+/// allocates nothing.
+class RigidStep {
+ public:
+  explicit RigidStep(const SystemModel& model) : model_(model) {}
+  [[nodiscard]] const SystemModel& model() const { return model_; }
+
+  /// `before` and `device`: the handle at the start and the end of the step.
+  StepResult advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                     const ContactPlanes& contacts, double h, BodyStates& bodies);
+
+  /// A contact plane as a step sees it.
+  struct Plane {
+    int body = 0, other = 0;  // other: -1 for what does not move
+    Vec3 r_body, r_other;     // m, levers
+    Vec3 n;
+    double push = 0;      // N, the normal force at zero velocity; negative where apart
+    double slope = 0;     // N s/m, how the normal force falls with n . u
+    double friction = 0;  // Coulomb coefficient
+    double bound = 0;     // N, friction force while sliding
+    Vec3 u, du;           // m/s, relative velocity, and its change along the line that is searched
+    Vec3 force;           // N, on `body`
+  };
+
+ private:
+  StepResult advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                     const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies);
+  StepResult advance_once(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+                          const ContactPlanes& contacts, double h, BodyStates& bodies);
+  template <int Dofs>
+  StepResult solve(const CouplingLaw& law, const DeviceState& device, const ContactPlanes& contacts, double h,
+                   BodyStates& bodies);
+
+  SystemModel model_;
+  std::array<Plane, ContactSet::capacity> planes_;
+};
+
+}  // namespace tactor

@@ -1,0 +1,9 @@
+// One body that does not rotate.
+#include "nodes/physics/mechanics/rigid_step_solve.hpp"
+
+namespace tactor {
+
+template StepResult RigidStep::solve<3>(const CouplingLaw& law, const DeviceState& device,
+                                        const ContactPlanes& contacts, double h, BodyStates& bodies);
+
+}  // namespace tactor

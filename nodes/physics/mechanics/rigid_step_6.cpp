@@ -1,0 +1,9 @@
+// One body that rotates.
+#include "nodes/physics/mechanics/rigid_step_solve.hpp"
+
+namespace tactor {
+
+template StepResult RigidStep::solve<6>(const CouplingLaw& law, const DeviceState& device,
+                                        const ContactPlanes& contacts, double h, BodyStates& bodies);
+
+}  // namespace tactor

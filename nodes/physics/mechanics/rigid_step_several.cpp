@@ -1,0 +1,9 @@
+// Several bodies.
+#include "nodes/physics/mechanics/rigid_step_solve.hpp"
+
+namespace tactor {
+
+template StepResult RigidStep::solve<Eigen::Dynamic>(const CouplingLaw& law, const DeviceState& device,
+                                                     const ContactPlanes& contacts, double h, BodyStates& bodies);
+
+}  // namespace tactor

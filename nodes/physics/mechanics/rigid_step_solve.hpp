@@ -1,0 +1,131 @@
+// How one step is solved: Newton's method with a line search, else one damped linear step. Instantiated once for each
+// number of degrees of freedom, in a file of its own, because each takes long to compile.
+#pragma once
+
+#include <cmath>
+#include <span>
+
+#include <Eigen/Cholesky>
+
+#include "nodes/physics/mechanics/step_equations.hpp"
+
+namespace tactor {
+
+namespace step_solve {
+
+inline constexpr int following = 12;  // iterations in which the bounds may follow
+inline constexpr int searches = 40;   // evaluations along a line, at most
+
+/// The a in (0, 1] at which `slope`, increasing and negative at 0, has all but vanished.
+template <class Slope>
+double line_search(const Slope& slope, double at_zero) {
+  double at_one = slope(1);
+  // A full step that stops short of the minimum is taken: the next one goes on from there.
+  if (at_one <= -0.1 * at_zero) return 1;
+  double low = 0, high = 1, at_low = at_zero, at_high = at_one;
+  for (int i = 0; i < searches; ++i) {
+    // The false position, or the middle where it moves little (Illinois).
+    const double a = low + (high - low) * at_low / (at_low - at_high);
+    const double value = slope(a);
+    if (std::abs(value) <= -0.1 * at_zero || !(a > low && a < high)) return a;
+    if (value < 0) {
+      low = a, at_low = value;
+      at_high /= 2;
+    } else {
+      high = a, at_high = value;
+      at_low /= 2;
+    }
+  }
+  return low > 0 ? low : high;
+}
+
+/// Newton's method from the velocities of now. Returns the iterations, or -1 where they did not do.
+template <int Dofs>
+int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs>::Vector& v) {
+  using E = StepEquations<Dofs>;
+  v = equations.start();
+  equations.set_velocities(v, &RigidStep::Plane::u);
+  bool held = false;
+  typename E::Vector left;
+  typename E::Matrix H;
+  for (int i = 0; i < most; ++i) {
+    if (!held) held = equations.follow() || i >= following;
+    equations.residual(v, left);
+    if (equations.met(left)) return i;
+    equations.derivative(H, equations.newton());
+    const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
+    if (factors.info() != Eigen::Success) return -1;
+    const typename E::Vector d = -factors.solve(left);
+    const double decrement = -d.dot(left);
+    if (!std::isfinite(decrement)) return -1;
+    equations.set_velocities(d, &RigidStep::Plane::du);
+    const double a = line_search(typename E::Line(equations, v, d), -decrement);
+    v += a * d;
+    equations.set_velocities(v, &RigidStep::Plane::u);
+  }
+  return -1;
+}
+
+}  // namespace step_solve
+
+template <int Dofs>
+StepResult RigidStep::solve(const CouplingLaw& law, const DeviceState& device, const ContactPlanes& contacts, double h,
+                            BodyStates& bodies) {
+  StepResult result;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
+    if (!usable(contacts, i, model_.count)) {
+      ++result.left_out;
+      continue;
+    }
+    const Contact& c = contacts.planes[i];
+    const PlaneNow now = plane_now(contacts, i, bodies.X_WB);
+    Plane& p = planes_[count++];
+    const double k = c.stiffness * c.weight, b = law.massless != 0 ? 0 : c.damping * c.weight;
+    p.body = contacts.pairs[i].body;
+    p.other = contacts.pairs[i].other;
+    p.r_body = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.body)].p;
+    if (p.other >= 0) p.r_other = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.other)].p;
+    p.n = now.n_W;
+    p.push = -k * now.distance;
+    p.slope = h * k + b;
+    p.friction = c.friction;
+    p.bound = 0;
+  }
+  const std::span planes = std::span(planes_).first(count);
+
+  const BodyStates before = bodies;
+  StepEquations<Dofs> equations(model_, law, device, h, before, planes);
+  typename StepEquations<Dofs>::Vector v;
+  result.iterations = step_solve::newton(equations, model_.iterations, v);
+  result.outcome = StepOutcome::converged;
+  if (result.iterations < 0) {
+    result.iterations = model_.iterations;
+    result.outcome = StepOutcome::damped;
+    v.setZero(equations.dofs());
+    equations.set_velocities(v, &RigidStep::Plane::u);
+    typename StepEquations<Dofs>::Vector left;
+    typename StepEquations<Dofs>::Matrix H;
+    equations.damped_residual(v, left);
+    equations.derivative(H, equations.damped());
+    const Eigen::LLT<Eigen::Ref<typename StepEquations<Dofs>::Matrix>> factors(H);
+    if (factors.info() != Eigen::Success) {
+      result.outcome = StepOutcome::stopped;
+      return result;
+    }
+    v = -factors.solve(left);
+    equations.set_velocities(v, &RigidStep::Plane::u);
+    equations.damped_residual(v, left);
+  }
+  result.turn = equations.finish(v, bodies);
+  for (const Plane& p : planes) {
+    if (p.force == Vec3{} || (p.body != 0 && p.other != 0)) continue;
+    const double sign = p.body == 0 ? 1 : -1;
+    ++result.touching;
+    result.contact_T_W.force += sign * p.force;
+    result.contact_T_W.torque += cross(p.body == 0 ? p.r_body : p.r_other, sign * p.force);
+  }
+  return result;
+}
+
+}  // namespace tactor

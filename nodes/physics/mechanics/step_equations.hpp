@@ -1,0 +1,395 @@
+// The equations of one step of rigid bodies (rigid_step.hpp), with their derivatives.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include <Eigen/LU>
+
+#include "nodes/physics/mechanics/eigen.hpp"
+#include "nodes/physics/mechanics/free_rotation.hpp"
+#include "nodes/physics/mechanics/rigid_step.hpp"
+
+namespace tactor {
+
+/// The equations of one step. The unknown is the velocity of all bodies at its end, linear before angular.
+/// Dofs: 3 for one body that does not rotate, 6 for one that does, else Eigen::Dynamic.
+template <int Dofs>
+class StepEquations {
+  using Matrix3d = Eigen::Matrix3d;
+  using Vector3d = Eigen::Vector3d;
+  using Plane = RigidStep::Plane;
+  static constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
+  static constexpr bool one = Dofs != Eigen::Dynamic;
+  static constexpr int most = one ? Dofs : 6 * static_cast<int>(max_moving_bodies);
+
+ public:
+  using Vector = Eigen::Matrix<double, Dofs, 1, 0, most, 1>;
+  using Matrix = Eigen::Matrix<double, Dofs, Dofs, 0, most, most>;
+
+  StepEquations(const SystemModel& model, const CouplingLaw& law, const DeviceState& device, double h,
+                const BodyStates& bodies, std::span<Plane> planes)
+      : model_(model),
+        device_(device),
+        h_(h),
+        bodies_(bodies),
+        planes_(planes),
+        massless_(law.massless != 0),
+        k_t_(h * law.k_t),
+        k_r_(h * law.k_r),
+        b_t_(massless_ ? 0 : law.b_t),
+        b_r_(massless_ ? 0 : law.b_r) {
+    for (int i = 0; i < count(); ++i) {
+      Body& b = body_[index(i)];
+      b.offset = dofs_;
+      dofs_ += rotates(i) ? 6 : 3;
+      prepare(i, b);
+    }
+  }
+
+  /// Where Newton's method begins: the velocities of now, which at rest are the solution.
+  [[nodiscard]] Vector start() const {
+    Vector v(dofs_);
+    for (int i = 0; i < count(); ++i) {
+      const bool balance = massless_ && i == 0;
+      linear(v, i) = balance ? Vector3d::Zero() : eigen(bodies_.V_WB[index(i)].v);
+      if (rotates(i)) angular(v, i) = balance ? Vector3d::Zero() : eigen(body_[index(i)].free.w_WB);
+    }
+    return v;
+  }
+
+  /// Sets the relative velocities of the planes for body velocities v.
+  void set_velocities(const Vector& v, Vec3 Plane::*target) const {
+    for (Plane& p : planes_) {
+      Vec3 u = velocity_at(v, p.body, p.r_body);
+      if constexpr (!one) {
+        if (p.other >= 0) u -= velocity_at(v, p.other, p.r_other);
+      }
+      p.*target = u;
+    }
+  }
+
+  /// What is left of the equations at v, N s and N m s; sets the planes' forces. Needs the planes' velocities.
+  void residual(const Vector& v, Vector& left) {
+    left.resize(dofs_);
+    for (int i = 0; i < count(); ++i) {
+      Body& b = body_[index(i)];
+      linear(left, i) = b.mass * linear(v, i) - b.momentum;
+      b.linear_terms = b.linear_scale;
+      if (rotates(i)) {
+        angular(left, i) = b.inertia * angular(v, i) - b.angular_momentum;
+        b.angular_terms = b.angular_scale;
+      }
+    }
+    add_coupling(v, left);
+    for (Plane& p : planes_) {
+      p.force = force(p, p.u);
+      apply(p, p.body, p.r_body, -h_, left);
+      if constexpr (!one) {
+        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
+      }
+    }
+  }
+
+  /// True where every body's equation is met, given the residual and the terms that it was summed from.
+  [[nodiscard]] bool met(const Vector& left) const {
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      if (!(linear(left, i).norm() <= model_.tolerance * b.linear_terms)) return false;
+      if (rotates(i) && !(angular(left, i).norm() <= model_.tolerance * b.angular_terms)) return false;
+    }
+    return true;
+  }
+
+  /// The derivative of the residual by v: the masses, the coupling, and the planes by `slopes(plane)`.
+  template <class Slopes>
+  void derivative(Matrix& H, Slopes slopes) const {
+    H.setZero(dofs_, dofs_);
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      const bool tool = i == 0;
+      H.template block<3, 3>(b.offset, b.offset).diagonal().array() = b.mass + (tool ? h_ * (k_t_ + b_t_) : 0);
+      if (!rotates(i)) continue;
+      H.template block<3, 3>(b.offset + 3, b.offset + 3) = b.inertia;
+      if (tool) H.template block<3, 3>(b.offset + 3, b.offset + 3).diagonal().array() += h_ * (k_r_ + b_r_);
+    }
+    Matrix3d S;
+    for (const Plane& p : planes_) {
+      if (!slopes(p, S)) continue;
+      S *= h_;
+      add(H, S, p.body, p.r_body, p.body, p.r_body);
+      if constexpr (!one) {
+        if (p.other < 0) continue;
+        add(H, S, p.other, p.r_other, p.other, p.r_other);
+        const Matrix3d opposite = -S;
+        // Only the lower triangle is read.
+        if (p.body > p.other) {
+          add(H, opposite, p.body, p.r_body, p.other, p.r_other);
+        } else {
+          add(H, opposite, p.other, p.r_other, p.body, p.r_body);
+        }
+      }
+    }
+  }
+
+  /// How the derivative of the convex function along v + a d depends on a. Needs the planes' `u` and `du`.
+  class Line {
+   public:
+    Line(StepEquations& equations, const Vector& v, const Vector& d) : equations_(equations) {
+      // The part without planes is linear in a.
+      Vector at_v, at_end;
+      equations.smooth_residual(v, at_v);
+      const Vector end = v + d;
+      equations.smooth_residual(end, at_end);
+      constant_ = d.dot(at_v);
+      slope_ = d.dot(at_end) - constant_;
+    }
+    [[nodiscard]] double operator()(double a) const {
+      double sum = constant_ + a * slope_;
+      for (const Plane& p : equations_.planes_) sum -= equations_.h_ * dot(p.du, equations_.force(p, p.u + a * p.du));
+      return sum;
+    }
+
+   private:
+    StepEquations& equations_;
+    double constant_ = 0, slope_ = 0;
+  };
+
+  /// The force of a plane on its moving body at relative velocity u, with its friction bound.
+  [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const {
+    const double speed = dot(p.n, u);
+    const double normal = std::max(0.0, p.push - p.slope * speed);
+    if (normal == 0 && p.bound == 0) return {};
+    const Vec3 u_t = u - speed * p.n;
+    return normal * p.n - (p.bound / std::max(norm(u_t), model_.stick_velocity)) * u_t;
+  }
+
+  /// Lets the friction bounds follow the normal forces; returns true where they hardly changed.
+  bool follow() const {
+    double change = 0, sum = 0;
+    for (Plane& p : planes_) {
+      const double bound = p.friction * std::max(0.0, p.push - p.slope * dot(p.n, p.u));
+      change += std::abs(bound - p.bound);
+      sum += bound;
+      p.bound = bound;
+    }
+    // Where nothing pushes yet there is nothing to hold.
+    return sum > 0 && change <= bound_tolerance * sum;
+  }
+
+  /// The slopes of a plane's force, as Newton's method wants them.
+  [[nodiscard]] auto newton() const {
+    return [this](const Plane& p, Matrix3d& S) {
+      const double speed = dot(p.n, p.u);
+      const double normal = p.push > p.slope * speed ? p.slope : 0;
+      if (normal == 0 && p.bound == 0) return false;
+      const Vec3 u_t = p.u - speed * p.n;
+      const double sliding = norm(u_t);
+      const double across = p.bound / std::max(sliding, model_.stick_velocity);
+      // Of no direction where it sticks.
+      const Vec3 t = sliding > model_.stick_velocity ? (1 / sliding) * u_t : Vec3{};
+      for (int b = 0; b < 3; ++b) {
+        for (int a = 0; a < 3; ++a) {
+          S(a, b) = (normal - across) * p.n[a] * p.n[b] - across * t[a] * t[b] + (a == b ? across : 0);
+        }
+      }
+      return true;
+    };
+  }
+
+  /// The slopes with springs of both signs where bodies overlap, and friction viscous.
+  [[nodiscard]] auto damped() const {
+    return [this](const Plane& p, Matrix3d& S) {
+      if (p.push <= 0) return false;
+      const Vector3d n = eigen(p.n);
+      const double across = viscosity(p);
+      S = (p.slope - across) * n * n.transpose();
+      S.diagonal().array() += across;
+      return true;
+    };
+  }
+  /// The residual at v of the same law; sets the planes' forces.
+  void damped_residual(const Vector& v, Vector& left) {
+    smooth_residual(v, left);
+    for (Plane& p : planes_) {
+      p.force = {};
+      if (p.push <= 0) continue;
+      const double speed = dot(p.n, p.u);
+      p.force = (p.push - p.slope * speed) * p.n - viscosity(p) * (p.u - speed * p.n);
+      apply(p, p.body, p.r_body, -h_, left);
+      if constexpr (!one) {
+        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
+      }
+    }
+  }
+
+  /// Moves the bodies with velocities v; returns the farthest turn, rad. The momenta come from the forces, which are
+  /// equal and opposite to the last digit, and not from v, which is met to a tolerance.
+  double finish(const Vector& v, BodyStates& bodies) {
+    double turn = 0;
+    Vector left(dofs_);
+    left.setZero();
+    for (Plane& p : planes_) {
+      apply(p, p.body, p.r_body, -h_, left);
+      if constexpr (!one) {
+        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
+      }
+    }
+    add_coupling(v, left);
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      Pose& X = bodies.X_WB[index(i)];
+      Twist& V = bodies.V_WB[index(i)];
+      const bool balance = massless_ && i == 0;
+      V.v = plain(balance ? Vector3d(linear(v, i)) : Vector3d((b.momentum - linear(left, i)) / b.mass));
+      X.p += h_ * V.v;
+      V.w = {};
+      if (!rotates(i)) continue;
+      const Vec3 w = plain(angular(v, i));
+      X.R = normalized(from_rotation_vector(h_ * (w - b.free.w_WB)) * b.free.R_WB);
+      // The tool without mass turns as far as the handle does, and its next step corrects what was not linear.
+      if (!balance) turn = std::max({turn, h_ * norm(w), h_ * norm(b.free.w_WB)});
+      V.w = balance ? w
+                    : plain(inertia_W(model_.body[index(i)].inertia_B, X.R).inverse() *
+                            (b.angular_momentum - angular(left, i)));
+    }
+    return turn;
+  }
+
+  [[nodiscard]] int dofs() const { return dofs_; }
+
+ private:
+  struct Body {
+    int offset = 0;
+    double mass = 0;                               // kg
+    Vector3d momentum = Vector3d::Zero();          // N s, before the step, with the impulse of the weight
+    Matrix3d inertia = Matrix3d::Zero();           // kg m^2, in W, as free rotation leaves it
+    Vector3d angular_momentum = Vector3d::Zero();  // N m s
+    Rotation free;                                 // after the step, without torque
+    double linear_scale = 0, angular_scale = 0;    // the sizes of the terms that do not depend on v
+    double linear_terms = 0, angular_terms = 0;    // the sizes of all terms
+  };
+
+  void prepare(int i, Body& b) const {
+    const BodyModel& model = model_.body[index(i)];
+    const Pose& X = bodies_.X_WB[index(i)];
+    const Twist& V = bodies_.V_WB[index(i)];
+    if (massless_ && i == 0) {
+      b.free = {X.R, {}};
+      return;
+    }
+    b.mass = model.mass;
+    b.momentum = model.mass * eigen(V.v + h_ * model_.gravity_W);
+    b.linear_scale = model.mass * (norm(V.v) + h_ * norm(model_.gravity_W));
+    if (!rotates(i)) return;
+    b.angular_momentum = inertia_W(model.inertia_B, X.R) * eigen(V.w);
+    b.free = free_rotation(model.inertia_B, X.R, V.w, h_);
+    b.inertia = inertia_W(model.inertia_B, b.free.R_WB);
+    b.angular_scale = b.angular_momentum.norm();
+  }
+
+  [[nodiscard]] int count() const { return one ? 1 : model_.count; }
+  [[nodiscard]] static std::size_t index(int i) { return one ? 0 : static_cast<std::size_t>(i); }
+  [[nodiscard]] bool rotates(int i) const {
+    if constexpr (one) return Dofs == 6;
+    return model_.body[index(i)].rotates;
+  }
+  [[nodiscard]] int offset(int i) const { return one ? 0 : body_[index(i)].offset; }
+
+  template <class V>
+  [[nodiscard]] auto linear(V& v, int i) const {
+    return v.template segment<3>(offset(i));
+  }
+  template <class V>
+  [[nodiscard]] auto angular(V& v, int i) const {
+    // With 3 degrees of freedom this is never called, and must compile all the same.
+    return v.template segment<3>(Dofs == 3 ? 0 : offset(i) + 3);
+  }
+
+  [[nodiscard]] Vec3 velocity_at(const Vector& v, int i, const Vec3& r) const {
+    const double* at = v.data() + offset(i);
+    const Vec3 u{at[0], at[1], at[2]};
+    return rotates(i) ? u + cross({at[3], at[4], at[5]}, r) : u;
+  }
+
+  void apply(const Plane& p, int i, const Vec3& r, double share, Vector& left) {
+    if (p.force == Vec3{}) return;
+    Body& b = body_[index(i)];
+    const double size = h_ * norm(p.force);
+    linear(left, i) += share * eigen(p.force);
+    b.linear_terms += size;
+    if (rotates(i)) {
+      angular(left, i) += share * eigen(cross(r, p.force));
+      b.angular_terms += size * norm(r);
+    }
+  }
+
+  void add_coupling(const Vector& v, Vector& left) {
+    Body& tool = body_[0];
+    // The parts of the impulse are terms of their own: in balance the impulse itself vanishes.
+    const Vector3d pull = k_t_ * eigen(device_.X_WD.p - bodies_.X_WB[0].p), drag = h_ * b_t_ * eigen(device_.V_WD.v);
+    const Vector3d give = h_ * (k_t_ + b_t_) * linear(v, 0);
+    linear(left, 0) -= pull + drag - give;
+    tool.linear_terms += pull.norm() + drag.norm() + give.norm();
+    if (!rotates(0)) return;
+    const Vector3d turn = k_r_ * turn_, brake = h_ * b_r_ * eigen(device_.V_WD.w);
+    const Vector3d yield = h_ * (k_r_ + b_r_) * angular(v, 0);
+    angular(left, 0) -= turn + brake - yield;
+    tool.angular_terms += turn.norm() + brake.norm() + yield.norm();
+  }
+
+  /// The residual without the planes.
+  void smooth_residual(const Vector& v, Vector& left) {
+    left.resize(dofs_);
+    for (int i = 0; i < count(); ++i) {
+      const Body& b = body_[index(i)];
+      linear(left, i) = b.mass * linear(v, i) - b.momentum;
+      if (rotates(i)) angular(left, i) = b.inertia * angular(v, i) - b.angular_momentum;
+    }
+    add_coupling(v, left);
+  }
+
+  /// Adds what the slope S, symmetric, of a force between bodies i and j gives with their levers, to the lower
+  /// triangle.
+  void add(Matrix& H, const Matrix3d& S, int i, const Vec3& r_i, int j, const Vec3& r_j) const {
+    const int row = offset(i), column = offset(j);
+    for (int b = 0; b < 3; ++b) {
+      for (int a = 0; a < 3; ++a) H(row + a, column + b) += S(a, b);
+    }
+    if constexpr (Dofs != 3) {
+      // A diagonal block's mirror image is above the diagonal, and nobody reads it.
+      if (rotates(j) && row != column) H.template block<3, 3>(row, column + 3) -= S * skew(eigen(r_j));
+      if (!rotates(i)) return;
+      // skew(r_i) S, column by column.
+      std::array<Vec3, 3> lever;
+      for (int b = 0; b < 3; ++b) lever[static_cast<std::size_t>(b)] = cross(r_i, {S(0, b), S(1, b), S(2, b)});
+      for (int b = 0; b < 3; ++b) {
+        for (int a = 0; a < 3; ++a) H(row + 3 + a, column + b) += lever[static_cast<std::size_t>(b)][a];
+      }
+      if (!rotates(j)) return;
+      // - (skew(r_i) S) skew(r_j), row by row.
+      for (int a = 0; a < 3; ++a) {
+        const Vec3 turned = cross(r_j, {lever[0][a], lever[1][a], lever[2][a]});
+        for (int b = 0; b < 3; ++b) H(row + 3 + a, column + 3 + b) += turned[b];
+      }
+    }
+  }
+
+  [[nodiscard]] double viscosity(const Plane& p) const { return p.friction * p.push / model_.stick_velocity; }
+
+  const SystemModel& model_;
+  const DeviceState& device_;
+  double h_;
+  const BodyStates& bodies_;
+  std::span<Plane> planes_;
+  bool massless_;
+  double k_t_, k_r_, b_t_, b_r_;  // k times h
+  Vector3d turn_ = model_.body[0].rotates ? eigen(to_rotation_vector(device_.X_WD.R * inverse(bodies_.X_WB[0].R)))
+                                          : Vector3d(Vector3d::Zero());
+  int dofs_ = 0;
+  std::array<Body, one ? 1 : max_moving_bodies> body_;
+};
+
+}  // namespace tactor

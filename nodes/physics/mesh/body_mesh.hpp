@@ -1,0 +1,30 @@
+// The shape and inertia of a scene's body, in the body's frame.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <string>
+#include <vector>
+
+#include "framework/core/scene.hpp"
+#include "nodes/physics/mesh/mesh.hpp"
+
+namespace tactor {
+
+/// What a user should know of a body and nothing stops for: repairs, warnings, troubles of the cache.
+using Notes = std::vector<std::string>;
+
+/// Loads the body's mesh as a solid (solid_file.hpp) and applies its scale. A moving body's frame has its origin at the
+/// centre of mass of uniform density and keeps the axes of the file; a fixed body keeps the frame of the file.
+/// Adds to `notes`, each once, beginning with the name of the body, where it is not null.
+/// Throws InputError, beginning with the name of the body, where the file describes no solid, or where the solid is
+/// longer than 10 m or shorter than 1 mm and the body says no scale: the file is in another unit then. With a scale it
+/// may be 1 um to 1 km long.
+TriangleMesh load_body_mesh(const Body& body, Notes* notes = nullptr);
+
+/// The inertia of a moving body about its centre of mass in its own frame, kg m^2: `Body::inertia` on the diagonal
+/// where given, else that of its shape at uniform density.
+/// Notes and InputError as for load_body_mesh.
+Eigen::Matrix3d body_inertia(const Body& body, Notes* notes = nullptr);
+
+}  // namespace tactor

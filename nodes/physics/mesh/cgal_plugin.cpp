@@ -1,0 +1,21 @@
+#include "nodes/physics/mesh/cgal_plugin.hpp"
+
+#include "framework/node/own_library.hpp"
+
+namespace tactor {
+
+namespace {
+constexpr const char* file_name = "libtactor_cgal.so";
+}  // namespace
+
+bool has_cgal_plugin() {
+  return has_own_library(file_name);
+}
+
+const CgalPlugin& load_cgal_plugin(const std::string& what_for) {
+  return load_own_library<CgalPlugin>(
+      file_name, "tactor_cgal_plugin", TACTOR_CGAL_ABI,
+      what_for + " needs the plugin tactor_cgal (package tactor-cgal, or a build with -DTACTOR_WITH_CGAL=ON)");
+}
+
+}  // namespace tactor
