@@ -38,7 +38,7 @@ COUNTS = ["ticks", "missed", "allocations", "page_faults"]
 
 
 def run(folder, device, rest, seconds, before=()):
-    """The figures of the device loop in one live run; `before` is put in front of the command."""
+    """The metrics of the device loop in one live run; `before` is put in front of the command."""
     graph = folder / "device.yaml"
     graph.write_text(GRAPH.format(seconds=seconds, device=device, rest=rest))
     done = subprocess.run([*before, BIN / "tactor", "run", graph, "--overwrite", "--out", folder / "out"], capture_output=True, text=True,
@@ -46,8 +46,8 @@ def run(folder, device, rest, seconds, before=()):
     if done.returncode != 0:
         raise RuntimeError(done.stderr)
     found = json.loads((folder / "out/summary.json").read_text())["device"]
-    figures = {f"{name}.{part}": found[name][part] for name, part in FIGURES}
-    return figures | {name: found.get(name) for name in COUNTS}
+    metrics = {f"{name}.{part}": found[name][part] for name, part in FIGURES}
+    return metrics | {name: found.get(name) for name in COUNTS}
 
 
 def simulated(folder, seconds):
@@ -89,7 +89,7 @@ def busy_cores(load):
 
 
 def measure(seconds, rounds, load):
-    """{device: figures}: of times the median over the rounds, of counts the sum."""
+    """{device: metrics}: of times the median over the rounds, of counts the sum."""
     found = {name: [] for name in DEVICES}
     with busy_cores(load), tempfile.TemporaryDirectory() as folder:
         for _ in range(rounds):
@@ -97,7 +97,7 @@ def measure(seconds, rounds, load):
                 found[name].append(one(pathlib.Path(folder), seconds))
     result = {}
     for name, slices in found.items():
-        result[name] = {figure: statistics.median(s[figure] for s in slices) for figure in slices[0] if figure not in COUNTS}
+        result[name] = {metric: statistics.median(s[metric] for s in slices) for metric in slices[0] if metric not in COUNTS}
         for count in COUNTS:
             values = [s[count] for s in slices]
             result[name][count] = None if None in values else sum(values)
@@ -112,8 +112,8 @@ def main():
     parser.add_argument("--out", type=pathlib.Path)
     options = parser.parse_args()
     result = measure(options.seconds, options.rounds, options.load)
-    for name, figures in result.items():
-        print(name, *(f"{figure}={value}" for figure, value in figures.items()))
+    for name, metrics in result.items():
+        print(name, *(f"{metric}={value}" for metric, value in metrics.items()))
     if options.out:
         options.out.write_text(json.dumps(result, indent=1) + "\n")
 

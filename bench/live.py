@@ -199,7 +199,7 @@ def machine():
 
 
 def measure(busy, seconds, slice_s):
-    """One condition: alternating slices, then the figures."""
+    """One condition: alternating slices, then the metrics."""
     reference, ours = [], []
     with tempfile.TemporaryDirectory() as folder, other_work(busy):
         for n in range(max(1, round(seconds / slice_s))):
@@ -208,10 +208,10 @@ def measure(busy, seconds, slice_s):
             print(f"  slice {n + 1}: cyclictest p99 {quantiles(*reference[-1])['p99']:.0f} us, tactor p99 "
                   f"{ours[-1][0]['device']['wakeup_us']['p99']:.0f} us, missed {ours[-1][0]['device']['missed']}",
                   file=sys.stderr, flush=True)
-    return figures(reference, ours)
+    return metrics(reference, ours)
 
 
-def figures(reference, ours):
+def metrics(reference, ours):
     summaries = [s for s, _ in ours]
     missing = {text for s in summaries for text in s.get("missing_privileges", [])}
     if missing:
@@ -260,7 +260,7 @@ def figures(reference, ours):
 
 
 def lines(f):
-    """The figures as rows of a table: what, tactor, cyclictest, remark."""
+    """The metrics as rows of a table: what, tactor, cyclictest, remark."""
     def verdict(good):
         return "met" if good else "NOT MET"
 
@@ -312,7 +312,7 @@ def main():
     result = {"graph": GRAPH.stem, "machine": machine(), "core": CORE, "slice_s": min(options.slice, seconds), "conditions": {}}
     result["busy_before"] = busy_share(3)
     if result["busy_before"] > 0.05:
-        print(f"{100 * result['busy_before']:.0f} % of the cores are in use by something else: these figures will tell of it too",
+        print(f"{100 * result['busy_before']:.0f} % of the cores are in use by something else: these metrics will tell of it too",
               file=sys.stderr, flush=True)
     with no_deep_sleep() as held:
         result["deep_sleep_off"] = held

@@ -52,12 +52,12 @@ std::vector<Vec3> slide(const TriangleMesh& mesh, double r, double lift) {
   return path;
 }
 
-struct Figures {
+struct Metrics {
   double median, p99, contacts;
 };
 
 template <class Query>
-Figures measure(const std::vector<Vec3>& path, const Query& query) {
+Metrics measure(const std::vector<Vec3>& path, const Query& query) {
   std::vector<double> ns;
   double contacts = 0;
   ContactSet set;
@@ -80,12 +80,12 @@ Figures measure(const std::vector<Vec3>& path, const Query& query) {
 }
 
 template <class N>
-Figures measure_node(const Scene& scene, const std::vector<Vec3>& path) {
+Metrics measure_node(const Scene& scene, const std::vector<Vec3>& path) {
   N node(test::default_params<N>(), test::context_for(scene));
   return measure(path, [&](const Vec3& p, ContactSet& set) { node.query({p, {}}, set); });
 }
 
-void print(const std::string& name, const Figures& f, const Figures& clock) {
+void print(const std::string& name, const Metrics& f, const Metrics& clock) {
   std::printf("%-58s %8.0f %8.0f ns  %5.2f contacts\n", name.c_str(), f.median - clock.median, f.p99 - clock.median,
               f.contacts);
 }
@@ -103,7 +103,7 @@ int main(int count, char** arguments) {
   Scene scene;
   scene.bodies = {body("duck", MeshShape{file}), body("tool", SphereShape{r}, Motion::translation)};
   const std::vector<Vec3> near = slide(duck, r, 0.001), far = slide(duck, r, 0.1);
-  const Figures clock = measure(near, [](const Vec3&, ContactSet& set) { set.count = 0; });
+  const Metrics clock = measure(near, [](const Vec3&, ContactSet& set) { set.count = 0; });
   std::printf("%-58s %8s %8s\n", "a query, less the clock's own", "median", "p99");
   for (const auto& [name, path] : {std::pair{"within 1 mm", &near}, std::pair{"up to 100 mm away", &far}}) {
     print(std::string("ball on duck, ") + name + ": collision.primitive",

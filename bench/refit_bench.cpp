@@ -133,8 +133,8 @@ std::vector<Wrench> wrenches() {
 Refitter::Params refit_params(const benchmark::State& state) {
   Refitter::Params p;
   p.method = static_cast<ArMethod>(state.range(0));
-  p.products = static_cast<Products>(state.range(1));
-  p.remove = static_cast<Removal>(state.range(2));
+  p.model_structure = static_cast<ModelStructure>(state.range(1));
+  p.detrend = static_cast<Detrend>(state.range(2));
   p.window = static_cast<std::int32_t>(state.range(3));
   return p;
 }
@@ -177,7 +177,7 @@ void refit_node(benchmark::State& state) {
   step_node(state, node, node.force, node.coefficients, textured(4096));
   Report report;
   node.report(report);
-  for (const auto& [name, value] : report.figures()) {
+  for (const auto& [name, value] : report.metrics()) {
     if (name == "refit.force_order_mean") state.counters["order"] = value;
     if (name == "refit.spectral_radius_max") state.counters["radius"] = value;
   }
@@ -186,7 +186,7 @@ void refit_node(benchmark::State& state) {
 // Force and torque; 20 orders by final prediction error (8 for vectors). Methods: 0 Yule-Walker, 1 Burg, 2 covariance,
 // 3 recursion.
 BENCHMARK(refit_node)
-    ->ArgNames({"method", "products", "removal", "window"})
+    ->ArgNames({"method", "model_structure", "detrend", "window"})
     ->ArgsProduct({{0, 1, 2, 3}, {0, 1}, {0, 2}, {300}})
     ->ArgsProduct({{0}, {2}, {0, 2}, {300}})
     ->ArgsProduct({{0, 1, 2}, {0}, {1}, {300}})

@@ -121,12 +121,12 @@ void run(int contacts, Duration duration, Times& times) {
   predictor.bodies.configure({});
   predictor.contacts.configure({});
   predictor.state.configure({});
-  predictor.law.configure({});
+  predictor.coupling.configure({});
   predictor.device.configure({QueuePolicy::drop_oldest, 512});
   rollout.model.configure({});
   rollout.device.configure({QueuePolicy::drop_oldest, 64});
-  const CouplingLaw law{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
-  predictor.law.push({}, &law);
+  const CouplingParameters coupling{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
+  predictor.coupling.push({}, &coupling);
   std::uint64_t tick_number = 0, results = 0;
   PeriodicLoop loop({.name = "rollout",
                      .rate = rate,

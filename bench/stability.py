@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Maps of stability: what stability_bench found as tables and as a figure; `bench/stability.py FOUND.json` prints the tables.
+"""Maps of stability: what stability_bench found as tables and as a metric; `bench/stability.py FOUND.json` prints the tables.
 
 scripts/stability_results runs the benchmark and writes docs/stability_results.md with these.
 """
@@ -20,7 +20,7 @@ CONTENDERS = {"tactor": "tactor", "tactor_as_made": "tactor, nothing taken", "od
               "ode_substeps": "ODE, sub-steps of 1 ms", "ode_explicit": "ODE, explicit spring"}
 AXES = ("contact_stiffness", "mass", "rate", "coupling_stiffness")
 UNITS = {"contact_stiffness": "N/m", "mass": "kg", "rate": "Hz", "coupling_stiffness": "N/m"}
-FIGURES = ("verdict", "generated", "swing_m", "rest_error_m", "step_s", "query_s", "simulated_s", "left_out", "damped_steps", "stopped_steps")
+FIGURES = ("verdict", "generated", "peak_to_peak_m", "rest_error_m", "step_s", "query_s", "simulated_s", "left_out", "damped_steps", "stopped_steps")
 TIMED_RATE = 1000
 
 
@@ -97,7 +97,7 @@ def failures(found):
     for scene in found["scenes"]:
         for cell in by_contender(scene)["tactor"].values():
             if cell["verdict"] != "stable":
-                swing = cell["swing_m"]
+                swing = cell["peak_to_peak_m"]
                 rows.append([scene["name"], *(f"{value:g}" for value in place(cell)), VERDICTS[cell["verdict"]][0],
                              None if cell["generated"] is None else f"{100 * cell['generated']:.3g}",
                              None if swing is None else f"{1e6 * swing:.3g}"])

@@ -23,7 +23,7 @@ TACTOR = os.environ.get("TACTOR", ROOT / "build/release/bin/tactor")
 
 
 def measure(runs, duration, jobs):
-    """The figures of one study, from its engine and from the operating system."""
+    """The metrics of one study, from its engine and from the operating system."""
     with tempfile.TemporaryDirectory() as folder:
         study = pathlib.Path(folder) / "overhead.yaml"
         methods = [str(ROOT / f"graphs/methods/{m}.yaml") for m in ("hold", "kalman")]
@@ -35,7 +35,7 @@ def measure(runs, duration, jobs):
                        stdout=subprocess.DEVNULL, env=dict(os.environ, TACTOR_CACHE=str(pathlib.Path(folder) / "cache")))
         wall = time.monotonic() - begin
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        engine = json.loads((pathlib.Path(folder) / "out" / "study.json").read_text())["engine"]
+        engine = json.loads((pathlib.Path(folder) / "out" / "study.json").read_text())["runner"]
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return engine | {"process_cpu_s": cpu, "process_wall_s": wall}
 

@@ -69,23 +69,23 @@ void run_lane(double rate, Duration duration, const ThreadSettings& settings, La
 
   const Instant origin = MonotonicClock::now() + Duration{10'000'000};
   lane.start(origin);
-  // As the bridge of the engine.
+  // As the timer thread of the engine.
   std::thread bridge([&] {
     apply_thread_settings({SchedulingPolicy::fifo, 70, std::nullopt}, "bridge");
     feed(lane, device, origin, duration);
   });
   bridge.join();
   TACTOR_DEMAND(lane.stop(Duration{1'000'000'000}));
-  const LoopFigures& figures = lane.loop().figures();
-  times.body.merge(figures.body_time);
-  times.ticks = static_cast<std::uint64_t>(figures.ended.value());
-  times.missed = static_cast<std::uint64_t>(figures.missed.value());
+  const LoopStatistics& metrics = lane.loop().metrics();
+  times.body.merge(metrics.body_time);
+  times.ticks = static_cast<std::uint64_t>(metrics.ended.value());
+  times.missed = static_cast<std::uint64_t>(metrics.missed.value());
   times.dropped = lane.dropped_out();
-  times.heap_calls = figures.heap_calls.value();
-  times.page_faults = figures.page_faults.value();
+  times.heap_calls = metrics.heap_calls.value();
+  times.page_faults = metrics.page_faults.value();
   Report report;
   nodes[0].report(report);
-  for (const auto& [name, value] : report.figures()) {
+  for (const auto& [name, value] : report.metrics()) {
     if (name == "device.engaged_share") times.engaged_share = value;
   }
 }

@@ -19,7 +19,7 @@ struct LaneTimes {
 
 /// Runs a `device.simulated` with encoders at `rate` Hz for `duration`, its loop under `settings`; as in the graphs of
 /// this project state, commanded and safety are wanted of its outputs. Meanwhile it gets a target each millisecond and
-/// a force segment each 10 ms. `times` gets the figures.
+/// a force segment each 10 ms. `times` gets the metrics.
 void run_lane(double rate, Duration duration, const ThreadSettings& settings, LaneTimes& times);
 
 }  // namespace tactor::bench

@@ -124,7 +124,7 @@ void run_once(Timed& timed, bool counts, const std::function<bool()>& interrupte
   VirtualClock engine(timed.plan, true);
   run_to_end(engine, interrupted);
   timed.steps.clear();
-  for (std::size_t n = 0; n < timed.plan.nodes.size(); ++n) timed.steps.push_back(engine.node_figures(n).steps);
+  for (std::size_t n = 0; n < timed.plan.nodes.size(); ++n) timed.steps.push_back(engine.node_statistics(n).steps);
   if (!counts) return;
   const std::vector<double> costs = node_costs(engine, timed.plan.nodes.size());
   timed.repeats.resize(costs.size());

@@ -40,16 +40,16 @@ const char* word(LeanOutcome outcome) {
   return "";
 }
 
-void demand_within(const Lean& lean, const LeanLimits& limits, const LeanFigures& figures, const char* on) {
-  if (!figures.refused.empty()) throw InputError(figures.refused);
-  if (limits.keep(figures)) return;
+void demand_within(const Lean& lean, const LeanLimits& limits, const LeanMetrics& metrics, const char* on) {
+  if (!metrics.refused.empty()) throw InputError(metrics.refused);
+  if (limits.keep(metrics)) return;
   throw InputError(fmt::format(
       "{}: expected a graph within the budget of {} N and {} N m, found one that is itself {} N and {} N m from its "
       "reference run{}; give a larger --budget or --torque-budget, judge by --metric physics, which has no delay in "
       "it, "
       "or start from a graph of reference quality, such as graphs/bunny/fine.yaml",
-      lean.original.file.string(), pretty(limits.error), pretty(limits.torque_error), pretty(figures.error),
-      pretty(figures.torque_error), on));
+      lean.original.file.string(), pretty(limits.error), pretty(limits.torque_error), pretty(metrics.error),
+      pretty(metrics.torque_error), on));
 }
 
 /// Runs original and result, takes back the last step while the budget is broken, then times the two by turns.
@@ -69,7 +69,7 @@ void check(Lean& lean, LeanMeasure& measure, const LeanLimits& limits) {
   measure.time_by_turns(both, seeds);
 }
 
-Row error_cells(const LeanFigures& f) {
+Row error_cells(const LeanMetrics& f) {
   return {pretty(f.error), pretty(f.max_error), pretty(f.torque_error)};
 }
 
@@ -81,7 +81,7 @@ Row joined(Row a, const Row& b) {
 std::vector<Row> step_rows(const Lean& lean) {
   std::vector<Row> rows{
       {"", "step", "saves", "us a simulated s", "to", "spread", "error, N", "largest, N", "torque, N m"}};
-  const auto add = [&rows](Row head, const LeanFigures& f) {
+  const auto add = [&rows](Row head, const LeanMetrics& f) {
     rows.push_back(
         joined(joined(std::move(head), {fmt::format("{:.0f}", f.cost), percent(spread_of_repeats(f.repeats))}),
                error_cells(f)));
@@ -90,15 +90,15 @@ std::vector<Row> step_rows(const Lean& lean) {
   for (std::size_t i = 0; i < lean.path.steps.size(); ++i) {
     const LeanStep<GraphSpec>& step = lean.path.steps[i];
     add({std::to_string(i + 1), step.what + (i < lean.kept ? "" : " (taken back)"), percent(step.saving),
-         fmt::format("{:.0f}", step.figures.before.cost)},
-        step.figures.after);
+         fmt::format("{:.0f}", step.metrics.before.cost)},
+        step.metrics.after);
   }
   return rows;
 }
 
 std::vector<Row> check_rows(const Lean& lean) {
   std::vector<Row> rows{{"", "us a simulated s", "spread", "error, N", "largest, N", "torque, N m"}};
-  const auto add = [&rows](const char* name, const LeanFigures& f) {
+  const auto add = [&rows](const char* name, const LeanMetrics& f) {
     rows.push_back(
         joined({name, fmt::format("{:.0f}", f.cost), percent(spread_of_repeats(f.repeats))}, error_cells(f)));
   };
@@ -125,7 +125,7 @@ std::vector<Row> trial_rows(const Lean& lean) {
   for (const LeanTrial& trial : not_taken(lean)) {
     const bool ran = trial.outcome != LeanOutcome::refused;
     const bool timed = trial.outcome == LeanOutcome::no_saving;
-    const LeanFigures& f = trial.figures.after;
+    const LeanMetrics& f = trial.metrics.after;
     rows.push_back({trial.what, word(trial.outcome), timed ? percent(trial.saving) : "-", ran ? pretty(f.error) : "-",
                     ran ? pretty(f.torque_error) : "-"});
   }
@@ -197,7 +197,7 @@ std::string timing_text(const TimingNote& timing, const char* of, const char* be
   return text;
 }
 
-nlohmann::ordered_json json_of(const LeanFigures& f) {
+nlohmann::ordered_json json_of(const LeanMetrics& f) {
   return {
       {"cost_us_per_s", f.cost}, {"repeats_us_per_s", f.repeats}, {"spread", number_json(spread_of_repeats(f.repeats))},
       {"error_N", f.error},      {"max_error_N", f.max_error},    {"torque_error_Nm", f.torque_error}};
@@ -218,7 +218,7 @@ Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& option
   const LeanLimits limits{.error = options.budget, .torque_error = options.torque_budget};
   LeanMeasure measure(lean.original, options.measure);
   options.progress("original");
-  LeanFigures start = measure.first_look(lean.original, options.seeds);
+  LeanMetrics start = measure.first_look(lean.original, options.seeds);
   demand_within(lean, limits, start, "");
   const LeanMeasure::Looked original_looked{&lean.original, &start};
   measure.time_by_turns(std::span(&original_looked, 1), options.seeds);
@@ -264,8 +264,8 @@ nlohmann::ordered_json to_json(const Lean& lean) {
     json["steps"].push_back({{"what", step.what},
                              {"taken_back", i >= lean.kept},
                              {"saving", step.saving},
-                             {"before", json_of(step.figures.before)},
-                             {"after", json_of(step.figures.after)}});
+                             {"before", json_of(step.metrics.before)},
+                             {"after", json_of(step.metrics.after)}});
   }
   json["check"] = {{"original", json_of(lean.original_checked)},
                    {"lean", json_of(lean.lean_checked)},
@@ -276,13 +276,13 @@ nlohmann::ordered_json to_json(const Lean& lean) {
   for (const LeanTrial& trial : lean.path.trials) {
     nlohmann::ordered_json t{{"round", trial.round}, {"what", trial.what}, {"outcome", word(trial.outcome)}};
     if (trial.outcome == LeanOutcome::refused) {
-      t["why"] = trial.figures.after.refused;
+      t["why"] = trial.metrics.after.refused;
     } else {
       if (trial.outcome != LeanOutcome::over_budget) {
         t["saving"] = trial.saving;
-        t["before"] = json_of(trial.figures.before);
+        t["before"] = json_of(trial.metrics.before);
       }
-      t["figures"] = json_of(trial.figures.after);
+      t["metrics"] = json_of(trial.metrics.after);
     }
     json["trials"].push_back(std::move(t));
   }

@@ -31,7 +31,7 @@ struct Lean {
   GraphSpec graph;
   LeanPath<GraphSpec> path;
   std::size_t kept = 0;  ///< steps of the path; those after them did not keep the budget on the check's seeds
-  LeanFigures original_checked, lean_checked;  ///< their repeats by turns
+  LeanMetrics original_checked, lean_checked;  ///< their repeats by turns
   TimingNote search_timing, check_timing;
 
   /// How many times cheaper the lean graph is, by the check.

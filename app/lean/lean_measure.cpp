@@ -17,8 +17,8 @@ namespace tactor {
 
 namespace {
 
-std::optional<double> figure(const Report& report, const std::string& name) {
-  for (const auto& [key, value] : report.figures()) {
+std::optional<double> value_of(const Report& report, const std::string& name) {
+  for (const auto& [key, value] : report.metrics()) {
     if (key == name) return value;
   }
   return std::nullopt;
@@ -79,8 +79,8 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
     if (plan.nodes[n].info->sink) engine.nodes()[n].report(report);
   }
   const std::string metric = word(options_.metric);
-  const auto error = figure(report, metric + ".force.rms_error_N");
-  const auto most = figure(report, metric + ".force.max_error_N");
+  const auto error = value_of(report, metric + ".force.rms_error_N");
+  const auto most = value_of(report, metric + ".force.max_error_N");
   if (!error || !most) {
     throw InputError(
         graph.file.string() + ": nothing tells the error of the " + metric +
@@ -92,13 +92,13 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->sink) result.cost += costs[n];
   }
-  result.torque_error = figure(report, metric + ".torque.rms_error_Nm");
-  result.reference_torque = figure(report, "reference.torque.rms_Nm");
+  result.torque_error = value_of(report, metric + ".torque.rms_error_Nm");
+  result.reference_torque = value_of(report, "reference.torque.rms_Nm");
   return result;
 }
 
-LeanFigures LeanMeasure::first_look(const GraphSpec& graph, std::span<const std::uint64_t> seeds) {
-  LeanFigures figures;
+LeanMetrics LeanMeasure::first_look(const GraphSpec& graph, std::span<const std::uint64_t> seeds) {
+  LeanMetrics metrics;
   // Outside of what may be refused: the original must be measurable.
   for (const std::uint64_t seed : seeds) truth(seed);
   const auto count = static_cast<double>(seeds.size());
@@ -106,28 +106,28 @@ LeanFigures LeanMeasure::first_look(const GraphSpec& graph, std::span<const std:
     double squares = 0, torque_squares = 0;
     for (const std::uint64_t seed : seeds) {
       const Run found = run(graph, seed, truth(seed).reference);
-      figures.cost += found.cost / count;
+      metrics.cost += found.cost / count;
       squares += found.error * found.error;
-      figures.max_error = std::max(figures.max_error, found.max_error);
+      metrics.max_error = std::max(metrics.max_error, found.max_error);
       const std::optional<double>& whole = truth(seed).torque;
       const double torque = whole ? found.torque_error.value_or(*whole) : 0;
       torque_squares += torque * torque;
     }
-    figures.error = std::sqrt(squares / count);
-    figures.torque_error = std::sqrt(torque_squares / count);
+    metrics.error = std::sqrt(squares / count);
+    metrics.torque_error = std::sqrt(torque_squares / count);
   } catch (const InputError& error) {
-    figures.refused = error.what();
+    metrics.refused = error.what();
   } catch (const RunError& error) {
-    figures.refused = error.what();
+    metrics.refused = error.what();
   }
-  return figures;
+  return metrics;
 }
 
 void LeanMeasure::take_turn(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds) {
-  for (const Looked& looked : graphs) looked.figures->repeats.push_back(0);
+  for (const Looked& looked : graphs) looked.metrics->repeats.push_back(0);
   for (const std::uint64_t seed : seeds) {
     for (const Looked& looked : graphs) {
-      looked.figures->repeats.back() +=
+      looked.metrics->repeats.back() +=
           run(*looked.graph, seed, truth(seed).reference).cost / static_cast<double>(seeds.size());
     }
   }
@@ -135,9 +135,9 @@ void LeanMeasure::take_turn(std::span<const Looked> graphs, std::span<const std:
 
 void LeanMeasure::keep_medians(std::span<const Looked> graphs) {
   for (const Looked& looked : graphs) {
-    if (looked.figures->repeats.empty()) continue;
-    looked.figures->cost = median(looked.figures->repeats);
-    spreads_.push_back(spread_of_repeats(looked.figures->repeats));
+    if (looked.metrics->repeats.empty()) continue;
+    looked.metrics->cost = median(looked.metrics->repeats);
+    spreads_.push_back(spread_of_repeats(looked.metrics->repeats));
   }
 }
 

@@ -50,11 +50,11 @@ class LeanMeasure {
   LeanMeasure(GraphSpec original, LeanMeasureOptions options);
 
   /// Every seed is run once: the errors, and what that run cost.
-  [[nodiscard]] LeanFigures first_look(const GraphSpec& graph, std::span<const std::uint64_t> seeds);
-  /// A graph with the figures of its first look.
+  [[nodiscard]] LeanMetrics first_look(const GraphSpec& graph, std::span<const std::uint64_t> seeds);
+  /// A graph with the metrics of its first look.
   struct Looked {
     const GraphSpec* graph;
-    LeanFigures* figures;
+    LeanMetrics* metrics;
   };
   /// Repeats for the cost: a run of the first graph, one of the second, and so on, and all over again, so that a
   /// machine that slows down does so for all of them. Where they are not to be repeated the first look stays.

@@ -14,7 +14,7 @@
 namespace tactor {
 
 /// What a state costs, and how far it is from the reference.
-struct LeanFigures {
+struct LeanMetrics {
   double cost = 0;          ///< us of CPU time a simulated second, the median of the repeats
   double error = 0;         ///< N, RMS
   double max_error = 0;     ///< N
@@ -26,7 +26,7 @@ struct LeanFigures {
 
 /// A state and the one before it, measured side by side: repeat i of the one next to repeat i of the other.
 struct LeanPair {
-  LeanFigures before, after;
+  LeanMetrics before, after;
 
   /// The share of the cost before that is saved, by repeat; of the costs where nothing was repeated.
   [[nodiscard]] std::vector<double> savings() const {
@@ -44,7 +44,7 @@ struct LeanLimits {
   double torque_error = 0;   ///< N m
   double min_saving = 0.02;  ///< share of the cost; less is within what times of runs differ by
 
-  [[nodiscard]] bool keep(const LeanFigures& f) const { return f.error <= error && f.torque_error <= torque_error; }
+  [[nodiscard]] bool keep(const LeanMetrics& f) const { return f.error <= error && f.torque_error <= torque_error; }
 };
 
 /// Something to leave out or to coarsen.
@@ -68,7 +68,7 @@ enum class LeanOutcome {
 struct LeanTrial {
   int round = 0;
   std::string group, what;
-  LeanPair figures;
+  LeanPair metrics;
   double saving = 0;  ///< share of the cost before, the median of the repeats
   LeanOutcome outcome = LeanOutcome::refused;
 };
@@ -78,13 +78,13 @@ template <class State>
 struct LeanStep {
   std::string what;
   State state;
-  LeanPair figures;
+  LeanPair metrics;
   double saving = 0;
 };
 
 template <class State>
 struct LeanPath {
-  LeanFigures start;
+  LeanMetrics start;
   std::vector<LeanStep<State>> steps;
   std::vector<LeanTrial> trials;  ///< all that was measured, in order
 };
@@ -105,8 +105,8 @@ class LeanSearch {
   LeanSearch(const LeanLimits& limits, Moves moves, Compare compare)
       : limits_(limits), moves_(std::move(moves)), compare_(std::move(compare)) {}
 
-  /// `start`: the figures of the state.
-  LeanPath<State> run(State state, LeanFigures start) {
+  /// `start`: the metrics of the state.
+  LeanPath<State> run(State state, LeanMetrics start) {
     path_.start = std::move(start);
     for (;;) {
       std::optional<Candidate> best = look(state);
@@ -117,7 +117,7 @@ class LeanSearch {
       if (!best) return std::move(path_);
       LeanTrial& taken = path_.trials[best->trial];
       taken.outcome = LeanOutcome::taken;
-      path_.steps.push_back({best->move.what, best->move.state, taken.figures, taken.saving});
+      path_.steps.push_back({best->move.what, best->move.state, taken.metrics, taken.saving});
       state = std::move(best->move.state);
     }
   }
@@ -163,19 +163,19 @@ class LeanSearch {
   }
 
   const LeanTrial& try_out(const LeanMove<State>& move, const State& before) {
-    LeanTrial trial{.round = round_, .group = move.group, .what = move.what, .figures = compare_(before, move)};
-    if (trial.figures.after.refused.empty()) judge(trial, move.leaves_out);
+    LeanTrial trial{.round = round_, .group = move.group, .what = move.what, .metrics = compare_(before, move)};
+    if (trial.metrics.after.refused.empty()) judge(trial, move.leaves_out);
     path_.trials.push_back(std::move(trial));
     return path_.trials.back();
   }
 
   void judge(LeanTrial& trial, bool leaves_out) {
-    if (!limits_.keep(trial.figures.after)) {
+    if (!limits_.keep(trial.metrics.after)) {
       trial.outcome = LeanOutcome::over_budget;
       over_.insert(trial.what);
       return;
     }
-    const std::vector<double> savings = trial.figures.savings();
+    const std::vector<double> savings = trial.metrics.savings();
     trial.saving = median(savings);
     const bool saves = trial.saving >= limits_.min_saving && *std::min_element(savings.begin(), savings.end()) > 0;
     trial.outcome = saves || leaves_out ? LeanOutcome::possible : LeanOutcome::no_saving;

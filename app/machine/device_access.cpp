@@ -30,9 +30,9 @@ Finding ports_finding(const std::vector<SerialPort>& ports) {
   // As the ports have it: it is not called dialout everywhere.
   for (const SerialPort& port : ports) {
     const std::string group = group_of(port.file);
-    if (!port.may_open && !group.empty()) finding.mend = "sudo usermod -aG " + group + " $USER # then log in anew";
+    if (!port.may_open && !group.empty()) finding.remedy = "sudo usermod -aG " + group + " $USER # then log in anew";
   }
-  if (finding.mend.empty()) finding.mend = "give the ports a group by a udev rule, such as dialout";
+  if (finding.remedy.empty()) finding.remedy = "give the ports a group by a udev rule, such as dialout";
   return finding;
 }
 
@@ -55,7 +55,7 @@ Finding group_finding() {
     finding.grade = Grade::degraded;
     finding.found = "this user is not in the group dialout, which owns serial ports";
     finding.cost = "Modbus on a serial line cannot be opened";
-    finding.mend = "sudo usermod -aG dialout $USER # then log in anew";
+    finding.remedy = "sudo usermod -aG dialout $USER # then log in anew";
   }
   return finding;
 }
@@ -83,8 +83,8 @@ Finding rule_finding() {
   finding.grade = Grade::degraded;
   finding.found = "none";
   finding.cost = "USB devices can be opened by root alone";
-  finding.mend = "sudo cp " + shipped_rule() +
-                 " /etc/udev/rules.d/ && sudo udevadm control --reload # then plug the device in anew";
+  finding.remedy = "sudo cp " + shipped_rule() +
+                   " /etc/udev/rules.d/ && sudo udevadm control --reload # then plug the device in anew";
   return finding;
 }
 

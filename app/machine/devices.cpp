@@ -168,8 +168,8 @@ int tell_result(const RunResult& result, const std::string& what) {
   }
   const Vec3 way = shared.most - shared.least;
   fmt::print("  {}: x {:.2f} y {:.2f} z {:.2f} mm of way; {:.0f} cycles, age of a sample p99 {:.2f} ms\n", what,
-             1e3 * way.x, 1e3 * way.y, 1e3 * way.z, result.figure("device.link.cycles"),
-             1e-3 * result.figure("device.link.age_us.p99"));
+             1e3 * way.x, 1e3 * way.y, 1e3 * way.z, result.metric("device.link.cycles"),
+             1e-3 * result.metric("device.link.age_us.p99"));
   return 0;
 }
 

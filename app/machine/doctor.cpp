@@ -71,7 +71,7 @@ std::string findings_text(const std::vector<Finding>& findings, bool coloured) {
         fmt::format("  {}  {:<{}}", grade_text(finding.grade, coloured, 8), finding.title, title_width);
     out += beside(head, grade_width + title_width, finding.found);
     if (!finding.cost.empty()) out += beside("      cost  ", grade_width, finding.cost);
-    if (!finding.mend.empty()) out += beside_command("      mend  ", grade_width, finding.mend);
+    if (!finding.remedy.empty()) out += beside_command("      fix   ", grade_width, finding.remedy);
   }
   return out;
 }
@@ -100,22 +100,22 @@ nlohmann::ordered_json to_json(const std::vector<Finding>& findings) {
                     {"grade", to_string(finding.grade)},
                     {"found", finding.found},
                     {"cost", finding.cost},
-                    {"mend", finding.mend}});
+                    {"remedy", finding.remedy}});
   }
   return json;
 }
 
-/// What SCHED_FIFO is worth here, in the measured figures.
+/// What SCHED_FIFO is worth here, in the measured metrics.
 void measure_fifo(Diagnosis& diagnosis) {
-  std::string figures;
+  std::string metrics;
   for (const LoopTrial& trial : diagnosis.trials) {
     if (!trial.beside_load) continue;
-    figures += fmt::format("{}{:.0f} us {}", figures.empty() ? "" : ", ", trial.p99.microseconds(),
+    metrics += fmt::format("{}{:.0f} us {}", metrics.empty() ? "" : ", ", trial.p99.microseconds(),
                            trial.granted.policy != SchedulingPolicy::other ? "with it"
                            : trial.nice < 0                                ? "with niceness instead"
                                                                            : "without it");
   }
-  const std::string text = "beside computing threads, p99 of the wake-up here: " + figures;
+  const std::string text = "beside computing threads, p99 of the wake-up here: " + metrics;
   for (Finding& finding : diagnosis.findings) {
     if (finding.id != "fifo") continue;
     if (finding.cost.empty()) finding.found += "; " + text;

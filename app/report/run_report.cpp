@@ -12,12 +12,12 @@ namespace tactor {
 
 namespace {
 
-std::string figures_table(const RunResult& run) {
+std::string metrics_table(const RunResult& run) {
   std::string rows;
-  for (const auto& [name, value] : run.figures) {
+  for (const auto& [name, value] : run.metrics) {
     rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escape(name), pretty(value));
   }
-  return "<table><thead><tr><th>figure</th><th>value</th></tr></thead><tbody>\n" + rows + "</tbody></table>\n";
+  return "<table><thead><tr><th>metric</th><th>value</th></tr></thead><tbody>\n" + rows + "</tbody></table>\n";
 }
 
 std::string cost_table(const RunResult& run) {
@@ -36,7 +36,7 @@ std::string edge_table(const RunResult& run) {
   std::string rows;
   for (const EdgeResult& edge : run.edges) {
     rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(edge.edge),
-                        escape(edge.queue), edge.figures.delivered, edge.figures.dropped, edge.figures.superseded);
+                        escape(edge.queue), edge.metrics.delivered, edge.metrics.dropped, edge.metrics.superseded);
   }
   return "<table><thead><tr><th>edge</th><th>queue</th><th>delivered</th><th>dropped</th><th>superseded</th></tr>"
          "</thead><tbody>\n" +
@@ -66,7 +66,7 @@ std::string run_report(const RunResult& run) {
   if (run.failure) body += "<p class=\"bad\">The run has failed: " + escape(*run.failure) + "</p>\n";
   if (run.interrupted && !run.live) {
     body +=
-        fmt::format("<p class=\"bad\">The run was interrupted after {} s of {} s: its figures are of that part.</p>\n",
+        fmt::format("<p class=\"bad\">The run was interrupted after {} s of {} s: its metrics are of that part.</p>\n",
                     pretty(run.duration_s), pretty(run.planned_s));
   } else if (run.interrupted) {
     body += "<p>The run was ended early.</p>\n";
@@ -84,7 +84,7 @@ std::string run_report(const RunResult& run) {
     zoom.curves.push_back(arrivals(run, range, axis));
     body += "<h2>Zoom</h2>\n" + draw_svg({zoom}, 1160, 360);
   }
-  body += "<h2>Figures</h2>\n" + figures_table(run);
+  body += "<h2>Metrics</h2>\n" + metrics_table(run);
   body += "<h2>Run time</h2>\n<p>CPU time of each step on one core.</p>\n" + cost_table(run);
   body += "<h2>Edges</h2>\n" + edge_table(run);
   body += "<h2>Chosen and left out</h2>\n" + chosen_and_left_out(run);

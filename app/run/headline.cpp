@@ -15,19 +15,19 @@ namespace tactor {
 namespace {
 
 std::string stability_text(const RunResult& result) {
-  const double number = result.figure("stability.verdict");
+  const double number = result.metric("stability.verdict");
   if (!std::isfinite(number)) return {};
   const auto verdict = static_cast<StabilityVerdict>(static_cast<int>(number));
   switch (verdict) {
     case StabilityVerdict::stable:
       return "stable";
     case StabilityVerdict::limit_cycle:
-      return "limit cycle: the tool swung on while it was to be at rest";
+      return "limit cycle: the tool went on oscillating while it was to be at rest";
     case StabilityVerdict::pushed_through:
       return "pushed through: the tool rested where the static balance does not allow it";
     case StabilityVerdict::energy:
       return fmt::format("unstable: {} J of energy came from nowhere",
-                         pretty(result.figure("stability.passivity_violation_J")));
+                         pretty(result.metric("stability.passivity_violation_J")));
     case StabilityVerdict::not_finite:
       return "unstable: a signal was NaN or infinite";
     case StabilityVerdict::refused:
@@ -41,7 +41,7 @@ std::string verdict_text(const RunResult& result) {
   if (result.failure) {
     text = fmt::format("failed after {} s", pretty(result.duration_s));
   } else if (result.interrupted && !result.live) {
-    text = fmt::format("interrupted after {} s of {} s; the figures are of that part", pretty(result.duration_s),
+    text = fmt::format("interrupted after {} s of {} s; the metrics are of that part", pretty(result.duration_s),
                        pretty(result.planned_s));
   } else if (result.interrupted) {
     text = fmt::format("ended early, after {} s of {} s", pretty(result.duration_s), pretty(result.planned_s));
@@ -57,20 +57,20 @@ std::string verdict_text(const RunResult& result) {
 std::string error_text(const RunResult& result) {
   std::string text;
   for (const auto& [quantity, unit, spoken] : {std::tuple{"force", "N", "N"}, {"torque", "Nm", "N m"}}) {
-    const double rms = result.figure(fmt::format("delivered.{}.rms_error_{}", quantity, unit));
-    const double most = result.figure(fmt::format("delivered.{}.max_error_{}", quantity, unit));
+    const double rms = result.metric(fmt::format("delivered.{}.rms_error_{}", quantity, unit));
+    const double most = result.metric(fmt::format("delivered.{}.max_error_{}", quantity, unit));
     if (!std::isfinite(rms) || (!text.empty() && most == 0)) continue;
     text += fmt::format("{}{} {} {} RMS, {} {} at most", text.empty() ? "" : "; ", quantity, pretty(rms), spoken,
                         pretty(most), spoken);
-    const double felt = result.figure(fmt::format("delivered.{}.share_beyond_jnd", quantity));
+    const double felt = result.metric(fmt::format("delivered.{}.share_beyond_jnd", quantity));
     if (std::isfinite(felt)) text += fmt::format(", felt {} of the time", percent(felt));
   }
   return text;
 }
 
 std::string delay_text(const RunResult& result) {
-  const double delay = result.figure("delivered.force.delay_ms");
-  const double rate = result.figure("physics.rate_hz_median");
+  const double delay = result.metric("delivered.force.delay_ms");
+  const double rate = result.metric("physics.rate_hz_median");
   std::string text = std::isfinite(delay) ? fmt::format("{} ms", pretty(delay)) : std::string();
   if (std::isfinite(rate)) text += fmt::format("{}physics at {} Hz (median)", text.empty() ? "" : "; ", pretty(rate));
   return text;
@@ -104,9 +104,9 @@ std::vector<std::string> warnings_of(const RunResult& result) {
     for (const std::string& text : result.live->missing) texts.push_back("real time degraded: " + text);
   }
   for (const EdgeResult& edge : result.edges) {
-    if (edge.figures.dropped == 0) continue;
+    if (edge.metrics.dropped == 0) continue;
     texts.push_back(
-        fmt::format("dropped {} of {} messages on {}", edge.figures.dropped, edge.figures.delivered, edge.edge));
+        fmt::format("dropped {} of {} messages on {}", edge.metrics.dropped, edge.metrics.delivered, edge.edge));
   }
   if (const std::string text = dynamics_warning(result); !text.empty()) texts.push_back(text);
   texts.insert(texts.end(), result.remarks.begin(), result.remarks.end());
@@ -132,7 +132,7 @@ std::string headline_text(const RunResult& result, const std::string& report, bo
   const std::string title = result.title.empty() ? "" : ": " + result.title;
   return wrapped(fmt::format("\n{}{} (seed {})\n", result.graph, title, result.seed), columns) + table.text(columns) +
          wrapped(fmt::format("  {:<8}  {}\n", "report", report), columns) +
-         (all ? "" : "  (--all prints every figure)\n");
+         (all ? "" : "  (--all prints every metric)\n");
 }
 
 }  // namespace tactor

@@ -10,7 +10,7 @@
 
 namespace tactor {
 
-/// What the user is to know before any figure: a privilege that the run lacked, messages that it dropped, steps of
+/// What the user is to know before any metric: a privilege that the run lacked, messages that it dropped, steps of
 /// dynamics that could not be solved, and what the nodes remark.
 std::vector<std::string> warnings_of(const RunResult& result);
 

@@ -75,8 +75,8 @@ void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& st
 
 std::string latencies_csv(const Plan& plan, const LiveStatus& status) {
   std::string text = "latency,us,count\n";
-  const auto add = [&text](const std::string& name, const LatencyFigures& figures) {
-    for (const auto& [middle, count] : figures.counts) {
+  const auto add = [&text](const std::string& name, const LatencyStatistics& metrics) {
+    for (const auto& [middle, count] : metrics.counts) {
       text += fmt::format("{},{:.3f},{}\n", name, middle.microseconds(), count);
     }
   };
@@ -92,14 +92,14 @@ std::string latencies_csv(const Plan& plan, const LiveStatus& status) {
 
 namespace {
 
-void set_latency(Report& report, const std::string& name, const LatencyFigures& figures, bool rare) {
-  report.set(name + ".p50", figures.p50.microseconds());
-  report.set(name + ".p99", figures.p99.microseconds());
+void set_latency(Report& report, const std::string& name, const LatencyStatistics& metrics, bool rare) {
+  report.set(name + ".p50", metrics.p50.microseconds());
+  report.set(name + ".p99", metrics.p99.microseconds());
   if (rare) {
-    report.set(name + ".p99_9", figures.p99_9.microseconds());
-    report.set(name + ".p99_99", figures.p99_99.microseconds());
+    report.set(name + ".p99_9", metrics.p99_9.microseconds());
+    report.set(name + ".p99_99", metrics.p99_99.microseconds());
   }
-  report.set(name + ".max", figures.max.microseconds());
+  report.set(name + ".max", metrics.max.microseconds());
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What a run whose clock is real leaves: its recording, its figures, and its costs for a replay under the virtual
+// What a run whose clock is real leaves: its recording, its metrics, and its costs for a replay under the virtual
 // clock.
 #pragma once
 
@@ -39,7 +39,7 @@ class LiveWatch final : public RunObserver {
 void write_replay(const Plan& plan, const LiveWatch& watch, const LiveStatus& status, Duration duration,
                   const std::filesystem::path& folder);
 
-/// The histograms of the latencies as CSV, from which figures of several runs are put together: `latency` (NODE.wakeup,
+/// The histograms of the latencies as CSV, from which metrics of several runs are put together: `latency` (NODE.wakeup,
 /// NODE.body, NODE.end_to_end, or the age on an edge by its name), `us`, the middle of a bucket at most 1/64 wide, and
 /// `count`.
 std::string latencies_csv(const Plan& plan, const LiveStatus& status);

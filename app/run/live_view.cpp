@@ -96,7 +96,7 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveSta
   for (std::size_t e = 0; e < now.edges.size(); ++e) {
     const LiveEdge& edge = now.edges[e];
     out += fmt::format("  {:<45.45} {:>7} {:>7} {:>7} {:>7}\n", plan.edges[e].spec.name(), age(edge.age.p50),
-                       age(edge.age.p99), age(edge.age.max), edge.figures.dropped);
+                       age(edge.age.p99), age(edge.age.max), edge.metrics.dropped);
   }
   if (now.record_dropped > 0) out += fmt::format("  the recording lost {} messages\n", now.record_dropped);
   std::string cut;

@@ -11,7 +11,7 @@
 
 #include "framework/core/disk_cache.hpp"
 #include "framework/engine/plan_nodes.hpp"
-#include "framework/node/own_library.hpp"
+#include "framework/node/plugin.hpp"
 
 namespace tactor {
 
@@ -22,7 +22,7 @@ namespace {
 /// The program, the libraries beside it, and the node libraries that it has loaded. Of the libraries beside it all
 /// count: which of them a run loads depends on what the caches hold.
 std::vector<fs::path> code_files() {
-  std::vector<fs::path> files = own_libraries();
+  std::vector<fs::path> files = plugin_files();
   files.push_back(fs::read_symlink("/proc/self/exe"));
   const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
     const fs::path file = info->dlpi_name;

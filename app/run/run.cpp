@@ -68,17 +68,17 @@ std::unique_ptr<Recorder> make_recorder(const Plan& plan, const RunOptions& opti
   return recorder;
 }
 
-NodeCost node_cost(const NodeSpec& spec, const NodeFigures& figures) {
+NodeCost node_cost(const NodeSpec& spec, const NodeStatistics& metrics) {
   NodeCost cost;
   cost.node = spec.name;
   cost.type = spec.info->type;
-  cost.steps = figures.steps;
-  cost.missed_ticks = figures.missed_ticks;
-  cost.median_us = figures.cpu.quantile(0.5).microseconds();
-  cost.p99_us = figures.cpu.quantile(0.99).microseconds();
-  if (const std::uint64_t measured = figures.cpu.count(); measured > 0) {
+  cost.steps = metrics.steps;
+  cost.missed_ticks = metrics.missed_ticks;
+  cost.median_us = metrics.cpu.quantile(0.5).microseconds();
+  cost.p99_us = metrics.cpu.quantile(0.99).microseconds();
+  if (const std::uint64_t measured = metrics.cpu.count(); measured > 0) {
     // A live pool measures some of its steps, which stand for all.
-    cost.total_s = figures.cpu_total.seconds() * static_cast<double>(std::max(cost.steps, measured)) /
+    cost.total_s = metrics.cpu_total.seconds() * static_cast<double>(std::max(cost.steps, measured)) /
                    static_cast<double>(measured);
   }
   return cost;
@@ -104,13 +104,13 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
   cost.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
 }
 
-/// What the nodes report, where they can be asked, and the figures of nodes and edges.
+/// What the nodes report, where they can be asked, and the metrics of nodes and edges.
 void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
   if (nodes != nullptr && !result.interrupted && !result.failure && !options.without_reference) {
     try {
       find_reference(plan, options, *nodes, result.reference, result.reference_interrupted);
     } catch (const RunError& error) {
-      // The run itself is over and keeps its figures; those against the reference are left out.
+      // The run itself is over and keeps its metrics; those against the reference are left out.
       if (!result.reference_interrupted) result.failure = error.what();
     }
   }
@@ -123,9 +123,9 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
   }
   if (result.live) report_live(plan, *result.live, report);
   double drops = 0;
-  for (const EdgeResult& edge : result.edges) drops += static_cast<double>(edge.figures.dropped);
+  for (const EdgeResult& edge : result.edges) drops += static_cast<double>(edge.metrics.dropped);
   report.set("drops", drops);
-  result.figures = report.figures();
+  result.metrics = report.metrics();
   result.series = report.series();
   result.remarks = report.remarks();
 }
@@ -162,10 +162,11 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
   }
   result.duration_s = engine.now().seconds();
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
-    result.nodes.push_back(node_cost(plan.nodes[i], engine.node_figures(i)));
+    result.nodes.push_back(node_cost(plan.nodes[i], engine.node_statistics(i)));
   }
   for (std::size_t i = 0; i < plan.edges.size(); ++i) {
-    result.edges.push_back({plan.edges[i].spec.name(), queue_text(plan.edges[i].spec.queue), engine.edge_figures(i)});
+    result.edges.push_back(
+        {plan.edges[i].spec.name(), queue_text(plan.edges[i].spec.queue), engine.edge_statistics(i)});
   }
   judge(plan, options, &engine.nodes(), result);
 }
@@ -212,7 +213,7 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
     });
   }
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
-    result.nodes.push_back(node_cost(plan.nodes[i], run.node_figures(i)));
+    result.nodes.push_back(node_cost(plan.nodes[i], run.node_statistics(i)));
   }
   for (const LiveDevice& device : result.live->devices) {
     NodeCost& cost = result.nodes[device.node];
@@ -224,7 +225,7 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   }
   for (std::size_t i = 0; i < plan.edges.size(); ++i) {
     const PlannedEdge& edge = plan.edges[i];
-    result.edges.push_back({edge.spec.name(), queue_text(edge.spec.queue), result.live->edges[i].figures});
+    result.edges.push_back({edge.spec.name(), queue_text(edge.spec.queue), result.live->edges[i].metrics});
   }
   // The nodes of an abandoned run cannot be asked: one of them is still at work.
   judge(plan, options, result.abandoned ? nullptr : &run.nodes(), result);
@@ -232,8 +233,8 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
 
 }  // namespace
 
-double RunResult::figure(std::string_view name) const {
-  for (const auto& [key, value] : figures) {
+double RunResult::metric(std::string_view name) const {
+  for (const auto& [key, value] : metrics) {
     if (key == name) return value;
   }
   return std::numeric_limits<double>::quiet_NaN();

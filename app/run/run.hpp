@@ -28,7 +28,7 @@ struct NodeCost {
 struct EdgeResult {
   std::string edge;
   std::string queue;
-  EdgeFigures figures;
+  EdgeStatistics metrics;
 };
 
 /// How the reference run came about.
@@ -49,12 +49,12 @@ struct RunResult {
   double cpu_s = 0;
   double peak_memory_MB = 0;           ///< of the process so far
   bool interrupted = false;            ///< before planned_s
-  bool reference_interrupted = false;  ///< the run is whole, but lacks the figures against its reference run
+  bool reference_interrupted = false;  ///< the run is whole, but lacks the metrics against its reference run
   std::optional<std::string> failure;  ///< why it ended before its time, where it did
   bool abandoned = false;              ///< a step never came back: the process must end without cleaning up
   std::optional<LiveStatus> live;      ///< how it ended, where its clock was real
   ReferenceCost reference;
-  std::vector<std::pair<std::string, double>> figures;  ///< by dotted name
+  std::vector<std::pair<std::string, double>> metrics;  ///< by dotted name
   std::vector<Series> series;
   std::vector<std::string> remarks;  ///< of the nodes, in words
   std::vector<NodeCost> nodes;
@@ -63,8 +63,8 @@ struct RunResult {
   std::vector<LeftOut> left_out;
   std::string graph_yaml;  ///< resolved
 
-  /// The figure of that name, or NaN.
-  [[nodiscard]] double figure(std::string_view name) const;
+  /// The metric of that name, or NaN.
+  [[nodiscard]] double metric(std::string_view name) const;
   /// The curve of that name, or null.
   [[nodiscard]] const Series* curve(std::string_view name) const;
 };
@@ -74,7 +74,7 @@ struct RunOptions {
   std::filesystem::path cache_folder;
   /// The plan whose reference run judges this one, with the same sinks; null: the plan itself.
   const Plan* reference = nullptr;
-  bool without_reference = false;  ///< no reference run: the figures that need one are left out
+  bool without_reference = false;  ///< no reference run: the metrics that need one are left out
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;
   /// Called once before anything is written, when nothing of the input can be refused any more.

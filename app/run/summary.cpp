@@ -62,8 +62,8 @@ Json to_json(const RunResult& result) {
   json["cpu_s"] = result.cpu_s;
   json["realtime_factor"] = number(result.duration_s / result.wall_s);
   json["peak_memory_MB"] = result.peak_memory_MB;
-  for (const auto& [name, value] : result.figures) set_nested(json, name, number(value));
-  if (const double verdict = result.figure("stability.verdict"); std::isfinite(verdict)) {
+  for (const auto& [name, value] : result.metrics) set_nested(json, name, number(value));
+  if (const double verdict = result.metric("stability.verdict"); std::isfinite(verdict)) {
     json["stability"]["verdict_name"] = name_of(static_cast<StabilityVerdict>(static_cast<int>(verdict)));
   }
   json["cost_us"] = Json::object();
@@ -79,11 +79,11 @@ Json to_json(const RunResult& result) {
   for (std::size_t i = 0; i < result.edges.size(); ++i) {
     const EdgeResult& edge = result.edges[i];
     json["edges"][edge.edge] = {{"queue", edge.queue},
-                                {"delivered", edge.figures.delivered},
-                                {"drops", edge.figures.dropped},
-                                {"superseded", edge.figures.superseded}};
+                                {"delivered", edge.metrics.delivered},
+                                {"drops", edge.metrics.dropped},
+                                {"superseded", edge.metrics.superseded}};
     if (!result.live || result.live->edges[i].age.count == 0) continue;
-    const LatencyFigures& age = result.live->edges[i].age;
+    const LatencyStatistics& age = result.live->edges[i].age;
     json["edges"][edge.edge]["age_us"] = {
         {"p50", age.p50.microseconds()}, {"p99", age.p99.microseconds()}, {"max", age.max.microseconds()}};
   }
@@ -101,11 +101,11 @@ Json to_json(const RunResult& result) {
 }
 
 std::string dynamics_warning(const RunResult& result) {
-  const double damped = result.figure("dynamics_damped_steps"), stopped = result.figure("dynamics_stopped_steps");
-  // Without dynamics the figures are NaN.
+  const double damped = result.metric("dynamics_damped_steps"), stopped = result.metric("dynamics_stopped_steps");
+  // Without dynamics the metrics are NaN.
   if (!(damped + stopped > 0)) return {};
   return fmt::format("dynamics: of {:.0f} steps {:.0f} fell back to a damped step and {:.0f} stopped the bodies",
-                     result.figure("dynamics_steps"), damped, stopped);
+                     result.metric("dynamics_steps"), damped, stopped);
 }
 
 std::string summary_table(const RunResult& result, std::size_t columns) {
@@ -113,9 +113,9 @@ std::string summary_table(const RunResult& result, std::size_t columns) {
   std::string out = "\n";
   for (const std::string& text : result.remarks) out += fmt::format("  {}\n", text);
   if (!result.remarks.empty()) out += "\n";
-  TextTable figures({{""}, {"", right}});
-  for (const auto& [name, value] : result.figures) figures.add({name, pretty(value)});
-  out += figures.text(columns) + "\n";
+  TextTable metrics({{""}, {"", right}});
+  for (const auto& [name, value] : result.metrics) metrics.add({name, pretty(value)});
+  out += metrics.text(columns) + "\n";
   TextTable nodes({{"node"}, {"type"}, {"steps", right}, {"median us", right}, {"p99 us", right}, {"CPU s", right}});
   for (const NodeCost& node : result.nodes) {
     nodes.add({node.node, node.type, std::to_string(node.steps), pretty(node.median_us), pretty(node.p99_us),

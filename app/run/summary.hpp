@@ -1,4 +1,4 @@
-// What a run leaves behind as figures: summary.json, and the table on the terminal.
+// What a run leaves behind as metrics: summary.json, and the table on the terminal.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,10 +8,10 @@
 
 namespace tactor {
 
-/// The run as JSON: dotted figure names become nested objects; a figure that is not a number becomes null.
+/// The run as JSON: dotted metric names become nested objects; a metric that is not a number becomes null.
 nlohmann::ordered_json to_json(const RunResult& result);
 
-/// Every figure, what each node took, and what was chosen and left out: what `tactor run --all` prints, in so many
+/// Every metric, what each node took, and what was chosen and left out: what `tactor run --all` prints, in so many
 /// columns.
 std::string summary_table(const RunResult& result, std::size_t columns);
 

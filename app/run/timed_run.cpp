@@ -43,8 +43,8 @@ std::vector<double> node_costs(const VirtualClock& engine, std::size_t nodes) {
   const double seconds = engine.now().seconds();
   std::vector<double> costs(nodes, 0.0);
   for (std::size_t n = 0; n < nodes; ++n) {
-    const NodeFigures& figures = engine.node_figures(n);
-    const double ns = static_cast<double>(figures.cpu_total.ns) - reading * static_cast<double>(figures.cpu.count());
+    const NodeStatistics& metrics = engine.node_statistics(n);
+    const double ns = static_cast<double>(metrics.cpu_total.ns) - reading * static_cast<double>(metrics.cpu.count());
     costs[n] = 1e-3 * std::max(ns, 0.0) / seconds;
   }
   return costs;

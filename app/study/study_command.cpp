@@ -69,7 +69,7 @@ std::string options_text(const StudyRequest& request, const StudySpec& spec) {
   return content_key({text});
 }
 
-/// What the engine spent, for bench/study_overhead.py.
+/// What the runner spent, for bench/study_overhead.py.
 nlohmann::ordered_json to_json(const CasesOutcome& outcome) {
   return {{"runs", outcome.records.size() - outcome.found},
           {"runs_found", outcome.found},
@@ -85,7 +85,7 @@ nlohmann::ordered_json to_json(const CasesOutcome& outcome) {
 int told_failures(const Comparison& comparison) {
   const std::string failures = failures_text(comparison);
   if (failures.empty()) return 0;
-  tell(fmt::format("tactor: runs that failed, whose figures are missing:\n{}", failures));
+  tell(fmt::format("tactor: runs that failed, whose metrics are missing:\n{}", failures));
   return 1;
 }
 
@@ -94,11 +94,11 @@ std::string missing_metrics(const Study& study) {
   std::string out;
   for (const std::string& metric : study.spec.metrics) {
     const auto& columns = study.comparison.columns;
-    if (std::any_of(columns.begin(), columns.end(), [&](const Column& c) { return c.figure == metric; })) continue;
+    if (std::any_of(columns.begin(), columns.end(), [&](const Column& c) { return c.metric == metric; })) continue;
     std::vector<std::string> names;
     for (const CompareRow& row : study.comparison.rows) {
       for (const RunResult& run : row.runs) {
-        for (const auto& [name, value] : run.figures) names.push_back(name);
+        for (const auto& [name, value] : run.metrics) names.push_back(name);
       }
       if (!names.empty()) break;
     }
@@ -167,14 +167,14 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
       fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",
                   outcome.records.size(), cases.size() * options.seeds.size(), options.table.string());
   if (outcome.interrupted) throw RunError(interrupted);
-  const nlohmann::ordered_json engine = to_json(outcome);
+  const nlohmann::ordered_json runner = to_json(outcome);
   const Study study =
-      make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records), shown_figures(spec)));
+      make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records), shown_metrics(spec)));
   write_file(folder / "study.csv", study_csv(study));
   write_file(folder / "run_times.csv", run_times_csv(study));
   write_study_hdf5(folder / "study.h5", study);
   nlohmann::ordered_json json = to_json(study);
-  json["engine"] = engine;
+  json["runner"] = runner;
   const std::size_t columns = terminal_columns();
   fmt::print("{}", wrapped(warning_lines(study.comparison), columns));
   std::string report;

@@ -30,7 +30,7 @@ int look_at_machine(const DoctorArguments& arguments) {
 
 void add_doctor(CLI::App& app, int& exit_code) {
   CLI::App* verb =
-      app.add_subcommand("doctor", "Tell what this machine offers to a real-time loop, and how to mend what it lacks");
+      app.add_subcommand("doctor", "Tell what this machine offers to a real-time loop, and how to fix what it lacks");
   const auto arguments = std::make_shared<DoctorArguments>();
   add_number(*verb, "--seconds", arguments->seconds, {.unit = "s", .min = 0.1, .max = 3600},
              "Length of each of the loops it tries, in s")

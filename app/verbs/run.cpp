@@ -34,7 +34,7 @@ struct RunArguments {
   GraphOptions options;
   ResultsRequest results;
   bool record_costs = false;
-  bool all = false;  // print every figure
+  bool all = false;  // print every metric
 };
 
 void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, bool all) {
@@ -109,7 +109,7 @@ void add_run(CLI::App& app, int& exit_code) {
   add_results(*verb, arguments->results,
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
               "out/NAME_3, ... that holds none)");
-  verb->add_flag("--all", arguments->all, "Print every figure, and what each node took");
+  verb->add_flag("--all", arguments->all, "Print every metric, and what each node took");
   verb->add_flag("--record-costs", arguments->record_costs,
                  "With clock: real, also write what each step took and replay.yaml, which repeats the run");
   verb->callback([arguments, &exit_code] { exit_code = run_graph(*arguments); });

@@ -17,7 +17,7 @@ struct MeasureOptions {
   double deep = 1e-4, near = 2e-3;
 };
 
-/// The contenders' figures, in the order of the entries; ratios are to the first. Builds each, tells what that took,
+/// The contenders' metrics, in the order of the entries; ratios are to the first. Builds each, tells what that took,
 /// runs all of them over the steps in turns, and then once more, not timed, to compare what they find with steps'
 /// `exact`.
 nlohmann::ordered_json measure(const std::vector<Entry>& entries, const Pair& pair, const std::vector<Step>& steps,

@@ -34,7 +34,7 @@ Scene two_of(const std::filesystem::path& mesh) {
   return scene;
 }
 
-Pose balancing_handle(const CouplingLaw& law, const Pose& X_WT, const ContactSet& set) {
+Pose balancing_handle(const CouplingParameters& coupling, const Pose& X_WT, const ContactSet& set) {
   Vec3 force, torque;
   for (int i = 0; i < set.count; ++i) {
     const Contact& c = set.contact[static_cast<std::size_t>(i)];
@@ -43,7 +43,7 @@ Pose balancing_handle(const CouplingLaw& law, const Pose& X_WT, const ContactSet
     force += push;
     torque += cross(rotate(X_WT.R, c.p_TC), push);
   }
-  return {X_WT.p - force / law.k_t, from_rotation_vector(-torque / law.k_r) * X_WT.R};
+  return {X_WT.p - force / coupling.k_t, from_rotation_vector(-torque / coupling.k_r) * X_WT.R};
 }
 
 DynamicsRig::DynamicsRig(const Scene& scene, Start start)
@@ -52,12 +52,12 @@ DynamicsRig::DynamicsRig(const Scene& scene, Start start)
       coupling_(test::default_params<AdaptiveCoupling>(), context_) {
   dynamics_.contacts.configure({});
   dynamics_.device.configure({QueuePolicy::drop_oldest, 4096});
-  dynamics_.law.configure({});
+  dynamics_.coupling.configure({});
   coupling_.state.configure({});
   StepContext context{Time{}};
   coupling_.start(context);
-  law_ = test::sent(coupling_.law);
-  dynamics_.law.push({}, &law_);
+  parameters_ = test::sent(coupling_.parameters);
+  dynamics_.coupling.push({}, &parameters_);
 }
 
 const PhysicsState& DynamicsRig::advance(Time t, const DeviceState& device, const ContactSet& set) {

@@ -15,7 +15,7 @@ Scene two_of(const std::filesystem::path& mesh);
 
 /// Where the handle must rest for the coupling to balance the springs of the penetrating contacts on a tool at rest at
 /// X_WT.
-Pose balancing_handle(const CouplingLaw& law, const Pose& X_WT, const ContactSet& set);
+Pose balancing_handle(const CouplingParameters& coupling, const Pose& X_WT, const ContactSet& set);
 
 /// Where the tool is first.
 enum class Start { at_handle, where_the_scene_says };
@@ -30,14 +30,14 @@ class DynamicsRig {
   /// The force of the coupling in the last state.
   const Wrench& force();
 
-  [[nodiscard]] const CouplingLaw& law() const { return law_; }
+  [[nodiscard]] const CouplingParameters& coupling() const { return parameters_; }
   [[nodiscard]] const PhysicsState& state() const { return state_; }
 
  private:
   NodeContext context_;
   RigidDynamics dynamics_;
   AdaptiveCoupling coupling_;
-  CouplingLaw law_;
+  CouplingParameters parameters_;
   Time now_;
   PhysicsState state_;
 };

@@ -24,7 +24,7 @@ double us_between(Clock::time_point a, Clock::time_point b) {
 }
 
 /// Of one value at least.
-Json figures(const std::vector<double>& values) {
+Json metrics(const std::vector<double>& values) {
   TACTOR_DEMAND(!values.empty());
   Json json = spread_of(values);
   json["mean"] = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -111,13 +111,13 @@ class Parts {
 /// The handle poses for which the springs alone would have the tool at the poses of the path.
 std::vector<Pose> handle_path(const Scene& scene, const std::vector<Step>& steps, const Vec3& p_BT) {
   SdfCollision collision = make_collision(scene, 0);
-  const CouplingLaw law = DynamicsRig(scene).law();
+  const CouplingParameters coupling = DynamicsRig(scene).coupling();
   std::vector<Pose> path;
   ContactSet set;
   for (const Step& step : steps) {
     const Pose X_WT{transform(step.X_AB, p_BT), step.X_AB.R};
     collision.query(X_WT, set);
-    path.push_back(balancing_handle(law, X_WT, set));
+    path.push_back(balancing_handle(coupling, X_WT, set));
   }
   return path;
 }
@@ -183,21 +183,21 @@ Json whole_step(const Scene& scene, const std::vector<DeviceState>& handle, Dura
   if (other > 0) throw RunError("the parts of collision found other contacts than the node");
   Json json = {{"margin_mm", 1e3 * margin},
                {"contacts",
-                {{"found", figures(found)},
-                 {"sent", figures(sent)},
-                 {"penetrating", figures(penetrating)},
-                 {"with_force", figures(touching)}}},
-               {"deepest_mm", figures(depth)},
-               {"force_N", figures(force)},
+                {{"found", metrics(found)},
+                 {"sent", metrics(sent)},
+                 {"penetrating", metrics(penetrating)},
+                 {"with_force", metrics(touching)}}},
+               {"deepest_mm", metrics(depth)},
+               {"force_N", metrics(force)},
                {"us",
-                {{"whole step", figures(all)},
-                 {"collision", figures(collision)},
-                 {"query", figures(query)},
-                 {"reduction", figures(reduction)},
-                 {"dynamics", figures(dynamics)},
-                 {"coupling", figures(coupling)}}}};
+                {{"whole step", metrics(all)},
+                 {"collision", metrics(collision)},
+                 {"query", metrics(query)},
+                 {"reduction", metrics(reduction)},
+                 {"dynamics", metrics(dynamics)},
+                 {"coupling", metrics(coupling)}}}};
   if (!cold_us.empty()) {
-    json["cold_us"] = figures(cold_us);
+    json["cold_us"] = metrics(cold_us);
     json["cold_queries"] = cold_us.size();
   }
   return json;
@@ -213,7 +213,7 @@ struct Circling {
     // The set says for which poses of the bodies it was found.
     set.bodies.count = 1;
     set.bodies.X_WB[0] = X_WT;
-    middle = balancing_handle(dynamics.law(), X_WT, set);
+    middle = balancing_handle(dynamics.coupling(), X_WT, set);
     last = at(0);
   }
 
@@ -285,7 +285,7 @@ Json dynamics_scene(const SceneOptions& options) {
   Json rows = Json::array();
   for (std::size_t k = 0; k < all.size(); ++k) {
     rows.push_back(
-        {{"contacts", counts[k]}, {"with_force", figures(all[k]->touching)}, {"us", figures(all[k]->times)}});
+        {{"contacts", counts[k]}, {"with_force", metrics(all[k]->touching)}, {"us", metrics(all[k]->times)}});
   }
   return {{"steps", options.samples}, {"contacts", rows}};
 }

@@ -1,4 +1,4 @@
-// The scenes of the benchmark. Each gives its figures as JSON.
+// The scenes of the benchmark. Each gives its metrics as JSON.
 #pragma once
 
 #include <filesystem>

@@ -17,12 +17,12 @@ struct Cell {
   double coupling_stiffness = 0;  ///< N/m
 };
 
-/// The figures behind a verdict.
+/// The metrics behind a verdict.
 struct Finding {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
   StabilityVerdict verdict = StabilityVerdict::stable;
   double generated = none;         ///< the most energy beyond what came in, as a share of what came in
-  double swing = none;             ///< m, there and back at rest
+  double peak_to_peak = none;      ///< m, there and back at rest
   double rest_error = none;        ///< m, from the static balance where it is known
   double step_s = 0;               ///< s, in the stepper
   double query_s = 0;              ///< s, in contact queries

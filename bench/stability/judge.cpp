@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "nodes/coupling/law.hpp"
+#include "nodes/coupling/coupling_node.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 
@@ -19,7 +19,9 @@ Eigen::Vector3d eigen(const Vec3& v) {
 }  // namespace
 
 Judge::Judge(const Trial& trial)
-    : trial_(trial), rotates_(trial.scene.rotates()), judge_({.swing_max = trial.swing_max}, trial.rests) {
+    : trial_(trial),
+      rotates_(trial.scene.rotates()),
+      judge_({.peak_to_peak_max = trial.peak_to_peak_max}, trial.rests) {
   for (const std::size_t i : trial.scene.moving()) {
     const Body& body = trial.scene.bodies[i];
     const bool turns = body.motion == Motion::rigid;
@@ -40,10 +42,10 @@ double Judge::energy(const Reached& state) const {
   }
   const Pose& X_WT = state.bodies.X_WB[0];
   const Vec3 stretch = state.device.X_WD.p - X_WT.p;
-  sum += 0.5 * trial_.law.k_t * dot(stretch, stretch);
+  sum += 0.5 * trial_.coupling.k_t * dot(stretch, stretch);
   if (!rotates_) return sum;
   const Vec3 turn = to_rotation_vector(state.device.X_WD.R * inverse(X_WT.R));
-  return sum + 0.5 * trial_.law.k_r * dot(turn, turn);
+  return sum + 0.5 * trial_.coupling.k_r * dot(turn, turn);
 }
 
 void Judge::begin(const ContactSet& set) {
@@ -65,11 +67,11 @@ bool Judge::is_finite_state(const Reached& state) const {
 }
 
 double Judge::given(const Reached& state) const {
-  CouplingLaw law = trial_.law;
-  law.force_max = law.torque_max = std::numeric_limits<double>::infinity();
+  CouplingParameters coupling = trial_.coupling;
+  coupling.force_max = coupling.torque_max = std::numeric_limits<double>::infinity();
   const PhysicsState physics{
       .X_WT = state.bodies.X_WB[0], .V_WT = state.bodies.V_WB[0], .X_WD = state.device.X_WD, .V_WD = state.device.V_WD};
-  const Wrench on_device = coupling_wrench(law, physics, rotates_);
+  const Wrench on_device = coupling_wrench(coupling, physics, rotates_);
   double given = -dot(on_device.force, state.device.X_WD.p - last_.device.X_WD.p);
   if (rotates_) {
     given -= dot(on_device.torque, to_rotation_vector(state.device.X_WD.R * inverse(last_.device.X_WD.R)));
@@ -102,7 +104,7 @@ void Judge::finish(Finding& finding) const {
   finding.verdict = found.verdict;
   finding.generated = found.generated_share;
   if (found.verdict == StabilityVerdict::not_finite) return;
-  finding.swing = found.swing_m;
+  finding.peak_to_peak = found.peak_to_peak_m;
   if (found.off_m) finding.rest_error = *found.off_m;
 }
 

@@ -21,7 +21,7 @@ class Judge {
   void begin(const ContactSet& set);
   /// False where the state is not finite.
   bool see(const Reached& state);
-  /// The verdict and the figures behind it.
+  /// The verdict and the metrics behind it.
   void finish(Finding& finding) const;
 
  private:

@@ -99,16 +99,16 @@ class OdeStepper final : public Stepper {
   }
 
   void add_coupling(const Vec3& p) {
-    const CouplingLaw& law = trial_.law;
+    const CouplingParameters& coupling = trial_.coupling;
     const double h = step_.seconds();
-    const Soft pull = soft(law.k_t, law.b_t, h);
+    const Soft pull = soft(coupling.k_t, coupling.b_t, h);
     const dJointID ball = dJointCreateBall(world_, nullptr);
     dJointAttach(ball, bodies_[0], hand_);
     dJointSetBallAnchor(ball, p.x, p.y, p.z);
     dJointSetBallParam(ball, dParamERP, pull.erp);
     dJointSetBallParam(ball, dParamCFM, pull.cfm);
     if (!trial_.scene.rotates()) return;
-    const Soft turn = soft(law.k_r, law.b_r, h);
+    const Soft turn = soft(coupling.k_r, coupling.b_r, h);
     torsion_ = dJointCreateAMotor(world_, nullptr);
     dJointAttach(torsion_, bodies_[0], hand_);
     dJointSetAMotorMode(torsion_, dAMotorUser);
@@ -128,7 +128,7 @@ class OdeStepper final : public Stepper {
     place(hand_, X_WD);
     dBodySetLinearVel(hand_, V_WD.v.x, V_WD.v.y, V_WD.v.z);
     dBodySetAngularVel(hand_, V_WD.w.x, V_WD.w.y, V_WD.w.z);
-    const CouplingLaw& law = trial_.law;
+    const CouplingParameters& coupling = trial_.coupling;
     const Pose X_WT = pose(bodies_[0]);
     const Vec3 turn = to_rotation_vector(X_WD.R * inverse(X_WT.R));
     if (torsion_ != nullptr) {
@@ -136,10 +136,10 @@ class OdeStepper final : public Stepper {
     }
     if (!options_.explicit_spring) return;
     const Twist V_WT = twist(bodies_[0]);
-    const Vec3 f = law.k_t * (X_WD.p - X_WT.p) + law.b_t * (V_WD.v - V_WT.v);
+    const Vec3 f = coupling.k_t * (X_WD.p - X_WT.p) + coupling.b_t * (V_WD.v - V_WT.v);
     dBodyAddForce(bodies_[0], f.x, f.y, f.z);
     if (!trial_.scene.rotates()) return;
-    const Vec3 t = law.k_r * turn + law.b_r * (V_WD.w - V_WT.w);
+    const Vec3 t = coupling.k_r * turn + coupling.b_r * (V_WD.w - V_WT.w);
     dBodyAddTorque(bodies_[0], t.x, t.y, t.z);
   }
 

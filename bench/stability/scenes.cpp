@@ -5,7 +5,7 @@
 
 #include "bench/stability/trial.hpp"
 #include "nodes/collision/sdf.hpp"
-#include "nodes/coupling/law.hpp"
+#include "nodes/coupling/coupling_node.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor::bench {
@@ -80,21 +80,21 @@ Body tool_of(const Cell& cell, Shape shape, Motion motion) {
 }
 
 /// Critically damped; the torsion swings as fast as the spring does.
-CouplingLaw law_for(const Cell& cell, const Body& tool) {
-  CouplingLaw law{.k_t = cell.coupling_stiffness, .force_max = 1e9, .torque_max = 1e9};
-  law.b_t = damping_of(law.k_t, cell.mass, 1);
+CouplingParameters law_for(const Cell& cell, const Body& tool) {
+  CouplingParameters coupling{.k_t = cell.coupling_stiffness, .force_max = 1e9, .torque_max = 1e9};
+  coupling.b_t = damping_of(coupling.k_t, cell.mass, 1);
   if (tool.motion == Motion::rigid) {
     const double inertia = body_inertia(tool).trace() / 3;
-    law.k_r = law.k_t * inertia / cell.mass;
-    law.b_r = damping_of(law.k_r, inertia, 1);
+    coupling.k_r = coupling.k_t * inertia / cell.mass;
+    coupling.b_r = damping_of(coupling.k_r, inertia, 1);
   }
-  return law;
+  return coupling;
 }
 
 /// A trial of one tool that starts slack in the hand at p.
 Trial trial_of(const Cell& cell, Body tool, const Vec3& p) {
   tool.X_WB.p = p;
-  Trial trial{.scene = {}, .law = law_for(cell, tool), .hand = HandPath(p), .query = {}, .rests = {}};
+  Trial trial{.scene = {}, .coupling = law_for(cell, tool), .hand = HandPath(p), .query = {}, .rests = {}};
   trial.scene.bodies.push_back(std::move(tool));
   return trial;
 }
@@ -124,7 +124,7 @@ Vec3 stacked(const Cell& cell, double slab_mass, double z_D, double thickness, d
 /// The tool, whose lowest point is `reach` (m) below its origin, is pressed `size`/4 deep by the hand, slid by half its
 /// size, and lifted by its size.
 void press_slide_lift(const Cell& cell, double reach, double size, Trial& trial) {
-  const double gravity = -trial.scene.gravity_W.z, rest = settling(cell, trial.law.b_t);
+  const double gravity = -trial.scene.gravity_W.z, rest = settling(cell, trial.coupling.b_t);
   bool fallen = false;
   const Vec3 deep{0, 0, reach - 0.25 * size}, aside{0.5 * size, 0, deep.z}, up{aside.x, 0, reach + size};
   const auto at_rest = [&](const Vec3& hand) {
@@ -135,7 +135,7 @@ void press_slide_lift(const Cell& cell, double reach, double size, Trial& trial)
     r.tolerance = 0.05 * size + 0.1 * std::abs(r.p_WT->z - reach);
     // A box on too soft a surface falls over in truth: its load acts above the contact, whose corners hold it up.
     const double c = cell.contact_stiffness, load = c * std::max(0.0, reach - r.p_WT->z);
-    fallen = fallen || (trial.scene.rotates() && load * reach > c * reach * reach + trial.law.k_r);
+    fallen = fallen || (trial.scene.rotates() && load * reach > c * reach * reach + trial.coupling.k_r);
     if (fallen) r.p_WT.reset();
     trial.rests.push_back(r);
   };
@@ -219,7 +219,7 @@ TrialScene deep_start() {
             const double radius = 0.01;
             Trial trial = trial_of(cell, tool_of(cell, SphereShape{radius}, Motion::translation), {0, 0, -2 * radius});
             trial.query = sphere_on_plane(cell, radius);
-            trial.hand.stay(0.2).go(0.2, {0, 0, 3 * radius}).stay(settling(cell, trial.law.b_t));
+            trial.hand.stay(0.2).go(0.2, {0, 0, 3 * radius}).stay(settling(cell, trial.coupling.b_t));
             Rest rest = rest_now(trial, Vec3{0, 0, balance(cell, 9.81, 3 * radius, radius)});
             rest.tolerance = 1e-3 + 0.1 * std::abs(rest.p_WT->z - radius);
             trial.rests.push_back(rest);
@@ -268,7 +268,7 @@ TrialScene stack() {
             trial.scene.tool_name = "tool";
             trial.query = ball_on_slab(cell, radius, thickness, other);
             const double slab_rate = std::sqrt(cell.contact_stiffness / other);
-            const double rest = std::max(settling(cell, trial.law.b_t), whole(20 / slab_rate));
+            const double rest = std::max(settling(cell, trial.coupling.b_t), whole(20 / slab_rate));
             const auto at_rest = [&](const Vec3& hand) {
               trial.hand.stay(rest);
               trial.rests.push_back(rest_now(trial, stacked(cell, other, hand.z, thickness, radius)));
@@ -297,7 +297,7 @@ TrialScene weightless() {
             Trial trial = trial_of(cell, tool_of(cell, SphereShape{radius}, Motion::translation), home);
             trial.scene.gravity_W = {};
             trial.query = sphere_on_plane(cell, radius);
-            const double settle = settling(cell, trial.law.b_t);
+            const double settle = settling(cell, trial.coupling.b_t);
             trial.hand.stay(2);
             Rest still = rest_now(trial, home);
             still.tolerance = 1e-6;
@@ -315,7 +315,7 @@ TrialScene sized(const std::string& name, const std::string& title, double size)
             const double radius = size / 2;
             Trial trial =
                 trial_of(cell, tool_of(cell, SphereShape{radius}, Motion::translation), {0, 0, radius + 0.1 * size});
-            trial.swing_max = std::min(1e-6, 1e-3 * size);
+            trial.peak_to_peak_max = std::min(1e-6, 1e-3 * size);
             trial.query = sphere_on_plane(cell, radius);
             press_slide_lift(cell, radius, size, trial);
             return trial;
@@ -411,7 +411,7 @@ TrialScene box_on_box(const std::filesystem::path& scratch) {
           [pair](const Cell& cell) {
             Trial trial = pair->trial(cell, {0, 0, edge});
             trial.lever = edge / 2;
-            const double settle = settling(cell, trial.law.b_t);
+            const double settle = settling(cell, trial.coupling.b_t);
             trial.hand.stay(0.1).go(0.2, {0, 0, edge - 0.002}).stay(settle);
             trial.rests.push_back(rest_now(trial));
             trial.hand.go(0.2, {0, 0, edge + 0.03}).stay(settle);
@@ -440,7 +440,7 @@ TrialScene jammed_peg(const std::filesystem::path& meshes, const std::string& na
           [pair](const Cell& cell) {
             Trial trial = pair->trial(cell, {});
             trial.lever = 0.025;
-            const double settle = settling(cell, trial.law.b_t);
+            const double settle = settling(cell, trial.coupling.b_t);
             trial.hand.stay(0.1).go(0.2, {0.001, 0, 0}, {0, 0.035, 0}).stay(settle);
             trial.rests.push_back(rest_now(trial));
             trial.hand.go(0.2, {}).stay(settle);
@@ -466,7 +466,7 @@ TrialScene thrown_bunny(const std::filesystem::path& meshes) {
             const double touch = pair->touching(cell), start = touch + 0.5;
             Trial trial = pair->trial(cell, {0, 0, start});
             trial.lever = 0.05;
-            const double settle = settling(cell, trial.law.b_t);
+            const double settle = settling(cell, trial.coupling.b_t);
             trial.hand.strike(10, {0, 0, touch - 0.005}).stay(settle);
             trial.rests.push_back(rest_now(trial));
             trial.hand.go(0.3, {0, 0, start}).stay(settle);

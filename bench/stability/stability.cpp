@@ -21,7 +21,7 @@ nlohmann::ordered_json json_of(const Cell& cell, const std::string& contender, c
                            {"coupling_stiffness", cell.coupling_stiffness},
                            {"verdict", name_of(f.verdict)},
                            {"generated", f.generated},
-                           {"swing_m", f.swing},
+                           {"peak_to_peak_m", f.peak_to_peak},
                            {"rest_error_m", f.rest_error},
                            {"step_s", f.step_s},
                            {"query_s", f.query_s},

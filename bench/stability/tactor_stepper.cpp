@@ -21,8 +21,8 @@ class TactorStepper final : public Stepper {
     dynamics_ = static_cast<DynamicsNode*>(node_.get());
     dynamics_->contacts.configure({});
     dynamics_->device.configure({QueuePolicy::drop_oldest, 4096});
-    dynamics_->law.configure({});
-    dynamics_->law.push({}, &trial.law);
+    dynamics_->coupling.configure({});
+    dynamics_->coupling.push({}, &trial.coupling);
     sample_ = std::min(period, Duration{1'000'000});
     push(Time{}, Time{});
     step(Time{});
@@ -43,7 +43,7 @@ class TactorStepper final : public Stepper {
   void report(Finding& finding) const override {
     Report report;
     dynamics_->report(report);
-    for (const auto& [name, value] : report.figures()) {
+    for (const auto& [name, value] : report.metrics()) {
       if (name == "dynamics_damped_steps") finding.damped_steps = static_cast<std::int64_t>(value);
       if (name == "dynamics_stopped_steps") finding.stopped_steps = static_cast<std::int64_t>(value);
     }

@@ -21,12 +21,12 @@ using Rest = StabilityRest;
 /// What a cell runs.
 struct Trial {
   Scene scene;
-  CouplingLaw law;
+  CouplingParameters coupling;
   HandPath hand;
   Query query;
   std::vector<Rest> rests;
-  double lever = 0;         ///< m, the arm at which a turn counts as a swing; 0 where nothing turns
-  double swing_max = 1e-6;  ///< m
+  double lever = 0;                ///< m, the arm at which a turn counts as a swing; 0 where nothing turns
+  double peak_to_peak_max = 1e-6;  ///< m
 };
 
 /// A scene that is run for many cells.

@@ -40,7 +40,7 @@ enum class LinkError : std::uint8_t {
   device_fault,  ///< the line is well and the device reports a fault of its own
 };
 inline constexpr int link_error_count = 9;
-/// The name of an error, as figures and texts spell it.
+/// The name of an error, as metrics and texts spell it.
 std::string_view name_of(LinkError error);
 
 /// Why something on the line failed.

@@ -14,7 +14,7 @@
 #include "devices/hardware/link.hpp"
 #include "framework/core/time.hpp"
 #include "framework/realtime/latest_slot.hpp"
-#include "framework/realtime/loop_figures.hpp"
+#include "framework/realtime/loop_statistics.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
@@ -74,7 +74,7 @@ class LinkRunner {
   /// Device loop: the command from now on. Wait-free.
   void command(Instant now, const LinkCommand& command) noexcept;
 
-  // Figures, readable by any thread while it runs.
+  // Metrics, readable by any thread while it runs.
   [[nodiscard]] std::int64_t cycles() const { return cycles_.value(); }  ///< good ones
   [[nodiscard]] std::int64_t errors(LinkError error) const { return errors_[static_cast<std::size_t>(error)].value(); }
   [[nodiscard]] std::int64_t reconnects() const { return reconnects_.value(); }

@@ -63,7 +63,7 @@ std::vector<Transaction> writes(const Profile& profile, const std::vector<std::s
   return result;
 }
 
-[[noreturn]] void refuse(const Place& place, const std::string& message) {
+[[noreturn]] void refuse(const SourceLocation& place, const std::string& message) {
   throw YamlError({{place, message}});
 }
 

@@ -485,7 +485,7 @@ Profile parse_profile(const std::string& text, const std::string& file) {
   Diagnostics diagnostics;
   auto tree = parse_yaml(text, file, diagnostics);
   if (tree && !tree->is_map()) {
-    const Place place = tree->place.line > 0 ? tree->place : Place{file, 0, 0};
+    const SourceLocation place = tree->place.line > 0 ? tree->place : SourceLocation{file, 0, 0};
     diagnostics.error(place, "expected a map with the keys " + profile_file.keys + ", found " + describe(*tree));
     tree.reset();
   }

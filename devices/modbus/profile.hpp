@@ -125,7 +125,7 @@ struct EmulatedDynamics {
 
 /// Where a profile says what can be wrong with it as a whole, for error texts.
 struct ProfilePlaces {
-  Place file, cycle, fence, watchdog;  ///< those of keys are that of the file where it lacks them
+  SourceLocation file, cycle, fence, watchdog;  ///< those of keys are that of the file where it lacks them
 };
 
 struct Profile {

@@ -29,7 +29,7 @@ struct RegisterInfo {
   int write_function = 16;  ///< 6, 16 or 23
   int low_bit = 0;          ///< of a field inside a 16-bit register
   int bits = 0;             ///< width of that field; 0: all of the register
-  Place place;
+  SourceLocation place;
 
   /// Words it takes, 1 or 2.
   [[nodiscard]] int width() const { return type == RegisterType::int16 || type == RegisterType::uint16 ? 1 : 2; }

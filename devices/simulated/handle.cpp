@@ -50,20 +50,22 @@ Vec3 slowed(const Vec3& v, double loss) {
 
 }  // namespace
 
-Handle::Handle(const HandleLaw& translation, const HandleLaw& rotation, double sub_step, bool rotate)
+Handle::Handle(const HandleParameters& translation, const HandleParameters& rotation, double sub_step, bool rotate)
     : translation_(translation), rotation_(rotation), sub_step_(sub_step), rotate_(rotate) {}
 
-Handle::Propagator Handle::make_propagator(const HandleLaw& law, double h) {
+Handle::Propagator Handle::make_propagator(const HandleParameters& coupling, double h) {
   // d/dt (x, v, f) = (v, (f - K x - B v) / M, 0).
-  const double damping = law.damping + law.hand_damping;
+  const double damping = coupling.damping + coupling.hand_damping;
   const Matrix3 step = exponential(
-      {{{0, h, 0}, {-h * law.hand_stiffness / law.inertia, -h * damping / law.inertia, h / law.inertia}, {0, 0, 0}}});
+      {{{0, h, 0},
+        {-h * coupling.hand_stiffness / coupling.inertia, -h * damping / coupling.inertia, h / coupling.inertia},
+        {0, 0, 0}}});
   return {.x_v = step[0][1], .x_f = step[0][2], .v_v = step[1][1], .v_f = step[1][2]};
 }
 
-Vec3 Handle::move(const HandleLaw& law, const Propagator& by, double h, const Vec3& f, Vec3& v) {
-  if (v == Vec3{} && norm(f) <= law.coulomb) return {};
-  const double loss = 0.5 * h * law.coulomb / law.inertia;
+Vec3 Handle::move(const HandleParameters& coupling, const Propagator& by, double h, const Vec3& f, Vec3& v) {
+  if (v == Vec3{} && norm(f) <= coupling.coulomb) return {};
+  const double loss = 0.5 * h * coupling.coulomb / coupling.inertia;
   v = slowed(v, loss);
   const Vec3 way = by.x_v * v + by.x_f * f;
   v = slowed(by.v_v * v + by.v_f * f, loss);

@@ -7,7 +7,7 @@ namespace tactor {
 
 /// The constants of one kind of motion, translation or rotation (kg, N s/m, N/m, N, or kg m^2, N m s/rad, N m/rad, N
 /// m).
-struct HandleLaw {
+struct HandleParameters {
   double inertia = 0;         ///< of handle and hand, which move as one
   double damping = 0;         ///< viscous, of the handle against the world
   double coulomb = 0;         ///< friction of the handle against the world
@@ -26,7 +26,7 @@ struct HandleLaw {
 class Handle {
  public:
   /// `sub_step` is the longest h in s.
-  Handle(const HandleLaw& translation, const HandleLaw& rotation, double sub_step, bool rotate);
+  Handle(const HandleParameters& translation, const HandleParameters& rotation, double sub_step, bool rotate);
 
   void place(const MotionState& state) { state_ = state; }
   /// Moves on by `dt` s under the wrench on the handle, while the target moves from `from` to `to`.
@@ -38,12 +38,12 @@ class Handle {
   struct Propagator {
     double x_v = 0, x_f = 0, v_v = 0, v_f = 0;
   };
-  static Propagator make_propagator(const HandleLaw& law, double h);
+  static Propagator make_propagator(const HandleParameters& coupling, double h);
   /// One step; `v` is the velocity before and after, the result the way moved.
-  static Vec3 move(const HandleLaw& law, const Propagator& by, double h, const Vec3& f, Vec3& v);
+  static Vec3 move(const HandleParameters& coupling, const Propagator& by, double h, const Vec3& f, Vec3& v);
 
-  HandleLaw translation_;
-  HandleLaw rotation_;
+  HandleParameters translation_;
+  HandleParameters rotation_;
   double sub_step_;
   bool rotate_;
   double h_ = 0;  // the step the propagators are made for

@@ -182,7 +182,7 @@ class Reader {
     }
   }
 
-  std::size_t index_of(const std::string& name, const Place& place, const std::string& path,
+  std::size_t index_of(const std::string& name, const SourceLocation& place, const std::string& path,
                        const std::vector<ReportField>& fields) {
     std::vector<std::string> names;
     for (const ReportField& field : fields) names.push_back(field.name);

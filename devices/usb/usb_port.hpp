@@ -126,7 +126,7 @@ class UsbBus {
 
   /// The devices of these kinds. No other one is opened: what they are is read by their descriptors alone.
   [[nodiscard]] std::vector<UsbDeviceInfo> devices(std::span<const UsbNumbers> kinds) const;
-  /// Opens the first device that fits; null, with the reason and the mend in `why`, where there is none or it may not
+  /// Opens the first device that fits; null, with the reason and the remedy in `why`, where there is none or it may not
   /// be opened.
   std::unique_ptr<UsbPort> open(const UsbSelector& selector, std::string& why);
 

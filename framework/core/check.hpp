@@ -9,7 +9,7 @@
 namespace tactor {
 
 /// What the user gave (graph, mesh, recording, option) cannot be used. The message names the place, what was expected,
-/// what was found and the mend. The command ends with exit code 2.
+/// what was found and the remedy. The command ends with exit code 2.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

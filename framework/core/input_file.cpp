@@ -17,11 +17,11 @@ namespace {
 
 /// What stands at a path that is no regular file, with what to do.
 std::string kind_of(mode_t mode) {
-  const std::string mend = "; write its content to a file and name that";
+  const std::string remedy = "; write its content to a file and name that";
   if (S_ISDIR(mode)) return "a folder";
-  if (S_ISFIFO(mode)) return "a pipe" + mend;
-  if (S_ISSOCK(mode)) return "a socket" + mend;
-  if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device" + mend;
+  if (S_ISFIFO(mode)) return "a pipe" + remedy;
+  if (S_ISSOCK(mode)) return "a socket" + remedy;
+  if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device" + remedy;
   return "something else";
 }
 

@@ -64,20 +64,21 @@ const MessageType& message_type<DeviceState>() {
 }
 
 namespace {
-void add_law(std::vector<Field>& f, std::size_t offset) {
-  f.push_back({"k_t", "N/m", f64, offset + offsetof(CouplingLaw, k_t), 1});
-  f.push_back({"b_t", "N s/m", f64, offset + offsetof(CouplingLaw, b_t), 1});
-  f.push_back({"k_r", "N m/rad", f64, offset + offsetof(CouplingLaw, k_r), 1});
-  f.push_back({"b_r", "N m s/rad", f64, offset + offsetof(CouplingLaw, b_r), 1});
-  f.push_back({"force_max", "N", f64, offset + offsetof(CouplingLaw, force_max), 1});
-  f.push_back({"torque_max", "N m", f64, offset + offsetof(CouplingLaw, torque_max), 1});
-  f.push_back({"massless", "1", i32, offset + offsetof(CouplingLaw, massless), 1});
+void add_coupling(std::vector<Field>& f, std::size_t offset) {
+  f.push_back({"k_t", "N/m", f64, offset + offsetof(CouplingParameters, k_t), 1});
+  f.push_back({"b_t", "N s/m", f64, offset + offsetof(CouplingParameters, b_t), 1});
+  f.push_back({"k_r", "N m/rad", f64, offset + offsetof(CouplingParameters, k_r), 1});
+  f.push_back({"b_r", "N m s/rad", f64, offset + offsetof(CouplingParameters, b_r), 1});
+  f.push_back({"force_max", "N", f64, offset + offsetof(CouplingParameters, force_max), 1});
+  f.push_back({"torque_max", "N m", f64, offset + offsetof(CouplingParameters, torque_max), 1});
+  f.push_back({"massless", "1", i32, offset + offsetof(CouplingParameters, massless), 1});
 }
 }  // namespace
 
 template <>
-const MessageType& message_type<CouplingLaw>() {
-  static const MessageType type = describe<CouplingLaw>("CouplingLaw", "", [](auto& f) { add_law(f, 0); });
+const MessageType& message_type<CouplingParameters>() {
+  static const MessageType type =
+      describe<CouplingParameters>("CouplingParameters", "", [](auto& f) { add_coupling(f, 0); });
   return type;
 }
 
@@ -158,7 +159,7 @@ const MessageType& message_type<LocalModel>() {
     add_pose(f, "p_WD", "R_WD", offsetof(LocalModel, device) + offsetof(DeviceState, X_WD));
     add_twist(f, "v_WD", "w_WD", offsetof(LocalModel, device) + offsetof(DeviceState, V_WD));
     add_bodies(f, "bodies", "X_WB", "V_WB", offsetof(LocalModel, bodies));
-    add_law(f, offsetof(LocalModel, law));
+    add_coupling(f, offsetof(LocalModel, coupling));
     add_local_contacts(f, offsetof(LocalModel, contacts));
   });
   return type;
@@ -169,9 +170,9 @@ const MessageType& message_type<ArCoefficients>() {
   static const MessageType type = describe<ArCoefficients>("ArCoefficients", "", [](auto& f) {
     f.push_back({"force_order", "1", i32, offsetof(ArCoefficients, force_order), 1});
     f.push_back({"torque_order", "1", i32, offsetof(ArCoefficients, torque_order), 1});
-    f.push_back({"removal", "1", i32, offsetof(ArCoefficients, removal), 1});
+    f.push_back({"detrend", "1", i32, offsetof(ArCoefficients, detrend), 1});
     f.push_back({"window", "1", i32, offsetof(ArCoefficients, window), 1});
-    f.push_back({"products", "1", i32, offsetof(ArCoefficients, products), 1});
+    f.push_back({"model_structure", "1", i32, offsetof(ArCoefficients, model_structure), 1});
     f.push_back({"grid_period", "s", f64, offsetof(ArCoefficients, grid_period), 1});
     f.push_back({"force", "1", f64, offsetof(ArCoefficients, force), ArCoefficients::capacity});
     f.push_back({"torque", "1", f64, offsetof(ArCoefficients, torque), ArCoefficients::capacity});
@@ -218,10 +219,11 @@ const MessageType& message_type<SafetyState>() {
 
 const MessageType* find_message_type(std::string_view name) {
   for (const MessageType* type :
-       {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(), &message_type<CouplingLaw>(),
-        &message_type<PhysicsState>(), &message_type<BodyStates>(), &message_type<ContactSet>(),
-        &message_type<LocalContacts>(), &message_type<LocalModel>(), &message_type<ArCoefficients>(),
-        &message_type<Forecast>(), &message_type<ForceSegment>(), &message_type<SafetyState>()}) {
+       {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(),
+        &message_type<CouplingParameters>(), &message_type<PhysicsState>(), &message_type<BodyStates>(),
+        &message_type<ContactSet>(), &message_type<LocalContacts>(), &message_type<LocalModel>(),
+        &message_type<ArCoefficients>(), &message_type<Forecast>(), &message_type<ForceSegment>(),
+        &message_type<SafetyState>()}) {
     if (type->name == name) return type;
   }
   return nullptr;

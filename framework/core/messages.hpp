@@ -31,7 +31,7 @@ struct DeviceState {
 
 /// The spring and damper between handle and tool. Force on the device: -k_t (p_WD - p_WT) - b_t (v_WD - v_WT);
 /// the tool gets the opposite. Torque likewise with the rotation vector of R_WD R_WT^T.
-struct CouplingLaw {
+struct CouplingParameters {
   double k_t = 0;             ///< N/m
   double b_t = 0;             ///< N s/m
   double k_r = 0;             ///< N m/rad
@@ -57,7 +57,7 @@ struct PhysicsState {
 struct BodyStates {
   static constexpr int capacity = max_moving_bodies;
   std::int32_t count = 0;
-  std::int32_t massless = 0;         ///< 1: the tool was moved without its inertia, see CouplingLaw
+  std::int32_t massless = 0;         ///< 1: the tool was moved without its inertia, see CouplingParameters
   std::array<Pose, capacity> X_WB;   ///< m
   std::array<Twist, capacity> V_WB;  ///< m/s, rad/s
 };
@@ -118,19 +118,19 @@ struct LocalModel {
   Time time;           ///< of the device sample that the bodies were brought on to
   DeviceState device;  ///< that sample
   BodyStates bodies;   ///< at `time`
-  CouplingLaw law;
+  CouplingParameters coupling;
   LocalContacts contacts;
 };
 
 /// What an auto-regressive model leaves out of the samples before it weighs them.
-enum class Removal : std::int32_t {
+enum class Detrend : std::int32_t {
   none,        ///< nothing: x_{t+1} = sum_i phi_i x_{t-i+1}
   mean,        ///< the mean m of the last window: x_{t+1} = m + sum_i phi_i (x_{t-i+1} - m)
   difference,  ///< the level, by differences d_t = x_t - x_{t-1}: x_{t+1} = x_t + sum_i phi_i d_{t-i+1}
 };
 
 /// What the coefficients of an auto-regressive model multiply.
-enum class Products : std::int32_t {
+enum class ModelStructure : std::int32_t {
   axes,      ///< one phi_i for the three axes, from scalar products: phi_i in [i - 1]
   per_axis,  ///< one model an axis: phi_i of axis a in [a max_order + i - 1]
   vector,    ///< a 3x3 matrix a lag: row r, column c of Phi_i in [9 (i - 1) + 3 r + c], order <= max_vector_order
@@ -144,9 +144,9 @@ struct ArCoefficients {
   static constexpr int capacity = 3 * max_order;
   std::int32_t force_order = 0;
   std::int32_t torque_order = 0;
-  Removal removal = Removal::none;  ///< how they were fitted, and so how they are to be applied
+  Detrend detrend = Detrend::none;  ///< how they were fitted, and so how they are to be applied
   std::int32_t window = 0;          ///< samples they were fitted to
-  Products products = Products::axes;
+  ModelStructure model_structure = ModelStructure::axes;
   std::int32_t reserved = 0;
   double grid_period = 0;  ///< s, the even spacing of the samples they were fitted to; 0: the samples as they came
   std::array<double, capacity> force{};
@@ -214,7 +214,7 @@ const MessageType& message_type<Target>();
 template <>
 const MessageType& message_type<DeviceState>();
 template <>
-const MessageType& message_type<CouplingLaw>();
+const MessageType& message_type<CouplingParameters>();
 template <>
 const MessageType& message_type<PhysicsState>();
 template <>

@@ -54,7 +54,7 @@ const char* name_of(StabilityVerdict verdict) {
   return "";
 }
 
-void Swing::see(double x) {
+void PeakToPeak::see(double x) {
   if (!begun_) low_ = high_ = x;
   begun_ = true;
   low_ = std::min(low_, x);
@@ -63,7 +63,7 @@ void Swing::see(double x) {
   fall_ = std::max(fall_, high_ - x);
 }
 
-double swing_frequency(const std::vector<double>& t, const std::vector<double>& x) {
+double oscillation_frequency(const std::vector<double>& t, const std::vector<double>& x) {
   TACTOR_DEMAND(t.size() == x.size());
   if (t.size() < 3) return 0;
   const std::vector<double> y = without_line(t, x);
@@ -125,7 +125,7 @@ void StabilityJudge::see_rest(const StabilitySample& sample) {
     found.t.push_back(sample.t);
     for (int i = 0; i < 6; ++i) {
       const double x = i < 3 ? sample.p_WT[i] : sample.arm[i - 3];
-      found.swing[i].see(x);
+      found.peak_to_peak[i].see(x);
       found.x[i].push_back(x);
     }
     found.last = sample.p_WT;
@@ -141,9 +141,9 @@ void StabilityJudge::judge_rests(StabilityFinding& finding, bool& through) const
     const AtRest& found = at_rest_[k];
     if (found.t.empty()) continue;
     for (int i = 0; i < 6; ++i) {
-      if (found.swing[i].size() <= finding.swing_m) continue;
-      finding.swing_m = found.swing[i].size();
-      finding.frequency_Hz = swing_frequency(found.t, found.x[i]);
+      if (found.peak_to_peak[i].size() <= finding.peak_to_peak_m) continue;
+      finding.peak_to_peak_m = found.peak_to_peak[i].size();
+      finding.frequency_Hz = oscillation_frequency(found.t, found.x[i]);
     }
     const StabilityRest& rest = rests_[k];
     if (!rest.p_WT) continue;
@@ -152,7 +152,7 @@ void StabilityJudge::judge_rests(StabilityFinding& finding, bool& through) const
     finding.off_m = std::max(finding.off_m.value_or(0), error);
     through = through || error > rest.tolerance;
   }
-  finding.amplitude_m = 0.5 * finding.swing_m;
+  finding.amplitude_m = 0.5 * finding.peak_to_peak_m;
 }
 
 StabilityFinding StabilityJudge::finish() const {
@@ -174,9 +174,10 @@ StabilityFinding StabilityJudge::finish() const {
   } else if (through) {
     finding.verdict = StabilityVerdict::pushed_through;
     finding.reason = format("at rest the tool was %.3g m from where forces balance", *finding.off_m);
-  } else if (finding.swing_m > limits_.swing_max) {
+  } else if (finding.peak_to_peak_m > limits_.peak_to_peak_max) {
     finding.verdict = StabilityVerdict::limit_cycle;
-    finding.reason = format("at rest the tool swung by %.3g m at %.3g Hz", finding.swing_m, finding.frequency_Hz);
+    finding.reason = format("at rest the tool oscillated by %.3g m from peak to peak at %.3g Hz",
+                            finding.peak_to_peak_m, finding.frequency_Hz);
   }
   return finding;
 }

@@ -1,4 +1,4 @@
-// Judges from the signals of a run whether it was stable: energy from nowhere, swinging at rest, balance at rest.
+// Judges from the signals of a run whether it was stable: energy from nowhere, oscillation at rest, balance at rest.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace tactor {
 
-/// What became of a run, the worse the larger. The numbers are those of the figure `stability.verdict`.
+/// What became of a run, the worse the larger. The numbers are those of the metric `stability.verdict`.
 enum class StabilityVerdict : int {
   stable = 0,
   limit_cycle = 1,     ///< the tool swung on while it was to be at rest
@@ -25,8 +25,8 @@ enum class StabilityVerdict : int {
 const char* name_of(StabilityVerdict verdict);
 
 /// The most that a sequence rises and falls again, or falls and rises: the smaller of its largest rise and its largest
-/// fall. Zero for a motion in one direction, the height of a swing from peak to peak for one that goes on.
-class Swing {
+/// fall. Zero for a motion in one direction, the peak-to-peak amplitude for one that goes on.
+class PeakToPeak {
  public:
   void see(double x);
   [[nodiscard]] double size() const { return std::min(rise_, fall_); }
@@ -39,7 +39,7 @@ class Swing {
 /// The frequency in Hz of a sequence `x` at times `t` (s): from the times at which it crosses the line that fits it
 /// best, where a crossing counts if the sequence then goes beyond a quarter of its largest distance from the line.
 /// Zero where there are fewer than three of them, which are one period. `t` increases; both have the same length.
-double swing_frequency(const std::vector<double>& t, const std::vector<double>& x);
+double oscillation_frequency(const std::vector<double>& t, const std::vector<double>& x);
 
 /// A stretch in which the tool is to stand still.
 struct StabilityRest {
@@ -51,9 +51,9 @@ struct StabilityRest {
 
 /// Beyond what a run is not stable.
 struct StabilityLimits {
-  double generated_share = 0.1;  ///< energy beyond what came in, as a share of all that came in
-  double generated_min = 1e-6;   ///< J, below which nothing is said of energy
-  double swing_max = 1e-6;       ///< m, at rest, from peak to peak
+  double generated_share = 0.1;    ///< energy beyond what came in, as a share of all that came in
+  double generated_min = 1e-6;     ///< J, below which nothing is said of energy
+  double peak_to_peak_max = 1e-6;  ///< m, at rest, from peak to peak
 };
 
 /// The signals at one instant.
@@ -67,16 +67,16 @@ struct StabilitySample {
   bool finite = true;   ///< false: a signal that is not among these was NaN or infinite
 };
 
-/// The verdict and the figures behind it.
+/// The verdict and the metrics behind it.
 struct StabilityFinding {
   StabilityVerdict verdict = StabilityVerdict::stable;
   std::string reason;           ///< a sentence; empty where the run is stable
   double peak_energy_J = 0;     ///< the most that was stored
   double generated_J = 0;       ///< the largest surplus of what was stored over what had been put in: never negative
   double generated_share = 0;   ///< of all that came in; 0 where nothing came in
-  double swing_m = 0;           ///< there and back at rest, the largest
+  double peak_to_peak_m = 0;    ///< there and back at rest, the largest
   double amplitude_m = 0;       ///< half of it
-  double frequency_Hz = 0;      ///< of that swing; 0 where it has no whole period
+  double frequency_Hz = 0;      ///< of that oscillation; 0 where it has no whole period
   std::optional<double> off_m;  ///< from the balance at rest, the largest; absent where none is known
 };
 
@@ -100,7 +100,7 @@ class StabilityJudge {
 
  private:
   struct AtRest {
-    Swing swing[6];
+    PeakToPeak peak_to_peak[6];
     std::vector<double> t;
     std::vector<double> x[6];
     Vec3 last;

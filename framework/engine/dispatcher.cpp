@@ -101,7 +101,7 @@ std::vector<std::string> Dispatcher::waiting_for() const {
   return names;
 }
 
-EdgeFigures Dispatcher::edge_figures(std::size_t index) const {
+EdgeStatistics Dispatcher::edge_statistics(std::size_t index) const {
   const EdgeState& edge = edges_[index];
   // The input of an external node is the business of the loop that steps it.
   if (states_[plan_.edges[index].to].external) return {edge.delivered, 0, 0};
@@ -174,8 +174,8 @@ void Dispatcher::handle(const Event& event) {
       schedule_tick(event.index);
       break;
     }
-    case Event::Kind::free:
-      free(event.index);
+    case Event::Kind::complete:
+      complete(event.index);
       break;
     case Event::Kind::arrival: {
       EdgeState& edge = edges_[event.index];
@@ -192,11 +192,11 @@ bool Dispatcher::ready(const NodeState& state) const {
          !(state.group && group_busy_[*state.group] != 0);
 }
 
-std::optional<Dispatcher::Begun> Dispatcher::begin_next() {
+std::optional<Dispatcher::StepRequest> Dispatcher::next_request() {
   // What became visible by a node's becoming free at this instant is worked on before that node steps anew: it may
   // wait for the answer, as collision does for the tool pose that follows from its contacts.
   auto next =
-      std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return ready(s) && s.freed != now_; });
+      std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return ready(s) && s.completed != now_; });
   if (next == states_.end()) {
     next = std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return ready(s); });
   }
@@ -209,7 +209,7 @@ std::optional<Dispatcher::Begun> Dispatcher::begin_next() {
   next->unread_before = 0;
   for (const InputBase* input : next->trigger_queues) next->unread_before += input->unread();
   for (const std::size_t edge : next->edges_in) edges_[edge].unread_at_begin = edges_[edge].input->unread();
-  return Begun{static_cast<std::size_t>(next - states_.begin()), now_, phase_};
+  return StepRequest{static_cast<std::size_t>(next - states_.begin()), now_, phase_};
 }
 
 void Dispatcher::take_outputs(std::size_t node) {
@@ -228,14 +228,14 @@ void Dispatcher::take_outputs(std::size_t node) {
   }
 }
 
-void Dispatcher::free_at(std::size_t node, Time t) {
-  push_event(t, Event::Kind::free, node);
+void Dispatcher::complete_at(std::size_t node, Time t) {
+  push_event(t, Event::Kind::complete, node);
 }
 
-void Dispatcher::free(std::size_t node) {
+void Dispatcher::complete(std::size_t node) {
   NodeState& state = states_[node];
   state.busy = false;
-  state.freed = now_;
+  state.completed = now_;
   if (state.group) group_busy_[*state.group] = 0;
   for (InputBase* input : state.inputs) {
     if (input->connected()) input->mark_seen();

@@ -27,13 +27,13 @@ class ExternalInputs {
   virtual void on_phase(Phase phase) = 0;
 };
 
-/// The state of a run between its steps. It steps nothing itself: an engine asks `begin_next` which node is to step,
-/// steps it, and says `free` when the step has passed. Used by one thread at a time; the step itself may be made on
+/// The state of a run between its steps. It steps nothing itself: an engine asks `next_request` which node is to step,
+/// steps it, and says `complete` when the step has passed. Used by one thread at a time; the step itself may be made on
 /// another thread, because the inputs of a busy node are left alone.
 class Dispatcher {
  public:
   /// A step to be made.
-  struct Begun {
+  struct StepRequest {
     std::size_t node = 0;
     Time now;
     Phase phase = Phase::running;
@@ -62,12 +62,12 @@ class Dispatcher {
   void handle_due();
 
   /// The next node that is to step at `now`; it is busy from here on. None where all wait.
-  std::optional<Begun> begin_next();
+  std::optional<StepRequest> next_request();
   /// The step of `node`, which has been made, has passed: what it sent becomes visible, what came meanwhile reaches its
   /// inputs, and it may step again.
-  void free(std::size_t node);
+  void complete(std::size_t node);
   /// The same at a later time.
-  void free_at(std::size_t node, Time t);
+  void complete_at(std::size_t node, Time t);
   /// The step of `node` has failed: it never steps again, but the others on its thread may.
   void failed(std::size_t node);
   /// An external node sent a message.
@@ -76,10 +76,10 @@ class Dispatcher {
   void passed(std::size_t node) { first_step_passed(states_[node]); }
 
   [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
-  /// The steps that have begun.
+  /// The steps that have request.
   [[nodiscard]] std::uint64_t steps(std::size_t node) const { return states_[node].steps; }
   [[nodiscard]] std::uint64_t missed_ticks(std::size_t node) const { return states_[node].missed_ticks; }
-  [[nodiscard]] EdgeFigures edge_figures(std::size_t edge) const;
+  [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
   /// When the newest message that the reader of the edge sees became visible; none before the first.
   [[nodiscard]] std::optional<Time> newest_produced(std::size_t edge) const { return edges_[edge].newest_produced; }
   /// The edges that end at a node.
@@ -97,7 +97,7 @@ class Dispatcher {
     std::int64_t next_tick = 0;
     std::optional<std::size_t> group;  // of nodes that share a thread
     bool busy = false;
-    Time freed{-1};  // when it last became free
+    Time completed{-1};  // when it last became free
     bool tick_due = false;
     bool triggered = false;
     bool awaited = false;  // the run is not under way before its first step has passed
@@ -129,7 +129,7 @@ class Dispatcher {
     std::optional<Time> newest_produced;
   };
   struct Event {
-    enum class Kind : std::uint8_t { arrival, free, tick };
+    enum class Kind : std::uint8_t { arrival, complete, tick };
     Time time;
     std::uint64_t count = 0;  // ties of one kind are handled in the order of scheduling, which is deterministic
     Kind kind = Kind::tick;

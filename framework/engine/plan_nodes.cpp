@@ -14,7 +14,7 @@ namespace {
 
 /// The error with the node's name, and the place of the value that it is about, else that of the node.
 Diagnostic located(const GraphSpec& graph, const NodeSpec& spec, const InputError& error) {
-  Place place = spec.place;
+  SourceLocation place = spec.place;
   if (const auto* value = dynamic_cast<const ValueError*>(&error)) {
     const std::string& path = value->path();
     place = graph.place_of(path.starts_with("scene.") ? path : "nodes." + spec.name + "." + path);

@@ -1,4 +1,4 @@
-// What a run tells those who watch it, and the figures it keeps of its nodes and edges.
+// What a run tells those who watch it, and the metrics it keeps of its nodes and edges.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ class RunObserver {
 };
 
 /// What a node did in a run.
-struct NodeFigures {
+struct NodeStatistics {
   std::uint64_t steps = 0;
   std::uint64_t missed_ticks = 0;
   LatencyHistogram cpu;  ///< CPU time of the steps that were measured
@@ -47,7 +47,7 @@ struct NodeFigures {
 };
 
 /// What an edge carried in a run.
-struct EdgeFigures {
+struct EdgeStatistics {
   std::uint64_t delivered = 0;
   std::uint64_t dropped = 0;
   std::uint64_t superseded = 0;  ///< replaced on a `latest` edge before its reader looked

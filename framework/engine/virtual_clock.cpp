@@ -14,8 +14,8 @@ VirtualClock::VirtualClock(const Plan& plan, bool measure_cpu)
     : plan_(plan),
       measure_cpu_(measure_cpu),
       nodes_(plan),
-      node_figures_(plan.nodes.size()),
-      edge_figures_(plan.edges.size()) {
+      node_statistics_(plan.nodes.size()),
+      edge_statistics_(plan.edges.size()) {
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
 }
 
@@ -24,19 +24,19 @@ void VirtualClock::run(RunObserver& observer) {
   try {
     run_to_end(dispatcher, observer);
   } catch (...) {
-    keep_figures(dispatcher);
+    keep_statistics(dispatcher);
     throw;
   }
-  keep_figures(dispatcher);
+  keep_statistics(dispatcher);
 }
 
-void VirtualClock::keep_figures(const Dispatcher& dispatcher) {
+void VirtualClock::keep_statistics(const Dispatcher& dispatcher) {
   now_ = dispatcher.now();
-  for (std::size_t n = 0; n < node_figures_.size(); ++n) {
-    node_figures_[n].steps = dispatcher.steps(n);
-    node_figures_[n].missed_ticks = dispatcher.missed_ticks(n);
+  for (std::size_t n = 0; n < node_statistics_.size(); ++n) {
+    node_statistics_[n].steps = dispatcher.steps(n);
+    node_statistics_[n].missed_ticks = dispatcher.missed_ticks(n);
   }
-  for (std::size_t e = 0; e < edge_figures_.size(); ++e) edge_figures_[e] = dispatcher.edge_figures(e);
+  for (std::size_t e = 0; e < edge_statistics_.size(); ++e) edge_statistics_[e] = dispatcher.edge_statistics(e);
 }
 
 void VirtualClock::run_to_end(Dispatcher& dispatcher, RunObserver& observer) {
@@ -47,8 +47,8 @@ void VirtualClock::run_to_end(Dispatcher& dispatcher, RunObserver& observer) {
   dispatcher.start();
   for (;;) {
     dispatcher.handle_due();
-    if (const auto begun = dispatcher.begin_next()) {
-      step(dispatcher, *begun, observer);
+    if (const auto request = dispatcher.next_request()) {
+      step(dispatcher, *request, observer);
       continue;
     }
     const std::optional<Time> next = dispatcher.next_event();
@@ -63,19 +63,19 @@ void VirtualClock::run_to_end(Dispatcher& dispatcher, RunObserver& observer) {
   observer.on_progress(end);
 }
 
-void VirtualClock::step(Dispatcher& dispatcher, const Dispatcher::Begun& begun, RunObserver& observer) {
-  StepContext context(begun.now, begun.phase);
+void VirtualClock::step(Dispatcher& dispatcher, const Dispatcher::StepRequest& request, RunObserver& observer) {
+  StepContext context(request.now, request.phase);
   const std::int64_t cpu_begin = measure_cpu_ ? thread_cpu_ns() : 0;
-  nodes_.step(begun.node, context);
+  nodes_.step(request.node, context);
   if (measure_cpu_) {
-    node_figures_[begun.node].add_cpu({thread_cpu_ns() - cpu_begin});
+    node_statistics_[request.node].add_cpu({thread_cpu_ns() - cpu_begin});
   }
-  const Duration cost = costs_[begun.node].next(context.work());
-  observer.on_step(begun.node, begun.now, cost);
+  const Duration cost = costs_[request.node].next(context.work());
+  observer.on_step(request.node, request.now, cost);
   if (cost.ns > 0) {
-    dispatcher.free_at(begun.node, begun.now + cost);
+    dispatcher.complete_at(request.node, request.now + cost);
   } else {
-    dispatcher.free(begun.node);
+    dispatcher.complete(request.node);
   }
 }
 

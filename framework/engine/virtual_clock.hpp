@@ -20,27 +20,27 @@ class VirtualClock {
   VirtualClock(const Plan& plan, bool measure_cpu);
 
   /// Runs from time zero to the graph's duration. Throws RunError with the node's name where a step throws, and what
-  /// the observer throws; the figures are then of the run up to there. Once only.
+  /// the observer throws; the metrics are then of the run up to there. Once only.
   void run(RunObserver& observer);
 
   [[nodiscard]] PlanNodes& nodes() { return nodes_; }
   [[nodiscard]] const PlanNodes& nodes() const { return nodes_; }
-  [[nodiscard]] const NodeFigures& node_figures(std::size_t index) const { return node_figures_[index]; }
-  [[nodiscard]] const EdgeFigures& edge_figures(std::size_t index) const { return edge_figures_[index]; }
+  [[nodiscard]] const NodeStatistics& node_statistics(std::size_t index) const { return node_statistics_[index]; }
+  [[nodiscard]] const EdgeStatistics& edge_statistics(std::size_t index) const { return edge_statistics_[index]; }
   /// The time at which the run ended.
   [[nodiscard]] Time now() const { return now_; }
 
  private:
-  void step(Dispatcher& dispatcher, const Dispatcher::Begun& begun, RunObserver& observer);
+  void step(Dispatcher& dispatcher, const Dispatcher::StepRequest& request, RunObserver& observer);
   void run_to_end(Dispatcher& dispatcher, RunObserver& observer);
-  void keep_figures(const Dispatcher& dispatcher);
+  void keep_statistics(const Dispatcher& dispatcher);
 
   const Plan& plan_;
   const bool measure_cpu_;
   PlanNodes nodes_;
   std::vector<CostDraw> costs_;
-  std::vector<NodeFigures> node_figures_;
-  std::vector<EdgeFigures> edge_figures_;
+  std::vector<NodeStatistics> node_statistics_;
+  std::vector<EdgeStatistics> edge_statistics_;
   Time now_;
 };
 

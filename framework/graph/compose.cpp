@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/text.hpp"
+#include "framework/graph/format.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/values.hpp"
 #include "framework/yaml/nearby_files.hpp"
@@ -45,6 +46,7 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
   chain.push_back(identity);
   std::optional<Tree> tree = read_yaml(file, file.string(), graph_file, diagnostics);
   if (!tree) return std::nullopt;
+  take_format(*tree, diagnostics);
   const TreeEntry* extends = tree->find("extends");
   if (extends == nullptr) return tree;
   const Tree value = extends->value;
@@ -93,7 +95,7 @@ std::vector<std::string> split_dots(const std::string& text) {
 // `text` is `path=value`; the value becomes a tree of one branch that is merged over the graph like an extending file.
 void apply_set(Tree& graph, const std::string& text, Diagnostics& diagnostics) {
   static const std::vector<std::string> roots{"title", "clock", "duration", "seed", "live", "scene", "record", "nodes"};
-  const Place place{"--set " + text, 0, 0};
+  const SourceLocation place{"--set " + text, 0, 0};
   const std::string form = "expected node.parameter=value, scene.bodies.body.key=value, duration=... or seed=...";
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos) {

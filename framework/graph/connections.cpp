@@ -2,6 +2,7 @@
 #include <charconv>
 #include <map>
 
+#include "framework/graph/format.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/readers.hpp"
 #include "framework/graph/values.hpp"
@@ -45,7 +46,7 @@ class Nodes {
   }
 
   // Nothing, with an error unless the node is a broken one.
-  std::optional<End> find(const std::string& end, const Place& place, const std::string& what,
+  std::optional<End> find(const std::string& end, const SourceLocation& place, const std::string& what,
                           const std::string& expected, Diagnostics& diagnostics) const {
     const std::size_t dot = end.find('.');
     if (dot == std::string::npos || dot == 0 || dot + 1 == end.size() || end.find('.', dot + 1) != std::string::npos) {
@@ -73,19 +74,31 @@ std::string named(const NodeSpec& node) {
   return node.name + " (" + node.info->type + ")";
 }
 
-const OutputInfo* find_output(const End& end, const Place& place, const std::string& what, Diagnostics& diagnostics) {
+const OutputInfo* find_output(const End& end, const SourceLocation& place, const std::string& what,
+                              Diagnostics& diagnostics) {
   const OutputInfo* output = end.node->info->output(end.port);
   if (output != nullptr) return output;
   const auto& outputs = end.node->info->outputs;
+  for (const OutputInfo& other : outputs) {
+    if (other.former != end.port) continue;
+    diagnostics.error(place, what + ": " + end.node->name + "." + end.port + renamed_text(other.name, place));
+    return nullptr;
+  }
   diagnostics.error(place, what + ": " + named(*end.node) + " has no output " + end.port + "; outputs of " +
                                end.node->name + ": " + ports_text(outputs) + did_you_mean(end.port, names_of(outputs)));
   return nullptr;
 }
 
-const InputInfo* find_input(const End& end, const Place& place, const std::string& what, Diagnostics& diagnostics) {
+const InputInfo* find_input(const End& end, const SourceLocation& place, const std::string& what,
+                            Diagnostics& diagnostics) {
   const InputInfo* input = end.node->info->input(end.port);
   if (input != nullptr) return input;
   const auto& inputs = end.node->info->inputs;
+  for (const InputInfo& other : inputs) {
+    if (other.former != end.port) continue;
+    diagnostics.error(place, what + ": " + end.node->name + "." + end.port + renamed_text(other.name, place));
+    return nullptr;
+  }
   diagnostics.error(place, what + ": " + named(*end.node) + " has no input " + end.port + "; inputs of " +
                                end.node->name + ": " + ports_text(inputs) + did_you_mean(end.port, names_of(inputs)));
   return nullptr;

@@ -98,7 +98,7 @@ Plan build(GraphSpec graph, bool reference) {
   const std::vector<Wire> wires = wires_of(graph);
   Kept kept = prune(graph, wires);
   Diagnostics diagnostics;
-  const Place whole{graph.file.string(), 0, 0};
+  const SourceLocation whole{graph.file.string(), 0, 0};
   const bool ends = !graph.record.empty() || std::any_of(graph.nodes.begin(), graph.nodes.end(),
                                                          [](const NodeSpec& node) { return node.info->sink; });
   if (!ends && !reference) {

@@ -185,7 +185,7 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
   return body;
 }
 
-void read_tool(Scene& scene, const Tree& tree, const Place& last, const std::vector<std::string>& moving,
+void read_tool(Scene& scene, const Tree& tree, const SourceLocation& last, const std::vector<std::string>& moving,
                Diagnostics& diagnostics) {
   const Tree* tool = tree.value("tool");
   if (tool == nullptr) {
@@ -210,7 +210,7 @@ Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnos
   const Tree* bodies = tree.value("bodies");
   if (bodies == nullptr || !expect_map(*bodies, "scene.bodies", "a map of bodies", diagnostics)) return scene;
   std::vector<std::string> moving;
-  Place last;
+  SourceLocation last;
   for (const TreeEntry& entry : bodies->entries) {
     const std::string path = "scene.bodies." + entry.key;
     check_name(entry, path, diagnostics);

@@ -2,6 +2,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "framework/graph/format.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/node/registry.hpp"
@@ -238,7 +239,8 @@ std::string graph_schema(Registry& registry) {
 
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Tactor graph"}};
   schema.update(
-      closed({{"title", {{"type", "string"}}},
+      closed({{"format", {{"const", file_format}}},
+              {"title", {{"type", "string"}}},
               {"extends", {{"type", {"string", "array"}}, {"items", {{"type", "string"}}}, {"minItems", 1}}},
               {"clock", {{"enum", {"virtual", "real"}}}},
               {"duration", above_zero("s")},

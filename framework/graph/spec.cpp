@@ -1,4 +1,5 @@
 #include "framework/graph/spec.hpp"
+#include "framework/graph/format.hpp"
 
 #include <algorithm>
 #include <set>
@@ -70,7 +71,14 @@ void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path
                  Diagnostics& diagnostics) {
   std::vector<std::string> keys(node_keys.begin(), node_keys.end());
   for (const ParamInfo& param : node.info->params) keys.push_back(param.name);
-  check_keys(entry.value, path, "parameter of " + node.info->type, keys, diagnostics);
+  Tree given = entry.value;
+  for (const ParamInfo& param : node.info->params) {
+    const TreeEntry* old = param.former.empty() ? nullptr : given.find(param.former);
+    if (old == nullptr) continue;
+    diagnostics.error(old->place, path + "." + old->key + renamed_text(param.name, old->place));
+    std::erase_if(given.entries, [&](const TreeEntry& e) { return e.key == param.former; });
+  }
+  check_keys(given, path, "parameter of " + node.info->type, keys, diagnostics);
   for (std::size_t i = 0; i < node.info->params.size(); ++i) {
     ParamInfo param = node.info->params[i];
     if (i == node.info->rate_parameter) {
@@ -91,7 +99,8 @@ void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path
 }
 
 /// Where the values of a map were written, by their paths below `path`; a map by its key.
-void collect_places(const Tree& map, const std::string& path, std::map<std::string, Place, std::less<>>& places) {
+void collect_places(const Tree& map, const std::string& path,
+                    std::map<std::string, SourceLocation, std::less<>>& places) {
   for (const TreeEntry& entry : map.entries) {
     const std::string below = path.empty() ? entry.key : path + "." + entry.key;
     places[below] = entry.value.is_map() || entry.value.is_null() ? entry.place : entry.value.place;
@@ -132,7 +141,7 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
 
 }  // namespace
 
-Place GraphSpec::place_of(std::string_view path) const {
+SourceLocation GraphSpec::place_of(std::string_view path) const {
   if (places != nullptr) {
     while (!path.empty()) {
       if (const auto found = places->find(path); found != places->end()) return found->second;
@@ -168,12 +177,12 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   std::error_code ignored;
   spec.file = fs::absolute(file, ignored).lexically_normal();
   spec.name = graph_name(file);
-  std::map<std::string, Place, std::less<>> places;
+  std::map<std::string, SourceLocation, std::less<>> places;
   collect_places(*tree, "", places);
-  spec.places = std::make_shared<const std::map<std::string, Place, std::less<>>>(std::move(places));
+  spec.places = std::make_shared<const std::map<std::string, SourceLocation, std::less<>>>(std::move(places));
   const FileFinder files(file.parent_path(), mesh_folders);
   check_keys(*tree, "", "key",
-             {"title", "extends", "clock", "duration", "seed", "live", "scene", "nodes", "edges", "record"},
+             {"format", "title", "extends", "clock", "duration", "seed", "live", "scene", "nodes", "edges", "record"},
              diagnostics);
   if (const Tree* title = tree->value("title")) {
     spec.title = read_text(*title, "title", diagnostics).value_or("");

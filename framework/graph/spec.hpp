@@ -52,7 +52,7 @@ struct NodeSpec {
   std::vector<ParamValue> params;  ///< in the order of info->params, complete
   CostModel cost;
   Scheduling scheduling;  ///< complete: what the graph says over default_scheduling(*info)
-  Place place;
+  SourceLocation place;
 };
 
 /// How nodes of a type are scheduled where their graph says nothing: in the lane of the type; `realtime` with policy
@@ -66,7 +66,7 @@ struct EdgeSpec {
   Queue queue;
   bool queue_is_default = true;  ///< the graph named none
   Duration delay;                ///< added between becoming visible and arriving
-  Place place;
+  SourceLocation place;
   [[nodiscard]] std::string name() const { return from_node + "." + from_port + " -> " + to_node + "." + to_port; }
 };
 
@@ -85,10 +85,10 @@ struct GraphSpec {
   std::vector<std::string> record;  ///< outputs to record, `node.port`
   /// Where each value was written, by its path (`scene.bodies.tool.mesh`, `nodes.device.rate`); null in a graph that no
   /// file made.
-  std::shared_ptr<const std::map<std::string, Place, std::less<>>> places;
+  std::shared_ptr<const std::map<std::string, SourceLocation, std::less<>>> places;
 
   /// Where the value of that path was written, or the nearest above it that was.
-  [[nodiscard]] Place place_of(std::string_view path) const;
+  [[nodiscard]] SourceLocation place_of(std::string_view path) const;
   [[nodiscard]] const NodeSpec* node(std::string_view name) const;
 };
 

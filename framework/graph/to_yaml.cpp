@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdio>
 
+#include "framework/graph/format.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/spec.hpp"
 #include "framework/graph/texts.hpp"
@@ -232,7 +233,7 @@ std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::st
 }
 
 std::string to_yaml(const GraphSpec& spec) {
-  std::string text;
+  std::string text = "format: " + std::to_string(file_format) + "\n";
   if (!spec.title.empty()) text += "title: " + quote(spec.title) + "\n";
   text += std::string("clock: ") + (spec.clock == Clock::real ? "real" : "virtual") + "\n";
   text += "duration: " + seconds(spec.duration) + "\n";

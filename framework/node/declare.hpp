@@ -217,6 +217,20 @@ class Declare {
     return *this;
   }
 
+  /// The parameters and ports `name` were called `before`: a graph that says so is told, and `tactor migrate` rewrites
+  /// it.
+  Declare& formerly(std::string_view name, const std::string& before) {
+    const auto note = [&](auto& list) {
+      for (auto& one : list) {
+        if (one.name == name) one.former = before;
+      }
+    };
+    note(info_.params);
+    note(info_.inputs);
+    note(info_.outputs);
+    return *this;
+  }
+
   /// A real number, or a Duration (in s) where the member is one.
   template <class M>
   requires std::same_as<M, double> || std::same_as<M, Duration> Declare& real(std::string name, M P::*member,

@@ -76,6 +76,7 @@ struct ParamInfo {
   std::vector<ColumnInfo> columns;
   std::size_t size = 0;
   std::string doc;                         ///< one line
+  std::string former;                      ///< what it was called before; empty: always so
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
   std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
   /// Why the node does not read it, given the values of all its parameters, or empty where it does; null: it always
@@ -111,6 +112,7 @@ struct InputInfo {
   std::function<std::string(const Scene&)> needed{};
   /// A kind of messages (see OutputInfo) that the input does not take, and what to do instead.
   std::string refused_kind{}, refused_why{};
+  std::string former{};  ///< what it was called before; empty: always so
 };
 
 struct OutputInfo {
@@ -120,6 +122,7 @@ struct OutputInfo {
   std::function<OutputBase&(Node&)> access;
   /// What all its messages are beside their type, where some inputs do not take that; a word such as `massless`.
   std::string kind{};
+  std::string former{};  ///< what it was called before; empty: always so
 };
 
 /// The keys that every node of a graph may have; no parameter has such a name.

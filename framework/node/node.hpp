@@ -70,13 +70,13 @@ struct Series {
   std::vector<double> value;
 };
 
-/// What nodes have to say after a run: figures under dotted names, and curves.
+/// What nodes have to say after a run: metrics under dotted names, and curves.
 class Report {
  public:
-  /// What follows is said by this node. A figure or curve that another node has set already gets the node's name in
+  /// What follows is said by this node. A metric or curve that another node has set already gets the node's name in
   /// front.
   void begin(std::string node) { node_ = std::move(node); }
-  /// Sets a figure. The name carries the unit (`delivered.force.rms_error_N`); no name is the beginning of another.
+  /// Sets a metric. The name carries the unit (`delivered.force.rms_error_N`); no name is the beginning of another.
   void set(std::string_view name, double value) {
     const auto owner = owners_.try_emplace(std::string(name), node_).first;
     if (owner->second.empty()) owner->second = node_;
@@ -94,20 +94,20 @@ class Report {
   void remark(std::string text) { remarks_.push_back(std::move(text)); }
 
   [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }
-  [[nodiscard]] const std::vector<std::pair<std::string, double>>& figures() const { return figures_; }
+  [[nodiscard]] const std::vector<std::pair<std::string, double>>& metrics() const { return metrics_; }
   [[nodiscard]] const std::vector<Series>& series() const { return series_; }
 
  private:
   double& slot(std::string_view name) {
-    for (auto& [key, value] : figures_) {
+    for (auto& [key, value] : metrics_) {
       if (key == name) return value;
     }
-    return figures_.emplace_back(name, 0.0).second;
+    return metrics_.emplace_back(name, 0.0).second;
   }
 
   std::string node_;
-  std::map<std::string, std::string> owners_;  // figure -> the node that set it
-  std::vector<std::pair<std::string, double>> figures_;
+  std::map<std::string, std::string> owners_;  // metric -> the node that set it
+  std::vector<std::pair<std::string, double>> metrics_;
   std::vector<Series> series_;
   std::vector<std::string> remarks_;
 };

@@ -1,4 +1,4 @@
-// Counts the calls of the heap that each thread makes, so that "no allocation in the loop" is a figure and not a hope.
+// Counts the calls of the heap that each thread makes, so that "no allocation in the loop" is a metric and not a hope.
 #pragma once
 
 #include <cstdint>

@@ -72,23 +72,23 @@ LoopTrial try_loop(const ThreadSettings& settings, double rate, Duration length,
   LoopTrial trial{.granted = grant.granted, .nice = grant.nice, .beside_load = beside_load};
   MonotonicClock::sleep_until(origin + length);
   if (!loop.stop(Duration{5'000'000'000})) throw RunError("a loop that does nothing did not end within 5 s");
-  const LoopFigures& figures = loop.figures();
-  trial.ticks = figures.ended.value();
-  trial.missed = figures.missed.value();
-  trial.page_faults = figures.page_faults.value();
-  trial.p50 = figures.wake_latency.quantile(0.5);
-  trial.p99 = figures.wake_latency.quantile(0.99);
-  trial.max = figures.wake_latency.max();
+  const LoopStatistics& metrics = loop.metrics();
+  trial.ticks = metrics.ended.value();
+  trial.missed = metrics.missed.value();
+  trial.page_faults = metrics.page_faults.value();
+  trial.p50 = metrics.wake_latency.quantile(0.5);
+  trial.p99 = metrics.wake_latency.quantile(0.99);
+  trial.max = metrics.wake_latency.max();
   return trial;
 }
 
 Duration measure_bookkeeping() {
   constexpr std::int64_t ticks = 100'000;
-  const auto figures = std::make_unique<LoopFigures>();
+  const auto metrics = std::make_unique<LoopStatistics>();
   HurriedClock clock;
   std::atomic<bool> stop{false};
   const Instant begin = MonotonicClock::now();
-  run_ticks(clock, TickSchedule(1000), clock.now(), 0, stop, *figures, [&](const Tick& tick) {
+  run_ticks(clock, TickSchedule(1000), clock.now(), 0, stop, *metrics, [&](const Tick& tick) {
     if (tick.number >= ticks) stop.store(true, std::memory_order_relaxed);
   });
   return {(MonotonicClock::now() - begin).ns / ticks};

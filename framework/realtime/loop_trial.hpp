@@ -23,7 +23,7 @@ struct LoopTrial {
 /// Runs a loop at `rate` Hz for `length`, with the memory locked where that is allowed.
 LoopTrial try_loop(const ThreadSettings& settings, double rate, Duration length, bool beside_load);
 
-/// What the loop itself costs per tick: reading the clock twice and keeping the figures, without sleeping. The
+/// What the loop itself costs per tick: reading the clock twice and keeping the metrics, without sleeping. The
 /// mean of 100,000 ticks.
 Duration measure_bookkeeping();
 

@@ -21,7 +21,7 @@ std::optional<Refusal> memory_lock_refusal() {
   const std::uint64_t limit = raised_limit(RLIMIT_MEMLOCK);
   if (limit == RLIM_INFINITY) return std::nullopt;
   return Refusal{what, "the limit memlock is " + std::to_string(limit / 1024) + " KiB and CAP_IPC_LOCK is missing",
-                 privilege_mend(Capability::ipc_lock, "memlock", "unlimited")};
+                 privilege_remedy(Capability::ipc_lock, "memlock", "unlimited")};
 }
 
 MemoryLock::MemoryLock() : refused_(memory_lock_refusal()) {

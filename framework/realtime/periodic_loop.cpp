@@ -61,7 +61,7 @@ struct PeriodicLoop::Shared {
   Instant origin;
   ThreadGrant grant;
   std::exception_ptr failure;  ///< read by others after `ended` alone
-  LoopFigures figures;
+  LoopStatistics metrics;
   pthread_t thread{};
   bool joinable = false;
   std::atomic<bool> stop{false};
@@ -75,7 +75,7 @@ void PeriodicLoop::Shared::run() {
   phase.notify_all();
   MonotonicClock clock;
   try {
-    run_ticks(clock, schedule, origin, settings.warm_up_ticks, stop, figures, body);
+    run_ticks(clock, schedule, origin, settings.warm_up_ticks, stop, metrics, body);
   } catch (...) {
     failure = std::current_exception();
   }
@@ -140,8 +140,8 @@ std::exception_ptr PeriodicLoop::failure() const noexcept {
   return shared_->phase.load(std::memory_order_acquire) == LoopPhase::ended ? shared_->failure : nullptr;
 }
 
-const LoopFigures& PeriodicLoop::figures() const noexcept {
-  return shared_->figures;
+const LoopStatistics& PeriodicLoop::metrics() const noexcept {
+  return shared_->metrics;
 }
 
 }  // namespace tactor

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "framework/core/scheduling.hpp"
-#include "framework/realtime/loop_figures.hpp"
+#include "framework/realtime/loop_statistics.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/realtime/thread_policy.hpp"
 #include "framework/realtime/tick_loop.hpp"
@@ -28,7 +28,7 @@ struct LoopSettings {
 /// Calls a body at `origin` + k / rate on a thread of its own: see run_ticks for what happens when it is late.
 ///
 /// The thread holds no lock and allocates nothing between two ticks. The body must not either, nor may it throw: what
-/// it throws ends the loop and is kept. One loop starts once; all members but `figures` and the flags belong to one
+/// it throws ends the loop and is kept. One loop starts once; all members but `metrics` and the flags belong to one
 /// thread.
 class PeriodicLoop {
  public:
@@ -53,7 +53,7 @@ class PeriodicLoop {
   [[nodiscard]] bool running() const noexcept;
   /// What the body threw; null where it has not. Any thread may ask.
   [[nodiscard]] std::exception_ptr failure() const noexcept;
-  [[nodiscard]] const LoopFigures& figures() const noexcept;
+  [[nodiscard]] const LoopStatistics& metrics() const noexcept;
 
  private:
   struct Shared;

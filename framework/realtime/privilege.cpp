@@ -28,7 +28,7 @@ std::string user_name() {
 
 std::string describe(const Refusal& refusal) {
   std::string text = refusal.what + " refused: " + refusal.why;
-  if (!refusal.mend.empty()) text += "; to mend: " + refusal.mend;
+  if (!refusal.remedy.empty()) text += "; to fix it: " + refusal.remedy;
   return text;
 }
 
@@ -56,7 +56,7 @@ int least_nice() {
   return std::min(getpriority(PRIO_PROCESS, 0), 20 - limit);
 }
 
-std::string privilege_mend(Capability capability, std::string_view item, std::string_view value) {
+std::string privilege_remedy(Capability capability, std::string_view item, std::string_view value) {
   if (geteuid() == 0) {
     // The limits of a container are numbers: -1 for no limit, and 20 less the niceness.
     const std::string limit = std::string(item) + (item == "memlock" ? "=-1"

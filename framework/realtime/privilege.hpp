@@ -1,4 +1,4 @@
-// What the operating system may refuse to a real-time program, why, and the line that mends it.
+// What the operating system may refuse to a real-time program, why, and the line that repairs it.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@ namespace tactor {
 
 /// Something that was asked of the operating system and not given.
 struct Refusal {
-  std::string what;  ///< what was asked: `SCHED_FIFO at priority 80`
-  std::string why;   ///< what stands in the way
-  std::string mend;  ///< a command to copy, `#` before what it does not do; empty where nothing is known to help
+  std::string what;    ///< what was asked: `SCHED_FIFO at priority 80`
+  std::string why;     ///< what stands in the way
+  std::string remedy;  ///< a command to copy, `#` before what it does not do; empty where nothing is known to help
 
   bool operator==(const Refusal&) const = default;
 };
 
-/// One line: what, why and the mend.
+/// One line: what, why and the remedy.
 std::string describe(const Refusal& refusal);
 
 /// A privilege of the kernel that a process may hold.
@@ -37,9 +37,9 @@ std::uint64_t raised_limit(int resource);
 /// The lowest niceness that the calling thread may take, -20 to 19; its own where it may take none lower.
 int least_nice();
 
-/// The mend for a missing capability: the limits.d line `item value` for this user; for root, who lacks it only inside
-/// a container, the option that starts the container with it.
-std::string privilege_mend(Capability capability, std::string_view item, std::string_view value);
+/// The remedy for a missing capability: the limits.d line `item value` for this user; for root, who lacks it only
+/// inside a container, the option that starts the container with it.
+std::string privilege_remedy(Capability capability, std::string_view item, std::string_view value);
 
 /// The real-time budget of the cpu cgroup that this process is in, as cgroups of version 1 have it.
 struct CgroupRealtime {

@@ -50,7 +50,7 @@ struct SafetyOutput {
   SafetyState safety;
 };
 
-/// The name of a cause or a state, as figures and texts spell it.
+/// The name of a cause or a state, as metrics and texts spell it.
 std::string_view name_of(SafetyCause cause);
 std::string_view name_of(Engagement engagement);
 

@@ -16,7 +16,7 @@ Finding judge_fifo(const SystemFacts& facts) {
           Grade::degraded,
           "refused: " + facts.fifo_refused->why,
           "Every other program may run before the loop: on a busy machine it wakes milliseconds late.",
-          facts.fifo_refused->mend};
+          facts.fifo_refused->remedy};
 }
 
 Finding judge_memory_lock(const SystemFacts& facts) {
@@ -26,7 +26,7 @@ Finding judge_memory_lock(const SystemFacts& facts) {
           Grade::degraded,
           "refused: " + facts.memory_lock_refused->why,
           "When memory runs short the kernel takes pages back, and the loop waits for the disk.",
-          facts.memory_lock_refused->mend};
+          facts.memory_lock_refused->remedy};
 }
 
 Finding judge_nice(const SystemFacts& facts) {
@@ -39,7 +39,7 @@ Finding judge_nice(const SystemFacts& facts) {
           Grade::degraded,
           found,
           "Without SCHED_FIFO the loop goes no more before other programs than they before it.",
-          privilege_mend(Capability::sys_nice, "nice", "-20")};
+          privilege_remedy(Capability::sys_nice, "nice", "-20")};
 }
 
 Finding judge_cores(const SystemFacts& facts) {
@@ -48,7 +48,7 @@ Finding judge_cores(const SystemFacts& facts) {
   if (facts.cores < 2) {
     finding.grade = Grade::degraded;
     finding.cost = "The loop interrupts the physics on the only core, and waits for what the kernel does there.";
-    finding.mend = "give the machine, the container (--cpus) or the process (taskset) two cores";
+    finding.remedy = "give the machine, the container (--cpus) or the process (taskset) two cores";
   }
   return finding;
 }
@@ -77,14 +77,14 @@ Finding judge_preemption(const SystemFacts& facts) {
       finding.found = "switchable, and the mode is not shown to this user";
       finding.grade = Grade::degraded;
       finding.cost = "Unknown: if it is none, a long system call of another program holds the loop up.";
-      finding.mend = "boot with preempt=full";
+      finding.remedy = "boot with preempt=full";
       return finding;
   }
   finding.grade = Grade::degraded;
   finding.cost =
       "A long system call of another program holds the loop up until it returns: rare delays of milliseconds.";
   const bool switchable = facts.kernel.find("PREEMPT_DYNAMIC") != std::string::npos;
-  finding.mend = switchable ? into_full : "sudo apt install linux-image-rt-amd64 # then start that kernel";
+  finding.remedy = switchable ? into_full : "sudo apt install linux-image-rt-amd64 # then start that kernel";
   return finding;
 }
 
@@ -96,7 +96,7 @@ Finding judge_governor(const SystemFacts& facts) {
   if (facts.governors == std::vector<std::string>{"performance"}) return finding;
   finding.grade = Grade::degraded;
   finding.cost = "A core that mostly waits is clocked down, and each tick computes at the low frequency.";
-  finding.mend = "sudo cpupower frequency-set -g performance";
+  finding.remedy = "sudo cpupower frequency-set -g performance";
   return finding;
 }
 
@@ -137,7 +137,7 @@ Finding judge_rt_throttling(const SystemFacts& facts) {
   if (share >= 90) return finding;
   finding.grade = share > 0 ? Grade::degraded : Grade::bad;
   finding.cost = "Real-time threads that use more than that are stopped for the rest of each period.";
-  finding.mend = "sudo sysctl -w kernel.sched_rt_runtime_us=" + std::to_string(facts.rt_period_us * 95 / 100);
+  finding.remedy = "sudo sysctl -w kernel.sched_rt_runtime_us=" + std::to_string(facts.rt_period_us * 95 / 100);
   return finding;
 }
 
@@ -149,7 +149,7 @@ Finding judge_cgroup(const SystemFacts& facts) {
   finding.grade = Grade::degraded;
   finding.found = "the control group has none";
   finding.cost = "No thread in the group may be SCHED_FIFO, not even root's.";
-  finding.mend = "echo 950000 | sudo tee " + facts.cgroup->file.string();
+  finding.remedy = "echo 950000 | sudo tee " + facts.cgroup->file.string();
   return finding;
 }
 
@@ -171,7 +171,7 @@ Finding judge_clock_source(const SystemFacts& facts) {
     return finding;
   finding.grade = Grade::degraded;
   finding.cost = "Each look at the clock is a system call of about a microsecond; a tick looks twice.";
-  finding.mend = "boot with tsc=reliable, if the processor's counter is constant (grep constant_tsc /proc/cpuinfo)";
+  finding.remedy = "boot with tsc=reliable, if the processor's counter is constant (grep constant_tsc /proc/cpuinfo)";
   return finding;
 }
 

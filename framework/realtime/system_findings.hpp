@@ -1,4 +1,4 @@
-// Judges the facts of a machine: what is good for a real-time loop, what is not, what that costs, and the mend.
+// Judges the facts of a machine: what is good for a real-time loop, what is not, what that costs, and the remedy.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,9 @@ struct Finding {
   std::string id;     ///< for programs: `fifo`, `memory_lock`
   std::string title;  ///< for people, at most 16 characters
   Grade grade = Grade::ok;
-  std::string found;  ///< what there is
-  std::string cost;   ///< what it costs, or empty
-  std::string mend;   ///< as Refusal::mend; empty where it is ok
+  std::string found;   ///< what there is
+  std::string cost;    ///< what it costs, or empty
+  std::string remedy;  ///< as Refusal::remedy; empty where it is ok
 };
 
 /// The findings, always the same ids in the same order.

@@ -35,13 +35,13 @@ Refusal policy_refusal(const ThreadSettings& settings, std::uint64_t limit, int 
       has_capability(Capability::sys_nice) || limit >= static_cast<std::uint64_t>(std::max(settings.priority, 0));
   if (!allowed) {
     refusal.why = "the limit rtprio is " + std::to_string(limit) + " and CAP_SYS_NICE is missing";
-    refusal.mend = privilege_mend(Capability::sys_nice, "rtprio", "95");
+    refusal.remedy = privilege_remedy(Capability::sys_nice, "rtprio", "95");
     return refusal;
   }
   const std::optional<CgroupRealtime> group = cgroup_realtime();
   if (group && group->runtime_us == 0) {
     refusal.why = "the control group of this process has no real-time budget";
-    refusal.mend = "echo 950000 | sudo tee " + group->file.string();
+    refusal.remedy = "echo 950000 | sudo tee " + group->file.string();
     return refusal;
   }
   refusal.why = std::strerror(error);

@@ -1,4 +1,4 @@
-// The loop itself: wakes at absolute deadlines, skips what it missed, calls the body, keeps the figures.
+// The loop itself: wakes at absolute deadlines, skips what it missed, calls the body, keeps the metrics.
 #pragma once
 
 #include <sys/resource.h>
@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "framework/realtime/allocation_watch.hpp"
-#include "framework/realtime/loop_figures.hpp"
+#include "framework/realtime/loop_statistics.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/realtime/tick_schedule.hpp"
 
@@ -64,13 +64,13 @@ class ElapsedTime {
 /// and `page_faults`: code and thread-local storage are loaded the first time they are used.
 template <class Clock, class Body>
 void run_ticks(Clock& clock, const TickSchedule& schedule, Instant origin, std::int64_t warm_up,
-               const std::atomic<bool>& stop, LoopFigures& figures, Body&& body) {
+               const std::atomic<bool>& stop, LoopStatistics& metrics, Body&& body) {
   constexpr Duration longest_sleep{50'000'000};
   const auto fault_check = std::max<std::int64_t>(1, static_cast<std::int64_t>(schedule.rate() / 10));
-  ElapsedTime elapsed(clock, origin, figures.clock_steps);
+  ElapsedTime elapsed(clock, origin, metrics.clock_steps);
   std::int64_t heap_calls_before = thread_heap_calls();
   std::int64_t page_faults_before = thread_page_faults();
-  const auto count_page_faults = [&] { figures.page_faults.set(thread_page_faults() - page_faults_before); };
+  const auto count_page_faults = [&] { metrics.page_faults.set(thread_page_faults() - page_faults_before); };
 
   Time now = elapsed.now();
   std::int64_t last = -1;
@@ -83,25 +83,25 @@ void run_ticks(Clock& clock, const TickSchedule& schedule, Instant origin, std::
       now = elapsed.now();
     }
     if (stop.load(std::memory_order_acquire)) break;
-    figures.wake_latency.record(now - deadline);
+    metrics.wake_latency.record(now - deadline);
 
     const std::int64_t tick = schedule.last_due(now);
-    figures.missed.add(tick - last - 1);
-    figures.begun.add(1);
+    metrics.missed.add(tick - last - 1);
+    metrics.begun.add(1);
     last = tick;
     body(Tick{tick, schedule.deadline(tick)});
     const Time woke = now;
     now = elapsed.now();
-    figures.body_time.record(now - woke);
-    figures.body_ns.add((now - woke).ns);
-    figures.ended.add(1);
+    metrics.body_time.record(now - woke);
+    metrics.body_ns.add((now - woke).ns);
+    metrics.ended.add(1);
 
-    const std::int64_t ended = figures.ended.value();
+    const std::int64_t ended = metrics.ended.value();
     if (ended <= warm_up) {
       heap_calls_before = thread_heap_calls();
       page_faults_before = thread_page_faults();
     } else {
-      figures.heap_calls.set(thread_heap_calls() - heap_calls_before);
+      metrics.heap_calls.set(thread_heap_calls() - heap_calls_before);
       if (ended % fault_check == 0) count_page_faults();
     }
   }

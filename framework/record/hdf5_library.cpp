@@ -15,7 +15,7 @@ constexpr RecordLibrary library{
     .open = [](const std::filesystem::path& path) -> std::unique_ptr<RecordingReader> {
       return std::make_unique<Hdf5Reader>(path);
     },
-    .mend = mend_recording,
+    .repair = repair_recording,
     .write_table = write_hdf5_table,
 };
 

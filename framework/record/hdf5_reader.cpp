@@ -174,12 +174,13 @@ void Hdf5Reader::read(std::size_t stream, std::uint64_t first, std::uint64_t cou
   }
 }
 
-void mend_recording(const fs::path& path) {
+void repair_recording(const fs::path& path) {
   // Reading it first keeps this away from files that are no recordings.
   { const Hdf5Reader reader(path); }
   if (!marked_as_being_written(path)) return;
   const int lock = lock_recording(path);
-  if (lock < 0) throw InputError("cannot mend " + path.string() + ": it is not writable, or a run is still writing it");
+  if (lock < 0)
+    throw InputError("cannot repair " + path.string() + ": it is not writable, or a run is still writing it");
   // The property that HDF5's own h5clear sets.
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   const hbool_t clear = true;
@@ -188,10 +189,10 @@ void mend_recording(const fs::path& path) {
   const bool opened = static_cast<bool>(file);
   // A writer killed amid a flush leaves a length in the superblock that is older than the data, and closing cuts the
   // file to it.
-  const bool mended = opened && H5Fincrement_filesize(file.get(), 0) >= 0 && file.reset();
-  const std::string why = mended ? std::string() : hdf5_error();
+  const bool repaired = opened && H5Fincrement_filesize(file.get(), 0) >= 0 && file.reset();
+  const std::string why = repaired ? std::string() : hdf5_error();
   ::close(lock);
-  if (!mended) throw InputError("cannot mend " + path.string() + ": " + why);
+  if (!repaired) throw InputError("cannot repair " + path.string() + ": " + why);
 }
 
 }  // namespace tactor

@@ -32,7 +32,7 @@ class Hdf5Reader final : public RecordingReader {
   std::vector<std::byte> records_;
 };
 
-/// `RecordLibrary::mend`.
-void mend_recording(const std::filesystem::path& path);
+/// `RecordLibrary::repair`.
+void repair_recording(const std::filesystem::path& path);
 
 }  // namespace tactor

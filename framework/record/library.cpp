@@ -1,12 +1,12 @@
 // Finds and loads the recording library, so that a run without recordings never loads HDF5.
 #include "framework/core/check.hpp"
-#include "framework/node/own_library.hpp"
+#include "framework/node/plugin.hpp"
 #include "framework/record/recorder.hpp"
 
 namespace tactor {
 
 const RecordLibrary& load_record_library() {
-  static const RecordLibrary& library = load_own_library<RecordLibrary>(
+  static const RecordLibrary& library = load_plugin<RecordLibrary>(
       "libtactor_record.so", "tactor_record_library", TACTOR_RECORD_ABI,
       "this build has no HDF5, so it can neither record nor replay .h5 files (configure with -DTACTOR_WITH_HDF5=ON, or "
       "leave the recording out of the graph)");

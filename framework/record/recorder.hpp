@@ -74,7 +74,7 @@ struct RecordLibrary {
   std::unique_ptr<RecordingReader> (*open)(const std::filesystem::path& path);
   /// Clears the marks that a killed run leaves in its file and that keep other HDF5 programs from opening it plainly.
   /// Throws InputError where a run is still writing it.
-  void (*mend)(const std::filesystem::path& path);
+  void (*repair)(const std::filesystem::path& path);
   /// Writes a table; one that was there is replaced. Throws RunError where the disk refuses.
   void (*write_table)(const std::filesystem::path& path, const TableFile& table);
 };

@@ -11,7 +11,7 @@
 namespace tactor {
 
 /// A place in a file; line and column count from 1. A line of 0 means the file as a whole (or the command line).
-struct Place {
+struct SourceLocation {
   std::string file;
   int line = 0;
   int column = 0;
@@ -20,7 +20,7 @@ struct Place {
 
 /// One error.
 struct Diagnostic {
-  Place place;
+  SourceLocation place;
   std::string message;
 };
 
@@ -38,7 +38,7 @@ class YamlError : public InputError {
 /// Collects errors of a load.
 class Diagnostics {
  public:
-  void error(const Place& place, std::string message) { list_.push_back({place, std::move(message)}); }
+  void error(const SourceLocation& place, std::string message) { list_.push_back({place, std::move(message)}); }
   /// Takes over the errors of another file.
   void add(const YamlError& error) {
     list_.insert(list_.end(), error.diagnostics().begin(), error.diagnostics().end());

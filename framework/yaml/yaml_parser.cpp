@@ -89,13 +89,13 @@ class TreeBuilder final : public YAML::EventHandler {
     bool has_key = false;
     bool duplicate = false;
     std::string key;
-    Place key_place;
+    SourceLocation key_place;
     std::unordered_map<std::string, int> lines;  // of the keys so far
   };
 
-  [[nodiscard]] Place place(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1}; }
+  [[nodiscard]] SourceLocation place(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1}; }
 
-  [[noreturn]] void fail(const Place& where, std::string message) {
+  [[noreturn]] void fail(const SourceLocation& where, std::string message) {
     diagnostics_.error(where, std::move(message));
     throw Stop{};
   }
@@ -232,7 +232,7 @@ int tab_in_indentation(const std::string& text, int line) {
 
 // Refuses what no text file holds, before the parser sees it.
 bool check_characters(const std::string& text, const std::string& file, Diagnostics& diagnostics) {
-  Place place{file, 1, 1};
+  SourceLocation place{file, 1, 1};
   for (std::size_t i = 0; i < text.size();) {
     const auto byte = static_cast<unsigned char>(text[i]);
     if (byte < 0x80) {
@@ -291,7 +291,8 @@ std::optional<Tree> parse_yaml(const std::string& text, const std::string& file,
     return std::nullopt;
   } catch (const YAML::Exception& e) {
     const bool placed = e.mark.line >= 0 && e.mark.column >= 0;
-    Place place = placed ? Place{file, e.mark.line + 1, e.mark.column + 1} : Place{file, 0, 0};
+    SourceLocation place =
+        placed ? SourceLocation{file, e.mark.line + 1, e.mark.column + 1} : SourceLocation{file, 0, 0};
     std::string message = plain_message(e.msg);
     if (const int tab = tab_in_indentation(text, place.line); tab > 0) {
       place.column = tab;

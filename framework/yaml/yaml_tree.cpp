@@ -44,7 +44,7 @@ std::string describe(const Tree& tree) {
   return tree.quoted || text.empty() ? "\"" + text + "\"" : text;
 }
 
-void set_places(Tree& tree, const Place& place) {
+void set_places(Tree& tree, const SourceLocation& place) {
   tree.place = place;
   for (Tree& item : tree.items) set_places(item, place);
   for (TreeEntry& entry : tree.entries) {
@@ -55,7 +55,7 @@ void set_places(Tree& tree, const Place& place) {
 
 std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, const YamlFileKind& kind,
                               Diagnostics& diagnostics) {
-  const Place whole{name, 0, 0};
+  const SourceLocation whole{name, 0, 0};
   InputFile input = open_input(file);
   std::string text;
   if (!input.file || !input.read(text, max_yaml_bytes)) {

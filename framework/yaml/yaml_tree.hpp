@@ -18,7 +18,7 @@ struct TreeEntry;
 struct Tree {
   enum class Kind : std::uint8_t { null, scalar, sequence, map };
   Kind kind = Kind::null;
-  Place place;
+  SourceLocation place;
   std::string text;                ///< of a scalar, without quotes
   bool quoted = false;             ///< of a scalar
   std::vector<Tree> items;         ///< of a sequence
@@ -38,7 +38,7 @@ struct Tree {
 /// A key and its value.
 struct TreeEntry {
   std::string key;
-  Place place;
+  SourceLocation place;
   Tree value;
 };
 
@@ -46,7 +46,7 @@ struct TreeEntry {
 std::string describe(const Tree& tree);
 
 /// Sets every place of the tree to `place`.
-void set_places(Tree& tree, const Place& place);
+void set_places(Tree& tree, const SourceLocation& place);
 
 /// Bounds on what a file may be; beyond them nothing sensible is meant.
 inline constexpr std::uintmax_t max_yaml_bytes = std::uintmax_t{1} << 20;

@@ -18,26 +18,26 @@ void check_bounds(const char* low_name, double low, const char* high_name, doubl
   }
 }
 
-CouplingLaw law_for(const AdaptiveCoupling::Params& p, const NodeContext& context) {
+CouplingParameters parameters_for(const AdaptiveCoupling::Params& p, const NodeContext& context) {
   const Body* tool = context.scene->tool();
   if (tool == nullptr) throw InputError("coupling.adaptive needs a moving body in the scene");
   check_bounds("k_min", p.k_min, "k_device", p.k_device);
   check_bounds("k_r_min", p.k_r_min, "k_r_device", p.k_r_device);
-  CouplingLaw law{.force_max = p.force_max, .torque_max = p.torque_max};
-  law.k_t = std::clamp(p.k_0 * std::pow(tool->mass / p.m_0, p.a), p.k_min, p.k_device);
-  law.b_t = damping_of(law.k_t, tool->mass, p.zeta);
+  CouplingParameters parameters{.force_max = p.force_max, .torque_max = p.torque_max};
+  parameters.k_t = std::clamp(p.k_0 * std::pow(tool->mass / p.m_0, p.a), p.k_min, p.k_device);
+  parameters.b_t = damping_of(parameters.k_t, tool->mass, p.zeta);
   if (context.torque) {
     const double inertia = body_inertia(*tool, context.notes).trace() / 3;
-    law.k_r = std::clamp(p.k_r0 * std::pow(inertia / p.I_0, p.a), p.k_r_min, p.k_r_device);
-    law.b_r = damping_of(law.k_r, inertia, p.zeta);
+    parameters.k_r = std::clamp(p.k_r0 * std::pow(inertia / p.I_0, p.a), p.k_r_min, p.k_r_device);
+    parameters.b_r = damping_of(parameters.k_r, inertia, p.zeta);
   }
-  return law;
+  return parameters;
 }
 
 }  // namespace
 
 AdaptiveCoupling::AdaptiveCoupling(const Params& params, const NodeContext& context)
-    : CouplingNode(law_for(params, context), context.torque) {}
+    : CouplingNode(parameters_for(params, context), context.torque) {}
 
 NodeInfo AdaptiveCoupling::declare() {
   Declare<AdaptiveCoupling> d("coupling.adaptive", "A spring whose stiffness follows the tool's mass and inertia.");

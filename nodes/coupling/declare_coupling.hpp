@@ -4,7 +4,7 @@
 #include <string>
 
 #include "framework/node/declare.hpp"
-#include "nodes/coupling/law.hpp"
+#include "nodes/coupling/coupling_node.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
@@ -19,12 +19,14 @@ void declare_coupling(Declare<N>& declaration) {
           "state", &N::state,
           {.doc = "tool and handle at one instant; a force is sent for each", .trigger = Trigger::yes})
       .template output<Wrench>("force", &N::force, "wrench on the device about its handle, limited by norm")
-      .template output<CouplingLaw>("law", &N::law, "the spring and damper, sent once at the start")
+      .template output<CouplingParameters>("parameters", &N::parameters,
+                                           "the spring and damper, sent once at the start")
       .template real<double>("force_max", &P::force_max,
                              {.doc = "largest force on the device, by norm", .unit = "N", .default_value = 8, .min = 0})
       .template real<double>(
           "torque_max", &P::torque_max,
           {.doc = "largest torque on the device, by norm", .unit = "N m", .default_value = 0.3, .min = 0})
+      .formerly("parameters", "law")
       .unneeded(nothing_moves);
 }
 

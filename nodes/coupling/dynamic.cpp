@@ -7,22 +7,22 @@ namespace tactor {
 
 namespace {
 
-CouplingLaw law_for(const DynamicCoupling::Params& params, const NodeContext& context) {
+CouplingParameters parameters_for(const DynamicCoupling::Params& params, const NodeContext& context) {
   const Body* tool = context.scene->tool();
   if (tool == nullptr) throw InputError("coupling.dynamic needs a moving body in the scene");
-  CouplingLaw law{.k_t = params.k_t, .force_max = params.force_max, .torque_max = params.torque_max};
-  law.b_t = damping_of(law.k_t, tool->mass, params.zeta);
+  CouplingParameters parameters{.k_t = params.k_t, .force_max = params.force_max, .torque_max = params.torque_max};
+  parameters.b_t = damping_of(parameters.k_t, tool->mass, params.zeta);
   if (context.torque) {
-    law.k_r = params.k_r;
-    law.b_r = damping_of(law.k_r, body_inertia(*tool, context.notes).trace() / 3, params.zeta);
+    parameters.k_r = params.k_r;
+    parameters.b_r = damping_of(parameters.k_r, body_inertia(*tool, context.notes).trace() / 3, params.zeta);
   }
-  return law;
+  return parameters;
 }
 
 }  // namespace
 
 DynamicCoupling::DynamicCoupling(const Params& params, const NodeContext& context)
-    : CouplingNode(law_for(params, context), context.torque) {}
+    : CouplingNode(parameters_for(params, context), context.torque) {}
 
 NodeInfo DynamicCoupling::declare() {
   Declare<DynamicCoupling> d("coupling.dynamic", "A fixed spring with a damper matched to the tool's mass.");

@@ -26,7 +26,7 @@ NodeInfo StaticCoupling::declare() {
           .min = 0,
           .above_min = true});
   declare_coupling(d);
-  d.kind("law", "massless");
+  d.kind("parameters", "massless");
   return d.info();
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "framework/node/info.hpp"
-#include "nodes/coupling/law.hpp"
+#include "nodes/coupling/coupling_node.hpp"
 
 namespace tactor {
 

@@ -24,7 +24,9 @@ void declare_dynamics(Declare<N>& declaration) {
                                    {.doc = "every sample of the handle",
                                     .trigger = Trigger::when_alone,
                                     .queue = {QueuePolicy::drop_oldest, 4096}})
-      .template input<CouplingLaw>("law", &N::law, {.doc = "the spring and damper between handle and tool"})
+      .template input<CouplingParameters>("coupling", &N::coupling,
+                                          {.doc = "the spring and damper between handle and tool"})
+      .formerly("coupling", "law")
       .template output<PhysicsState>("state", &N::state, "tool and handle at the time of the last sample used")
       .template output<BodyStates>("bodies", &N::bodies, "all moving bodies at that time, the tool first")
       .template output<BodyStates>("expected", &N::expected,
@@ -62,7 +64,7 @@ void declare_inertial(Declare<N>& declaration) {
   using P = typename N::Params;
   declare_dynamics(declaration);
   declaration
-      .refuses("law", "massless",
+      .refuses("coupling", "massless",
                "it moves bodies of mass, and that coupling's tool has none; use dynamics.quasistatic, or a coupling "
                "with a damper")
       .boolean("error_estimate", &P::error_estimate, false,

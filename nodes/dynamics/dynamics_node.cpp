@@ -37,9 +37,9 @@ DynamicsNode::DynamicsNode(std::string type, const InertialParams& params, bool 
 }
 
 void DynamicsNode::step(StepContext& context) {
-  const Stamped<CouplingLaw>* message = law.latest();
+  const Stamped<CouplingParameters>* message = coupling.latest();
   if (message == nullptr) return;
-  CouplingLaw spring = message->value;
+  CouplingParameters spring = message->value;
   if (spring.massless != 0 && !massless_) {
     throw RunError(type_ +
                    " moves bodies of mass, and the coupling's tool has none; use dynamics.quasistatic, or a "
@@ -83,7 +83,7 @@ void DynamicsNode::step(StepContext& context) {
 
 /// Where the bodies are by the newest sample of the handle, which moves steadily until there; where they are now, if
 /// that sample is of no use. The bodies themselves stay where the contacts' time has them.
-void DynamicsNode::send_expected(const CouplingLaw& spring, const ContactPlanes& planes) {
+void DynamicsNode::send_expected(const CouplingParameters& spring, const ContactPlanes& planes) {
   constexpr double most_steps = 8;
   Stamped<DeviceState> newest = *device.latest();
   if (newest.stamp.valid <= used_.stamp.valid || !is_usable(newest.value)) newest = used_;
@@ -127,7 +127,8 @@ void DynamicsNode::begin(const Stamped<DeviceState>& sample) {
   if (rotates()) bodies_.X_WB[0].R = sample.value.X_WD.R;
 }
 
-void DynamicsNode::advance(const Stamped<DeviceState>& sample, const CouplingLaw& spring, const ContactPlanes& planes) {
+void DynamicsNode::advance(const Stamped<DeviceState>& sample, const CouplingParameters& spring,
+                           const ContactPlanes& planes) {
   const double interval = (sample.stamp.valid - used_.stamp.valid).seconds();
   const double tolerance = params_.substep_tolerance;
   DeviceState from = used_.value;
@@ -166,7 +167,7 @@ void DynamicsNode::advance(const Stamped<DeviceState>& sample, const CouplingLaw
 }
 
 /// Takes one sub-step; returns the estimate of its error where one is asked for, else 0, m.
-double DynamicsNode::sub_step(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& from,
+double DynamicsNode::sub_step(const CouplingParameters& spring, const ContactPlanes& planes, const DeviceState& from,
                               const DeviceState& to, double h) {
   const bool estimated = params_.error_estimate || params_.substep_tolerance > 0;
   if (!estimated) {
@@ -181,7 +182,7 @@ double DynamicsNode::sub_step(const CouplingLaw& spring, const ContactPlanes& pl
   return 2 * norm(bodies_.X_WB[0].p - halves.X_WB[0].p);
 }
 
-void DynamicsNode::observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& handle,
+void DynamicsNode::observe(const CouplingParameters& spring, const ContactPlanes& planes, const DeviceState& handle,
                            double work) {
   const SystemModel& model = solver_.model();
   const Energy now = system_energy(model, spring, handle, planes, bodies_);

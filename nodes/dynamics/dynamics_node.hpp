@@ -42,7 +42,7 @@ class DynamicsNode : public Node {
 
   Input<ContactSet> contacts;
   Input<DeviceState> device;
-  Input<CouplingLaw> law;
+  Input<CouplingParameters> coupling;
   Output<PhysicsState> state;
   Output<BodyStates> bodies;
   Output<BodyStates> expected;
@@ -55,11 +55,11 @@ class DynamicsNode : public Node {
  private:
   bool take_sample(Time until);
   void begin(const Stamped<DeviceState>& sample);
-  void advance(const Stamped<DeviceState>& sample, const CouplingLaw& spring, const ContactPlanes& planes);
-  void send_expected(const CouplingLaw& spring, const ContactPlanes& planes);
-  double sub_step(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& from,
+  void advance(const Stamped<DeviceState>& sample, const CouplingParameters& spring, const ContactPlanes& planes);
+  void send_expected(const CouplingParameters& spring, const ContactPlanes& planes);
+  double sub_step(const CouplingParameters& spring, const ContactPlanes& planes, const DeviceState& from,
                   const DeviceState& to, double h);
-  void observe(const CouplingLaw& spring, const ContactPlanes& planes, const DeviceState& handle, double work);
+  void observe(const CouplingParameters& spring, const ContactPlanes& planes, const DeviceState& handle, double work);
   [[nodiscard]] bool rotates() const { return solver_.model().body[0].rotates; }
 
   std::string type_;

@@ -7,7 +7,7 @@
 namespace tactor {
 
 /// All moving bodies of the scene as rigid bodies, those of Motion::translation without rotation. Throws RunError at
-/// the first law of a massless tool.
+/// the first coupling of a massless tool.
 class RigidDynamics final : public DynamicsNode {
  public:
   using Params = InertialParams;

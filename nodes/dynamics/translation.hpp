@@ -7,7 +7,7 @@
 namespace tactor {
 
 /// All moving bodies with 3 degrees of freedom each; no rotation is computed. Throws InputError where a body may rotate
-/// and RunError at the first law of a massless tool.
+/// and RunError at the first coupling of a massless tool.
 class TranslationDynamics final : public DynamicsNode {
  public:
   using Params = InertialParams;

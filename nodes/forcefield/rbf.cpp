@@ -129,10 +129,11 @@ NodeInfo RbfForceField::declare() {
       "of minimal degree (1995).");
   d.realtime_safe()
       .input("device", &RbfForceField::device, {.doc = "the device's state at its own rate"})
-      .input("law", &RbfForceField::law, {.doc = "the coupling's spring, which must be the one it was made for"})
+      .input("coupling", &RbfForceField::coupling,
+             {.doc = "the coupling's spring, which must be the one it was made for"})
       .output("segment", &RbfForceField::segment, "the force at the device's position, held for a tick")
       .real("k_t", &Params::k_t,
-            {.doc = "stiffness of the coupling; another one of the law is an error that names it",
+            {.doc = "stiffness of the coupling; another one of the coupling is an error that names it",
              .unit = "N/m",
              .default_value = 500,
              .min = 0,
@@ -157,6 +158,7 @@ NodeInfo RbfForceField::declare() {
                 .min = 8,
                 .max = 100'000'000})
       .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .formerly("coupling", "law")
       .check(check);
   return d.info();
 }
@@ -206,7 +208,7 @@ void RbfForceField::hold_out(StaticForce& truth, std::uint64_t seed) {
   residual_max_ = errors.back();
 }
 
-Vec3 RbfForceField::at(Vec3 p_WD, const CouplingLaw& spring) {
+Vec3 RbfForceField::at(Vec3 p_WD, const CouplingParameters& spring) {
   const Vec3 weight_W = spring.massless != 0 ? Vec3{} : weight_W_;
   p_WD += weight_W / k_t_;
   Vec3 inside = p_WD;
@@ -225,9 +227,9 @@ void RbfForceField::step(StepContext& context) {
       any_ = true;
     }
   }
-  const Stamped<CouplingLaw>* spring = law.latest();
+  const Stamped<CouplingParameters>* spring = coupling.latest();
   if (!any_ || spring == nullptr) return;
-  // Not a number where the law has none.
+  // Not a number where the coupling has none.
   if (!(std::abs(spring->value.k_t - k_t_) <= same_stiffness * k_t_)) {
     throw InputError("the field was made for a coupling of " + std::to_string(k_t_) + " N/m and this one has " +
                      std::to_string(spring->value.k_t) + " N/m; set its k_t to that");

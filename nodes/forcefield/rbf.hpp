@@ -32,19 +32,19 @@ class RbfForceField final : public Node {
   };
   RbfForceField(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-  /// Throws InputError at a law of another stiffness than k_t.
+  /// Throws InputError at a coupling of another stiffness than k_t.
   void step(StepContext& context) override;
   void report(Report& report) const override;
 
   Input<DeviceState> device;
-  Input<CouplingLaw> law;
+  Input<CouplingParameters> coupling;
   Output<ForceSegment> segment;
 
  private:
   void fit(StaticForce& truth, const Lattice& lattice);
   void hold_out(StaticForce& truth, std::uint64_t seed);
   /// The force on the device at p_WD, before the coupling's limit; counts where it is outside the region.
-  [[nodiscard]] Vec3 at(Vec3 p_WD, const CouplingLaw& spring);
+  [[nodiscard]] Vec3 at(Vec3 p_WD, const CouplingParameters& spring);
 
   double k_t_;     // N/m
   Bounds region_;  // m, W

@@ -21,7 +21,7 @@ void check_static_force(const Scene& scene, double margin, std::vector<std::stri
 StaticForce::StaticForce(const Scene& scene, double k_t, double margin, std::vector<std::string>* notes)
     : contacts_(scene, {.margin = margin}, cell_distances({}, notes), nullptr, notes),
       step_(scene_model("forcefield.rbf", scene, notes)),
-      law_{.k_t = k_t, .massless = 1},
+      coupling_{.k_t = k_t, .massless = 1},
       R_WT_(scene.tool()->X_WB.R) {}
 
 StaticForce::Result StaticForce::at(const Vec3& p_WD) {
@@ -42,12 +42,12 @@ StaticForce::Result StaticForce::at(const Vec3& p_WD) {
     if (i < newton_steps) {
       for (Contact& contact : contacts) contact.friction = 0;
       // Of a balance without friction the length of the step does not matter.
-      step_.advance(law_, handle, handle, contact_planes(set_), 1, tool);
+      step_.advance(coupling_, handle, handle, contact_planes(set_), 1, tool);
       result.settled = norm(tool.X_WB[0].p - before) < settled_within;
       continue;
     }
-    Vec3 out = law_.k_t * (p_WD - before);  // N, what is left of the balance
-    double stiffness = law_.k_t;
+    Vec3 out = coupling_.k_t * (p_WD - before);  // N, what is left of the balance
+    double stiffness = coupling_.k_t;
     for (const Contact& contact : contacts) {
       if (contact.distance >= 0) continue;
       const double k = contact.stiffness * contact.weight;
@@ -56,7 +56,7 @@ StaticForce::Result StaticForce::at(const Vec3& p_WD) {
     }
     tool.X_WB[0].p += out / (stiffness * (1 + 0.5 * (i - newton_steps)));
   }
-  result.force = -law_.k_t * (p_WD - tool.X_WB[0].p);
+  result.force = -coupling_.k_t * (p_WD - tool.X_WB[0].p);
   return result;
 }
 

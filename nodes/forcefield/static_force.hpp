@@ -31,7 +31,7 @@ class StaticForce {
  private:
   SceneContacts contacts_;
   RigidStep step_;
-  CouplingLaw law_;
+  CouplingParameters coupling_;
   Quat R_WT_;
   ContactSet set_;
 };

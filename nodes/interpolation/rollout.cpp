@@ -22,8 +22,9 @@ constexpr std::size_t acceleration_span = 5;
 constexpr double most_lead = 2;
 
 /// Shortened to the device's limits; `share` of them.
-Wrench limited(const Wrench& wrench, const CouplingLaw& law, double share = 1) {
-  return {tactor::limited(wrench.force, share * law.force_max), tactor::limited(wrench.torque, share * law.torque_max)};
+Wrench limited(const Wrench& wrench, const CouplingParameters& coupling, double share = 1) {
+  return {tactor::limited(wrench.force, share * coupling.force_max),
+          tactor::limited(wrench.torque, share * coupling.torque_max)};
 }
 
 /// Limits the rate of a difference, axis by axis, so that it decays without growing or changing its sign: between 0 and
@@ -114,7 +115,7 @@ bool Rollout::take_model(Time now) {
   }
   used_ = newest.stamp;
   failed_ = false;
-  held_ = coupling_wrench(newest.value.law, rollout_.state(), torque_);
+  held_ = coupling_wrench(newest.value.coupling, rollout_.state(), torque_);
   advanced_ = samples_ > track_.size() ? samples_ - track_.size() : 0;
   while (advanced_ < samples_ && track_[advanced_ % track_.size()].stamp.valid <= newest.value.time) ++advanced_;
   return true;
@@ -153,15 +154,15 @@ Twist Rollout::handle_acceleration() const {
 
 ForceState Rollout::of_rollout(Time now) const {
   const PhysicsState state = rollout_.state();
-  const CouplingLaw& law = rollout_.model().law;
+  const CouplingParameters& coupling = rollout_.model().coupling;
   const Twist a_D = handle_acceleration();
   const Twist& a_T = rollout_.acceleration();
-  ForceState aim{coupling_wrench(law, state, torque_), {}, {}};
-  aim.rate.force = -law.k_t * (state.V_WD.v - state.V_WT.v) - law.b_t * (a_D.v - a_T.v);
-  if (torque_) aim.rate.torque = -law.k_r * (state.V_WD.w - state.V_WT.w) - law.b_r * (a_D.w - a_T.w);
+  ForceState aim{coupling_wrench(coupling, state, torque_), {}, {}};
+  aim.rate.force = -coupling.k_t * (state.V_WD.v - state.V_WT.v) - coupling.b_t * (a_D.v - a_T.v);
+  if (torque_) aim.rate.torque = -coupling.k_r * (state.V_WD.w - state.V_WT.w) - coupling.b_r * (a_D.w - a_T.w);
   // Samples that stay out are no reason to go on for ever.
   const double ahead = std::min((now - rollout_.model().time).seconds(), most_lead * tick_.seconds());
-  aim.value = limited(aim.value + ahead * aim.rate, law);
+  aim.value = limited(aim.value + ahead * aim.rate, coupling);
   return aim;
 }
 
@@ -174,7 +175,7 @@ ForceState Rollout::of_jacobian() const {
     return Wrench{plain(by.head<3>()), torque_ ? plain(by.tail<3>()) : Vec3{}};
   };
   const Vec3 turn = to_rotation_vector(handle.X_WD.R * inverse(anchor_X_WD_.R));
-  return {limited(anchor_.value + change(handle.X_WD.p - anchor_X_WD_.p, turn), rollout_.model().law),
+  return {limited(anchor_.value + change(handle.X_WD.p - anchor_X_WD_.p, turn), rollout_.model().coupling),
           change(handle.V_WD.v, handle.V_WD.w),
           {}};
 }
@@ -186,7 +187,7 @@ ForceState Rollout::aim(Source source, Time now) {
       if (!is_finite(state.value)) return state;
       anchor_ = state;
       anchor_X_WD_ = sample(0).value.X_WD;
-      held_ = coupling_wrench(rollout_.model().law, rollout_.state(), torque_);
+      held_ = coupling_wrench(rollout_.model().coupling, rollout_.state(), torque_);
       touching_ = rollout_.state().contacts > 0;
       return state;
     }
@@ -195,7 +196,7 @@ ForceState Rollout::aim(Source source, Time now) {
       return of_jacobian();
     case Source::forecast: {
       ForceState state = ForecastCurve(*forecast.latest(), CurveShape::linear).at(now);
-      state.value = limited(state.value, rollout_.model().law);
+      state.value = limited(state.value, rollout_.model().coupling);
       if (!torque_) state.value.torque = state.rate.torque = {};
       return state;
     }
@@ -217,8 +218,8 @@ void Rollout::step(StepContext& context) {
   if (const auto fault = segment_if_not_finite(now, {to.value, to.rate})) return segment.send(used_.valid, *fault);
   const double tau = params_.blend_time.seconds(), tick = tick_.seconds();
   // A sample that is finite and yet absurd would else be blended out for long.
-  const CouplingLaw& law = rollout_.model().law;
-  to.rate = limited(to.rate, law, 1 / tick);
+  const CouplingParameters& coupling = rollout_.model().coupling;
+  to.rate = limited(to.rate, coupling, 1 / tick);
   if (running_ && (corrected || source != source_)) {
     difference_ = displayed(shown_, now) - to;
     difference_.curvature = {};
@@ -235,7 +236,7 @@ void Rollout::step(StepContext& context) {
   ++ticks_[static_cast<std::size_t>(source)];
   const ForceState from{to.value + difference_.value, to.rate + difference_.rate, {}};
   const ForceState later = decayed_twice(difference_, tick, tau);
-  const Wrench expected = limited(to.value + tick * to.rate, law);
+  const Wrench expected = limited(to.value + tick * to.rate, coupling);
   shown_ = cubic_between(now, tick_, from, {expected + later.value, to.rate + later.rate, {}});
   segment.send(used_.valid, shown_);
 }

@@ -13,13 +13,13 @@ namespace {
 // Where extrapolation along a line errs as much as a hold, successive differences correlate by 1/2, and 1/2 is then
 // the best single coefficient: half-way between the two (a trend damped by 1/2). Written over the samples themselves,
 // the same prediction has the coefficients 3/2 and -1/2, whose sum of 1 makes a mean drop out as well.
-std::vector<double> default_coefficients(Removal removal) {
-  return removal == Removal::difference ? std::vector<double>{0.5} : std::vector<double>{1.5, -0.5};
+std::vector<double> default_coefficients(Detrend detrend) {
+  return detrend == Detrend::difference ? std::vector<double>{0.5} : std::vector<double>{1.5, -0.5};
 }
 
-std::int32_t fill(std::array<double, ArCoefficients::capacity>& phi, const std::vector<double>& given, Removal removal,
+std::int32_t fill(std::array<double, ArCoefficients::capacity>& phi, const std::vector<double>& given, Detrend detrend,
                   const char* name) {
-  const std::vector<double> values = given.empty() ? default_coefficients(removal) : given;
+  const std::vector<double> values = given.empty() ? default_coefficients(detrend) : given;
   if (values.size() > ArCoefficients::max_order) {
     throw ValueError(name, std::string(name) + ": expected at most " + std::to_string(ArCoefficients::max_order) +
                                " coefficients, found " + std::to_string(values.size()) + "; give fewer");
@@ -33,12 +33,13 @@ std::size_t history_size(std::int32_t mean_window) {
 }
 
 // Phi_i x.
-Vec3 weighed(Products products, std::span<const double, ArCoefficients::capacity> phi, std::size_t i, const Vec3& x) {
+Vec3 weighed(ModelStructure model_structure, std::span<const double, ArCoefficients::capacity> phi, std::size_t i,
+             const Vec3& x) {
   constexpr std::size_t n = ArCoefficients::max_order;
-  switch (products) {
-    case Products::per_axis:
+  switch (model_structure) {
+    case ModelStructure::per_axis:
       return {phi[i] * x.x, phi[n + i] * x.y, phi[2 * n + i] * x.z};
-    case Products::vector: {
+    case ModelStructure::vector: {
       const double* row = phi.data() + 9 * i;
       return {row[0] * x.x + row[1] * x.y + row[2] * x.z, row[3] * x.x + row[4] * x.y + row[5] * x.z,
               row[6] * x.x + row[7] * x.y + row[8] * x.z};
@@ -56,8 +57,8 @@ constexpr int most_steps = 16;
 NodeInfo ArPredictor::declare() {
   Declare<ArPredictor> node("prediction.ar", "Weighs the last forces by auto-regressive coefficients.");
   node.details(
-      "F_{t+1|t} = sum_i phi_i F_{t-i+1}; torque likewise with coefficients of its own. With `remove: mean` the sum "
-      "is over F - m, m the mean of the last window, and m is added back; with `remove: difference` it is over F_t - "
+      "F_{t+1|t} = sum_i phi_i F_{t-i+1}; torque likewise with coefficients of its own. With `detrend: mean` the sum "
+      "is over F - m, m the mean of the last window, and m is added back; with `detrend: difference` it is over F_t - "
       "F_{t-1} and F_t is added. Coefficients that a refitter sends say how they were fitted (what was removed, one "
       "set for all axes, one an axis or a matrix a lag, on which grid of times) and are applied so; until the first "
       "arrive, the fixed ones serve. Where they were fitted to resampled forces, the history is interpolated "
@@ -78,9 +79,9 @@ NodeInfo ArPredictor::declare() {
              {.doc = "fixed phi_1, phi_2, ... for force; none given: a trend damped by 1/2"})
       .reals("torque_coefficients", &Params::torque_coefficients, 0, std::vector<double>{},
              {.doc = "fixed phi_1, phi_2, ... for torque; none given: a trend damped by 1/2"})
-      .choice("remove", &Params::remove,
-              {{"none", Removal::none}, {"mean", Removal::mean}, {"difference", Removal::difference}},
-              std::optional(Removal::difference),
+      .choice("detrend", &Params::detrend,
+              {{"none", Detrend::none}, {"mean", Detrend::mean}, {"difference", Detrend::difference}},
+              std::optional(Detrend::difference),
               "what the fixed coefficients leave out of the samples before they weigh them")
       .integer("mean_window", &Params::mean_window,
                {.doc = "samples kept for the mean; no fewer than the refitter's window",
@@ -88,15 +89,16 @@ NodeInfo ArPredictor::declare() {
                 .min = 1,
                 .max = 100000});
   node.coarser("coefficients", {std::string("fixed")}).cheaper("prediction.linear").cheaper("prediction.hold");
+  node.formerly("detrend", "remove");
   return node.info();
 }
 
 ArPredictor::ArPredictor(const Params& params, const NodeContext& context)
     : Predictor(params, context), params_(params), history_(history_size(params.mean_window)) {
-  model_.removal = params.remove;
+  model_.detrend = params.detrend;
   model_.window = params.mean_window;
-  model_.force_order = fill(model_.force, params.force_coefficients, params.remove, "force_coefficients");
-  model_.torque_order = fill(model_.torque, params.torque_coefficients, params.remove, "torque_coefficients");
+  model_.force_order = fill(model_.force, params.force_coefficients, params.detrend, "force_coefficients");
+  model_.torque_order = fill(model_.torque, params.torque_coefficients, params.detrend, "torque_coefficients");
 }
 
 void ArPredictor::read_inputs() {
@@ -131,13 +133,13 @@ Wrench ArPredictor::mean() const {
 
 Predictor::Outcome ArPredictor::predict(Duration horizon, std::span<Wrench> predicted) {
   const int order = std::max(model_.force_order, torque() ? model_.torque_order : 0);
-  const bool difference = model_.removal == Removal::difference;
+  const bool difference = model_.detrend == Detrend::difference;
   constexpr std::size_t capacity = ArCoefficients::max_order + 1;
   if (order < 1) return Outcome::held;
   const std::size_t needed = static_cast<std::size_t>(order) + (difference ? 1 : 0);
   std::array<Wrench, capacity> newest_first;
   if (gather(needed, newest_first) < needed) return Outcome::warm_up;
-  const Wrench level = model_.removal == Removal::mean ? mean() : Wrench{};
+  const Wrench level = model_.detrend == Detrend::mean ? mean() : Wrench{};
   // Newest last, so that what the model foresees can be appended.
   std::array<Wrench, capacity + most_steps> past;
   for (std::size_t i = 0; i < needed; ++i) past[needed - 1 - i] = newest_first[i];
@@ -155,7 +157,7 @@ Predictor::Outcome ArPredictor::predict(Duration horizon, std::span<Wrench> pred
       if (n < 1) next.*part = past[now].*part;
       for (std::size_t i = 0; i < static_cast<std::size_t>(std::max(n, 0)); ++i) {
         const Vec3& base = difference ? past[now - i - 1].*part : level.*part;
-        next.*part += weighed(model_.products, phi, i, past[now - i].*part - base);
+        next.*part += weighed(model_.model_structure, phi, i, past[now - i].*part - base);
       }
     };
     sum(model_.force_order, model_.force, &Wrench::force);

@@ -11,10 +11,9 @@
 namespace tactor {
 
 /// prediction.ar: F_{t+1|t} = sum_i phi_i F_{t-i+1}, about the mean or over differences where the coefficients were
-/// fitted so (see Removal), phi_i a number, a number an axis or a matrix (see Products). On a grid of even times the
-/// history is interpolated linearly and the model iterated to the horizon.
-/// Source: Hou and Sourina, "Real-time Adaptive Prediction Method for Smooth Haptic Rendering", eq. 4, with F_{t-i+1}
-/// where the equation repeats F_{t+1|t}.
+/// fitted so (see Detrend), phi_i a number, a number an axis or a matrix (see ModelStructure). On a grid of even times
+/// the history is interpolated linearly and the model iterated to the horizon. Source: Hou and Sourina, "Real-time
+/// Adaptive Prediction Method for Smooth Haptic Rendering", eq. 4, with F_{t-i+1} where the equation repeats F_{t+1|t}.
 class ArPredictor final : public Predictor {
  public:
   enum class Source { fixed, refit };
@@ -22,7 +21,7 @@ class ArPredictor final : public Predictor {
     Source coefficients = Source::refit;
     std::vector<double> force_coefficients;
     std::vector<double> torque_coefficients;
-    Removal remove = Removal::difference;
+    Detrend detrend = Detrend::difference;
     std::int32_t mean_window = 300;
   };
   /// Throws InputError where more coefficients are given than ArCoefficients::max_order.

@@ -85,7 +85,8 @@ void step_up(ArFit& model, double reflection);
 bool is_stable(std::span<const double> phi);
 
 /// The largest modulus of a root of the model: of z^p - phi_1 z^{p-1} - ... with block = 1, of
-/// det(z^p I - Phi_1 z^{p-1} - ...) with block = 3 and `phi` as of Products::vector. Allocates: for reports alone.
+/// det(z^p I - Phi_1 z^{p-1} - ...) with block = 3 and `phi` as of ModelStructure::vector. Allocates: for reports
+/// alone.
 double spectral_radius(std::span<const double> phi, int block);
 
 }  // namespace tactor

@@ -43,7 +43,7 @@ NodeInfo LocalPredictor::declare() {
       .ignored_when([](const Params& p) {
         return p.fit ? std::string() : std::string("fit is false: contacts are taken as they come");
       })
-      .input("law", &LocalPredictor::law, {.doc = "the spring and damper between handle and tool"})
+      .input("coupling", &LocalPredictor::coupling, {.doc = "the spring and damper between handle and tool"})
       .input("device", &LocalPredictor::device,
              {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 512}})
       .output("model", &LocalPredictor::model, "bodies by now and contacts to go on from, stamped as the result")
@@ -61,7 +61,7 @@ NodeInfo LocalPredictor::declare() {
             {.doc = "multiplies the friction of contacts, likewise", .default_value = 1, .min = 0, .max = 100})
       .unneeded(nothing_moves);
   declare_rollout(node);
-  return node.coarser("curvature", {false}).coarser("resimulate", {false}).info();
+  return node.formerly("coupling", "law").coarser("curvature", {false}).coarser("resimulate", {false}).info();
 }
 
 LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
@@ -106,8 +106,9 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
   if (physics == nullptr || physics->stamp.valid != result.stamp.valid || physics->value.damped != 0) {
     ++left_out_of_fit_;
   } else {
-    const FitOutcome outcome = fit_.take(result.stamp.valid, start_.contacts, result.value, start_.law.massless != 0,
-                                         physics->value.contact_T_W, physics->value.contacts);
+    const FitOutcome outcome =
+        fit_.take(result.stamp.valid, start_.contacts, result.value, start_.coupling.massless != 0,
+                  physics->value.contact_T_W, physics->value.contacts);
     if (outcome == FitOutcome::unusable || outcome == FitOutcome::repeated) ++left_out_of_fit_;
   }
   fit_.correct(start_.contacts);
@@ -116,7 +117,7 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
 void LocalPredictor::step(StepContext&) {
   take_samples();
   const Stamped<BodyStates>* result = bodies.latest();
-  const Stamped<CouplingLaw>* spring = law.latest();
+  const Stamped<CouplingParameters>* spring = coupling.latest();
   if (result == nullptr || spring == nullptr || track_.size() == 0) return;
   // The handle as it was for the result, or the oldest that is known.
   std::size_t age = 0;  // also the number of later samples
@@ -124,9 +125,9 @@ void LocalPredictor::step(StepContext&) {
   start_.time = result->stamp.valid;
   start_.device = track_[std::min(age, track_.size() - 1)].value;
   start_.bodies = result->value;
-  start_.law = spring->value;
+  start_.coupling = spring->value;
   // As dynamics stepped, whatever the spring would be for a tool with mass.
-  if (result->value.massless != 0) start_.law.massless = 1;
+  if (result->value.massless != 0) start_.coupling.massless = 1;
   take_contacts();
   if (!rollout_.accepts(start_)) {
     ++rejected_results_;

@@ -38,7 +38,7 @@ class LocalPredictor final : public Node {
   Input<BodyStates> bodies;
   Input<LocalContacts> contacts;
   Input<PhysicsState> state;
-  Input<CouplingLaw> law;
+  Input<CouplingParameters> coupling;
   Input<DeviceState> device;
   Output<LocalModel> model;
 

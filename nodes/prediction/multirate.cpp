@@ -26,7 +26,7 @@ NodeInfo MultiratePredictor::declare() {
       "by recursive least squares in information form with `forgetting`, from forces within the device's limits, and "
       "the forecast is F_n + y(n + 1), u(n + 1) being the device's displacement from the last sample to the "
       "forecast's time, or to now where that is still to come; further steps go on from there. Torque likewise over "
-      "rotation vectors. `products: "
+      "rotation vectors. `model_structure: "
       "per_axis`, as in the source, fits each axis of the world alone; `axes` shares a and b, is the same in every "
       "rotated frame and learns faster, but takes a surface for equally stiff in all directions. It holds until it "
       "has seen three samples a parameter, and where the roots of a are not inside the unit circle. For pressing and "
@@ -41,18 +41,19 @@ NodeInfo MultiratePredictor::declare() {
                {.doc = "displacements of the device that are weighed", .default_value = 2, .min = 1, .max = max_terms})
       .real("forgetting", &Params::forgetting,
             {.doc = "weight of a sample against the one after it", .default_value = 0.98, .min = 0.9, .max = 1})
-      .choice("products", &Params::products, {{"axes", Shared::axes}, {"per_axis", Shared::per_axis}},
+      .choice("model_structure", &Params::model_structure, {{"axes", Shared::axes}, {"per_axis", Shared::per_axis}},
               std::optional(Shared::per_axis), "one set of parameters for the three axes, or one an axis");
   return node.coarser("order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .coarser("input_order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .cheaper("prediction.linear")
       .cheaper("prediction.hold")
+      .formerly("model_structure", "products")
       .info();
 }
 
 MultiratePredictor::MultiratePredictor(const Params& params, const NodeContext& context)
     : Predictor(params, context), params_(params) {
-  const int models = params.products == Shared::per_axis ? 3 : 1;
+  const int models = params.model_structure == Shared::per_axis ? 3 : 1;
   for (int i = 0; i < models; ++i) {
     force_part_.models.emplace_back(params.order + params.input_order, params.forgetting);
     torque_part_.models.emplace_back(params.order + params.input_order, params.forgetting);

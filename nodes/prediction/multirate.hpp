@@ -23,7 +23,7 @@ class MultiratePredictor final : public Predictor {
     std::int32_t order = 2;
     std::int32_t input_order = 2;
     double forgetting = 0.98;
-    Shared products = Shared::per_axis;
+    Shared model_structure = Shared::per_axis;
   };
   MultiratePredictor(const Params& params, const NodeContext& context);
   static NodeInfo declare();

@@ -6,23 +6,23 @@
 
 namespace tactor {
 
-PartEstimator::PartEstimator(const ArEstimatorOptions& options, Products products)
-    : options_(options), products_(products) {
+PartEstimator::PartEstimator(const ArEstimatorOptions& options, ModelStructure model_structure)
+    : options_(options), model_structure_(model_structure) {
   models_.reserve(kept);
-  if (products == Products::vector) {
+  if (model_structure == ModelStructure::vector) {
     TACTOR_DEMAND(options.method == ArMethod::yule_walker && options.max_order <= ArCoefficients::max_vector_order);
     samples_.emplace(options.window);
     ordered_.resize(options.window);
     return;
   }
-  const int streams = products == Products::per_axis ? 3 : 1;
+  const int streams = model_structure == ModelStructure::per_axis ? 3 : 1;
   for (int i = 0; i < streams; ++i) estimators_.emplace_back(options);
 }
 
 void PartEstimator::push(const Vec3& x) {
   if (samples_) {
     samples_->push(x);
-  } else if (products_ == Products::per_axis) {
+  } else if (model_structure_ == ModelStructure::per_axis) {
     for (int axis = 0; axis < 3; ++axis) estimators_[static_cast<std::size_t>(axis)].push({x[axis], 0, 0});
   } else {
     estimators_.front().push(x);
@@ -105,7 +105,7 @@ std::vector<double> PartEstimator::spectral_radii() const {
     const std::span<const double> phi(model.phi);
     const auto order = static_cast<std::size_t>(model.order);
     double radius = 0;
-    if (products_ == Products::vector) {
+    if (model_structure_ == ModelStructure::vector) {
       radius = spectral_radius(phi.first(9 * order), 3);
     } else {
       for (std::size_t axis = 0; axis < estimators_.size(); ++axis) {

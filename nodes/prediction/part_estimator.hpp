@@ -12,13 +12,13 @@ namespace tactor {
 /// samples themselves for a vector model.
 class PartEstimator {
  public:
-  /// Products::vector knows ArMethod::yule_walker alone.
-  PartEstimator(const ArEstimatorOptions& options, Products products);
+  /// ModelStructure::vector knows ArMethod::yule_walker alone.
+  PartEstimator(const ArEstimatorOptions& options, ModelStructure model_structure);
 
   void push(const Vec3& x);
   void drop_oldest();
   [[nodiscard]] double samples() const;
-  /// Fits as ArEstimator::fit(), writes the coefficients in the layout of Products and their error variance, and
+  /// Fits as ArEstimator::fit(), writes the coefficients in the layout of ModelStructure and their error variance, and
   /// returns the order, 0 where nothing could be fitted. Per axis it is the highest of the three; an axis without a
   /// model beside others that have one is held (`hold` is its first coefficient).
   int fit(int order, OrderRule rule, double hold, std::array<double, ArCoefficients::capacity>& phi, double& variance);
@@ -39,7 +39,7 @@ class PartEstimator {
   void keep(int order, const std::array<double, ArCoefficients::capacity>& phi);
 
   ArEstimatorOptions options_;
-  Products products_;
+  ModelStructure model_structure_;
   std::vector<ArEstimator> estimators_;
   std::optional<SampleWindow<Vec3>> samples_;
   std::vector<Vec3> ordered_;

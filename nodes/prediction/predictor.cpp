@@ -32,8 +32,8 @@ void Predictor::step(StepContext&) {
     if (outcome == Outcome::held) guard_.count_held();
     held = outcome != Outcome::predicted;
   }
-  const bool mended = guard_.mend(f.current_D_W, predicted);
-  f.fallback = held || mended ? 1 : 0;
+  const bool repaired = guard_.repair(f.current_D_W, predicted);
+  f.fallback = held || repaired ? 1 : 0;
   // What is held although samples come is as old as the last that could be used, and whoever shows it must see that.
   forecast.send(taken_.value_or(sample.stamp.valid), f);
 }

@@ -11,12 +11,14 @@ namespace tactor {
 namespace {
 
 void refuse_contradictions(const Refitter::Params& p) {
-  if (p.products == Products::vector && p.method != ArMethod::yule_walker) {
-    throw ValueError("products", "products: vector is fitted by `method: yule_walker` alone; change one of the two");
+  if (p.model_structure == ModelStructure::vector && p.method != ArMethod::yule_walker) {
+    throw ValueError("model_structure",
+                     "model_structure: vector is fitted by `method: yule_walker` alone; change one of the two");
   }
   if (p.method != ArMethod::rls) return;
-  if (p.remove == Removal::mean) {
-    throw ValueError("remove", "remove: mean is of a window, which `method: rls` has not; use `difference` or `none`");
+  if (p.detrend == Detrend::mean) {
+    throw ValueError("detrend",
+                     "detrend: mean is of a window, which `method: rls` has not; use `difference` or `none`");
   }
   if (p.window_time > 0) {
     throw ValueError("window_time", "window_time: `method: rls` has no window; set `forgetting` instead");
@@ -29,19 +31,19 @@ int top_order(const Refitter::Params& p) {
   refuse_contradictions(p);
   int highest = p.window / 3;
   std::string bound = "window / 3";
-  std::string mend = "; lower the order or widen the window";
-  if (p.products == Products::vector) {
+  std::string remedy = "; lower the order or widen the window";
+  if (p.model_structure == ModelStructure::vector) {
     highest = std::min(p.window / 9, ArCoefficients::max_vector_order);
     bound = "window / 9 and " + std::to_string(ArCoefficients::max_vector_order);
   } else if (p.method == ArMethod::rls) {
     constexpr double most = ArCoefficients::max_order;
     highest = std::max(1, static_cast<int>(std::min(most, 0.3 / (1.0 - p.forgetting))));
     bound = "0.3 / (1 - forgetting)";
-    mend = "; lower the order or forget more slowly";
+    remedy = "; lower the order or forget more slowly";
   }
   if (p.order > highest) {
     throw ValueError("order", "order: expected at most " + bound + " = " + std::to_string(highest) + ", found " +
-                                  std::to_string(p.order) + mend);
+                                  std::to_string(p.order) + remedy);
   }
   return p.order > 0 ? p.order : std::min(p.max_order, highest);
 }
@@ -50,7 +52,7 @@ ArEstimatorOptions estimator_options(const Refitter::Params& p) {
   return {.method = p.method,
           .window = static_cast<std::size_t>(p.window),
           .max_order = top_order(p),
-          .remove_mean = p.remove == Removal::mean,
+          .remove_mean = p.detrend == Detrend::mean,
           .forgetting = p.forgetting};
 }
 
@@ -60,7 +62,7 @@ NodeInfo Refitter::declare() {
   return Declare<Refitter>("prediction.refit", "Fits auto-regressive coefficients to the last forces.")
       .details(
           "Fits x_{t+1} = sum_i phi_i x_{t-i+1} to the last `window` samples, or those of the last `window_time`, "
-          "force and torque apart. `remove` says what x is: the samples (as the paper prints it), the samples about "
+          "force and torque apart. `detrend` says what x is: the samples (as the paper prints it), the samples about "
           "their mean, or their differences.\n"
           "`method: yule_walker` solves R phi = r of the biased autocovariances by Levinson-Durbin. Always stable, "
           "the cheapest, and the paper's; its bias shrinks as the window grows, so it wants 200 samples and more. "
@@ -71,7 +73,7 @@ NodeInfo Refitter::declare() {
           "`forgetting`^age: it has no edge where samples leave, follows slow changes, and remembers a blow for 1 / "
           "(1 - forgetting) samples, 100 by default (0.95 to 0.998 is usual); its unstable fits are shrunk and "
           "counted. Every ridge is 1e-9 of the energy, so the unit does not matter.\n"
-          "`products: axes` takes scalar products over the axes: one phi, the same in every rotated frame. "
+          "`model_structure: axes` takes scalar products over the axes: one phi, the same in every rotated frame. "
           "`per_axis` fits each axis alone, for a scene whose axes differ; three times the cost. `vector` fits a 3x3 "
           "matrix a lag by Whittle's recursion, order 8 at most: for axes that drive each other, with windows of 300 "
           "and more; in the scenes shipped it is no better than `axes`.\n"
@@ -118,15 +120,16 @@ NodeInfo Refitter::declare() {
                {"covariance", ArMethod::covariance},
                {"rls", ArMethod::rls}},
               std::optional(ArMethod::yule_walker), "how the coefficients are computed")
-      .choice("products", &Params::products,
-              {{"axes", Products::axes}, {"per_axis", Products::per_axis}, {"vector", Products::vector}},
-              std::optional(Products::axes), "one set of coefficients for the three axes, one an axis, or matrices")
+      .choice(
+          "model_structure", &Params::model_structure,
+          {{"axes", ModelStructure::axes}, {"per_axis", ModelStructure::per_axis}, {"vector", ModelStructure::vector}},
+          std::optional(ModelStructure::axes), "one set of coefficients for the three axes, one an axis, or matrices")
       .real(
           "forgetting", &Params::forgetting,
           {.doc = "weight of a sample against the one after it, for rls", .default_value = 0.99, .min = 0.9, .max = 1})
-      .choice("remove", &Params::remove,
-              {{"none", Removal::none}, {"mean", Removal::mean}, {"difference", Removal::difference}},
-              std::optional(Removal::difference), "what is left out of the samples before they are fitted")
+      .choice("detrend", &Params::detrend,
+              {{"none", Detrend::none}, {"mean", Detrend::mean}, {"difference", Detrend::difference}},
+              std::optional(Detrend::difference), "what is left out of the samples before they are fitted")
       .boolean("resample", &Params::resample, false, "interpolate the samples onto even times first")
       .integer("period", &Params::period,
                {.doc = "samples from one refit to the next", .default_value = 1, .min = 1, .max = 100000})
@@ -136,6 +139,8 @@ NodeInfo Refitter::declare() {
       .unread_when({"max_order"}, [](const Params& p,
                                      const ParamUse&) { return std::string(p.order > 0 ? "the order is given" : ""); })
       .coarser("period", {std::int64_t{2}, std::int64_t{4}, std::int64_t{8}, std::int64_t{16}})
+      .formerly("detrend", "remove")
+      .formerly("model_structure", "products")
       .info();
 }
 
@@ -143,15 +148,15 @@ Refitter::Refitter(const Params& params, const NodeContext& context)
     : params_(params),
       torque_(context.torque),
       top_order_(top_order(params)),
-      force_part_(estimator_options(params), params.products),
-      torque_part_(estimator_options(params), params.products),
+      force_part_(estimator_options(params), params.model_structure),
+      torque_part_(estimator_options(params), params.model_structure),
       times_(static_cast<std::size_t>(params.window)),
       since_refit_(params.period) {}
 
 void Refitter::take(const Stamped<Wrench>& sample) {
   const Wrench& value = sample.value;
-  const Wrench fitted = params_.remove == Removal::difference ? value - last_ : value;
-  const bool first_difference = params_.remove == Removal::difference && !any_;
+  const Wrench fitted = params_.detrend == Detrend::difference ? value - last_ : value;
+  const bool first_difference = params_.detrend == Detrend::difference && !any_;
   last_ = value;
   any_ = true;
   if (first_difference || !is_usable(fitted)) return;
@@ -196,12 +201,12 @@ void Refitter::step(StepContext&) {
   since_refit_ = 0;
   ++refits_;
   ArCoefficients c;
-  c.removal = params_.remove;
+  c.detrend = params_.detrend;
   c.window = static_cast<std::int32_t>(times_.size());
-  c.products = params_.products;
+  c.model_structure = params_.model_structure;
   c.grid_period = params_.resample ? grid_.period().seconds() : 0.0;
   // Over differences 0 holds, over samples 1 does, about the mean the mean is as good.
-  const double hold = params_.remove == Removal::none ? 1.0 : 0.0;
+  const double hold = params_.detrend == Detrend::none ? 1.0 : 0.0;
   c.force_order = force_part_.fit(params_.order, params_.order_by, hold, c.force, c.force_error_variance);
   rejected_ += c.force_order == 0;
   order_sum_ += c.force_order;

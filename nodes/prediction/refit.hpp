@@ -22,9 +22,9 @@ class Refitter final : public Node {
     std::int32_t max_order = 20;
     OrderRule order_by = OrderRule::fpe;
     ArMethod method = ArMethod::yule_walker;
-    Products products = Products::axes;
+    ModelStructure model_structure = ModelStructure::axes;
     double forgetting = 0.99;
-    Removal remove = Removal::difference;
+    Detrend detrend = Detrend::difference;
     bool resample = false;
     std::int32_t period = 1;
   };

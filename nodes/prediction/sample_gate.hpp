@@ -23,7 +23,7 @@ inline bool is_usable(const Wrench& x) {
   return is_usable(x.force) && is_usable(x.torque);
 }
 
-/// Counts what a predictor could not use or had to mend; a prediction is mended for force and torque apart.
+/// Counts what a predictor could not use or had to repair; a prediction is repaired for force and torque apart.
 class ForecastGuard {
  public:
   ForecastGuard(const ForceLimits& limits, bool torque) : limits_(limits), torque_(torque) {}
@@ -43,17 +43,17 @@ class ForecastGuard {
   }
 
   /// Makes all of them ones that can be displayed: shortened to the device's limits, and a step of `predicted` that is
-  /// not finite the one before it (the first the current one). Returns true where a step had to be mended, and counts
+  /// not finite the one before it (the first the current one). Returns true where a step had to be repaired, and counts
   /// the forecast.
-  bool mend(Wrench& current, std::span<Wrench> predicted) {
-    bool mended = mend(current, predicted, &Wrench::force, limits_.force_max);
+  bool repair(Wrench& current, std::span<Wrench> predicted) {
+    bool repaired = repair(current, predicted, &Wrench::force, limits_.force_max);
     if (torque_) {
-      mended = mend(current, predicted, &Wrench::torque, limits_.torque_max) || mended;
+      repaired = repair(current, predicted, &Wrench::torque, limits_.torque_max) || repaired;
     } else {
       for (Wrench& step : predicted) step.torque = {};
     }
-    if (mended) ++fallbacks_;
-    return mended;
+    if (repaired) ++fallbacks_;
+    return repaired;
   }
 
   /// Counts a prediction that was held because nothing better could be computed.
@@ -72,7 +72,7 @@ class ForecastGuard {
   [[nodiscard]] bool torque() const { return torque_; }
 
  private:
-  bool mend(Wrench& current, std::span<Wrench> predicted, Vec3 Wrench::*part, double limit) {
+  bool repair(Wrench& current, std::span<Wrench> predicted, Vec3 Wrench::*part, double limit) {
     bool not_finite = false;
     bool clamped = false;
     current.*part = limited(current.*part, limit);

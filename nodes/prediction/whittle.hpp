@@ -8,7 +8,7 @@
 
 namespace tactor {
 
-/// A fitted model x_{t+1} = sum_{i=1..order} Phi_i x_{t-i+1}, Phi_i as of Products::vector. Order 0: nothing was
+/// A fitted model x_{t+1} = sum_{i=1..order} Phi_i x_{t-i+1}, Phi_i as of ModelStructure::vector. Order 0: nothing was
 /// fitted.
 struct VectorArFit {
   int order = 0;

@@ -15,7 +15,7 @@ namespace {
 
 using std::string;
 
-/// What is above it in an error is felt as roughness rather than as a wrong force; the figure's name says it too.
+/// What is above it in an error is felt as roughness rather than as a wrong force; the metric's name says it too.
 constexpr double rough_hz = 30;
 
 /// How many intervals between results of physics make a rate. The time between two says no rate: live, one that comes a
@@ -69,10 +69,11 @@ NodeInfo Metrics::declare() {
           "peak_energy the most that the tool had at a time in kinetic energy and, where it was above its start, in "
           "height; oscillation the amplitude (half of "
           "the way there and back, a drift in one direction is none) and frequency of the tool over `rest`. The "
-          "verdict is 0 stable, 1 limit cycle (more than `rest_swing` there and back), 3 energy from nowhere (over "
+          "verdict is 0 stable, 1 limit cycle (more than `rest_peak_to_peak` there and back), 3 energy from nowhere "
+          "(over "
           "10 % of what came in and 1 uJ), 4 not finite. Other moving bodies than the tool are not counted, and a "
           "massless tool counts with the weight that the scene gives it. Without "
-          "a reference the figures that need one are left out.")
+          "a reference the metrics that need one are left out.")
       .input("commanded", &Metrics::commanded,
              {.doc = "what the device is told to display, at its rate", .trigger = Trigger::yes, .queue = every})
       .input("force", &Metrics::force,
@@ -87,7 +88,7 @@ NodeInfo Metrics::declare() {
       .input("device", &Metrics::device,
              {.doc = "for the displacement", .trigger = Trigger::yes, .required = false, .queue = every})
       .real("settle", &Params::settle,
-            {.doc = "the start that is left out of the figures", .unit = "s", .default_value = 0.2, .min = 0})
+            {.doc = "the start that is left out of the metrics", .unit = "s", .default_value = 0.2, .min = 0})
       .real("jnd_force", &Params::jnd_force,
             {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
       .real(
@@ -118,12 +119,13 @@ NodeInfo Metrics::declare() {
              .unit = "s",
              .default_value = 0,
              .min = 0})
-      .real("rest_swing", &Params::rest_swing,
-            {.doc = "how far the tool may swing at rest, from peak to peak; more is a limit cycle. The tremor of a "
+      .real("rest_peak_to_peak", &Params::rest_peak_to_peak,
+            {.doc = "peak-to-peak amplitude that the tool may have at rest; more is a limit cycle. The tremor of a "
                     "trajectory counts",
              .unit = "m",
              .default_value = 1e-4,
              .min = 0})
+      .formerly("rest_peak_to_peak", "rest_swing")
       .info();
 }
 
@@ -327,7 +329,7 @@ void Metrics::report_displacement(Report& report) const {
 
 void Metrics::report_stability(Report& report) const {
   const RunSignals signals{commands_, positions_, tools_, mass_, gravity_W_, torque_};
-  const auto found = run_stability(signals, params_.rest, params_.rest_swing);
+  const auto found = run_stability(signals, params_.rest, params_.rest_peak_to_peak);
   if (!found) return;
   report.set("stability.verdict", static_cast<double>(found->verdict));
   report.set("stability.peak_energy_J", found->peak_energy_J);

@@ -11,7 +11,7 @@
 
 namespace tactor {
 
-/// sink.metrics: stores what arrives while the run goes on and computes its figures afterwards (see declare()).
+/// sink.metrics: stores what arrives while the run goes on and computes its metrics afterwards (see declare()).
 class Metrics final : public Node {
  public:
   struct Params {
@@ -24,7 +24,7 @@ class Metrics final : public Node {
     double loss_torque = 0;  // N m
     Duration loss_window;
     Duration rest;
-    double rest_swing = 0;  // m
+    double rest_peak_to_peak = 0;  // m
   };
   Metrics(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -43,7 +43,7 @@ class Metrics final : public Node {
     Time valid;
     std::int32_t count = 0;
   };
-  /// One part of a wrench, with the name, the unit and the thresholds its figures have.
+  /// One part of a wrench, with the name, the unit and the thresholds its metrics have.
   struct Part {
     const char* name;
     const char* unit;

@@ -51,7 +51,7 @@ bool tool_is_finite(std::span<const ToolSample> tool) {
 
 }  // namespace
 
-std::optional<StabilityFinding> run_stability(const RunSignals& signals, Duration rest, double swing_max) {
+std::optional<StabilityFinding> run_stability(const RunSignals& signals, Duration rest, double peak_to_peak_max) {
   const bool by_handle = signals.handle.size() >= 2;
   if (!by_handle && signals.tool.size() < 2) return std::nullopt;
   const std::size_t count = by_handle ? signals.handle.size() : signals.tool.size();
@@ -59,7 +59,7 @@ std::optional<StabilityFinding> run_stability(const RunSignals& signals, Duratio
   std::vector<StabilityRest> rests;
   const double end = time(count - 1).seconds();
   if (rest.ns > 0) rests.push_back({.begin = end - rest.seconds(), .end = end, .p_WT = {}});
-  StabilityJudge judge({.swing_max = swing_max}, rests);
+  StabilityJudge judge({.peak_to_peak_max = peak_to_peak_max}, rests);
 
   std::size_t tool = 0, command = 0;
   Wrench wrench;

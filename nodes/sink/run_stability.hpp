@@ -38,6 +38,6 @@ struct RunSignals {
 /// that `generated_J` is the most that the hand has got beyond what it had given and what the tool's weight gave.
 /// `peak_energy_J` is the most that the tool had at a time in kinetic energy and, where it was above its first
 /// position, in height. Absent where there are neither two samples of the handle nor two of the tool.
-std::optional<StabilityFinding> run_stability(const RunSignals& signals, Duration rest, double swing_max);
+std::optional<StabilityFinding> run_stability(const RunSignals& signals, Duration rest, double peak_to_peak_max);
 
 }  // namespace tactor

@@ -37,12 +37,12 @@ std::vector<LeanMove<State>> knobs(const State& state, int most, bool leaves_out
 }
 
 LeanPath<State> search(const LeanLimits& limits, LeanSearch<State>::Moves moves,
-                       const std::function<LeanFigures(const State&)>& figures, int* compared = nullptr) {
+                       const std::function<LeanMetrics(const State&)>& metrics, int* compared = nullptr) {
   const auto compare = [&](const State& before, const LeanMove<State>& move) {
     if (compared != nullptr) ++*compared;
-    return LeanPair{figures(before), figures(move.state)};
+    return LeanPair{metrics(before), metrics(move.state)};
   };
-  return LeanSearch<State>(limits, std::move(moves), compare).run({0, 0, 0}, figures({0, 0, 0}));
+  return LeanSearch<State>(limits, std::move(moves), compare).run({0, 0, 0}, metrics({0, 0, 0}));
 }
 
 std::vector<std::string> taken(const LeanPath<State>& path) {
@@ -52,9 +52,9 @@ std::vector<std::string> taken(const LeanPath<State>& path) {
 }
 
 /// Every turn of a knob takes its cost off and adds its error: what is best follows from the sums.
-LeanFigures separable(const State& s) {
+LeanMetrics separable(const State& s) {
   const std::array<double, 3> saves{10, 20, 5}, errs{1, 4, 0.1};
-  LeanFigures f{.cost = 200};
+  LeanMetrics f{.cost = 200};
   for (std::size_t k = 0; k < 3; ++k) {
     f.cost -= saves[k] * s[k];
     f.error += errs[k] * s[k];
@@ -73,8 +73,8 @@ BOOST_AUTO_TEST_CASE(the_largest_saving_that_keeps_the_budget_comes_first) {
   const auto path = search(
       {.error = 10}, [](const State& s) { return knobs(s, 3); }, separable);
   BOOST_TEST(taken(path) == (Names{"b2", "a2"}), boost::test_tools::per_element());
-  BOOST_TEST(path.steps.back().figures.after.cost == 200.0 - 40 - 20);
-  BOOST_TEST(path.steps.back().figures.after.error == 10.0);
+  BOOST_TEST(path.steps.back().metrics.after.cost == 200.0 - 40 - 20);
+  BOOST_TEST(path.steps.back().metrics.after.error == 10.0);
   BOOST_TEST(path.start.cost == 200.0);
 }
 
@@ -92,56 +92,56 @@ BOOST_AUTO_TEST_CASE(all_is_taken_where_the_budget_allows_it_and_nothing_where_i
 
 BOOST_AUTO_TEST_CASE(no_step_is_ever_over_a_budget_whatever_the_errors_do) {
   // Errors that depend on each other: a and b together err far more than alone.
-  const auto figures = [](const State& s) {
-    return LeanFigures{.cost = 100.0 - 10 * s[0] - 9 * s[1] - 8 * s[2],
+  const auto metrics = [](const State& s) {
+    return LeanMetrics{.cost = 100.0 - 10 * s[0] - 9 * s[1] - 8 * s[2],
                        .error = 0.1 * s[0] + 0.1 * s[1] + 0.3 * s[2] + 3.0 * s[0] * s[1],
                        .torque_error = 0.01 * s[2]};
   };
   const LeanLimits limits{.error = 1, .torque_error = 0.02};
   const auto path = search(
-      limits, [](const State& s) { return knobs(s, 3); }, figures);
-  for (const auto& step : path.steps) BOOST_TEST(limits.keep(step.figures.after));
+      limits, [](const State& s) { return knobs(s, 3); }, metrics);
+  for (const auto& step : path.steps) BOOST_TEST(limits.keep(step.metrics.after));
   // The first is a3 (30 of 100; b3 27, c2 16); then b is over, and c2 keeps both budgets.
   BOOST_TEST(taken(path) == (Names{"a3", "c2"}), boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(what_saves_less_than_times_differ_by_is_not_coarsened_but_it_is_left_out) {
-  const auto figures = [](const State& s) { return LeanFigures{.cost = 100.0 - 0.5 * s[0] + 1.5 * s[1] + 5.0 * s[2]}; };
+  const auto metrics = [](const State& s) { return LeanMetrics{.cost = 100.0 - 0.5 * s[0] + 1.5 * s[1] + 5.0 * s[2]}; };
   BOOST_TEST(search(
-                 {.error = 1}, [](const State& s) { return knobs(s, 1); }, figures)
+                 {.error = 1}, [](const State& s) { return knobs(s, 1); }, metrics)
                  .steps.empty());
   // What is left out seems to save 0.5 %, or to cost 1.5 % or 5 % more.
   const auto path = search(
-      {.error = 1}, [](const State& s) { return knobs(s, 1, true); }, figures);
+      {.error = 1}, [](const State& s) { return knobs(s, 1, true); }, metrics);
   BOOST_TEST(taken(path) == (Names{"a1", "b1", "c1"}), boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(the_finer_of_two_values_that_save_the_same_is_taken) {
-  const auto figures = [](const State& s) { return LeanFigures{.cost = s[0] == 0 ? 100.0 : 50 - 0.1 * s[0]}; };
+  const auto metrics = [](const State& s) { return LeanMetrics{.cost = s[0] == 0 ? 100.0 : 50 - 0.1 * s[0]}; };
   const auto path = search(
-      {.error = 1}, [](const State& s) { return knobs(s, 3); }, figures);
+      {.error = 1}, [](const State& s) { return knobs(s, 3); }, metrics);
   BOOST_TEST(taken(path) == (Names{"a1"}), boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(what_cannot_be_run_is_tried_again_after_another_step) {
-  const auto figures = [](const State& s) {
-    LeanFigures f{.cost = 100.0 - 50 * s[0] - 40 * s[1]};
+  const auto metrics = [](const State& s) {
+    LeanMetrics f{.cost = 100.0 - 50 * s[0] - 40 * s[1]};
     if (s[1] > 0 && s[0] == 0) f.refused = "b needs a";
     return f;
   };
   const auto path = search(
-      {.error = 1}, [](const State& s) { return knobs(s, 1); }, figures);
+      {.error = 1}, [](const State& s) { return knobs(s, 1); }, metrics);
   BOOST_TEST(taken(path) == (Names{"a1", "b1"}), boost::test_tools::per_element());
-  BOOST_TEST(path.trials[1].figures.after.refused == "b needs a");
+  BOOST_TEST(path.trials[1].metrics.after.refused == "b needs a");
   BOOST_TEST((path.trials[1].outcome == LeanOutcome::refused));
 }
 
 BOOST_AUTO_TEST_CASE(what_saved_nothing_is_measured_again_when_it_may_save_a_larger_share) {
   // c saves 1 of 100, which is too little, and 1 of 10 after a.
-  const auto figures = [](const State& s) { return LeanFigures{.cost = 100.0 - 90 * s[0] - s[2]}; };
+  const auto metrics = [](const State& s) { return LeanMetrics{.cost = 100.0 - 90 * s[0] - s[2]}; };
   int compared = 0;
   const auto path = search(
-      {.error = 1}, [](const State& s) { return knobs(s, 1); }, figures, &compared);
+      {.error = 1}, [](const State& s) { return knobs(s, 1); }, metrics, &compared);
   BOOST_TEST(taken(path) == (Names{"a1", "c1"}), boost::test_tools::per_element());
   BOOST_TEST(compared < 20);
 }

@@ -23,9 +23,9 @@ BOOST_AUTO_TEST_CASE(latencies_are_written_by_device_and_edge_with_their_counts)
   LiveStatus status;
   LiveDevice device;
   device.node = 1;
-  device.wake_latency = figures_of(wake, true);
+  device.wake_latency = metrics_of(wake, true);
   status.devices = {device};
-  status.edges = {{{}, figures_of(age, true)}};
+  status.edges = {{{}, metrics_of(age, true)}};
   BOOST_TEST(latencies_csv(plan, status) ==
              "latency,us,count\n"
              "device.wakeup,0.012,1\n"
@@ -36,7 +36,7 @@ BOOST_AUTO_TEST_CASE(latencies_are_written_by_device_and_edge_with_their_counts)
 BOOST_AUTO_TEST_CASE(figures_that_are_not_whole_keep_no_counts) {
   LatencyHistogram h;
   h.record(Duration{90});
-  BOOST_TEST(figures_of(h, false).counts.empty());
-  BOOST_TEST(figures_of(h, false).count == 1U);
-  BOOST_TEST(figures_of(h, true).counts.size() == 1U);
+  BOOST_TEST(metrics_of(h, false).counts.empty());
+  BOOST_TEST(metrics_of(h, false).count == 1U);
+  BOOST_TEST(metrics_of(h, true).counts.size() == 1U);
 }

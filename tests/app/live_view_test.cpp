@@ -121,7 +121,7 @@ BOOST_FIXTURE_TEST_CASE(no_row_is_wider_than_a_hundred_columns_whatever_the_name
   now.phase = Phase::starting;
   now.waiting_for = std::vector<std::string>(5, longest);
   now.nodes[1] = {4'000'000'000, 4'000'000'000, true};
-  now.edges[0].figures.dropped = 4'000'000'000;
+  now.edges[0].metrics.dropped = 4'000'000'000;
   LiveDevice& d = now.devices[0];
   d.ticks = d.missed = d.page_faults = 4'000'000'000;
   d.wake_latency.max = d.body_time.p99 = d.end_to_end.p99 = Duration{86'400'000'000'000};

@@ -27,7 +27,7 @@ RunRecord record(std::size_t number) {
   r.result.title = "a duck";
   r.result.duration_s = 2;
   r.result.cpu_s = 0.375;
-  r.result.figures = {{"z.last_N", 0.1}, {"a.first", std::numeric_limits<double>::quiet_NaN()}, {"inf", INFINITY}};
+  r.result.metrics = {{"z.last_N", 0.1}, {"a.first", std::numeric_limits<double>::quiet_NaN()}, {"inf", INFINITY}};
   r.result.nodes = {{"device", "device.simulated", 2000, 1, 0.5, 0.75, 0.001}};
   r.result.series = {{"one_step_error", "N", {0, 1}, {0.25, -0.5}}};
   r.result.chosen = {{"collision", "collision.auto", "collision.sdf", "it is a mesh"}};
@@ -68,10 +68,10 @@ BOOST_AUTO_TEST_CASE(runs_are_read_as_they_were_added) {
   BOOST_TEST(whole.result.seed == 3U);
   BOOST_TEST(whole.cpu_s == record(1).cpu_s, boost::test_tools::per_element());
   BOOST_TEST(whole.control_us == 1000);
-  BOOST_TEST(whole.result.figures[0].first == "z.last_N");
-  BOOST_TEST(whole.result.figures[0].second == 0.1);
-  BOOST_TEST(std::isnan(whole.result.figures[1].second));
-  BOOST_TEST(std::isinf(whole.result.figures[2].second));
+  BOOST_TEST(whole.result.metrics[0].first == "z.last_N");
+  BOOST_TEST(whole.result.metrics[0].second == 0.1);
+  BOOST_TEST(std::isnan(whole.result.metrics[1].second));
+  BOOST_TEST(std::isinf(whole.result.metrics[2].second));
   BOOST_TEST(whole.result.nodes[0].steps == 2000U);
   BOOST_TEST(whole.result.nodes[0].p99_us == 0.75);
   BOOST_TEST(whole.result.series[0].value == record(1).result.series[0].value, boost::test_tools::per_element());
@@ -105,7 +105,7 @@ BOOST_AUTO_TEST_CASE(a_run_is_added_once) {
   BOOST_CHECK_THROW(table.add(record(0)), RunError);
   // What did not go in leaves no trace, and the table goes on.
   table.add(record(1));
-  BOOST_TEST(table.read()[0].result.figures.size() == 3U);
+  BOOST_TEST(table.read()[0].result.metrics.size() == 3U);
 }
 
 BOOST_AUTO_TEST_CASE(another_study_is_refused_with_what_has_changed) {

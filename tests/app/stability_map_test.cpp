@@ -28,7 +28,7 @@ struct Map {
     std::vector<RunRecord> records(cases.size());
     for (std::size_t i = 0; i < records.size(); ++i) {
       records[i].number = i;
-      records[i].result.figures = {{"stability.verdict", verdicts[i]}};
+      records[i].result.metrics = {{"stability.verdict", verdicts[i]}};
     }
     study = make_study(spec, make_comparison(cases, {1}, records, {"stability.verdict"}));
     maps = stability_maps(study);

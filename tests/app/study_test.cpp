@@ -1,4 +1,4 @@
-// What a study runs, and what it makes of the figures, worked out by hand.
+// What a study runs, and what it makes of the metrics, worked out by hand.
 #include "app/study/table/study.hpp"
 
 #include "app/study/report/text_tables.hpp"
@@ -43,8 +43,8 @@ struct StudyFile {
   }
 };
 
-// Errors of two graphs by two settings over two seeds: the second setting errs half and a quarter as much in the first
-// graph, four times and twice in the second.
+// Errors of two graphs by two configurations over two seeds: the second configuration errs half and a quarter as much
+// in the first graph, four times and twice in the second.
 Comparison comparison() {
   Comparison c;
   c.seeds = {7, 8};
@@ -53,7 +53,7 @@ Comparison comparison() {
                        std::vector<double> next) {
     CompareRow one;
     one.graph = graph;
-    one.setting = "s";
+    one.configuration = "s";
     one.against = against;
     one.runs.resize(2);
     one.values = {std::move(delivered), std::move(next)};
@@ -94,7 +94,7 @@ BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
   BOOST_TEST(c.overrides.layers[0].file.filename() == "line.yaml");
   const std::vector<std::string> set{"x.p=3 mm", "x.q='2'", "y.q='2'", "x.r=[1, 2]", "x.p=4 mm"};
   BOOST_TEST(c.overrides.set == set, boost::test_tools::per_element());
-  BOOST_TEST(c.setting == "line x.q, y.q='2' x.r=[1, 2]");
+  BOOST_TEST(c.configuration == "line x.q, y.q='2' x.r=[1, 2]");
 }
 
 BOOST_AUTO_TEST_CASE(without_methods_and_values_the_graphs_run_as_they_are) {
@@ -189,7 +189,7 @@ BOOST_AUTO_TEST_CASE(a_ratio_of_a_cell_is_to_the_baseline_of_that_cell) {
   for (const RunCase& one : study_cases(spec, {})) {
     CompareRow row;
     row.graph = "a";
-    row.setting = one.setting;
+    row.configuration = one.configuration;
     row.against = one.against;
     row.runs.resize(3);
     row.status.assign(3, RunStatus::done);
@@ -197,8 +197,8 @@ BOOST_AUTO_TEST_CASE(a_ratio_of_a_cell_is_to_the_baseline_of_that_cell) {
     row.spread.assign(3, std::numeric_limits<double>::quiet_NaN());
     row.control_us.assign(3, 1000);
     // Eight times the stiffness, eight times the error; the line halves it at either.
-    const double error =
-        (one.setting.find("x.k=2") != std::string::npos ? 8.0 : 1.0) * (one.setting.starts_with("line") ? 0.5 : 1.0);
+    const double error = (one.configuration.find("x.k=2") != std::string::npos ? 8.0 : 1.0) *
+                         (one.configuration.starts_with("line") ? 0.5 : 1.0);
     row.values = {{error, 2 * error, 3 * error}};
     c.rows.push_back(std::move(row));
   }
@@ -256,11 +256,11 @@ BOOST_AUTO_TEST_CASE(the_table_file_has_a_line_a_run_with_its_values_quoted_wher
   StudySpec spec;
   spec.graphs = {"a.yaml", "b.yaml"};
   spec.vary = {{"x.p, y.p", {"x.p", "y.p"}, {{"[1, 2]", {}, {}}, {"3", {}, {}}}, {}}};
-  Comparison figures = comparison();
-  figures.columns[1].run_time = true;
-  figures.rows[3].values[0][1] = std::numeric_limits<double>::quiet_NaN();
-  figures.rows[3].status[1] = RunStatus::failed;
-  const Study study = make_study(spec, figures);
+  Comparison metrics = comparison();
+  metrics.columns[1].run_time = true;
+  metrics.rows[3].values[0][1] = std::numeric_limits<double>::quiet_NaN();
+  metrics.rows[3].status[1] = RunStatus::failed;
+  const Study study = make_study(spec, metrics);
   BOOST_TEST(study_csv(study) ==
              "graph,method,\"x.p, y.p\",seed,status,delivered.force.rms_error_N\n"
              "a,,\"[1, 2]\",7,done,0.2\na,,\"[1, 2]\",8,done,0.4\na,,3,7,done,0.1\na,,3,8,done,0.1\n"
@@ -274,15 +274,15 @@ BOOST_AUTO_TEST_CASE(run_times_that_spread_by_more_than_a_tenth_are_warned_of) {
   spec.graphs = {"a.yaml", "b.yaml"};
   spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
   spec.repeats = 3;
-  Comparison figures = comparison();
-  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.02);
-  BOOST_TEST(timing_note(make_study(spec, figures)).warning.empty());
-  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.3);
-  BOOST_TEST(timing_note(make_study(spec, figures)).warning.find("30 %") != std::string::npos);
+  Comparison metrics = comparison();
+  for (CompareRow& row : metrics.rows) row.spread.assign(2, 0.02);
+  BOOST_TEST(timing_note(make_study(spec, metrics)).warning.empty());
+  for (CompareRow& row : metrics.rows) row.spread.assign(2, 0.3);
+  BOOST_TEST(timing_note(make_study(spec, metrics)).warning.find("30 %") != std::string::npos);
   // One run of eight is enough, whatever the median is: the row is named, with how far and how many.
-  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.02);
-  figures.rows[3].spread[1] = 0.42;
-  const TimingNote one = timing_note(make_study(spec, figures));
+  for (CompareRow& row : metrics.rows) row.spread.assign(2, 0.02);
+  metrics.rows[3].spread[1] = 0.42;
+  const TimingNote one = timing_note(make_study(spec, metrics));
   BOOST_TEST(one.spread_median == 0.02);
   BOOST_TEST(one.spread_worst == 0.42);
   BOOST_TEST(one.text.find("2.0 % in the median and 42.0 % at most") != std::string::npos, one.text);
@@ -291,15 +291,15 @@ BOOST_AUTO_TEST_CASE(run_times_that_spread_by_more_than_a_tenth_are_warned_of) {
           std::string::npos,
       one.warning);
   // The worst come first and the rest are counted.
-  for (std::size_t row = 0; row < 4; ++row) figures.rows[row].graph = std::string(1, static_cast<char>('k' + row));
-  for (std::size_t row = 0; row < 4; ++row) figures.rows[row].spread[0] = 0.15 + 0.1 * static_cast<double>(row);
-  const std::string all = timing_note(make_study(spec, figures)).warning;
+  for (std::size_t row = 0; row < 4; ++row) metrics.rows[row].graph = std::string(1, static_cast<char>('k' + row));
+  for (std::size_t row = 0; row < 4; ++row) metrics.rows[row].spread[0] = 0.15 + 0.1 * static_cast<double>(row);
+  const std::string all = timing_note(make_study(spec, metrics)).warning;
   BOOST_TEST(all.find("the repeats of 5 of 8 runs spread by more than 10 %: n s (by 45 % at most, in 2 of 2), m s (by "
                       "35 % at most, in 1 of 2), l s (by 25 % at most, in 1 of 2) and 1 more") != std::string::npos,
              all);
-  for (CompareRow& row : figures.rows) row.spread.assign(2, 0.02);
-  for (std::size_t row = 0; row < 4; ++row) figures.rows[row].control_us = {1000, row < 2 ? 1000 : 1500.0};
-  const TimingNote note = timing_note(make_study(spec, figures));
+  for (CompareRow& row : metrics.rows) row.spread.assign(2, 0.02);
+  for (std::size_t row = 0; row < 4; ++row) metrics.rows[row].control_us = {1000, row < 2 ? 1000 : 1500.0};
+  const TimingNote note = timing_note(make_study(spec, metrics));
   BOOST_TEST(note.control_us == 1000);
   BOOST_TEST(note.control_spread == 0.5);
   BOOST_TEST(note.warning.find("the fixed computation spread by 50 %") != std::string::npos, note.warning);
@@ -321,11 +321,11 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   StudySpec spec;
   spec.graphs = {"a.yaml", "b.yaml"};
   spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
-  Comparison figures = comparison();
-  figures.rows[3].values[0][0] = std::numeric_limits<double>::quiet_NaN();
-  figures.rows[3].status[0] = RunStatus::failed;
-  figures.rows[3].message[0] = "it broke";
-  const Study study = make_study(spec, figures);
+  Comparison metrics = comparison();
+  metrics.rows[3].values[0][0] = std::numeric_limits<double>::quiet_NaN();
+  metrics.rows[3].status[0] = RunStatus::failed;
+  metrics.rows[3].message[0] = "it broke";
+  const Study study = make_study(spec, metrics);
   const CompareRow& row = study.comparison.rows[3];
   BOOST_TEST(row.name() == "b s (1 of 2 seeds)");
   BOOST_TEST(row.mean_of("delivered.force.rms_error_N", study.comparison.columns) == 2.0);
@@ -342,17 +342,17 @@ BOOST_AUTO_TEST_CASE(a_failed_seed_leaves_the_figures_of_the_others_and_is_told_
   BOOST_TEST(json["seeds_done"] == 1);
   BOOST_TEST(json["status"].dump() == R"(["failed","done"])");
   BOOST_TEST(json["failures"].dump() == R"([{"seed":7,"message":"it broke"}])");
-  BOOST_TEST(json["figures"]["delivered.force.rms_error_N"]["mean"] == 2.0);
-  // With no seed left there is no figure, and no crash.
-  figures.rows[3].status[1] = RunStatus::failed;
-  figures.rows[3].values[0][1] = std::numeric_limits<double>::quiet_NaN();
-  const Study none = make_study(spec, figures);
+  BOOST_TEST(json["metrics"]["delivered.force.rms_error_N"]["mean"] == 2.0);
+  // With no seed left there is no metric, and no crash.
+  metrics.rows[3].status[1] = RunStatus::failed;
+  metrics.rows[3].values[0][1] = std::numeric_limits<double>::quiet_NaN();
+  const Study none = make_study(spec, metrics);
   BOOST_TEST(!none.ratios[3].delivered);
   BOOST_TEST(!none.ratios_over_graphs[1].delivered);
   BOOST_TEST(study_table(none, wide).find("line (0 of 2 seeds)") != std::string::npos);
   // Where nothing is done nothing is said of run times, and no line is left empty for it.
-  for (CompareRow& one : figures.rows) one.status.assign(2, RunStatus::failed);
-  const Study nothing = make_study(spec, figures);
+  for (CompareRow& one : metrics.rows) one.status.assign(2, RunStatus::failed);
+  const Study nothing = make_study(spec, metrics);
   BOOST_TEST(timing_note(nothing).text.empty());
   for (const std::string& text :
        {study_table(nothing, wide), work_precision_table(nothing, work_precision(nothing), wide),
@@ -368,11 +368,11 @@ BOOST_AUTO_TEST_CASE(a_ratio_to_a_first_line_that_lacks_seeds_tells_over_how_man
   StudySpec spec;
   spec.graphs = {"a.yaml", "b.yaml"};
   spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
-  Comparison figures = comparison();
-  figures.rows[2].values[0][0] = std::numeric_limits<double>::quiet_NaN();
-  figures.rows[2].status[0] = RunStatus::failed;
-  figures.rows[2].message[0] = "it broke";
-  const Study study = make_study(spec, figures);
+  Comparison metrics = comparison();
+  metrics.rows[2].values[0][0] = std::numeric_limits<double>::quiet_NaN();
+  metrics.rows[2].status[0] = RunStatus::failed;
+  metrics.rows[2].message[0] = "it broke";
+  const Study study = make_study(spec, metrics);
   BOOST_TEST(study.comparison.rows[3].seeds_text().empty());
   // The line itself lacks nothing, but its ratio is that of the second seed, 2 to 1, and one value has no interval.
   const std::string table = study_table(study, wide);
@@ -388,7 +388,7 @@ BOOST_AUTO_TEST_CASE(a_ratio_to_a_first_line_that_lacks_seeds_tells_over_how_man
   BOOST_TEST(table.find("line (seeds missing)") != std::string::npos, table);
   BOOST_TEST(study.incomplete(1) == " (seeds missing)");
   const nlohmann::ordered_json json = to_json(study);
-  for (const auto& one : {json["rows"][3]["against"]["ratio"], json["settings"][1]["over_graphs"]}) {
+  for (const auto& one : {json["rows"][3]["against"]["ratio"], json["configurations"][1]["over_graphs"]}) {
     BOOST_TEST(one["delivered_rms"]["count"] == 1);
     BOOST_TEST(one["delivered_rms"]["seeds"] == 2);
     BOOST_TEST(one["delivered_rms"]["low"].is_null());
@@ -401,7 +401,7 @@ BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   std::vector<RunRecord> records(6);
   const auto fill = [&](std::size_t number, double error) {
     records[number].number = number;
-    records[number].result.figures = {{"delivered.force.rms_error_N", error}};
+    records[number].result.metrics = {{"delivered.force.rms_error_N", error}};
     records[number].result.series = {{"one_step_error", "N", {0, 1}, {error, error + 1}}};
   };
   // The first row errs 1, 2, 3 N by seed, the second 2, -, 5 N: differences 1 and 2 N of the first and the last seed.

@@ -161,7 +161,7 @@ BOOST_AUTO_TEST_CASE(one_seed_has_neither_bars_nor_brackets) {
   BOOST_TEST(json["high"].is_null());
   BOOST_TEST(work_precision_table(study, one, wide).find('[') == std::string::npos,
              work_precision_table(study, one, wide));
-  BOOST_TEST(to_json(study)["rows"][0]["figures"]["delivered.force.rms_error_N"]["sd"].is_null());
+  BOOST_TEST(to_json(study)["rows"][0]["metrics"]["delivered.force.rms_error_N"]["sd"].is_null());
   const std::string bare = svg();
   // The same over two seeds of which the second has twice the error and the time.
   study.comparison.seeds = {1, 2};
@@ -172,7 +172,7 @@ BOOST_AUTO_TEST_CASE(one_seed_has_neither_bars_nor_brackets) {
     row.spread = row.control_us = {1, 1};
     for (std::vector<double>& values : row.values) values.push_back(2 * values.front());
   }
-  BOOST_TEST(to_json(study)["rows"][0]["figures"]["delivered.force.rms_error_N"]["sd"].is_number());
+  BOOST_TEST(to_json(study)["rows"][0]["metrics"]["delivered.force.rms_error_N"]["sd"].is_number());
   const std::string barred = svg();
   BOOST_TEST(count(barred, "<use") == count(bare, "<use"));
   BOOST_TEST(strokes(bare) == 2U);  // the line through each method's marks

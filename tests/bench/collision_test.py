@@ -1,4 +1,4 @@
-"""A short run of collision_bench: the contenders agree on what touches, and the figures are whole. No time is judged.
+"""A short run of collision_bench: the contenders agree on what touches, and the metrics are whole. No time is judged.
 
 collision_test.py PROGRAM MESH_FOLDER
 """

@@ -1,4 +1,4 @@
-"""What scripts/lean_results makes of lean graphs, on figures made up by hand: a promise that is not kept ends it."""
+"""What scripts/lean_results makes of lean graphs, on metrics made up by hand: a promise that is not kept ends it."""
 import copy
 import importlib.machinery
 import importlib.util

@@ -1,4 +1,4 @@
-"""The figures of bench/live.py: percentiles of merged histograms, what cyclictest says, and the path of the hand."""
+"""The metrics of bench/live.py: percentiles of merged histograms, what cyclictest says, and the path of the hand."""
 import csv
 import math
 import pathlib
@@ -26,7 +26,7 @@ CYCLICTEST = """# /dev/cpu_dma_latency set to 0us
 """
 
 
-class Figures(unittest.TestCase):
+class Metrics(unittest.TestCase):
     def test_quantiles_of_merged_slices_are_those_of_all_samples_together(self):
         draw = random.Random(3)
         slices = [[draw.randrange(1, 300 * (k + 1)) for _ in range(1000)] for k in range(4)]
@@ -61,7 +61,7 @@ class Figures(unittest.TestCase):
         slices = [(summary(m), {n: {10.0: 1000} for n in names}) for m in (4, 0, 9)]
         # Slices of cyclictest in front of each: 2, 0 and 6 deadlines run past.
         reference = [({8.0: 1000, 2500.0: 1}, 2500.0), ({8.0: 1000}, 8.0), ({8.0: 1000, 3100.0: 2}, 3100.0)]
-        f = live.figures(reference, slices)
+        f = live.metrics(reference, slices)
         self.assertEqual(f["missed"], 13)
         self.assertEqual(f["missed_as_cyclictest"], 1 + 0 + 6)
         self.assertEqual(f["cyclictest_late"], 8)

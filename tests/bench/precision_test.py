@@ -1,4 +1,4 @@
-"""What scripts/precision_results makes of a study's points, on figures made up by hand."""
+"""What scripts/precision_results makes of a study's points, on metrics made up by hand."""
 import importlib.machinery
 import importlib.util
 import pathlib

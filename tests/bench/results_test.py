@@ -1,4 +1,4 @@
-"""What scripts/results makes of studies, on figures made up by hand."""
+"""What scripts/results makes of studies, on metrics made up by hand."""
 import gzip
 import importlib.machinery
 import importlib.util
@@ -27,16 +27,16 @@ def found():
     rows = []
     for scene, scale in (("wall", 1.0), ("air", 4.0)):
         for method, (error, us) in methods.items():
-            figures = {name: {"mean": 1.0} for name in FIGURES}
-            figures["delivered.force.rms_error_N"]["mean"] = error * scale
-            figures["delivered.force.max_step_N"]["mean"] = scale if method == "hold" else 3.0
+            metrics = {name: {"mean": 1.0} for name in FIGURES}
+            metrics["delivered.force.rms_error_N"]["mean"] = error * scale
+            metrics["delivered.force.max_step_N"]["mean"] = scale if method == "hold" else 3.0
             if scene == "wall":
-                figures["delivered.force.overshoot_after_loss_N"] = {"mean": 0.25}
-            figures["cost_us.dynamics.median"]["mean"] = 10 * scale
-            figures["method_us_per_tick"]["mean"] = us
-            rows.append({"graph": scene, "method": method, "title": f"what {method} is", "figures": figures,
+                metrics["delivered.force.overshoot_after_loss_N"] = {"mean": 0.25}
+            metrics["cost_us.dynamics.median"]["mean"] = 10 * scale
+            metrics["method_us_per_tick"]["mean"] = us
+            rows.append({"graph": scene, "method": method, "title": f"what {method} is", "metrics": metrics,
                          "against": {"ratio": {"delivered_rms": ratio(error)}}})
-    return {"settings": [{"method": m, "over_graphs": {"delivered_rms": ratio(e)}} for m, (e, _) in methods.items()],
+    return {"configurations": [{"method": m, "over_graphs": {"delivered_rms": ratio(e)}} for m, (e, _) in methods.items()],
             "rows": rows}
 
 
@@ -56,7 +56,7 @@ class Interval(unittest.TestCase):
 
 class RefitAgainstFixed(unittest.TestCase):
     def table(self, difference):
-        row = {"figures": {}, "against": {"one_step_rms": difference, "one_step_anova": {"F": 4.0, "p": 0.25}}}
+        row = {"metrics": {}, "against": {"one_step_rms": difference, "one_step_anova": {"F": 4.0, "p": 0.25}}}
         return cells(results.refit_against_fixed({"rows": [row] * 2 * len(results.PAPER_TESTS)}))[2]
 
     def test_one_seed_alone_has_no_difference(self):
@@ -80,7 +80,7 @@ class Methods(unittest.TestCase):
     def test_what_there_is_to_gain_has_a_row_a_scene(self):
         for rows in self.methods.rows.values():
             for row in rows.values():
-                row["figures"] |= {name: {"mean": 5.0} for name in ("reference.force.rms_N", "contacts.median",
+                row["metrics"] |= {name: {"mean": 5.0} for name in ("reference.force.rms_N", "contacts.median",
                                                                     "physics.rate_hz_median", "physics.force.rms_error_N")}
         self.methods.rows["floor_exact"] = self.methods.rows["line"]
         self.assertEqual(cells(self.methods.what_there_is())[2:],
@@ -109,8 +109,8 @@ class Methods(unittest.TestCase):
 
 class Tables(unittest.TestCase):
     def test_windows_are_means_over_the_tests_by_removal(self):
-        rows = [{"values": {"refit.remove, prediction.remove": removal, "refit.window": str(window)},
-                 "figures": {"one_step.force.rms_error_N": {"mean": error + test}, "cost_us.refit.median": {"mean": 2.0}}}
+        rows = [{"values": {"refit.detrend, prediction.detrend": removal, "refit.window": str(window)},
+                 "metrics": {"one_step.force.rms_error_N": {"mean": error + test}, "cost_us.refit.median": {"mean": 2.0}}}
                 for window in results.PAPER_WINDOWS for removal, error in (("none", 0.1), ("difference", 0.2)) for test in (0, 1)]
         table = cells(results.windows({"rows": rows}))
         self.assertEqual(table[2], ["100", "0.0563", "0.6", "2", "0.7", "2"])
@@ -118,10 +118,10 @@ class Tables(unittest.TestCase):
 
     def test_run_times_come_from_the_other_study_and_errors_do_not(self):
         def of(error, us, text):
-            return {"rows": [{"graph": "wall", "figures": {"delivered.force.rms_error_N": {"mean": error}, "cost_us.refit.median": {"mean": us},
+            return {"rows": [{"graph": "wall", "metrics": {"delivered.force.rms_error_N": {"mean": error}, "cost_us.refit.median": {"mean": us},
                                                            "method_us_per_tick": {"mean": 10 * us}}}], "timing": {"text": text, "warning": ""}}
         both = results.with_run_times(of(0.1, 5.0, "at once"), of(0.9, 2.0, "one at a time"))
-        self.assertEqual({name: value["mean"] for name, value in both["rows"][0]["figures"].items()},
+        self.assertEqual({name: value["mean"] for name, value in both["rows"][0]["metrics"].items()},
                          {"delivered.force.rms_error_N": 0.1, "cost_us.refit.median": 2.0, "method_us_per_tick": 20.0})
         self.assertEqual(results.timing(both), "one at a time\n")
         with self.assertRaises(ValueError):

@@ -1,4 +1,4 @@
-"""Cells of stability_bench: ours are stable, the figures whole, and the tables count what is there.
+"""Cells of stability_bench: ours are stable, the metrics whole, and the tables count what is there.
 
 `stability_test.py PROGRAM MESHES`: PROGRAM is stability_bench, MESHES the folder of the meshes.
 """
@@ -23,10 +23,10 @@ def run(*options):
     return json.loads(said)
 
 
-def cell(contender="tactor", verdict="stable", rate=1000.0, **figures):
+def cell(contender="tactor", verdict="stable", rate=1000.0, **metrics):
     return {"contender": contender, "contact_stiffness": 1e3, "mass": 0.1, "rate": rate, "coupling_stiffness": 1e2,
-            "verdict": verdict, "generated": 0.0, "swing_m": 0.0, "rest_error_m": 2e-6, "step_s": 0.5, "query_s": 0.1, "left_out": 0,
-            "simulated_s": 4.0, "damped_steps": 0, "stopped_steps": 0} | figures
+            "verdict": verdict, "generated": 0.0, "peak_to_peak_m": 0.0, "rest_error_m": 2e-6, "step_s": 0.5, "query_s": 0.1, "left_out": 0,
+            "simulated_s": 4.0, "damped_steps": 0, "stopped_steps": 0} | metrics
 
 
 class Program(unittest.TestCase):
@@ -85,8 +85,8 @@ class Program(unittest.TestCase):
 class Tables(unittest.TestCase):
     def test_a_cell_without_a_figure_is_refused(self):
         broken = cell()
-        del broken["swing_m"]
-        with self.assertRaisesRegex(ValueError, "press: a cell without swing_m"):
+        del broken["peak_to_peak_m"]
+        with self.assertRaisesRegex(ValueError, "press: a cell without peak_to_peak_m"):
             stability.check_whole({"scenes": [{"name": "press", "cells": [broken]}]})
 
     def test_contenders_that_ran_other_cells_are_refused(self):

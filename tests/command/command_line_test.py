@@ -48,6 +48,52 @@ class Values(Refused):
         self.run_ok("doctor", "--json", "--seconds", "100 ms")
 
 
+class FormerNames(Refused):
+    """Graphs of an earlier release."""
+
+    OLD = f"""# remove nothing
+extends: {GRAPHS / 'duck/refit.yaml'}
+nodes:
+  refit: {{remove: none}}   # as printed
+edges: [coupling.law -> dynamics.law]
+"""
+
+    @needs_meshes
+    def test_a_former_name_is_refused_with_its_successor(self):
+        graph = self.write("old.yaml", self.OLD)
+        self.assert_refused("check", graph, says=[
+            f"old.yaml:4:11: nodes.refit.remove is called detrend now; tactor migrate {graph} rewrites it",
+            "old.yaml:5:9: edges", "dynamics.law is called coupling now"])
+        said = self.assert_refused("check", DUCK.parent / "refit.yaml", "--set", "refit.remove=none",
+                                   says=["nodes.refit.remove is called detrend now"])
+        self.assertNotIn("migrate", said)
+
+    @needs_meshes
+    def test_migrate_rewrites_a_file_where_it_lies(self):
+        graph = self.write("old.yaml", self.OLD)
+        graph.chmod(0o640)
+        said = self.run_ok("migrate", graph).stdout
+        self.assertIn(f"{graph}:4: remove -> detrend\n", said)
+        self.assertEqual(graph.read_text(), self.OLD.replace("{remove:", "{detrend:").replace(
+            "coupling.law -> dynamics.law", "coupling.parameters -> dynamics.coupling").replace("\nextends", "\nformat: 2\nextends"))
+        self.assertEqual(graph.stat().st_mode & 0o777, 0o640)
+        self.run_ok("check", graph)
+        self.assertIn("nothing to change", self.run_ok("migrate", graph).stdout)
+
+    def test_bad_input_leaves_all_files_as_they_were(self):
+        good, broken = self.write("good.yaml", "nodes: {}\n"), self.write("broken.yaml", "nodes: [\n")
+        self.assert_refused("migrate", good, broken, says=["broken.yaml:1:1: not valid YAML"])
+        self.assert_refused("migrate", good, self.folder / "none.yaml", says=["none.yaml: there is no such file"])
+        self.assertEqual(good.read_text(), "nodes: {}\n")
+        self.assertEqual(sorted(p.name for p in self.folder.glob("*.yaml*")), ["broken.yaml", "good.yaml"])
+
+    def test_a_format_of_another_release_is_refused(self):
+        graph = self.write("later.yaml", "format: 3\nduration: 1 s\nnodes: {}\n")
+        self.assert_refused("check", graph, says=["later.yaml:1:9: format: expected 2, found 3"])
+        study = self.write("study.yaml", f"format: two\ngraphs: [{DUCK}]\n")
+        self.assert_refused("study", study, says=["study.yaml:1:9: format: expected 2, found two"])
+
+
 class Names(Refused):
     def test_a_verb_that_does_not_exist_names_the_nearest(self):
         self.assert_refused("chek", DUCK, says=["found chek", 'did you mean "check"?', "run, compare, study"])

@@ -20,7 +20,7 @@ class ExitCodes(CommandTest):
     def test_help_and_version_succeed_for_every_verb(self):
         self.assertIn("0.1.0", self.run_ok("--version").stdout)
         self.run_ok("--help")
-        for verb in ("run", "compare", "study", "check", "graph", "nodes", "schema", "export", "mend", "doctor"):
+        for verb in ("run", "compare", "study", "check", "graph", "nodes", "schema", "export", "repair", "migrate", "doctor"):
             self.assertGreater(len(self.run_ok(verb, "--help").stdout), 80)
 
     def test_bad_input_is_exit_code_2_with_the_place(self):
@@ -155,8 +155,8 @@ class Outputs(CommandTest):
             self.assertEqual("The machine was not quiet" in text, result["timing"]["warning"] != "")
         self.assertEqual([g["graph"] for g in result["graphs"]], ["duck_off", "duck_fixed", "duck_refit"])
         for graph in result["graphs"]:
-            self.assertEqual(len(graph["figures"]["delivered.force.rms_error_N"]["by_seed"]), 2)
-            self.assertGreater(graph["figures"]["cpu_ms_per_s"]["mean"], 0)
+            self.assertEqual(len(graph["metrics"]["delivered.force.rms_error_N"]["by_seed"]), 2)
+            self.assertGreater(graph["metrics"]["cpu_ms_per_s"]["mean"], 0)
         self.assertIn("F", result["graphs"][1]["against"]["one_step_anova"])
         page = (out / "report.html").read_text()
         self.assertIn("run time", page)

@@ -38,9 +38,9 @@ class Determinism(CommandTest):
         graph = GRAPHS / "peg_in_hole/refit.yaml"
         self.run_ok("compare", graph, graph, "--seeds", "2", "--duration", "0.6", "--out", out)
         a, b = json.loads((out / "compare.json").read_text())["graphs"]
-        for name, figure in a["figures"].items():
+        for name, metric in a["metrics"].items():
             if not name.startswith(("cost_us", "cpu", "method_us")):
-                self.assertEqual(figure, b["figures"][name], name)
+                self.assertEqual(metric, b["metrics"][name], name)
 
     @needs_hdf5
     def test_a_debug_build_makes_the_same_events(self):

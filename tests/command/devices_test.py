@@ -28,7 +28,7 @@ class Devices(CommandTest):
         diagnosis = json.loads(self.run_ok("doctor", "--json", "--seconds", "0.1").stdout)
         self.assertEqual([finding["id"] for finding in diagnosis["devices"]], ["ports", "serial_group", "udev_rule"])
         for finding in diagnosis["devices"]:
-            self.assertEqual(bool(finding["mend"]), finding["grade"] != "ok", finding)
+            self.assertEqual(bool(finding["remedy"]), finding["grade"] != "ok", finding)
         self.assertIn("Devices", self.run_ok("doctor", "--seconds", "0.1").stdout)
 
     def test_an_emulator_that_is_not_there_is_told(self):

@@ -40,7 +40,7 @@ class Doctor(CommandTest):
             self.assertIn(finding["grade"], GRADES)
             self.assertTrue(finding["found"])
             self.assertEqual(bool(finding["cost"]), finding["grade"] != "ok", finding)
-            self.assertEqual(bool(finding["mend"]), finding["grade"] != "ok", finding)
+            self.assertEqual(bool(finding["remedy"]), finding["grade"] != "ok", finding)
         worst = max((finding["grade"] for finding in diagnosis["findings"]), key=GRADES.index)
         self.assertEqual(diagnosis["grade"], worst)
         self.assertIn(os.uname().release, diagnosis["kernel"])
@@ -69,16 +69,16 @@ class Doctor(CommandTest):
         findings = {finding["id"]: finding for finding in diagnosis["findings"]}
         for name, item in (("fifo", "rtprio"), ("memory_lock", "memlock"), ("nice", "nice")):
             self.assertEqual(findings[name]["grade"], "degraded")
-            self.assertIn(item, findings[name]["mend"])
+            self.assertIn(item, findings[name]["remedy"])
             # Root lacks these inside a container alone, where the limits of a login do not help.
-            self.assertIn("--cap-add" if os.geteuid() == 0 else "limits.d", findings[name]["mend"])
+            self.assertIn("--cap-add" if os.geteuid() == 0 else "limits.d", findings[name]["remedy"])
         self.assertEqual({trial["policy"] for trial in diagnosis["trials"]}, {"SCHED_OTHER"})
 
     def test_people_get_a_table_of_a_hundred_columns(self):
         text = unprivileged().stdout
         self.assertIn("Real time on this machine: degraded", text)
         self.assertNotIn("\x1b", text)
-        for word in ("SCHED_FIFO", "refused", "cost", "mend", "clock source", "p99", "The loop itself costs"):
+        for word in ("SCHED_FIFO", "refused", "cost", "fix", "clock source", "p99", "The loop itself costs"):
             self.assertIn(word, text)
         for line in text.splitlines():
             self.assertLessEqual(len(line), 100, line)

@@ -381,10 +381,10 @@ class Process(FaultRun):
         process.kill()
         process.wait(timeout=TIMEOUT)
         self.assertLess(behind, 5.0)  # half a second where the machine keeps up
-        for mended in (False, True):
-            if mended:
-                self.run_ok("mend", self.out / "recording.h5")
-            recorded = self.recording(complete=False, at_rest=False, **({} if mended else {"swmr": True}))
+        for repaired in (False, True):
+            if repaired:
+                self.run_ok("repair", self.out / "recording.h5")
+            recorded = self.recording(complete=False, at_rest=False, **({} if repaired else {"swmr": True}))
             self.assertGreater(recorded.t[-1], begin + 1)
 
 
@@ -530,12 +530,12 @@ class Privileges(FaultRun):
         for text in (missing, self.stdout, (self.out / "report.html").read_text()):
             self.assertIn("SCHED_FIFO", text)
             self.assertIn("refused", text)
-        self.assertIn("to mend", missing)
+        self.assertIn("to fix it", missing)
         self.assertIn("real time degraded", self.stdout)
 
     def test_without_privileges_nothing_moves_where_the_graph_fails(self):
         stderr = self.run_fault(duck(live="on_missing_privilege: fail"), 1, preexec_fn=give_privileges_up)
-        for text in ("fault.yaml", "on_missing_privilege is fail", "SCHED_FIFO", "refused", "to mend"):
+        for text in ("fault.yaml", "on_missing_privilege is fail", "SCHED_FIFO", "refused", "to fix it"):
             self.assertIn(text, stderr)
         self.assertFalse((self.out / "summary.json").exists())
 

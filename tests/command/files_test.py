@@ -69,7 +69,7 @@ class InputFiles(CommandTest):
                             "edges: [hand.target -> device.target]\nrecord: [device.state]\n")
         for arguments in (("check", pipe), ("run", pipe), ("check", graph, "--over", pipe), ("study", pipe),
                           ("graph", pipe), ("export", self.folder / "pipe.h5", "device.state"),
-                          ("mend", self.folder / "pipe.h5"), ("check", played), ("run", played)):
+                          ("repair", self.folder / "pipe.h5"), ("check", played), ("run", played)):
             with self.subTest(arguments=arguments):
                 self.assertRegex(self.refused(*arguments), "pipe")
 

@@ -26,6 +26,13 @@ class ShippedGraphs(CommandTest):
         self.assertGreater(len(graphs), 20)
         self.run_ok("check", *graphs)
 
+    def test_every_file_says_its_format_and_none_has_former_names(self):
+        files = sorted(GRAPHS.glob("*/*.yaml"))
+        self.assertEqual([file for file in files if yaml.safe_load(file.read_text()).get("format") != 2], [])
+        copies = [self.write(f"{i}.yaml", file.read_text()) for i, file in enumerate(files)]
+        said = self.run_ok("migrate", *copies).stdout.splitlines()
+        self.assertEqual([line for line in said if not line.endswith("nothing to change")], [])
+
     def test_every_method_runs_over_a_scene(self):
         methods = sorted((GRAPHS / "methods").glob("*.yaml"))
         self.assertGreater(len(methods), 10)
@@ -38,7 +45,7 @@ class ShippedGraphs(CommandTest):
     def test_every_graph_runs(self):
         for graph in shipped(clock="virtual"):
             with self.subTest(graph=graph_name(graph)):
-                # Past the settling time of the metrics, so that every figure is there.
+                # Past the settling time of the metrics, so that every metric is there.
                 summary = self.run_graph(graph, "--duration", "0.4")
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
                 self.assertEqual(summary["drops"], 0)
@@ -63,12 +70,12 @@ class ShippedGraphs(CommandTest):
         for graph, name in (("duck/forcegrid.yaml", "forcefield.grid"), ("duck/rbf.yaml", "forcefield.rbf")):
             for verb in ("check", "run"):
                 with self.subTest(graph=graph, verb=verb):
-                    refused(verb, graph, "scene.bodies.tool.motion=rigid", f"methods/{graph[5:]}:3:", f"node interpolation: {name}: ",
+                    refused(verb, graph, "scene.bodies.tool.motion=rigid", f"methods/{graph[5:]}:4:", f"node interpolation: {name}: ",
                             "the tool 'tool' rotates", "use a prediction.* and an interpolation.* in its place")
         refused("run", "duck/rbf.yaml", "interpolation.k_t=500", "interpolation", "this one has 353.553391 N/m; set its k_t")
 
-    def assert_rising(self, figures, *names):
-        values = [figures[name] for name in names]
+    def assert_rising(self, metrics, *names):
+        values = [metrics[name] for name in names]
         self.assertEqual(values, sorted(values))
         self.assertGreaterEqual(values[0], 0)
 

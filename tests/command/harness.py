@@ -83,7 +83,7 @@ edges:
   - device.state -> dynamics.device
   - collision.contacts -> dynamics.contacts
   - dynamics.state -> collision.state
-  - coupling.law -> dynamics.law
+  - coupling.parameters -> dynamics.coupling
   - dynamics.state -> coupling.state
   - coupling.force -> prediction.force
   - prediction.forecast -> interpolation.forecast

@@ -148,7 +148,7 @@ class Lean(CommandTest):
         self.assertNotIn("without friction of tool", steps)
         friction = [trial for trial in found["trials"] if trial["what"] == "without friction of tool"]
         self.assertEqual([trial["outcome"] for trial in friction], ["over the budget"])
-        self.assertGreater(friction[0]["figures"]["error_N"], 0.05)
+        self.assertGreater(friction[0]["metrics"]["error_N"], 0.05)
         self.assertNotIn("friction", (self.folder / "lean.yaml").read_text().replace("title", ""))
         # A tool without mass is tried, and jumps.
         massless = [trial for trial in found["trials"] if trial["what"].endswith("-> dynamics.quasistatic")]
@@ -171,7 +171,7 @@ class Lean(CommandTest):
         cells = [trial for trial in found["trials"] if trial["what"].startswith("collision.resolution: 128 ->")]
         self.assertTrue(cells)
         for trial in cells:
-            self.assertEqual(trial["figures"]["error_N"], trial["before"]["error_N"])
+            self.assertEqual(trial["metrics"]["error_N"], trial["before"]["error_N"])
 
         # Both run anew on the seed of the check: errors by what is displayed, work by what is counted.
         seed = ("--seed", found["check_seeds"][0], *seconds)

@@ -11,7 +11,7 @@ GRAPH = f"""extends: {GRAPHS / 'wall/refit.yaml'}
 clock: real
 nodes: {{metrics: ~}}
 record: [trajectory.target, device.state, device.commanded, device.safety, device.interpolated, collision.contacts,
-         dynamics.state, coupling.force, coupling.law, refit.coefficients, prediction.forecast, interpolation.segment]
+         dynamics.state, coupling.force, coupling.parameters, refit.coefficients, prediction.forecast, interpolation.segment]
 """
 WARM, LATER = 10, 40  # s after the start
 MOST = 400  # KiB: three steps of the heap, for the indices of the recording; this graph once grew by 17 KiB a second

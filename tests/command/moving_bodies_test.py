@@ -72,9 +72,9 @@ class SeveralBodies(CommandTest):
         one = text.replace(EDGE, "").replace("motion: rigid\n      mass: 200 g", "motion: static")
         self.assertEqual(tactor("check", self.write("one.yaml", one), environment=self.environment).returncode, 0)
 
-    def test_a_massless_law_for_bodies_of_mass_is_refused(self):
+    def test_a_massless_coupling_for_bodies_of_mass_is_refused(self):
         self.refused(f"extends: {BLOCK}\nnodes: {{coupling: {{type: coupling.static}}}}\n",
-                     "block_pushed/scene.yaml:", "edge coupling.law -> dynamics.law: dynamics (dynamics.rigid) does not take the massless law of "
+                     "block_pushed/scene.yaml:", "edge coupling.parameters -> dynamics.coupling: dynamics (dynamics.rigid) does not take the massless parameters of "
                      "coupling (coupling.static)", "use dynamics.quasistatic")
         graph = self.write("balance.yaml", f"extends: {GRAPHS / 'peg_in_hole/scene.yaml'}\nnodes:\n"
                                            "  coupling: {type: coupling.static}\n  dynamics: {type: dynamics.quasistatic}\n")

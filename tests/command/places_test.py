@@ -29,7 +29,7 @@ edges:
   - device.state -> dynamics.device
   - collision.contacts -> dynamics.contacts
   - dynamics.state -> collision.state
-  - coupling.law -> dynamics.law
+  - coupling.parameters -> dynamics.coupling
   - dynamics.state -> coupling.state
   - coupling.force -> refit.force
   - coupling.force -> prediction.force

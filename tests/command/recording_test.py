@@ -98,7 +98,7 @@ record: [recording.force, prediction.forecast]
         self.assertGreater(len(text.splitlines()), 1000)
         with h5py.File(out / "recording.h5", swmr=True) as file:
             self.assertEqual(len(file["streams/device.state/data"]), len(text.splitlines()) - 1)
-        self.run_ok("mend", out / "recording.h5")
+        self.run_ok("repair", out / "recording.h5")
         with h5py.File(out / "recording.h5") as file:
             self.assertEqual(len(file["streams/device.state/data"]), len(text.splitlines()) - 1)
 

@@ -37,12 +37,12 @@ class Crashes(StudyTest):
 
     def failures(self, out):
         """What became of each method: its status, and why; the same for both seeds."""
-        rows = set(self.table(out, "SELECT setting, status, message FROM runs NATURAL JOIN names"))
-        self.assertEqual(len(rows), len({setting for setting, _, _ in rows}), rows)
-        return {setting: (status, message) for setting, status, message in rows}
+        rows = set(self.table(out, "SELECT configuration, status, message FROM runs NATURAL JOIN names"))
+        self.assertEqual(len(rows), len({name for name, _, _ in rows}), rows)
+        return {name: (status, message) for name, status, message in rows}
 
     def crashes(self, out):
-        return json.loads(self.bytes_of(out, "study.json"))["engine"]["crashes"]
+        return json.loads(self.bytes_of(out, "study.json"))["runner"]["crashes"]
 
     def test_one_command_ends_with_every_good_run_and_every_bad_one_a_failed_row(self):
         text = self.methods(good="", aborts="at: 0.3 s", also_good="at: 200 s", overflows="at: 0.3 s, by: overflow",
@@ -93,7 +93,7 @@ class Crashes(StudyTest):
         result = self.study(None, "out", code=2)
         self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
         self.study(None, "out", "--resume", code=1)
-        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs_found"], 6)
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["runner"]["runs_found"], 6)
 
     def test_a_crash_that_does_not_come_again_costs_no_run(self):
         for by, at in (("abort", "0.3 s"), ("kill", "0.3 s"), ("planning", "100 s")):

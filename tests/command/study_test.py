@@ -78,7 +78,7 @@ class Table(StudyTest):
         self.assertEqual(len(after), 360)
         # A run that were made again would have taken another time.
         self.assertEqual({run: after[run] for run in before}, before)
-        engine = json.loads(self.bytes_of("killed", "study.json"))["engine"]
+        engine = json.loads(self.bytes_of("killed", "study.json"))["runner"]
         self.assertEqual([engine["runs_found"], engine["runs"]], [len(before), 360 - len(before)])
         self.study(None, "whole")
         self.assertEqual(self.bytes_of("killed"), self.bytes_of("whole"))
@@ -93,7 +93,7 @@ class Table(StudyTest):
         kept = self.table("out", "SELECT count(*) FROM runs")[0][0]
         self.assertGreaterEqual(kept, 3)
         self.study(None, "out", "--resume")
-        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs_found"], kept)
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["runner"]["runs_found"], kept)
 
     def test_an_interrupt_from_the_terminal_reaches_both_processes_and_is_told_once(self):
         (self.folder / "study.yaml").write_text(MANY)
@@ -127,7 +127,7 @@ class Table(StudyTest):
         self.study(text, "out", "--resume")
         self.assertEqual(self.bytes_of("out"), first)
         self.study("title: another\n" + text + "# more\n", "out", "--resume")  # runs the same runs
-        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs"], 0)
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["runner"]["runs"], 0)
         for change, options, said in ((text + "timing: {repeats: 2}\n", (), "the study has changed since"),
                                       (text.replace("0.6", "0.5"), (), "the graph, or a file that it names, has changed since"),
                                       (text + "vary: {device.force_max: [4 N]}\n", (), "its runs are others"),
@@ -280,8 +280,8 @@ class Comparisons(StudyTest):
                 self.assertEqual(rows["broken"]["status"], ["failed", "failed"])
                 self.assertEqual([failure["seed"] for failure in rows["broken"]["failures"]], [1, 2])
                 self.assertIn("it broke on purpose", rows["broken"]["failures"][0]["message"])
-                self.assertGreater(rows["whole"]["figures"]["delivered.force.rms_error_N"]["mean"], 0)
-                self.assertIsNone(rows["broken"]["figures"]["delivered.force.rms_error_N"]["mean"])
+                self.assertGreater(rows["whole"]["metrics"]["delivered.force.rms_error_N"]["mean"], 0)
+                self.assertIsNone(rows["broken"]["metrics"]["delivered.force.rms_error_N"]["mean"])
                 self.assertIn("0 of 2 seeds", result.stdout)
                 for text in ("Runs that failed", "broken, seed 2", "it broke on purpose", "0 of 2 seeds", "<svg"):
                     self.assertIn(text, page)
@@ -332,9 +332,9 @@ class Reports(StudyTest):
         whole = json.loads(self.bytes_of("out", "study.json"))["work_precision"]["graphs"]
         # The second seed of the wall by hold, which the table then has as failed.
         with sqlite3.connect(self.folder / "out" / "study.sqlite") as db:
-            (run,), = db.execute("SELECT run FROM names WHERE graph = 'wall' AND setting = 'hold' AND seed = 1002")
+            (run,), = db.execute("SELECT run FROM names WHERE graph = 'wall' AND configuration = 'hold' AND seed = 1002")
             db.execute("UPDATE runs SET status = 'failed', message = 'it broke' WHERE run = ?", (run,))
-            for table in ("figures", "costs", "repeats"):
+            for table in ("metrics", "costs", "repeats"):
                 db.execute(f"DELETE FROM {table} WHERE run = ?", (run,))
         result = self.study(None, "out", "--resume", code=1)
         self.assertIn("wall hold, seed 1002: it broke", result.stderr)
@@ -396,7 +396,7 @@ report: {{kind: stability, worst: 100}}
             self.assertTrue((folder / "report.html").exists(), folder)
         (self.folder / "study.yaml").write_text((self.folder / "study.yaml").read_text().replace("worst: 100", "worst: 1"))
         self.study(None, "out", "--resume")
-        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["engine"]["runs"], 0)
+        self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["runner"]["runs"], 0)
         self.assertEqual(len(list((out / "worst").iterdir())), 1)
 
     def test_a_work_precision_study_leaves_its_pictures_and_tables(self):

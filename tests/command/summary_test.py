@@ -1,4 +1,4 @@
-"""What the terminal shows at the end of a run: a few lines that fit it, and every figure on request."""
+"""What the terminal shows at the end of a run: a few lines that fit it, and every metric on request."""
 import fcntl
 import json
 import os
@@ -35,14 +35,14 @@ class Headline(CommandTest):
         self.assertLessEqual(len(text.strip().splitlines()), 10, text)
 
     def test_every_figure_is_printed_on_request(self):
-        figures = json.loads(self.summary())
+        metrics = json.loads(self.summary())
 
         def names(tree, path=""):
             for key, value in tree.items():
                 yield from names(value, f"{path}{key}.") if isinstance(value, dict) else [path + key]
         text = "\n".join(self.run_lines("--all"))
         shown = {line.split()[0] for line in text.splitlines() if line.startswith("  ") and line.split()}
-        some = [name for name in names({k: v for k, v in figures.items() if k in ("device", "delivered", "drops", "refits")})]
+        some = [name for name in names({k: v for k, v in metrics.items() if k in ("device", "delivered", "drops", "refits")})]
         self.assertGreater(len(some), 5)
         self.assertLessEqual(set(some), shown)
 

@@ -16,8 +16,8 @@ class Duck(CommandTest):
 
     def test_the_one_step_error_falls_with_the_window_and_flattens_by_300(self):
         def mean_error(window):
-            errors = [self.one_step(f"duck_{test}_refit", f"refit.window={window}", "refit.remove=none",
-                                    "prediction.remove=none")["rms_error_N"] for test in (1, 4, 5)]
+            errors = [self.one_step(f"duck_{test}_refit", f"refit.window={window}", "refit.detrend=none",
+                                    "prediction.detrend=none")["rms_error_N"] for test in (1, 4, 5)]
             return sum(errors) / len(errors)
 
         shortest, middle, longest = mean_error(20), mean_error(300), mean_error(500)
@@ -37,7 +37,7 @@ class Bunny(CommandTest):
         out = self.folder / "cmp"
         self.run_ok("compare", *(GRAPHS / f"bunny/{p}.yaml" for p in ("off", "fixed", "refit")), "--seeds", "1",
                     "--first-seed", SEED, "--out", out)
-        off, *splines = (g["figures"] for g in json.loads((out / "compare.json").read_text())["graphs"])
+        off, *splines = (g["metrics"] for g in json.loads((out / "compare.json").read_text())["graphs"])
         for spline in splines:
             for smoothness in ("rms_d2_N_per_ms2", "max_step_N"):
                 name = f"delivered.force.{smoothness}"
@@ -92,10 +92,10 @@ class Forecasts(CommandTest):
             out = self.folder / scene
             self.run_ok("compare", *(GRAPHS / scene / f"{p}.yaml" for p in ("off", "blend")), "--seeds", "1",
                         "--first-seed", "21", "--out", out)
-            off, blend = (g["figures"] for g in json.loads((out / "compare.json").read_text())["graphs"])
-            for figure, most in (("rms_error_N", 0.9), ("delay_ms", 0.75), ("rms_d2_N_per_ms2", 0.5)):
-                with self.subTest(scene=scene, figure=figure):
-                    name = f"delivered.force.{figure}"
+            off, blend = (g["metrics"] for g in json.loads((out / "compare.json").read_text())["graphs"])
+            for metric, most in (("rms_error_N", 0.9), ("delay_ms", 0.75), ("rms_d2_N_per_ms2", 0.5)):
+                with self.subTest(scene=scene, metric=metric):
+                    name = f"delivered.force.{metric}"
                     self.assertLess(blend[name]["mean"], most * off[name]["mean"])
 
 

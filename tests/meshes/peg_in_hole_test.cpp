@@ -22,8 +22,8 @@ class Rig {
     collision_->state.configure({});
     dynamics_->contacts.configure({});
     dynamics_->device.configure({QueuePolicy::drop_oldest, 4096});
-    dynamics_->law.configure({});
-    dynamics_->law.push({}, &law);
+    dynamics_->coupling.configure({});
+    dynamics_->coupling.push({}, &coupling);
   }
 
   /// Moves the handle steadily from its pose to p and turn in half a second, waits as long, and returns the end.
@@ -45,7 +45,7 @@ class Rig {
     return last;
   }
 
-  CouplingLaw law{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
+  CouplingParameters coupling{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
   double largest = 0;
 
  private:

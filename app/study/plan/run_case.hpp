@@ -15,14 +15,14 @@ namespace tactor {
 struct RunCase {
   std::filesystem::path graph;
   Overrides overrides;                 ///< its seed is replaced
-  std::string setting;                 ///< how it differs from other cases of the same graph, or empty
+  std::string configuration;           ///< how it differs from other cases of the same graph, or empty
   std::size_t against = 0;             ///< the case that it is judged against; itself where there is none
   std::optional<Overrides> reference;  ///< of the graph whose reference run judges it; absent: its own
 };
 
-/// `graph setting`.
-std::string case_name(const std::string& graph, const std::string& setting);
-/// `graph setting, seed 3`.
-std::string run_name(const std::string& graph, const std::string& setting, std::uint64_t seed);
+/// `graph configuration`.
+std::string case_name(const std::string& graph, const std::string& configuration);
+/// `graph configuration, seed 3`.
+std::string run_name(const std::string& graph, const std::string& configuration, std::uint64_t seed);
 
 }  // namespace tactor

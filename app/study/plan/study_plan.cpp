@@ -9,25 +9,25 @@
 
 namespace tactor {
 
-std::string label(const StudySetting& setting) {
+std::string label(const StudyConfiguration& configuration) {
   std::vector<std::string> parts;
-  if (!setting.method.empty()) parts.push_back(setting.method);
-  for (const auto& [path, value] : setting.values) parts.push_back(fmt::format("{}={}", path, value));
+  if (!configuration.method.empty()) parts.push_back(configuration.method);
+  for (const auto& [path, value] : configuration.values) parts.push_back(fmt::format("{}={}", path, value));
   return parts.empty() ? "as it is" : fmt::format("{}", fmt::join(parts, " "));
 }
 
 namespace {
 
-/// Sets of every setting the one that has the values of the baseline and is otherwise like it.
-void find_counterparts(const StudySpec& spec, std::vector<StudySetting>& settings) {
+/// Sets of every configuration the one that has the values of the baseline and is otherwise like it.
+void find_counterparts(const StudySpec& spec, std::vector<StudyConfiguration>& configurations) {
   using Cell = std::pair<std::string, std::vector<std::pair<std::string, std::string>>>;
   std::map<Cell, std::size_t> cells;
-  for (std::size_t s = 0; s < settings.size(); ++s) {
-    cells.emplace(Cell{settings[s].method, settings[s].values}, s);
-    settings[s].against = s;
+  for (std::size_t s = 0; s < configurations.size(); ++s) {
+    cells.emplace(Cell{configurations[s].method, configurations[s].values}, s);
+    configurations[s].against = s;
   }
-  for (StudySetting& setting : settings) {
-    const Cell own{setting.method, setting.values};
+  for (StudyConfiguration& configuration : configurations) {
+    const Cell own{configuration.method, configuration.values};
     Cell cell = own;
     for (const AxisValue& at : spec.baseline) {
       if (at.axis == "method") cell.first = at.value;
@@ -35,38 +35,38 @@ void find_counterparts(const StudySpec& spec, std::vector<StudySetting>& setting
         if (axis == at.axis) value = at.value;
       }
     }
-    if (cell != own) setting.against = cells.at(cell);
+    if (cell != own) configuration.against = cells.at(cell);
   }
 }
 
 }  // namespace
 
-std::vector<StudySetting> study_settings(const StudySpec& spec) {
-  std::vector<StudySetting> methods;
+std::vector<StudyConfiguration> study_configurations(const StudySpec& spec) {
+  std::vector<StudyConfiguration> methods;
   if (spec.methods.empty()) methods.emplace_back();
   for (const Overlay& method : spec.methods) methods.push_back({.method = method.name, .layers = {method}});
   const std::vector<StudyPoint> points = study_points(spec);
-  std::vector<StudySetting> settings;
-  for (const StudySetting& method : methods) {
+  std::vector<StudyConfiguration> configurations;
+  for (const StudyConfiguration& method : methods) {
     for (const StudyPoint& point : points) {
-      StudySetting setting = method;
+      StudyConfiguration configuration = method;
       for (std::size_t a = 0; a < spec.vary.size(); ++a) {
         const StudyValue& value = point.values[a];
-        setting.values.emplace_back(spec.vary[a].name, value.text);
-        if (value.overlay) setting.layers.push_back(*value.overlay);
-        for (const std::string& path : spec.vary[a].paths) setting.set.push_back(path + "=" + value.text);
+        configuration.values.emplace_back(spec.vary[a].name, value.text);
+        if (value.overlay) configuration.layers.push_back(*value.overlay);
+        for (const std::string& path : spec.vary[a].paths) configuration.set.push_back(path + "=" + value.text);
       }
-      settings.push_back(std::move(setting));
+      configurations.push_back(std::move(configuration));
     }
   }
-  find_counterparts(spec, settings);
-  return settings;
+  find_counterparts(spec, configurations);
+  return configurations;
 }
 
-std::vector<std::string> shown_figures(const StudySpec& spec) {
-  std::vector<std::string> figures = spec.metrics;
+std::vector<std::string> shown_metrics(const StudySpec& spec) {
+  std::vector<std::string> metrics = spec.metrics;
   const auto add = [&](const char* name) {
-    if (std::find(figures.begin(), figures.end(), name) == figures.end()) figures.emplace_back(name);
+    if (std::find(metrics.begin(), metrics.end(), name) == metrics.end()) metrics.emplace_back(name);
   };
   if (spec.report == StudyReport::stability) {
     for (const char* name : {"stability.verdict", "stability.peak_energy_J", "stability.passivity_violation_J",
@@ -78,7 +78,7 @@ std::vector<std::string> shown_figures(const StudySpec& spec) {
              (!spec.metrics.empty() || spec.error != "delivered.force.rms_error_N")) {
     for (const char* name : {"delivered.force.rms_error_N", spec.error.c_str()}) add(name);
   }
-  return figures;
+  return metrics;
 }
 
 std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrides) {
@@ -93,16 +93,16 @@ std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrid
       }
     }
   }
-  const std::vector<StudySetting> settings = study_settings(spec);
+  const std::vector<StudyConfiguration> configurations = study_configurations(spec);
   std::vector<RunCase> cases;
   for (const auto& graph : spec.graphs) {
     const std::size_t first = cases.size();
-    for (const StudySetting& setting : settings) {
-      RunCase c{graph, overrides, label(setting), first + setting.against, {}};
+    for (const StudyConfiguration& configuration : configurations) {
+      RunCase c{graph, overrides, label(configuration), first + configuration.against, {}};
       // What the command line says comes last, so that it wins.
-      c.overrides.layers = setting.layers;
+      c.overrides.layers = configuration.layers;
       std::vector<std::string> set = spec.set;
-      set.insert(set.end(), setting.set.begin(), setting.set.end());
+      set.insert(set.end(), configuration.set.begin(), configuration.set.end());
       c.overrides.set.insert(c.overrides.set.begin(), set.begin(), set.end());
       if (!c.overrides.duration_s) c.overrides.duration_s = spec.duration_s;
       if (!spec.reference_over.empty() || !spec.reference_set.empty()) {

@@ -46,7 +46,7 @@ std::string reason_of(const StabilityCell& cell) {
     case StabilityVerdict::refused:
       return cell.reason;
     case StabilityVerdict::limit_cycle:
-      return fmt::format("at rest it swings {} mm to each side at {} Hz", pretty(1e3 * cell.amplitude_m),
+      return fmt::format("at rest it oscillates by {} mm to each side at {} Hz", pretty(1e3 * cell.amplitude_m),
                          pretty(cell.frequency_Hz));
     case StabilityVerdict::pushed_through:
       return "it rests where the static balance does not allow it";
@@ -63,11 +63,11 @@ StabilityCell cell_of(const CompareRow& row, std::size_t seed) {
   StabilityCell cell;
   cell.seed = seed;
   const RunResult& run = row.runs[seed];
-  cell.peak_energy_J = run.figure("stability.peak_energy_J");
-  cell.passivity_violation_J = run.figure("stability.passivity_violation_J");
-  cell.amplitude_m = run.figure("stability.oscillation_amplitude_m");
-  cell.frequency_Hz = run.figure("stability.oscillation_frequency_Hz");
-  const double verdict = run.figure("stability.verdict");
+  cell.peak_energy_J = run.metric("stability.peak_energy_J");
+  cell.passivity_violation_J = run.metric("stability.passivity_violation_J");
+  cell.amplitude_m = run.metric("stability.oscillation_amplitude_m");
+  cell.frequency_Hz = run.metric("stability.oscillation_frequency_Hz");
+  const double verdict = run.metric("stability.verdict");
   if (row.status[seed] == RunStatus::done && std::isfinite(verdict)) {
     cell.verdict = static_cast<StabilityVerdict>(static_cast<int>(verdict));
   } else {
@@ -164,7 +164,7 @@ bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Regi
   const Plan plain = make_plan(load_graph(c.graph, registry, overrides, mesh_folders));
   overrides.set.push_back(record_setting(plain, study.spec.record));
   const Plan plan = make_plan(load_graph(c.graph, registry, overrides, mesh_folders));
-  const std::string name = file_name(plan.graph.name + "_" + c.setting);
+  const std::string name = file_name(plan.graph.name + "_" + c.configuration);
   const fs::path out = make_folder(folder / "worst" / name);
   RunOptions options;
   options.cache_folder = default_cache_folder();
@@ -228,7 +228,7 @@ const char* meaning_of(StabilityVerdict verdict) {
     case StabilityVerdict::stable:
       return "Stable: none of the others.";
     case StabilityVerdict::limit_cycle:
-      return "Limit cycle: the tool swings on while it is to be at rest.";
+      return "Limit cycle: the tool goes on oscillating while it is to be at rest.";
     case StabilityVerdict::pushed_through:
       return "Pushed through: the tool rests where the static balance does not allow it.";
     case StabilityVerdict::energy:
@@ -265,8 +265,8 @@ void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Regi
     for (const RunCase& c : cases) {
       const std::string found = error_at(c, set, registry, mesh_folders);
       if (found.empty()) continue;
-      errors.push_back({spec.record_places[i],
-                        fmt::format("report.record: {} (in {})", found, case_name(graph_name(c.graph), c.setting))});
+      errors.push_back({spec.record_places[i], fmt::format("report.record: {} (in {})", found,
+                                                           case_name(graph_name(c.graph), c.configuration))});
       break;
     }
   }
@@ -279,7 +279,7 @@ StabilityMaps stability_maps(const Study& study) {
   for (const CompareRow& row : study.comparison.rows) {
     for (std::size_t s = 0; s < row.runs.size(); ++s) {
       ran = ran || row.status[s] == RunStatus::done;
-      judged = judged || std::isfinite(row.runs[s].figure("stability.verdict"));
+      judged = judged || std::isfinite(row.runs[s].metric("stability.verdict"));
     }
   }
   if (ran && !judged) {
@@ -291,7 +291,7 @@ StabilityMaps stability_maps(const Study& study) {
   const std::size_t columns = maps.x.values.size(), rows = maps.y.values.size();
   const std::size_t cells = columns * rows;
   for (std::size_t first = 0; first < study.comparison.rows.size(); first += cells) {
-    StabilityMap map{study.comparison.rows[first].graph, study.setting(first).method, {}};
+    StabilityMap map{study.comparison.rows[first].graph, study.configuration(first).method, {}};
     map.cells.assign(rows, std::vector<StabilityCell>(columns));
     // The last axis, y, goes fastest.
     for (std::size_t i = 0; i < cells; ++i) {
@@ -325,7 +325,7 @@ bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
     Overrides plain = cases[first].overrides;
     plain.seed = study.comparison.seeds.front();
     plain.layers.resize(study.spec.methods.empty() ? 0 : 1);
-    for (const std::string& set : study.setting(first).set) std::erase(plain.set, set);
+    for (const std::string& set : study.configuration(first).set) std::erase(plain.set, set);
     const std::string wanted = graph_text(cases[first], plain, registry, mesh_folders);
     if (wanted.empty()) continue;
     map.own_x = find_in(maps.x, cases[first], plain, wanted);
@@ -391,7 +391,7 @@ std::string stability_table(const Study& study, const StabilityMaps& maps, std::
     for (const auto& row : map.cells) {
       for (const StabilityCell& cell : row) {
         if (cell.verdict == StabilityVerdict::stable) continue;
-        out += fmt::format("  {}: {}: {}{}\n", study.comparison.rows[cell.row].setting,
+        out += fmt::format("  {}: {}: {}{}\n", study.comparison.rows[cell.row].configuration,
                            kinds()[static_cast<std::size_t>(number(cell.verdict))].name, cell.reason,
                            cell.recording.empty() ? "" : " (" + cell.recording + ")");
       }
@@ -453,9 +453,10 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
     write_file(folder / (file + ".svg"), svg);
     write_file(folder / (file + ".png"), draw_map_png(drawing, width, height));
     body += "<h2>" + escape(map_name(map)) + "</h2>\n" + svg;
-    body += "<div class=\"wide\"><table><thead><tr><th>" + escape(maps.x.name) + "</th><th>" + escape(maps.y.name) +
-            "</th><th>verdict</th><th>peak energy, mJ</th><th>passivity violation, mJ</th><th>swing, mm</th><th>Hz</th>"
-            "<th>reason</th></tr></thead><tbody>\n";
+    body +=
+        "<div class=\"wide\"><table><thead><tr><th>" + escape(maps.x.name) + "</th><th>" + escape(maps.y.name) +
+        "</th><th>verdict</th><th>peak energy, mJ</th><th>passivity violation, mJ</th><th>amplitude, mm</th><th>Hz</th>"
+        "<th>reason</th></tr></thead><tbody>\n";
     for (std::size_t row = 0; row < map.cells.size(); ++row) {
       for (std::size_t column = 0; column < map.cells[row].size(); ++column) {
         const StabilityCell& cell = map.cells[row][column];

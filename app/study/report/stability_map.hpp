@@ -1,4 +1,4 @@
-// The stability report of a study: a verdict for each cell of a map over two parameters, with figures and reason.
+// The stability report of a study: a verdict for each cell of a map over two parameters, with metrics and reason.
 #pragma once
 
 #include <cstddef>

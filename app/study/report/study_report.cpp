@@ -29,10 +29,10 @@ std::string deviation(const std::vector<double>& values) {
   return values.size() < 2 ? "-" : pretty(standard_deviation(values));
 }
 
-std::string study_head(const Study& study, bool figures) {
+std::string study_head(const Study& study, bool metrics) {
   std::string head = "<tr><th></th><th>delivered RMS, ratio</th><th>one-step RMS, ratio</th>";
   for (const Column& column : study.comparison.columns) {
-    if (figures) head += "<th>" + escape(column.label) + "</th>";
+    if (metrics) head += "<th>" + escape(column.label) + "</th>";
   }
   return "<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n";
 }
@@ -40,10 +40,10 @@ std::string study_head(const Study& study, bool figures) {
 std::string study_graph_html(const Study& study, std::size_t first) {
   const Comparison& comparison = study.comparison;
   std::string html = "<h2>" + escape(comparison.rows[first].graph) + "</h2>\n" + study_head(study, true);
-  for (std::size_t row = first; row < first + study.settings.size(); ++row) {
+  for (std::size_t row = first; row < first + study.configurations.size(); ++row) {
     const std::string seeds = comparison.rows[row].seeds_text();
-    html += "<tr><td>" + escape(comparison.rows[row].setting) + (seeds.empty() ? "" : " (" + seeds + ")") + "</td>" +
-            ratio_cells(study, study.ratios[row]);
+    html += "<tr><td>" + escape(comparison.rows[row].configuration) + (seeds.empty() ? "" : " (" + seeds + ")") +
+            "</td>" + ratio_cells(study, study.ratios[row]);
     for (const std::vector<double>& by_seed : comparison.rows[row].values) {
       const std::vector<double> values = comparison.rows[row].done(by_seed);
       html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), deviation(values));
@@ -53,7 +53,7 @@ std::string study_graph_html(const Study& study, std::size_t first) {
   return html + "</tbody></table></div>\n";
 }
 
-/// Error over all graphs against run time, a mark a setting; empty where there is nothing to show.
+/// Error over all graphs against run time, a mark a configuration; empty where there is nothing to show.
 std::string study_chart(const Study& study) {
   // An axis is short; the whole of what a row is judged against stands above the chart.
   std::string y_label = "RMS error, ratio";
@@ -63,12 +63,12 @@ std::string study_chart(const Study& study) {
   }
   Chart chart{"Error against run time", "prediction and interpolation, µs a device tick", y_label, {}, {}};
   chart.log_x = true;
-  for (std::size_t s = 0; s < study.settings.size(); ++s) {
+  for (std::size_t s = 0; s < study.configurations.size(); ++s) {
     const std::optional<GeometricMean>& error = study.ratios_over_graphs[s].delivered;
     const double us = study.over_graphs(s, "method_us_per_tick");
     if (!error || !(us > 0)) continue;
     chart.curves.push_back(
-        {study.comparison.rows[s].setting + study.incomplete(s), {us}, {error->ratio}, series_color(s), true});
+        {study.comparison.rows[s].configuration + study.incomplete(s), {us}, {error->ratio}, series_color(s), true});
     chart.curves.back().mark = s / series_colors;
     chart.curves.back().hollow = !study.incomplete(s).empty();
   }
@@ -120,7 +120,7 @@ std::string significance_table(const Comparison& comparison, const std::string& 
 std::string failures_html(const Comparison& comparison) {
   const std::string failures = failures_text(comparison);
   if (failures.empty()) return {};
-  return "<h2>Runs that failed</h2>\n<p>Their figures are missing; means are over the seeds that are "
+  return "<h2>Runs that failed</h2>\n<p>Their metrics are missing; means are over the seeds that are "
          "there.</p>\n<pre>" +
          escape(failures) + "</pre>\n";
 }
@@ -193,9 +193,9 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
       const RunResult& r = row.runs[s];
       if (row.status[s] != RunStatus::done) continue;
       cost.x.push_back(1e3 * r.cpu_s / r.duration_s);
-      cost.y.push_back(r.figure("delivered.force.rms_error_N"));
-      roughness.x.push_back(r.figure("delivered.force.rms_d2_N_per_ms2"));
-      roughness.y.push_back(r.figure("delivered.force.rms_error_N"));
+      cost.y.push_back(r.metric("delivered.force.rms_error_N"));
+      roughness.x.push_back(r.metric("delivered.force.rms_d2_N_per_ms2"));
+      roughness.y.push_back(r.metric("delivered.force.rms_error_N"));
     }
     if (cost.x.empty()) continue;
     pareto.curves.push_back(std::move(cost));
@@ -207,7 +207,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   bool any_error = false;
   for (const CompareRow& row : comparison.rows) {
     for (const RunResult& run : row.runs) {
-      any_error = any_error || std::isfinite(run.figure("delivered.force.rms_error_N"));
+      any_error = any_error || std::isfinite(run.metric("delivered.force.rms_error_N"));
     }
   }
   if (any_error) {
@@ -225,7 +225,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
 
 std::string study_report(const Study& study) {
   const Comparison& comparison = study.comparison;
-  const std::size_t settings = study.settings.size();
+  const std::size_t configurations = study.configurations.size();
   const std::string ratios = ratios_text(study.spec);
   std::string body = fmt::format(
       "<p class=\"sub\">{}{}mean ± standard deviation over {} seed{} from {}{}; tactor {}</p>\n",
@@ -236,15 +236,16 @@ std::string study_report(const Study& study) {
   body += warnings_html(comparison);
   if (study.spec.graphs.size() > 1) {
     body += "<h2>All graphs</h2>\n" + study_head(study, false);
-    for (std::size_t s = 0; s < settings; ++s) {
+    for (std::size_t s = 0; s < configurations; ++s) {
       const ErrorRatio& ratio = study.ratios_over_graphs[s];
-      body += "<tr><td>" + escape(comparison.rows[s].setting) + study.incomplete(s) + "</td>" +
+      body += "<tr><td>" + escape(comparison.rows[s].configuration) + study.incomplete(s) + "</td>" +
               ratio_cells(study, ratio) + "</tr>\n";
     }
     body += "</tbody></table></div>\n";
   }
   body += study_chart(study);
-  for (std::size_t first = 0; first < comparison.rows.size(); first += settings) body += study_graph_html(study, first);
+  for (std::size_t first = 0; first < comparison.rows.size(); first += configurations)
+    body += study_graph_html(study, first);
   body += timing_html(timing_note(study));
   body += significance_table(comparison, baseline_text(study.spec)) + failures_html(comparison);
   return page(study.spec.name, body);

@@ -11,7 +11,7 @@ namespace tactor {
 /// The report of a comparison, and what is said of its run times.
 std::string compare_report(const Comparison& comparison, const TimingNote& timing);
 
-/// The report of a study: every graph by every setting, errors and run times side by side.
+/// The report of a study: every graph by every configuration, errors and run times side by side.
 std::string study_report(const Study& study);
 
 }  // namespace tactor

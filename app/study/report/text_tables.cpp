@@ -84,19 +84,19 @@ std::string ratios_text(const StudySpec& spec) {
 
 std::string study_table(const Study& study, std::size_t columns) {
   const Comparison& comparison = study.comparison;
-  const std::size_t settings = study.settings.size();
+  const std::size_t configurations = study.configurations.size();
   const auto name_of_row = [&](std::size_t row) {
     const std::string seeds = comparison.rows[row].seeds_text();
-    return label(study.setting(row)) + (seeds.empty() ? "" : " (" + seeds + ")");
+    return label(study.configuration(row)) + (seeds.empty() ? "" : " (" + seeds + ")");
   };
   const auto text_of = [&](const std::optional<GeometricMean>& ratio) {
     return ratio_text(ratio, comparison.seeds.size());
   };
   const auto add = [&](TextTable& table, const std::string& name, const ErrorRatio& ratio, const auto& value) {
-    const auto figure = [&](std::string_view f) { return pretty(value(f)); };
-    table.add({name, figure(delivered_error), text_of(ratio.delivered), figure("delivered.force.delay_ms"),
-               figure("delivered.force.rms_d2_N_per_ms2"), figure(one_step_error), text_of(ratio.one_step),
-               figure("method_us_per_result"), figure("method_us_per_tick")});
+    const auto metric = [&](std::string_view f) { return pretty(value(f)); };
+    table.add({name, metric(delivered_error), text_of(ratio.delivered), metric("delivered.force.delay_ms"),
+               metric("delivered.force.rms_d2_N_per_ms2"), metric(one_step_error), text_of(ratio.one_step),
+               metric("method_us_per_result"), metric("method_us_per_tick")});
   };
   using enum TextTable::Align;
   const TextTable empty({{""},
@@ -111,19 +111,19 @@ std::string study_table(const Study& study, std::size_t columns) {
   std::string out =
       fmt::format("\n{}: {} seed{} from {}{}\n", study.spec.name, comparison.seeds.size(),
                   comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(), ratios_text(study.spec));
-  for (std::size_t first = 0; first < comparison.rows.size(); first += settings) {
+  for (std::size_t first = 0; first < comparison.rows.size(); first += configurations) {
     TextTable table = empty;
-    for (std::size_t row = first; row < first + settings; ++row) {
+    for (std::size_t row = first; row < first + configurations; ++row) {
       add(table, name_of_row(row), study.ratios[row],
-          [&](std::string_view figure) { return comparison.rows[row].mean_of(figure, comparison.columns); });
+          [&](std::string_view metric) { return comparison.rows[row].mean_of(metric, comparison.columns); });
     }
     out += fmt::format("\n{}\n{}", comparison.rows[first].graph, table.text(columns));
   }
   if (study.spec.graphs.size() > 1) {
     TextTable table = empty;
-    for (std::size_t s = 0; s < settings; ++s) {
-      add(table, label(study.settings[s]) + study.incomplete(s), study.ratios_over_graphs[s],
-          [&](std::string_view figure) { return study.over_graphs(s, figure); });
+    for (std::size_t s = 0; s < configurations; ++s) {
+      add(table, label(study.configurations[s]) + study.incomplete(s), study.ratios_over_graphs[s],
+          [&](std::string_view metric) { return study.over_graphs(s, metric); });
     }
     out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), table.text(columns));
   }

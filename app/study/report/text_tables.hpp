@@ -20,7 +20,8 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
 std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds);
 /// `; ratios are to method hold with the same tool.stiffness`; empty where nothing is judged against anything.
 std::string ratios_text(const StudySpec& spec);
-/// What `tactor study` prints, in so many columns: every graph's settings, then the settings over all graphs.
+/// What `tactor study` prints, in so many columns: every graph's configurations, then the configurations over all
+/// graphs.
 std::string study_table(const Study& study, std::size_t columns);
 
 }  // namespace tactor

@@ -28,12 +28,12 @@ std::string join_words(const std::vector<std::string>& words) {
   return out;
 }
 
-/// The curve that a setting is on, and the values that say where.
-std::pair<std::string, std::string> place_of(const Study& study, const StudySetting& setting) {
+/// The curve that a configuration is on, and the values that say where.
+std::pair<std::string, std::string> place_of(const Study& study, const StudyConfiguration& configuration) {
   std::vector<std::string> curve, values;
-  if (!setting.method.empty()) curve.push_back(setting.method);
+  if (!configuration.method.empty()) curve.push_back(configuration.method);
   for (std::size_t a = 0; a < study.spec.vary.size(); ++a) {
-    const auto& [name, value] = setting.values[a];
+    const auto& [name, value] = configuration.values[a];
     if (study.spec.vary[a].swaps()) {
       curve.push_back(value);
     } else {
@@ -43,13 +43,13 @@ std::pair<std::string, std::string> place_of(const Study& study, const StudySett
   return {join_words(curve), join_words(values)};
 }
 
-bool is_bound(const StudySpec& spec, const StudySetting& setting) {
-  return std::find(spec.bounds.begin(), spec.bounds.end(), setting.method) != spec.bounds.end();
+bool is_bound(const StudySpec& spec, const StudyConfiguration& configuration) {
+  return std::find(spec.bounds.begin(), spec.bounds.end(), configuration.method) != spec.bounds.end();
 }
 
-/// What the setting has in these rows of the comparison, one a graph: over the seeds of which all of them are done, the
-/// geometric mean over the rows.
-WorkPoint point_of(const Study& study, std::size_t setting, const std::vector<std::size_t>& rows) {
+/// What the configuration has in these rows of the comparison, one a graph: over the seeds of which all of them are
+/// done, the geometric mean over the rows.
+WorkPoint point_of(const Study& study, std::size_t configuration, const std::vector<std::size_t>& rows) {
   const Comparison& comparison = study.comparison;
   std::vector<std::size_t> seeds;
   for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
@@ -57,25 +57,25 @@ WorkPoint point_of(const Study& study, std::size_t setting, const std::vector<st
                                   [&](std::size_t row) { return comparison.rows[row].status[s] == RunStatus::done; });
     if (done) seeds.push_back(s);
   }
-  const auto spread = [&](std::string_view figure) {
+  const auto spread = [&](std::string_view metric) {
     std::vector<double> by_seed;
     for (const std::size_t s : seeds) {
       std::vector<double> over_rows;
       for (const std::size_t row : rows) {
-        const std::span<const double> values = comparison.rows[row].figure(figure, comparison.columns);
+        const std::span<const double> values = comparison.rows[row].metric(metric, comparison.columns);
         over_rows.push_back(values.empty() ? std::nan("") : values[s]);
       }
       by_seed.push_back(spread_of(over_rows).centre);
     }
     return spread_of(by_seed);
   };
-  const auto [curve, values] = place_of(study, study.settings[setting]);
+  const auto [curve, values] = place_of(study, study.configurations[configuration]);
   return {curve,
           values,
           spread(study.spec.error),
           spread("cpu_ms_per_s"),
           spread("method_us_per_tick"),
-          is_bound(study.spec, study.settings[setting]),
+          is_bound(study.spec, study.configurations[configuration]),
           seeds.size(),
           comparison.seeds.size()};
 }
@@ -83,10 +83,10 @@ WorkPoint point_of(const Study& study, std::size_t setting, const std::vector<st
 /// The points of these graphs together, by their index.
 WorkGraph points_of(const Study& study, std::string name, const std::vector<std::size_t>& graphs) {
   WorkGraph out{std::move(name), {}};
-  const std::size_t settings = study.settings.size();
-  for (std::size_t s = 0; s < settings; ++s) {
+  const std::size_t configurations = study.configurations.size();
+  for (std::size_t s = 0; s < configurations; ++s) {
     std::vector<std::size_t> rows;
-    for (const std::size_t graph : graphs) rows.push_back(graph * settings + s);
+    for (const std::size_t graph : graphs) rows.push_back(graph * configurations + s);
     out.points.push_back(point_of(study, s, rows));
   }
   return out;
@@ -107,11 +107,11 @@ void mark_fronts(WorkGraph& graph, StudyTime time) {
   }
 }
 
-/// The unit behind the last `_` of a figure's name.
-std::string label_of(const std::string& figure) {
-  const std::size_t at = figure.rfind('_');
-  if (at == std::string::npos || figure.size() - at > 6) return figure;
-  return figure.substr(0, at) + ", " + figure.substr(at + 1);
+/// The unit behind the last `_` of a metric's name.
+std::string label_of(const std::string& metric) {
+  const std::size_t at = metric.rfind('_');
+  if (at == std::string::npos || metric.size() - at > 6) return metric;
+  return metric.substr(0, at) + ", " + metric.substr(at + 1);
 }
 
 /// Marks of one curve: those with bars, and those of one seed alone, which has none.
@@ -263,7 +263,7 @@ WorkPrecision work_precision(const Study& study) {
   std::vector<std::size_t> all;
   for (std::size_t g = 0; g < count; ++g) {
     all.push_back(g);
-    found.graphs.push_back(points_of(study, study.comparison.rows[g * study.settings.size()].graph, {g}));
+    found.graphs.push_back(points_of(study, study.comparison.rows[g * study.configurations.size()].graph, {g}));
   }
   if (count > 1) found.graphs.push_back(points_of(study, fmt::format("all {} graphs", count), all));
   for (WorkGraph& graph : found.graphs) mark_fronts(graph, study.spec.time);

@@ -23,12 +23,12 @@ struct Spread {
 /// NaN where there is no value, or one is not above zero.
 Spread spread_of(std::span<const double> values);
 
-/// One setting in one graph, or over all of them, where each seed's value is the geometric mean of theirs. Over the
-/// seeds that are done, of all graphs.
+/// One configuration in one graph, or over all of them, where each seed's value is the geometric mean of theirs. Over
+/// the seeds that are done, of all graphs.
 struct WorkPoint {
   std::string curve;   ///< the method and the swaps
   std::string values;  ///< the parameters that vary along the curve
-  Spread error;        ///< in the unit of the figure
+  Spread error;        ///< in the unit of the metric
   Spread ms_per_s;     ///< CPU time of the run in ms for a simulated second
   Spread us_per_tick;  ///< CPU time of prediction and interpolation in us for a tick of the device
   bool bound = false;  ///< no method, but what methods cannot be asked for: on no front
@@ -47,7 +47,7 @@ struct WorkGraph {
 };
 
 struct WorkPrecision {
-  std::string error;                 ///< the figure
+  std::string error;                 ///< the metric
   StudyTime time = StudyTime::both;  ///< which are shown, and have a front
   std::vector<WorkGraph> graphs;
 };

@@ -101,22 +101,22 @@ RunResult merged(std::vector<RunResult> runs) {
   return result;
 }
 
-/// The name of a figure in which two runs of the same graph and seed differ; empty where there is none.
+/// The name of a metric in which two runs of the same graph and seed differ; empty where there is none.
 std::string first_difference(const RunResult& a, const RunResult& b) {
-  if (a.figures.size() != b.figures.size()) return "the number of figures";
-  for (std::size_t i = 0; i < a.figures.size(); ++i) {
-    const auto& [name, value] = a.figures[i];
-    const bool same = value == b.figures[i].second || (std::isnan(value) && std::isnan(b.figures[i].second));
-    if (name != b.figures[i].first || !same) return name;
+  if (a.metrics.size() != b.metrics.size()) return "the number of metrics";
+  for (std::size_t i = 0; i < a.metrics.size(); ++i) {
+    const auto& [name, value] = a.metrics[i];
+    const bool same = value == b.metrics[i].second || (std::isnan(value) && std::isnan(b.metrics[i].second));
+    if (name != b.metrics[i].first || !same) return name;
   }
   return {};
 }
 
 /// Runs cases; one object a call of run_cases.
-class Engine {
+class StudyRunner {
  public:
-  Engine(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
-         const CasesOptions& options)
+  StudyRunner(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
+              const CasesOptions& options)
       : cases_(cases),
         registry_(registry),
         mesh_folders_(mesh_folders),
@@ -200,7 +200,7 @@ class Engine {
     if (place.stage != RunStage::planning) {
       return (place.stage == RunStage::reference ? "the reference run of " : "") + name_of(place.number);
     }
-    return "the planning of " + case_name(graph_name(place.number), cases_[place.number].setting);
+    return "the planning of " + case_name(graph_name(place.number), cases_[place.number].configuration);
   }
 
   /// Adds runs that are given up to the table as failed, and sorts the others that are not there.
@@ -284,7 +284,7 @@ class Engine {
   [[nodiscard]] std::string graph_name(std::size_t c) const { return tactor::graph_name(cases_[c].graph); }
   [[nodiscard]] std::string name_of(std::size_t run) const {
     const std::size_t c = run / seeds();
-    return run_name(graph_name(c), cases_[c].setting, options_.seeds[run % seeds()]);
+    return run_name(graph_name(c), cases_[c].configuration, options_.seeds[run % seeds()]);
   }
 
   /// The seed decides nothing but `graph.seed`, so that one plan serves all seeds.
@@ -383,7 +383,7 @@ class Engine {
     std::vector<RunName> names;
     for (std::size_t c = 0; c < cases_.size(); ++c) {
       for (const std::uint64_t seed : options_.seeds) {
-        names.push_back({graph_name(c), cases_[c].setting, seed, planned_[c].content});
+        names.push_back({graph_name(c), cases_[c].configuration, seed, planned_[c].content});
       }
     }
     return names;
@@ -463,7 +463,7 @@ class Engine {
       {
         const std::size_t c = runs[i] / seeds();
         const std::lock_guard lock(mutex);
-        tell(done_, all_, graph_name(c) + " " + cases_[c].setting);
+        tell(done_, all_, graph_name(c) + " " + cases_[c].configuration);
       }
       CrashPlace place(board_, {RunStage::run, runs[i]});
       const double control = measure_control();
@@ -508,8 +508,8 @@ class Engine {
         if (result.failure) throw RunError(*result.failure);
         if (r < 0) continue;
         if (!results.empty()) {
-          const std::string figure = first_difference(results.front(), result);
-          if (!figure.empty()) throw RunError("a repeat with the same seed gave another result: " + figure);
+          const std::string metric = first_difference(results.front(), result);
+          if (!metric.empty()) throw RunError("a repeat with the same seed gave another result: " + metric);
           result.series.clear();
         }
         results.push_back(std::move(result));
@@ -563,7 +563,7 @@ class Engine {
 
 CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
                        const CasesOptions& options) {
-  return Engine(cases, registry, mesh_folders, options).run();
+  return StudyRunner(cases, registry, mesh_folders, options).run();
 }
 
 }  // namespace tactor

@@ -21,10 +21,10 @@ class Supervisor;
 struct CasesOptions {
   std::vector<std::uint64_t> seeds;
   unsigned reference_jobs = 2;     ///< reference runs at once
-  unsigned jobs = 1;               ///< judged runs at once; figures do not depend on it
+  unsigned jobs = 1;               ///< judged runs at once; metrics do not depend on it
   std::int64_t repeats = 1;        ///< of every run; run times are their medians
   std::int64_t warm_up = 0;        ///< runs before these that do not count
-  bool without_reference = false;  ///< no reference runs: figures that need one are left out
+  bool without_reference = false;  ///< no reference runs: metrics that need one are left out
   /// Of real time, for every repeat of a run and every reference run: a run that ends later has failed, and a
   /// supervisor ends what does not end.
   std::optional<double> run_timeout_s;

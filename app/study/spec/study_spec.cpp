@@ -12,6 +12,7 @@
 #include "framework/core/input_file.hpp"
 #include "framework/core/text.hpp"
 #include "framework/core/units.hpp"
+#include "framework/graph/format.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/values.hpp"
 
@@ -133,8 +134,8 @@ class StudyReader {
   }
 
   // Rows of the table are told apart by it.
-  void name_once(std::set<std::string>& names, const std::string& name, const Place& place, const std::string& key,
-                 const std::string& what) {
+  void name_once(std::set<std::string>& names, const std::string& name, const SourceLocation& place,
+                 const std::string& key, const std::string& what) {
     if (!names.insert(name).second) {
       diagnostics_.error(place, key + ": expected " + what + " of different names, found " + name + " again");
     }
@@ -181,12 +182,13 @@ class StudyReader {
   }
 
   // A value that another one replaces would stand in the table all the same.
-  void name_path(std::set<std::string>& named, const std::string& path, const Place& place, const std::string& key) {
+  void name_path(std::set<std::string>& named, const std::string& path, const SourceLocation& place,
+                 const std::string& key) {
     if (!named.insert(path).second) diagnostics_.error(place, key + "." + path + ": named twice in `set` and `vary`");
   }
 
   void read_set(const Tree& tree, const std::string& key, std::set<std::string>& named, std::vector<std::string>& set,
-                std::vector<Place>& places) {
+                std::vector<SourceLocation>& places) {
     if (!expect_map(tree, key, "a map of node.parameter to its value", diagnostics_)) return;
     for (const TreeEntry& entry : tree.entries) {
       for (const std::string& path : split_paths(entry.key)) {
@@ -256,7 +258,7 @@ class StudyReader {
 
   /// A number and the unit behind it, as written.
   std::optional<double> read_end(const Tree& range, const std::string& key, const std::string& path, std::string& unit,
-                                 Place& place) {
+                                 SourceLocation& place) {
     const Tree* tree = range.value(key);
     if (tree == nullptr) {
       diagnostics_.error(range.place, path + ": expected the key " + key + ", found none");
@@ -279,7 +281,7 @@ class StudyReader {
     check_keys(tree, path, "key of a range", {"from", "to", "count", "scale", "whole"}, diagnostics_);
     StudyRange range;
     std::string unit_of_to;
-    Place from_place, to_place;
+    SourceLocation from_place, to_place;
     const std::optional<double> from = read_end(tree, "from", path, range.unit, from_place);
     const std::optional<double> to = read_end(tree, "to", path, unit_of_to, to_place);
     std::int64_t count = 0;
@@ -520,8 +522,9 @@ StudySpec read_study(const fs::path& file, const Tree& tree, Diagnostics& diagno
 
 StudySpec load_study(const fs::path& file, bool use_short) {
   Diagnostics diagnostics;
-  const std::optional<Tree> tree = read_yaml(file, file.string(), graph_file, diagnostics);
+  std::optional<Tree> tree = read_yaml(file, file.string(), graph_file, diagnostics);
   diagnostics.throw_if_any();
+  take_format(*tree, diagnostics);
   const Tree* shorter = tree->value("short");
   if (shorter != nullptr && expect_map(*shorter, "short", "a map of keys of a study", diagnostics)) {
     std::vector<std::string> keys = study_keys();
@@ -546,7 +549,7 @@ StudySpec load_study(const fs::path& file, bool use_short) {
 }
 
 GraphError with_places_of_study(const GraphError& error, const StudySpec& spec) {
-  std::map<std::string, Place> places;
+  std::map<std::string, SourceLocation> places;
   for (std::size_t i = 0; i < spec.set.size() && i < spec.set_places.size(); ++i) {
     places["--set " + spec.set[i]] = spec.set_places[i];
   }

@@ -15,7 +15,7 @@ namespace tactor {
 struct StudyValue {
   std::string text;                ///< YAML, as after --set path=; of a swap its name
   std::optional<Overlay> overlay;  ///< of a swap: what is laid over the graph
-  Place place;                     ///< in the study file
+  SourceLocation place;            ///< in the study file
 };
 
 /// A range of numbers, which a design may draw from anywhere.
@@ -62,11 +62,11 @@ struct StudySpec {
   std::string title;  ///< one line of prose, or empty
   std::filesystem::path file;
   std::string text;       ///< of the file, byte by byte
-  bool is_short = false;  ///< the settings under `short` were laid over the rest
+  bool is_short = false;  ///< the configurations under `short` were laid over the rest
   std::vector<std::filesystem::path> graphs;
-  std::vector<Overlay> methods;   ///< laid over every graph, one at a time; none: the graphs as they are
-  std::vector<std::string> set;   ///< `path=value` of every run
-  std::vector<Place> set_places;  ///< of each
+  std::vector<Overlay> methods;            ///< laid over every graph, one at a time; none: the graphs as they are
+  std::vector<std::string> set;            ///< `path=value` of every run
+  std::vector<SourceLocation> set_places;  ///< of each
   std::vector<StudyAxis> vary;
   StudyDesign design = StudyDesign::grid;
   /// Every row is judged against the row that has these values and is like it on all other axes. Empty: against none.
@@ -82,18 +82,18 @@ struct StudySpec {
   /// Laid over each graph to make its reference run; both empty: the judged graph's own reference run.
   std::vector<Overlay> reference_over;
   std::vector<std::string> reference_set;
-  std::vector<Place> reference_set_places;
-  bool without_reference = false;    ///< no reference run is made, and no figure that needs one
-  std::vector<std::string> metrics;  ///< figures that tables show; none: the usual ones
+  std::vector<SourceLocation> reference_set_places;
+  bool without_reference = false;    ///< no reference run is made, and no metric that needs one
+  std::vector<std::string> metrics;  ///< metrics that tables show; none: the usual ones
   StudyReport report = StudyReport::table;
-  std::string error = "delivered.force.rms_error_N";  ///< the figure that work-precision diagrams show as error
+  std::string error = "delivered.force.rms_error_N";  ///< the metric that work-precision diagrams show as error
   StudyTime time = StudyTime::both;                   ///< the run times that they show
-  std::vector<std::string> bounds;   ///< methods that tell what no method can be asked for: not on the Pareto front
-  std::int64_t worst = 3;            ///< cells of a map of stability that are run anew with a recording
-  std::vector<std::string> record;   ///< outputs that are recorded there; none: motion and force
-  std::vector<Place> record_places;  ///< of each
-  std::int64_t repeats = 1;          ///< of every run, for its run time
-  std::int64_t warm_up = 0;          ///< runs before these whose run time does not count
+  std::vector<std::string> bounds;  ///< methods that tell what no method can be asked for: not on the Pareto front
+  std::int64_t worst = 3;           ///< cells of a map of stability that are run anew with a recording
+  std::vector<std::string> record;  ///< outputs that are recorded there; none: motion and force
+  std::vector<SourceLocation> record_places;  ///< of each
+  std::int64_t repeats = 1;                   ///< of every run, for its run time
+  std::int64_t warm_up = 0;                   ///< runs before these whose run time does not count
 };
 
 /// Of a run for its run time, wherever they are asked for.

@@ -53,10 +53,10 @@ double method_us(const RunResult& run, bool per_tick) {
     if (stage == "prediction" || stage == "interpolation" || stage == "forcefield") total_s += node.total_s;
     if (stage == "device") ticks += static_cast<double>(node.steps);
   }
-  return 1e6 * total_s / (per_tick ? ticks : run.figure("physics.steps"));
+  return 1e6 * total_s / (per_tick ? ticks : run.metric("physics.steps"));
 }
 
-/// A figure by its dotted name, or one of the run's own.
+/// A metric by its dotted name, or one of the run's own.
 double value_of(const RunResult& run, const std::string& name) {
   if (name == "cpu_ms_per_s") return 1e3 * run.cpu_s / run.duration_s;
   if (name == "method_us_per_result") return method_us(run, false);
@@ -68,7 +68,7 @@ double value_of(const RunResult& run, const std::string& name) {
     }
     return std::nan("");
   }
-  return run.figure(name);
+  return run.metric(name);
 }
 
 /// The values of every column; a column that nothing reports is no column.
@@ -76,7 +76,7 @@ void fill_columns(Comparison& comparison) {
   for (CompareRow& row : comparison.rows) {
     for (const Column& column : comparison.columns) {
       std::vector<double> values;
-      for (const RunResult& run : row.runs) values.push_back(value_of(run, column.figure));
+      for (const RunResult& run : row.runs) values.push_back(value_of(run, column.metric));
       row.values.push_back(std::move(values));
     }
   }
@@ -117,16 +117,16 @@ void judge(Comparison& comparison) {
       }
       return all;
     };
-    const auto figures = [&](const CompareRow& of, std::string_view name) {
+    const auto metrics = [&](const CompareRow& of, std::string_view name) {
       std::vector<double> all;
-      for (const std::size_t s : seeds) all.push_back(of.runs[s].figure(name));
+      for (const std::size_t s : seeds) all.push_back(of.runs[s].metric(name));
       return all;
     };
     row.one_step_anova = one_way_anova(pooled(first), pooled(row));
     for (const auto& [target, name] :
          {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
-      const std::vector<double> a = figures(first, name);
-      const std::vector<double> b = figures(row, name);
+      const std::vector<double> a = metrics(first, name);
+      const std::vector<double> b = metrics(row, name);
       if (std::isfinite(mean(a)) && std::isfinite(mean(b))) *target = paired_difference(a, b);
     }
   }
@@ -134,9 +134,9 @@ void judge(Comparison& comparison) {
 
 }  // namespace
 
-std::span<const double> CompareRow::figure(std::string_view name, const std::vector<Column>& columns) const {
+std::span<const double> CompareRow::metric(std::string_view name, const std::vector<Column>& columns) const {
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    if (columns[c].figure == name) return values[c];
+    if (columns[c].metric == name) return values[c];
   }
   return {};
 }
@@ -150,7 +150,7 @@ std::vector<double> CompareRow::done(std::span<const double> by_seed) const {
 }
 
 double CompareRow::mean_of(std::string_view name, const std::vector<Column>& columns) const {
-  return mean(done(figure(name, columns)));
+  return mean(done(metric(name, columns)));
 }
 
 bool CompareRow::never_touches() const {
@@ -158,7 +158,7 @@ bool CompareRow::never_touches() const {
   for (std::size_t s = 0; s < runs.size(); ++s) {
     if (status[s] != RunStatus::done) continue;
     // Not a number where nothing looks for contacts.
-    if (!(runs[s].figure("collision.touching_queries") == 0)) return false;
+    if (!(runs[s].metric("collision.touching_queries") == 0)) return false;
     any = true;
   }
   return any;
@@ -176,7 +176,7 @@ std::string CompareRow::seeds_text() const {
 
 std::string CompareRow::name() const {
   const std::string seeds = seeds_text();
-  return case_name(graph, setting) + (seeds.empty() ? "" : " (" + seeds + ")");
+  return case_name(graph, configuration) + (seeds.empty() ? "" : " (" + seeds + ")");
 }
 
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
@@ -186,7 +186,7 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
   for (const RunCase& c : cases) {
     CompareRow row;
     row.graph = graph_name(c.graph);
-    row.setting = c.setting;
+    row.configuration = c.configuration;
     row.against = c.against;
     row.runs.resize(seeds.size());
     row.status.assign(seeds.size(), RunStatus::failed);
@@ -223,7 +223,7 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
   std::erase_if(comparison.columns, [&](const Column& column) {
     return !column.run_time &&
            std::any_of(comparison.columns.begin(), comparison.columns.end(),
-                       [&](const Column& other) { return other.run_time && other.figure == column.figure; });
+                       [&](const Column& other) { return other.run_time && other.metric == column.metric; });
   });
   fill_columns(comparison);
   judge(comparison);
@@ -258,8 +258,9 @@ std::string spread_warning(const Comparison& comparison) {
   std::string names;
   for (std::size_t i = 0; i < std::min(rows.size(), most_named); ++i) {
     const CompareRow& row = *rows[i].row;
-    names += fmt::format("{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ",
-                         case_name(row.graph, row.setting), 100 * rows[i].worst, rows[i].beyond, row.seeds_done());
+    names +=
+        fmt::format("{}{} (by {:.0f} % at most, in {} of {})", i == 0 ? "" : ", ",
+                    case_name(row.graph, row.configuration), 100 * rows[i].worst, rows[i].beyond, row.seeds_done());
   }
   if (rows.size() > most_named) names += fmt::format(" and {} more", rows.size() - most_named);
   return fmt::format("the repeats of {} of {} runs spread by more than 10 %: {}", beyond, runs, names);
@@ -289,7 +290,7 @@ std::string failures_text(const Comparison& comparison) {
   for (const CompareRow& row : comparison.rows) {
     for (std::size_t s = 0; s < row.status.size(); ++s) {
       if (row.status[s] == RunStatus::done) continue;
-      out += fmt::format("{}: {}\n", run_name(row.graph, row.setting, comparison.seeds[s]), row.message[s]);
+      out += fmt::format("{}: {}\n", run_name(row.graph, row.configuration, comparison.seeds[s]), row.message[s]);
     }
   }
   return out;
@@ -312,7 +313,7 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
   };
   Json json;
   json["graph"] = row.graph;
-  if (!row.setting.empty()) json["setting"] = row.setting;
+  if (!row.configuration.empty()) json["configuration"] = row.configuration;
   json["title"] = row.title;
   json["seeds_done"] = row.seeds_done();
   json["status"] = Json::array();
@@ -322,14 +323,14 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     if (row.status[s] == RunStatus::done) continue;
     json["failures"].push_back({{"seed", comparison.seeds[s]}, {"message", row.message[s]}});
   }
-  json["figures"] = Json::object();
+  json["metrics"] = Json::object();
   for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
     const std::vector<double> values = row.done(row.values[c]);
-    Json& figure = json["figures"][comparison.columns[c].figure];
+    Json& metric = json["metrics"][comparison.columns[c].metric];
     const double centre = mean(values);
-    figure = {{"mean", number_json(centre)},
+    metric = {{"mean", number_json(centre)},
               {"sd", std::isfinite(centre) && values.size() > 1 ? Json(standard_deviation(values)) : Json()}};
-    figure["by_seed"] = by_seed(row.values[c]);
+    metric["by_seed"] = by_seed(row.values[c]);
   }
   json["spread_of_repeats"] = by_seed(row.spread);
   json["control_us"] = by_seed(row.control_us);

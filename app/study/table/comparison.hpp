@@ -1,4 +1,4 @@
-// Several graphs, or one in several settings, over several seeds: errors and run times side by side.
+// Several graphs, or one in several configurations, over several seeds: errors and run times side by side.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@
 
 namespace tactor {
 
-/// A figure that every graph of a comparison reports.
+/// A metric that every graph of a comparison reports.
 struct Column {
-  std::string figure;  ///< dotted name of the figure
+  std::string metric;  ///< dotted name of the metric
   std::string label;   ///< for tables
   bool run_time = false;
 };
@@ -26,7 +26,7 @@ struct Column {
 /// One case over all seeds.
 struct CompareRow {
   std::string graph;
-  std::string setting;
+  std::string configuration;
   std::string title;
   std::size_t against = 0;
   std::vector<RunResult> runs;              ///< one a seed, without curves except the first's
@@ -42,11 +42,11 @@ struct CompareRow {
   std::optional<PairedDifference> one_step;   ///< of the one-step RMS error over seeds, in N
   std::optional<PairedDifference> delivered;  ///< of the delivered RMS error over seeds, in N
 
-  /// The values of the column that shows this figure, one a seed; empty where there is no such column.
-  [[nodiscard]] std::span<const double> figure(std::string_view name, const std::vector<Column>& columns) const;
+  /// The values of the column that shows this metric, one a seed; empty where there is no such column.
+  [[nodiscard]] std::span<const double> metric(std::string_view name, const std::vector<Column>& columns) const;
   /// Of values by seed those of the runs that are done, which means are taken over.
   [[nodiscard]] std::vector<double> done(std::span<const double> by_seed) const;
-  /// The mean of a figure over the runs that are done; NaN where there is none.
+  /// The mean of a metric over the runs that are done; NaN where there is none.
   [[nodiscard]] double mean_of(std::string_view name, const std::vector<Column>& columns) const;
   /// True where collision looked for contacts in the runs that are done, and none of them found one.
   [[nodiscard]] bool never_touches() const;
@@ -54,7 +54,7 @@ struct CompareRow {
   [[nodiscard]] std::size_t seeds_done() const;
   /// `9 of 10 seeds`; empty where all runs are done.
   [[nodiscard]] std::string seeds_text() const;
-  /// The name in tables: graph, setting where there is one, and the seeds that are there where some are not.
+  /// The name in tables: graph, configuration where there is one, and the seeds that are there where some are not.
   [[nodiscard]] std::string name() const;
 };
 
@@ -64,7 +64,7 @@ struct Comparison {
   std::vector<CompareRow> rows;
 };
 
-/// Puts the runs of the cases side by side. Runs that are not there, or failed, have no figures. `metrics`: the figures
+/// Puts the runs of the cases side by side. Runs that are not there, or failed, have no metrics. `metrics`: the metrics
 /// that columns show beside the run times; none: the usual ones.
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
                            std::vector<RunRecord> records, const std::vector<std::string>& metrics = {});
@@ -74,7 +74,7 @@ TimingNote timing_note(const Comparison& comparison, Repeats repeats);
 
 nlohmann::ordered_json to_json(const Comparison& comparison);
 /// One row of it: how each run ended, mean and deviation (null for fewer than two) over the runs that are done and the
-/// values by seed of every figure, and what it is against another.
+/// values by seed of every metric, and what it is against another.
 nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& row);
 /// A line for every run that failed or was refused.
 std::string failures_text(const Comparison& comparison);

@@ -24,13 +24,13 @@ constexpr const char* layout = "2";  // of the tables below
 
 constexpr const char* schema = R"(
 CREATE TABLE identity(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE names(run INTEGER PRIMARY KEY, graph TEXT NOT NULL, setting TEXT NOT NULL, seed TEXT NOT NULL,
+CREATE TABLE names(run INTEGER PRIMARY KEY, graph TEXT NOT NULL, configuration TEXT NOT NULL, seed TEXT NOT NULL,
                    content TEXT NOT NULL);
 CREATE TABLE runs(run INTEGER PRIMARY KEY REFERENCES names, status TEXT NOT NULL, message TEXT NOT NULL,
                   title TEXT NOT NULL, duration_s REAL, cpu_s REAL, wall_s REAL, peak_memory_MB REAL, control_us REAL,
                   finished TEXT DEFAULT CURRENT_TIMESTAMP, may_differ INTEGER NOT NULL, more TEXT NOT NULL);
 CREATE TABLE repeats(run INTEGER NOT NULL, repeat INTEGER NOT NULL, cpu_s REAL, PRIMARY KEY(run, repeat)) WITHOUT ROWID;
-CREATE TABLE figures(run INTEGER NOT NULL, place INTEGER NOT NULL, name TEXT NOT NULL, value REAL,
+CREATE TABLE metrics(run INTEGER NOT NULL, place INTEGER NOT NULL, name TEXT NOT NULL, value REAL,
                      PRIMARY KEY(run, place)) WITHOUT ROWID;
 CREATE TABLE costs(run INTEGER NOT NULL, place INTEGER NOT NULL, node TEXT NOT NULL, type TEXT NOT NULL, steps INTEGER,
                    missed_ticks INTEGER, median_us REAL, p99_us REAL, total_s REAL, PRIMARY KEY(run, place)) WITHOUT ROWID;
@@ -174,7 +174,7 @@ struct RunTable::Database {
     for (const auto& [key, value] : pairs(identity)) meta.run(key, value);
     Statement name(db, path, "INSERT INTO names VALUES(?, ?, ?, ?, ?)");
     for (std::size_t i = 0; i < runs.size(); ++i) {
-      name.run(static_cast<std::int64_t>(i), runs[i].graph, runs[i].setting, std::to_string(runs[i].seed),
+      name.run(static_cast<std::int64_t>(i), runs[i].graph, runs[i].configuration, std::to_string(runs[i].seed),
                runs[i].content);
     }
     execute("COMMIT");
@@ -201,11 +201,11 @@ struct RunTable::Database {
     if (found["options"] != identity.options) return "the options of the command line were others";
     if (found["program"] != identity.program) return "the program has changed since";
     std::size_t i = 0;
-    Statement name(db, path, "SELECT graph, setting, seed, content FROM names ORDER BY run");
+    Statement name(db, path, "SELECT graph, configuration, seed, content FROM names ORDER BY run");
     for (; name.step(); ++i) {
       const std::string run =
           fmt::format("{}{}{}, seed {}", name.text(0), name.text(1).empty() ? "" : " ", name.text(1), name.text(2));
-      if (i >= runs.size() || name.text(0) != runs[i].graph || name.text(1) != runs[i].setting ||
+      if (i >= runs.size() || name.text(0) != runs[i].graph || name.text(1) != runs[i].configuration ||
           name.text(2) != std::to_string(runs[i].seed)) {
         return "its runs are others: " + run;
       }
@@ -277,9 +277,9 @@ void RunTable::add(const RunRecord& record) {
     Statement repeat(db_->db, path_, "INSERT INTO repeats VALUES(?, ?, ?)");
     for (std::size_t i = 0; i < record.cpu_s.size(); ++i)
       repeat.run(run, static_cast<std::int64_t>(i), record.cpu_s[i]);
-    Statement figure(db_->db, path_, "INSERT INTO figures VALUES(?, ?, ?, ?)");
+    Statement metric(db_->db, path_, "INSERT INTO metrics VALUES(?, ?, ?, ?)");
     std::int64_t place = 0;
-    for (const auto& [name, value] : result.figures) figure.run(run, place++, name, value);
+    for (const auto& [name, value] : result.metrics) metric.run(run, place++, name, value);
     Statement cost(db_->db, path_, "INSERT INTO costs VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
     place = 0;
     for (const NodeCost& node : result.nodes) {
@@ -323,9 +323,9 @@ std::vector<RunRecord> RunTable::read() const {
   }
   Statement repeats(db_->db, path_, "SELECT run, cpu_s FROM repeats ORDER BY run, repeat");
   while (repeats.step()) records[at.at(repeats.integer(0))].cpu_s.push_back(repeats.real(1));
-  Statement figures(db_->db, path_, "SELECT run, name, value FROM figures ORDER BY run, place");
-  while (figures.step()) {
-    records[at.at(figures.integer(0))].result.figures.emplace_back(figures.text(1), figures.real(2));
+  Statement metrics(db_->db, path_, "SELECT run, name, value FROM metrics ORDER BY run, place");
+  while (metrics.step()) {
+    records[at.at(metrics.integer(0))].result.metrics.emplace_back(metrics.text(1), metrics.real(2));
   }
   Statement costs(
       db_->db, path_,

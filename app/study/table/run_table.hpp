@@ -1,4 +1,4 @@
-// The results of many runs in one crash-safe file: what tells them apart, and every figure of each.
+// The results of many runs in one crash-safe file: what tells them apart, and every metric of each.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +37,7 @@ struct RunRecord {
 /// What a run is, to find it again.
 struct RunName {
   std::string graph;
-  std::string setting;
+  std::string configuration;
   std::uint64_t seed = 0;
   std::string content;  ///< hash of the resolved graph and the bytes of its files, or of why it is refused; or empty:
                         ///< not known, which agrees with any

@@ -29,13 +29,13 @@ std::vector<bool> judged_seeds(const Comparison& comparison, std::size_t row) {
   return both;
 }
 
-/// For these seeds the logarithm of the figure's ratio to that of the row it is judged against; none where a value is
+/// For these seeds the logarithm of the metric's ratio to that of the row it is judged against; none where a value is
 /// not above zero.
-std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view figure,
+std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view metric,
                              const std::vector<bool>& seeds) {
   const CompareRow& mine = comparison.rows[row];
-  const std::span<const double> a = comparison.rows[mine.against].figure(figure, comparison.columns);
-  const std::span<const double> b = mine.figure(figure, comparison.columns);
+  const std::span<const double> a = comparison.rows[mine.against].metric(metric, comparison.columns);
+  const std::span<const double> b = mine.metric(metric, comparison.columns);
   std::vector<double> logs;
   for (std::size_t s = 0; s < std::min(a.size(), b.size()); ++s) {
     if (!seeds[s]) continue;
@@ -45,21 +45,21 @@ std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std:
   return logs;
 }
 
-std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view figure) {
-  return row_logs(comparison, row, figure, judged_seeds(comparison, row));
+std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view metric) {
+  return row_logs(comparison, row, metric, judged_seeds(comparison, row));
 }
 
 /// The mean over the graphs for each seed that all of them have; none where a graph has none.
-std::vector<double> logs_over_graphs(const Study& study, std::size_t setting, std::string_view figure) {
-  const std::size_t settings = study.settings.size();
+std::vector<double> logs_over_graphs(const Study& study, std::size_t configuration, std::string_view metric) {
+  const std::size_t configurations = study.configurations.size();
   std::vector<bool> seeds(study.comparison.seeds.size(), true);
-  for (std::size_t row = setting; row < study.comparison.rows.size(); row += settings) {
+  for (std::size_t row = configuration; row < study.comparison.rows.size(); row += configurations) {
     const std::vector<bool> mine = judged_seeds(study.comparison, row);
     for (std::size_t s = 0; s < seeds.size(); ++s) seeds[s] = seeds[s] && mine[s];
   }
   std::vector<double> sum(static_cast<std::size_t>(std::count(seeds.begin(), seeds.end(), true)), 0.0);
-  for (std::size_t row = setting; row < study.comparison.rows.size(); row += settings) {
-    const std::vector<double> logs = row_logs(study.comparison, row, figure, seeds);
+  for (std::size_t row = configuration; row < study.comparison.rows.size(); row += configurations) {
+    const std::vector<double> logs = row_logs(study.comparison, row, metric, seeds);
     if (logs.size() != sum.size()) return {};
     for (std::size_t s = 0; s < sum.size(); ++s) sum[s] += logs[s] / static_cast<double>(study.spec.graphs.size());
   }
@@ -78,26 +78,26 @@ Json to_json(const ErrorRatio& ratio, std::size_t seeds) {
   return {{"delivered_rms", one(ratio.delivered)}, {"one_step_rms", one(ratio.one_step)}};
 }
 
-Json to_json(const StudySetting& setting) {
+Json to_json(const StudyConfiguration& configuration) {
   Json json;
-  if (!setting.method.empty()) json["method"] = setting.method;
+  if (!configuration.method.empty()) json["method"] = configuration.method;
   json["values"] = Json::object();
-  for (const auto& [path, value] : setting.values) json["values"][path] = value;
+  for (const auto& [path, value] : configuration.values) json["values"][path] = value;
   return json;
 }
 
 }  // namespace
 
-double Study::over_graphs(std::size_t setting, std::string_view figure) const {
+double Study::over_graphs(std::size_t configuration, std::string_view metric) const {
   std::vector<double> means;
-  for (std::size_t row = setting; row < comparison.rows.size(); row += settings.size()) {
-    means.push_back(comparison.rows[row].mean_of(figure, comparison.columns));
+  for (std::size_t row = configuration; row < comparison.rows.size(); row += configurations.size()) {
+    means.push_back(comparison.rows[row].mean_of(metric, comparison.columns));
   }
   return mean(means);
 }
 
-std::string Study::incomplete(std::size_t setting) const {
-  for (std::size_t row = setting; row < comparison.rows.size(); row += settings.size()) {
+std::string Study::incomplete(std::size_t configuration) const {
+  for (std::size_t row = configuration; row < comparison.rows.size(); row += configurations.size()) {
     const CompareRow& mine = comparison.rows[row];
     if (!mine.seeds_text().empty() || !comparison.rows[mine.against].seeds_text().empty()) return " (seeds missing)";
   }
@@ -105,12 +105,12 @@ std::string Study::incomplete(std::size_t setting) const {
 }
 
 Study make_study(const StudySpec& spec, Comparison comparison) {
-  Study study{spec, study_settings(spec), std::move(comparison), {}, {}};
+  Study study{spec, study_configurations(spec), std::move(comparison), {}, {}};
   for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
     study.ratios.push_back({geometric_mean(row_logs(study.comparison, row, delivered_error)),
                             geometric_mean(row_logs(study.comparison, row, one_step_error))});
   }
-  for (std::size_t s = 0; s < study.settings.size(); ++s) {
+  for (std::size_t s = 0; s < study.configurations.size(); ++s) {
     study.ratios_over_graphs.push_back({geometric_mean(logs_over_graphs(study, s, delivered_error)),
                                         geometric_mean(logs_over_graphs(study, s, one_step_error))});
   }
@@ -131,15 +131,15 @@ Json to_json(const Study& study) {
   for (const AxisValue& at : study.spec.baseline) json["baseline"][at.axis] = at.value;
   json["warnings"] = comparison_warnings(study.comparison);
   json["timing"] = to_json(timing_note(study));
-  json["settings"] = Json::array();
-  for (std::size_t s = 0; s < study.settings.size(); ++s) {
-    Json one = to_json(study.settings[s]);
+  json["configurations"] = Json::array();
+  for (std::size_t s = 0; s < study.configurations.size(); ++s) {
+    Json one = to_json(study.configurations[s]);
     one["over_graphs"] = to_json(study.ratios_over_graphs[s], study.comparison.seeds.size());
-    json["settings"].push_back(std::move(one));
+    json["configurations"].push_back(std::move(one));
   }
   json["rows"] = Json::array();
   for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
-    Json one = to_json(study.setting(row));
+    Json one = to_json(study.configuration(row));
     one.update(to_json(study.comparison, study.comparison.rows[row]));
     one["against"]["ratio"] = to_json(study.ratios[row], study.comparison.seeds.size());
     json["rows"].push_back(std::move(one));

@@ -13,29 +13,31 @@
 
 namespace tactor {
 
-/// The RMS errors of a row, or of a setting over all graphs, as a multiple of those of what it is judged against, by
-/// the geometric mean over the seeds that both have; over graphs too, where each seed's ratio is the geometric mean of
-/// theirs.
+/// The RMS errors of a row, or of a configuration over all graphs, as a multiple of those of what it is judged against,
+/// by the geometric mean over the seeds that both have; over graphs too, where each seed's ratio is the geometric mean
+/// of theirs.
 struct ErrorRatio {
   std::optional<GeometricMean> delivered;
   std::optional<GeometricMean> one_step;
 };
 
-/// A study that has run. The rows of `comparison` are, for each graph, the settings in order; each is judged against
-/// another of the same graph (StudySpec::baseline).
+/// A study that has run. The rows of `comparison` are, for each graph, the configurations in order; each is judged
+/// against another of the same graph (StudySpec::baseline).
 struct Study {
   StudySpec spec;
-  std::vector<StudySetting> settings;
+  std::vector<StudyConfiguration> configurations;
   Comparison comparison;
   std::vector<ErrorRatio> ratios;              ///< one a row
-  std::vector<ErrorRatio> ratios_over_graphs;  ///< one a setting
+  std::vector<ErrorRatio> ratios_over_graphs;  ///< one a configuration
 
-  /// The mean over the graphs of a figure's mean over the seeds that are done.
-  [[nodiscard]] double over_graphs(std::size_t setting, std::string_view figure) const;
-  /// What stands behind the setting's name in tables over the graphs where a graph, or what it is judged against there,
-  /// lacks seeds; else empty.
-  [[nodiscard]] std::string incomplete(std::size_t setting) const;
-  [[nodiscard]] const StudySetting& setting(std::size_t row) const { return settings[row % settings.size()]; }
+  /// The mean over the graphs of a metric's mean over the seeds that are done.
+  [[nodiscard]] double over_graphs(std::size_t configuration, std::string_view metric) const;
+  /// What stands behind the configuration's name in tables over the graphs where a graph, or what it is judged against
+  /// there, lacks seeds; else empty.
+  [[nodiscard]] std::string incomplete(std::size_t configuration) const;
+  [[nodiscard]] const StudyConfiguration& configuration(std::size_t row) const {
+    return configurations[row % configurations.size()];
+  }
 };
 
 /// Judges the runs of the cases.

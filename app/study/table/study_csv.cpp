@@ -27,8 +27,8 @@ std::string csv_of(const Study& study, std::vector<std::string> more_head, const
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
       std::vector<std::string> cells{quoted_where_needed(comparison.rows[row].graph),
-                                     quoted_where_needed(study.setting(row).method)};
-      for (const auto& [path, value] : study.setting(row).values) cells.push_back(quoted_where_needed(value));
+                                     quoted_where_needed(study.configuration(row).method)};
+      for (const auto& [path, value] : study.configuration(row).values) cells.push_back(quoted_where_needed(value));
       cells.push_back(std::to_string(comparison.seeds[s]));
       cells_of(comparison.rows[row], s, cells);
       out += fmt::format("{}\n", fmt::join(cells, ","));
@@ -48,10 +48,10 @@ void add_values(const Study& study, const CompareRow& row, std::size_t seed, boo
   }
 }
 
-std::vector<std::string> figures_of(const Study& study, bool run_times) {
+std::vector<std::string> metrics_of(const Study& study, bool run_times) {
   std::vector<std::string> names;
   for (const Column& column : study.comparison.columns) {
-    if (column.run_time == run_times) names.push_back(column.figure);
+    if (column.run_time == run_times) names.push_back(column.metric);
   }
   return names;
 }
@@ -60,7 +60,7 @@ std::vector<std::string> figures_of(const Study& study, bool run_times) {
 
 std::string study_csv(const Study& study) {
   std::vector<std::string> head{"status"};
-  for (std::string& name : figures_of(study, false)) head.push_back(std::move(name));
+  for (std::string& name : metrics_of(study, false)) head.push_back(std::move(name));
   return csv_of(study, std::move(head), [&](const CompareRow& row, std::size_t s, std::vector<std::string>& cells) {
     cells.push_back(word_of(row.status[s]));
     add_values(study, row, s, false, cells);
@@ -68,7 +68,7 @@ std::string study_csv(const Study& study) {
 }
 
 std::string run_times_csv(const Study& study) {
-  std::vector<std::string> head = figures_of(study, true);
+  std::vector<std::string> head = metrics_of(study, true);
   head.insert(head.end(), {"spread_of_repeats", "control_us"});
   return csv_of(study, std::move(head), [&](const CompareRow& row, std::size_t s, std::vector<std::string>& cells) {
     add_values(study, row, s, true, cells);

@@ -7,7 +7,7 @@
 
 namespace tactor {
 
-/// A line a run: graph, method, varied values, seed, status, then the figures, which no run time is among: the same
+/// A line a run: graph, method, varied values, seed, status, then the metrics, which no run time is among: the same
 /// bytes whatever the machine did beside.
 std::string study_csv(const Study& study);
 /// A line a run in the same order: what took how long.

@@ -28,7 +28,7 @@ std::vector<std::string> comparison_warnings(const Comparison& comparison) {
   constexpr std::size_t most_named = 5;
   std::vector<std::string> warnings, untouched;
   for (const CompareRow& row : comparison.rows) {
-    const std::string name = case_name(row.graph, row.setting);
+    const std::string name = case_name(row.graph, row.configuration);
     if (!row.unlike.empty()) warnings.push_back(name + ": " + row.unlike);
     if (row.never_touches()) untouched.push_back(name);
   }

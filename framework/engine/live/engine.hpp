@@ -30,7 +30,7 @@ namespace tactor {
 class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   /// Between making the threads and time zero.
   static constexpr Duration head_start{20'000'000};
-  /// How often the calling thread writes the recording, and the bridge watches for stalls.
+  /// How often the calling thread writes the recording, and the timer thread watches for stalls.
   static constexpr Duration watch_period{20'000'000};
   /// How long steps may take to come back at the end.
   static constexpr Duration longest_step_at_end{1'000'000'000};
@@ -45,7 +45,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::optional<std::string> failure;
   bool abandoned = false;
   LiveStatus status;
-  std::vector<NodeFigures> node_figures;
+  std::vector<NodeStatistics> node_statistics;
   std::function<bool()> stop_asked = [] { return false; };
 
  private:
@@ -64,7 +64,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void make_actors();
   void start_threads();
   void end_bridge();
-  /// Ends the bridge, the actors and their lanes, those that there are.
+  /// Ends the timer thread, the actors and their lanes, those that there are.
   void end_threads();
   void granted(const ThreadGrant& grant);
 
@@ -115,15 +115,15 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   bool ended_ = false;  // no step begins any more
   bool bridge_ended_ = false;
   Time bridge_waits_until_;
-  std::vector<Dispatcher::Begun> begun_;  // by node: the step it is making
-  std::vector<CostDraw> costs_;           // by node, where the graph imposes what it declares; else empty
-  std::vector<Held> held_;                // the first to pass comes first
-  std::vector<bool> at_rest_;             // by node: of a device outside of the real-time lane
-  std::vector<bool> failed_;              // by node
+  std::vector<Dispatcher::StepRequest> begun_;  // by node: the step it is making
+  std::vector<CostDraw> costs_;                 // by node, where the graph imposes what it declares; else empty
+  std::vector<Held> held_;                      // the first to pass comes first
+  std::vector<bool> at_rest_;                   // by node: of a device outside of the real-time lane
+  std::vector<bool> failed_;                    // by node
   StallWatch stalls_;
   std::vector<std::string> missing_;
   std::vector<std::optional<SafetyState>> safety_;  // by node: what its gate said last
-  std::vector<std::size_t> woken_;                  // nodes that begun and whose actors are to be asked
+  std::vector<std::size_t> woken_;                  // nodes that request and whose actors are to be asked
 
   Instant origin_;
   std::optional<MemoryLock> memory_;

@@ -35,8 +35,8 @@ class LiveEngine {
   /// The state at the end.
   [[nodiscard]] virtual const LiveStatus& status() const = 0;
   /// CPU time of the steps of a node, in the pool of some of them; none for one in the real-time lane, which has its
-  /// loop's figures.
-  [[nodiscard]] virtual const NodeFigures& node_figures(std::size_t node) const = 0;
+  /// loop's metrics.
+  [[nodiscard]] virtual const NodeStatistics& node_statistics(std::size_t node) const = 0;
 };
 
 /// The functions of the library of the live engine.

@@ -1,15 +1,15 @@
 // Loads the live engine, so that a run under the virtual clock never loads the actor framework.
 #include "framework/core/check.hpp"
 #include "framework/engine/live/live_engine.hpp"
-#include "framework/node/own_library.hpp"
+#include "framework/node/plugin.hpp"
 
 namespace tactor {
 
 const LiveLibrary& load_live_library() {
   static const LiveLibrary& library =
-      load_own_library<LiveLibrary>("libtactor_live.so", "tactor_live_library", TACTOR_LIVE_ABI,
-                                    "clock: real: there is no live engine; build it with scripts/build release tactor "
-                                    "(options: -DTACTOR_WITH_CAF=ON), or use clock: virtual");
+      load_plugin<LiveLibrary>("libtactor_live.so", "tactor_live_library", TACTOR_LIVE_ABI,
+                               "clock: real: there is no live engine; build it with scripts/build release tactor "
+                               "(options: -DTACTOR_WITH_CAF=ON), or use clock: virtual");
   return library;
 }
 

@@ -30,7 +30,7 @@ constexpr ThreadSettings bridge_settings{SchedulingPolicy::fifo, 70, std::nullop
 
 LiveRun::Engine::Engine(const Plan& plan)
     : nodes(plan),
-      node_figures(plan.nodes.size()),
+      node_statistics(plan.nodes.size()),
       plan_(plan),
       end_(Time{} + plan.graph.duration),
       lanes_(plan_lanes(plan)),
@@ -164,9 +164,9 @@ void LiveRun::Engine::begin_stop() {
 
 void LiveRun::Engine::begin_ready() {
   if (ended_) return;
-  while (const auto begun = dispatcher_->begin_next()) {
-    begun_[begun->node] = *begun;
-    woken_.push_back(begun->node);
+  while (const auto request = dispatcher_->next_request()) {
+    begun_[request->node] = *request;
+    woken_.push_back(request->node);
   }
 }
 
@@ -175,18 +175,18 @@ void LiveRun::Engine::wake(const std::vector<std::size_t>& nodes_to_step) {
 }
 
 void LiveRun::Engine::step(std::size_t node) {
-  Dispatcher::Begun begun;
+  Dispatcher::StepRequest request;
   bool measured = true;
   {
     const std::scoped_lock lock(mutex_);
-    begun = begun_[node];
+    request = begun_[node];
     measured = lanes_.lane_of[node] != 0 || dispatcher_->steps(node) % steps_a_measurement == 1;
   }
   const Time starts = clock();
   for (const std::size_t edge : dispatcher_->edges_into(node)) {
     if (const auto produced = dispatcher_->newest_produced(edge)) age_[edge]->record(starts - *produced);
   }
-  StepContext context(begun.now, begun.phase);
+  StepContext context(request.now, request.phase);
   std::string error;
   const std::int64_t cpu = measured ? thread_cpu_ns() : 0;
   try {
@@ -197,13 +197,13 @@ void LiveRun::Engine::step(std::size_t node) {
   const Duration cpu_time{measured ? thread_cpu_ns() - cpu : 0};
 
   const std::scoped_lock lock(mutex_);
-  // A step that comes back when the run has given it up finds its figures taken.
+  // A step that comes back when the run has given it up finds its metrics taken.
   if (bridge_ended_) return;
-  if (measured) node_figures[node].add_cpu(cpu_time);
+  if (measured) node_statistics[node].add_cpu(cpu_time);
   const Time now = next_instant();
   catch_up(now);
   if (error.empty()) {
-    if (begun.phase == Phase::stopping) at_rest_[node] = context.at_rest();
+    if (request.phase == Phase::stopping) at_rest_[node] = context.at_rest();
     end_step(node, context.work());
   } else {
     // It stays busy and never steps again; the rest goes on while the devices ramp down.
@@ -230,9 +230,9 @@ void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
 }
 
 void LiveRun::Engine::pass(std::size_t node) {
-  dispatcher_->free(node);
-  const Time begun = begun_[node].now;
-  if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, begun, dispatcher_->now() - begun);
+  dispatcher_->complete(node);
+  const Time request = begun_[node].now;
+  if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, request, dispatcher_->now() - request);
 }
 
 void LiveRun::Engine::release_held() {
@@ -256,7 +256,7 @@ void LiveRun::Engine::fail(const std::string& why) {
   if (dispatcher_->phase() != Phase::stopping) begin_stop();
 }
 
-// The bridge: keeps the time for ticks, and carries out what the loops send.
+// The timer thread: keeps the time for ticks, and carries out what the loops send.
 
 void LiveRun::Engine::bridge() {
   granted(apply_thread_settings(bridge_settings, "bridge"));
@@ -318,10 +318,10 @@ Time LiveRun::Engine::next_look(Time now) const {
   for (const auto& loop : loops_) {
     if (!loop) continue;
     const std::int64_t due = loop->schedule().last_due(now);
-    const LoopFigures& figures = loop->loop().figures();
+    const LoopStatistics& metrics = loop->loop().metrics();
     const Time next_tick = loop->schedule().deadline(due + 1);
     // A tick that is due and has not been made yet is looked for soon, the next one when it will have been made.
-    const bool awaited = due >= 0 && figures.ended.value() + figures.missed.value() <= due;
+    const bool awaited = due >= 0 && metrics.ended.value() + metrics.missed.value() <= due;
     look = std::min(look, awaited ? std::min(now + look_again, next_tick) : next_tick + look_after);
   }
   return look;
@@ -350,8 +350,8 @@ PlanNodes& LiveRun::nodes() {
 const LiveStatus& LiveRun::status() const {
   return engine_->status;
 }
-const NodeFigures& LiveRun::node_figures(std::size_t node) const {
-  return engine_->node_figures[node];
+const NodeStatistics& LiveRun::node_statistics(std::size_t node) const {
+  return engine_->node_statistics[node];
 }
 
 }  // namespace tactor

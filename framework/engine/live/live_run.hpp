@@ -33,7 +33,7 @@ class LiveRun final : public LiveEngine {
   [[nodiscard]] bool is_abandoned() const override;
   [[nodiscard]] PlanNodes& nodes() override;
   [[nodiscard]] const LiveStatus& status() const override;
-  [[nodiscard]] const NodeFigures& node_figures(std::size_t node) const override;
+  [[nodiscard]] const NodeStatistics& node_statistics(std::size_t node) const override;
 
  private:
   class Engine;

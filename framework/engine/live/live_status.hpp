@@ -1,4 +1,4 @@
-// What a live run tells while it goes on, and the figures it ends with.
+// What a live run tells while it goes on, and the metrics it ends with.
 #pragma once
 
 #include <optional>
@@ -14,25 +14,25 @@
 namespace tactor {
 
 /// Percentiles of a latency.
-struct LatencyFigures {
+struct LatencyStatistics {
   std::uint64_t count = 0;
   Duration p50, p99, p99_9, p99_99, max;
   /// The histogram behind them, so that runs can be put together: see LatencyHistogram::counts. Empty while it goes on.
   std::vector<std::pair<Duration, std::uint64_t>> counts;
 };
 
-/// The figures of a histogram, all of one moment though its writer may go on; `whole` with its counts.
-inline LatencyFigures figures_of(const LatencyHistogram& counting, bool whole) {
+/// The metrics of a histogram, all of one moment though its writer may go on; `whole` with its counts.
+inline LatencyStatistics metrics_of(const LatencyHistogram& counting, bool whole) {
   const LatencyHistogram h(counting);  // NOLINT(performance-unnecessary-copy-initialization): the moment
-  LatencyFigures f{h.count(), h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.quantile(0.9999), h.max(), {}};
+  LatencyStatistics f{h.count(), h.quantile(0.5), h.quantile(0.99), h.quantile(0.999), h.quantile(0.9999), h.max(), {}};
   if (whole) f.counts = h.counts();
   return f;
 }
 
 /// An edge of a live run.
 struct LiveEdge {
-  EdgeFigures figures;
-  LatencyFigures age;  ///< of the newest message that a step saw, from when it became visible to when the step began
+  EdgeStatistics metrics;
+  LatencyStatistics age;  ///< of the newest message that a step saw, from when it became visible to when the step began
 };
 
 /// A node of a live run.
@@ -47,10 +47,10 @@ struct LiveDevice {
   std::size_t node = 0;  ///< index into the plan
   std::uint64_t ticks = 0;
   std::uint64_t missed = 0;
-  LatencyFigures wake_latency;  ///< wake-up minus deadline
-  LatencyFigures body_time;     ///< of one tick: read, evaluate, gate, write, hand on
+  LatencyStatistics wake_latency;  ///< wake-up minus deadline
+  LatencyStatistics body_time;     ///< of one tick: read, evaluate, gate, write, hand on
   Duration body_sum;
-  LatencyFigures end_to_end;                ///< device sample to the first commanded force that was made from it
+  LatencyStatistics end_to_end;             ///< device sample to the first commanded force that was made from it
   std::optional<std::uint64_t> heap_calls;  ///< in the loop, after its warm-up; none where they cannot be counted
   std::uint64_t page_faults = 0;
   std::uint64_t dropped = 0;          ///< messages out of the loop that found its ring full
@@ -66,7 +66,7 @@ struct LiveStatus {
   std::vector<LiveEdge> edges;           ///< by index into the plan
   std::vector<LiveDevice> devices;
   std::uint64_t record_dropped = 0;  ///< messages that the recording could not take in time
-  std::vector<std::string> missing;  ///< privileges that were asked for and refused, each with its mend
+  std::vector<std::string> missing;  ///< privileges that were asked for and refused, each with its remedy
 };
 
 }  // namespace tactor

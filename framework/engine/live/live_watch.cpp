@@ -73,7 +73,7 @@ void LiveRun::Engine::look_for_stalls() {
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       // To the period of the looks, which is all that is known.
       const auto rounded = [](Duration d) { return duration_text(Duration{d.ns / 10'000'000 * 10'000'000}); };
-      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: its step, begun " +
+      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: its step, request " +
            rounded(watched.moved - Time{}) + " after the start of the run, has not come back for " +
            rounded(now - watched.moved) + "; live.stall_timeout of the graph is " +
            duration_text(plan_.graph.live.stall_timeout));
@@ -101,14 +101,14 @@ LiveStatus LiveRun::Engine::counters() const {
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), stalls_.stalled(n)});
     if (!loops_[n]) continue;
-    const LoopFigures& figures = loops_[n]->loop().figures();
+    const LoopStatistics& metrics = loops_[n]->loop().metrics();
     LiveDevice device;
     device.node = n;
-    device.ticks = static_cast<std::uint64_t>(figures.ended.value());
-    device.missed = static_cast<std::uint64_t>(figures.missed.value());
-    device.body_sum = Duration{figures.body_ns.value()};
-    if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(figures.heap_calls.value());
-    device.page_faults = static_cast<std::uint64_t>(figures.page_faults.value());
+    device.ticks = static_cast<std::uint64_t>(metrics.ended.value());
+    device.missed = static_cast<std::uint64_t>(metrics.missed.value());
+    device.body_sum = Duration{metrics.body_ns.value()};
+    if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(metrics.heap_calls.value());
+    device.page_faults = static_cast<std::uint64_t>(metrics.page_faults.value());
     device.dropped = loops_[n]->dropped_out();
     device.safety = safety_[n];
     s.nodes.back().steps = device.ticks;
@@ -116,8 +116,8 @@ LiveStatus LiveRun::Engine::counters() const {
     s.devices.push_back(device);
   }
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
-    s.edges.push_back({dispatcher_->edge_figures(e), {}});
-    if (const auto& loop = loops_[plan_.edges[e].to]) loop->add_figures(e, s.edges.back().figures);
+    s.edges.push_back({dispatcher_->edge_statistics(e), {}});
+    if (const auto& loop = loops_[plan_.edges[e].to]) loop->add_metrics(e, s.edges.back().metrics);
   }
   return s;
 }
@@ -125,13 +125,13 @@ LiveStatus LiveRun::Engine::counters() const {
 void LiveRun::Engine::add_latencies(LiveStatus& s, bool whole) const {
   for (LiveDevice& device : s.devices) {
     const RealtimeLane& loop = *loops_[device.node];
-    device.wake_latency = figures_of(loop.loop().figures().wake_latency, whole);
-    device.body_time = figures_of(loop.loop().figures().body_time, whole);
-    device.end_to_end = figures_of(loop.end_to_end(), whole);
+    device.wake_latency = metrics_of(loop.loop().metrics().wake_latency, whole);
+    device.body_time = metrics_of(loop.loop().metrics().body_time, whole);
+    device.end_to_end = metrics_of(loop.end_to_end(), whole);
   }
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
     const auto& loop = loops_[plan_.edges[e].to];
-    s.edges[e].age = figures_of(loop ? *loop->age(e) : *age_[e], whole);
+    s.edges[e].age = metrics_of(loop ? *loop->age(e) : *age_[e], whole);
   }
 }
 
@@ -139,7 +139,7 @@ void LiveRun::Engine::add_latencies(LiveStatus& s, bool whole) const {
 
 std::int64_t LiveRun::Engine::steps_ended(std::size_t node) const {
   const auto& loop = loops_[node];
-  return loop ? loop->loop().figures().ended.value()
+  return loop ? loop->loop().metrics().ended.value()
               : static_cast<std::int64_t>(dispatcher_->steps(node)) - (dispatcher_->busy(node) ? 1 : 0);
 }
 
@@ -203,8 +203,8 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   drain_record(observer);
   status.record_dropped = record_.dropped();
   for (std::size_t n = 0; n < nodes.size(); ++n) {
-    node_figures[n].steps = status.nodes[n].steps;
-    node_figures[n].missed_ticks = status.nodes[n].missed_ticks;
+    node_statistics[n].steps = status.nodes[n].steps;
+    node_statistics[n].missed_ticks = status.nodes[n].missed_ticks;
   }
   if (!abandoned) end_threads();
 }

@@ -70,15 +70,15 @@ const LatencyHistogram* RealtimeLane::age(std::size_t edge) const {
   return in == inputs_.end() ? nullptr : in->age.get();
 }
 
-void RealtimeLane::add_figures(std::size_t edge, EdgeFigures& figures) const {
+void RealtimeLane::add_metrics(std::size_t edge, EdgeStatistics& metrics) const {
   const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
   TACTOR_DEMAND(in != inputs_.end());
   const auto taken = static_cast<std::uint64_t>(in->taken->value());
   if (in->slot) {
     // The newest may still be waiting.
-    figures.superseded += figures.delivered > taken + 1 ? figures.delivered - taken - 1 : 0;
+    metrics.superseded += metrics.delivered > taken + 1 ? metrics.delivered - taken - 1 : 0;
   } else {
-    figures.dropped += in->ring->drops() + static_cast<std::uint64_t>(in->dropped->value());
+    metrics.dropped += in->ring->drops() + static_cast<std::uint64_t>(in->dropped->value());
   }
 }
 

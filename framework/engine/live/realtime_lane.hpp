@@ -1,4 +1,4 @@
-// A node in the real-time lane: its loop, the wait-free ways in and out, and the figures of both.
+// A node in the real-time lane: its loop, the wait-free ways in and out, and the metrics of both.
 #pragma once
 
 #include <atomic>
@@ -52,8 +52,8 @@ class RealtimeLane {
   [[nodiscard]] const LatencyHistogram* age(std::size_t edge) const;
   [[nodiscard]] const LatencyHistogram& end_to_end() const { return *end_to_end_; }
   [[nodiscard]] std::uint64_t dropped_out() const { return out_->drops(); }
-  /// Adds what the lane lost of the messages of `edge` to its figures; of a `latest` edge to within one message.
-  void add_figures(std::size_t edge, EdgeFigures& figures) const;
+  /// Adds what the lane lost of the messages of `edge` to its metrics; of a `latest` edge to within one message.
+  void add_metrics(std::size_t edge, EdgeStatistics& metrics) const;
 
  private:
   /// One connected input.

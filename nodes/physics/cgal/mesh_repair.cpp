@@ -50,7 +50,7 @@ class Repair {
     close();
     orient_soup();
     make_surface();
-    mend_flat_faces();
+    repair_flat_faces();
     // Of faces that are gone; CGAL's orientation does not bear them.
     remove_isolated_vertices(surface_);
     check_self_intersection();
@@ -152,7 +152,7 @@ class Repair {
   }
 
   /// Flips and collapses edges where that takes away faces without area and leaves the rest as it is.
-  void mend_flat_faces() {
+  void repair_flat_faces() {
     std::size_t flat = 0;
     for (const Face f : surface_.faces()) flat += is_flat(f) ? 1 : 0;
     if (flat == 0) return;

@@ -2,13 +2,13 @@
 
 namespace tactor {
 
-Wrench coupling_wrench(const CouplingLaw& law, const PhysicsState& state, bool torque) {
+Wrench coupling_wrench(const CouplingParameters& coupling, const PhysicsState& state, bool torque) {
   Wrench device;
-  device.force =
-      limited(-law.k_t * (state.X_WD.p - state.X_WT.p) - law.b_t * (state.V_WD.v - state.V_WT.v), law.force_max);
+  device.force = limited(-coupling.k_t * (state.X_WD.p - state.X_WT.p) - coupling.b_t * (state.V_WD.v - state.V_WT.v),
+                         coupling.force_max);
   if (torque) {
     const Vec3 turn = to_rotation_vector(state.X_WD.R * inverse(state.X_WT.R));
-    device.torque = limited(-law.k_r * turn - law.b_r * (state.V_WD.w - state.V_WT.w), law.torque_max);
+    device.torque = limited(-coupling.k_r * turn - coupling.b_r * (state.V_WD.w - state.V_WT.w), coupling.torque_max);
   }
   return device;
 }

@@ -11,6 +11,6 @@ namespace tactor {
 /// each shortened to force_max and torque_max by its norm. The tool gets the opposite before the shortening: limiting
 /// is the device's need, and a tool that felt the limited force would drift off. log is the rotation vector of the
 /// shorter way round; q and -q give the same torque. With `torque` false the torque is zero.
-Wrench coupling_wrench(const CouplingLaw& law, const PhysicsState& state, bool torque);
+Wrench coupling_wrench(const CouplingParameters& coupling, const PhysicsState& state, bool torque);
 
 }  // namespace tactor

@@ -14,10 +14,10 @@ double contact_energy(const SystemModel& model, const ContactPlanes& contacts, c
   return energy;
 }
 
-Energy system_energy(const SystemModel& model, const CouplingLaw& law, const DeviceState& device,
+Energy system_energy(const SystemModel& model, const CouplingParameters& coupling, const DeviceState& device,
                      const ContactPlanes& contacts, const BodyStates& bodies) {
   Energy e;
-  for (int i = law.massless != 0 ? 1 : 0; i < model.count; ++i) {
+  for (int i = coupling.massless != 0 ? 1 : 0; i < model.count; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const BodyModel& body = model.body[at];
     const Twist& V = bodies.V_WB[at];
@@ -29,24 +29,24 @@ Energy system_energy(const SystemModel& model, const CouplingLaw& law, const Dev
     }
   }
   const Vec3 stretch = device.X_WD.p - bodies.X_WB[0].p;
-  e.spring = 0.5 * law.k_t * dot(stretch, stretch);
+  e.spring = 0.5 * coupling.k_t * dot(stretch, stretch);
   if (model.body[0].rotates) {
     const Vec3 turn = to_rotation_vector(device.X_WD.R * inverse(bodies.X_WB[0].R));
-    e.spring += 0.5 * law.k_r * dot(turn, turn);
+    e.spring += 0.5 * coupling.k_r * dot(turn, turn);
   }
   e.contact = contact_energy(model, contacts, bodies);
   return e;
 }
 
-double handle_work(const SystemModel& model, const CouplingLaw& law, const DeviceState& before,
+double handle_work(const SystemModel& model, const CouplingParameters& coupling, const DeviceState& before,
                    const DeviceState& after, const BodyStates& bodies) {
   const Pose& X_WT = bodies.X_WB[0];
   const Twist& V_WT = bodies.V_WB[0];
-  double work =
-      dot(law.k_t * (after.X_WD.p - X_WT.p) + law.b_t * (after.V_WD.v - V_WT.v), after.X_WD.p - before.X_WD.p);
+  double work = dot(coupling.k_t * (after.X_WD.p - X_WT.p) + coupling.b_t * (after.V_WD.v - V_WT.v),
+                    after.X_WD.p - before.X_WD.p);
   if (model.body[0].rotates) {
     const Vec3 turn = to_rotation_vector(after.X_WD.R * inverse(X_WT.R));
-    work += dot(law.k_r * turn + law.b_r * (after.V_WD.w - V_WT.w),
+    work += dot(coupling.k_r * turn + coupling.b_r * (after.V_WD.w - V_WT.w),
                 to_rotation_vector(after.X_WD.R * inverse(before.X_WD.R)));
   }
   return work;

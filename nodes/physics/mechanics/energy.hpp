@@ -14,8 +14,8 @@ struct Energy {
   [[nodiscard]] double total() const { return kinetic + gravity + spring + contact; }
 };
 
-/// With law.massless the tool has neither kinetic energy nor weight. Planes that are not usable count nothing.
-Energy system_energy(const SystemModel& model, const CouplingLaw& law, const DeviceState& device,
+/// With coupling.massless the tool has neither kinetic energy nor weight. Planes that are not usable count nothing.
+Energy system_energy(const SystemModel& model, const CouplingParameters& coupling, const DeviceState& device,
                      const ContactPlanes& contacts, const BodyStates& bodies);
 
 /// The contact part alone, J.
@@ -23,7 +23,7 @@ double contact_energy(const SystemModel& model, const ContactPlanes& contacts, c
 
 /// J, what the handle puts in on its way from `before` to `after`, with the coupling's unlimited force at `after`:
 ///   (k_t (p_WD - p_WT) + b_t (v_WD - v_WT)) . (way of p_WD), and likewise for the rotation where the tool rotates.
-double handle_work(const SystemModel& model, const CouplingLaw& law, const DeviceState& before,
+double handle_work(const SystemModel& model, const CouplingParameters& coupling, const DeviceState& before,
                    const DeviceState& after, const BodyStates& bodies);
 
 }  // namespace tactor

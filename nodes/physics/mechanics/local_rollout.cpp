@@ -15,9 +15,10 @@ namespace {
 constexpr double most_bend = 0.3;     // rad, of an anchor's normal by its curvature
 constexpr double near_anchor = 1e-5;  // m
 
-bool usable(const CouplingLaw& law) {
+bool usable(const CouplingParameters& coupling) {
   const auto fits = [](double x) { return std::isfinite(x) && x >= 0; };
-  return fits(law.k_t) && fits(law.b_t) && fits(law.k_r) && fits(law.b_r) && law.force_max >= 0 && law.torque_max >= 0;
+  return fits(coupling.k_t) && fits(coupling.b_t) && fits(coupling.k_r) && fits(coupling.b_r) &&
+         coupling.force_max >= 0 && coupling.torque_max >= 0;
 }
 
 bool finite(const BodyStates& bodies) {
@@ -110,7 +111,7 @@ bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count
 }
 
 bool LocalRollout::accepts(const LocalModel& model) const {
-  return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.law);
+  return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.coupling);
 }
 
 bool LocalRollout::restart(const LocalModel& model) {
@@ -133,7 +134,7 @@ bool LocalRollout::advance(const Stamped<DeviceState>& sample) {
   const double h = (sample.stamp.valid - local_.time).seconds();
   if (h <= 0) return true;
   const Twist V0 = local_.bodies.V_WB[0];
-  last_ = step_.advance(local_.law, local_.device, sample.value, planes_now(), h, local_.bodies);
+  last_ = step_.advance(local_.coupling, local_.device, sample.value, planes_now(), h, local_.bodies);
   const Twist& V1 = local_.bodies.V_WB[0];
   acceleration_ = {(1 / h) * (V1.v - V0.v), (1 / h) * (V1.w - V0.w)};
   local_.device = sample.value;
@@ -164,7 +165,7 @@ double LocalRollout::distance_from_anchors() const {
 Eigen::Matrix<double, 6, 6> LocalRollout::jacobian() {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   Matrix6 K = Matrix6::Zero();
-  K.diagonal() << Eigen::Vector3d::Constant(local_.law.k_t), Eigen::Vector3d::Constant(local_.law.k_r);
+  K.diagonal() << Eigen::Vector3d::Constant(local_.coupling.k_t), Eigen::Vector3d::Constant(local_.coupling.k_r);
   Matrix6 C = Matrix6::Zero();
   const ContactPlanes planes = planes_now();
   for (std::size_t i = 0; i < planes.planes.size(); ++i) {

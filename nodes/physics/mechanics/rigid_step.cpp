@@ -28,20 +28,20 @@ bool finite(const BodyStates& bodies, int count) {
 
 }  // namespace
 
-StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+StepResult RigidStep::advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                               const ContactPlanes& contacts, double h, BodyStates& bodies) {
-  return advance(law, before, device, contacts, h, most_halvings, bodies);
+  return advance(coupling, before, device, contacts, h, most_halvings, bodies);
 }
 
-StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+StepResult RigidStep::advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                               const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies) {
   const BodyStates start = bodies;
-  const StepResult whole = advance_once(law, before, device, contacts, h, bodies);
+  const StepResult whole = advance_once(coupling, before, device, contacts, h, bodies);
   if (whole.turn <= most_turn || halvings == 0) return whole;
   bodies = start;
   const DeviceState middle = handle_between(before, device, 0.5, model_.body[0].rotates);
-  const StepResult first = advance(law, before, middle, contacts, h / 2, halvings - 1, bodies);
-  StepResult second = advance(law, middle, device, contacts, h / 2, halvings - 1, bodies);
+  const StepResult first = advance(coupling, before, middle, contacts, h / 2, halvings - 1, bodies);
+  StepResult second = advance(coupling, middle, device, contacts, h / 2, halvings - 1, bodies);
   second.outcome = std::max(first.outcome, second.outcome);
   second.touching = std::max(first.touching, second.touching);
   second.left_out = std::max(first.left_out, second.left_out);
@@ -52,30 +52,31 @@ StepResult RigidStep::advance(const CouplingLaw& law, const DeviceState& before,
   return second;
 }
 
-StepResult RigidStep::advance_once(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
-                                   const ContactPlanes& contacts, double h, BodyStates& bodies) {
+StepResult RigidStep::advance_once(const CouplingParameters& coupling, const DeviceState& before,
+                                   const DeviceState& device, const ContactPlanes& contacts, double h,
+                                   BodyStates& bodies) {
   TACTOR_ASSERT(contacts.planes.size() <= planes_.size() && contacts.pairs.size() == contacts.planes.size());
   const BodyStates start = bodies;
   StepResult result;
   if (model_.count > 1) {
-    result = solve<Eigen::Dynamic>(law, device, contacts, h, bodies);
+    result = solve<Eigen::Dynamic>(coupling, device, contacts, h, bodies);
   } else {
-    result = model_.body[0].rotates ? solve<6>(law, device, contacts, h, bodies)
-                                    : solve<3>(law, device, contacts, h, bodies);
+    result = model_.body[0].rotates ? solve<6>(coupling, device, contacts, h, bodies)
+                                    : solve<3>(coupling, device, contacts, h, bodies);
   }
   bool stop = result.outcome == StepOutcome::stopped || !finite(bodies, model_.count) || !is_finite(result.contact_T_W);
   if (!stop && result.outcome == StepOutcome::damped) {
-    const double had =
-        system_energy(model_, law, before, contacts, start).total() + handle_work(model_, law, before, device, bodies);
+    const double had = system_energy(model_, coupling, before, contacts, start).total() +
+                       handle_work(model_, coupling, before, device, bodies);
     // A comparison with NaN is false.
-    stop = !(system_energy(model_, law, device, contacts, bodies).total() <= had);
+    stop = !(system_energy(model_, coupling, device, contacts, bodies).total() <= had);
   }
   if (stop) {
     bodies = start;
     for (Twist& V : bodies.V_WB) V = {};
     result = {.outcome = StepOutcome::stopped, .left_out = result.left_out, .iterations = result.iterations};
   }
-  result.work = handle_work(model_, law, before, device, bodies);
+  result.work = handle_work(model_, coupling, before, device, bodies);
   return result;
 }
 

@@ -36,7 +36,7 @@ struct StepResult {
 ///   N = max(0, -k (phi + h n . u) - b n . u),     f = N n - mu N u_t / max(|u_t|, stick_velocity),
 /// with k = stiffness * weight, b = damping * weight. The damper meets a point that approaches at speed u from b u / k
 /// above the surface on, so that the force has no step at the surface. Both bodies of a pair get the force at the same
-/// point, hence linear and angular momentum of free bodies are kept to rounding. With law.massless the tool has no
+/// point, hence linear and angular momentum of free bodies are kept to rounding. With coupling.massless the tool has no
 /// inertia, no weight and no damper, nor have its contacts: it goes where springs balance, and w'' = w'.
 ///
 /// With friction bounds mu N held, the equations are the minimum of a convex function of the velocities, which Newton's
@@ -54,7 +54,7 @@ class RigidStep {
   [[nodiscard]] const SystemModel& model() const { return model_; }
 
   /// `before` and `device`: the handle at the start and the end of the step.
-  StepResult advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+  StepResult advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                      const ContactPlanes& contacts, double h, BodyStates& bodies);
 
   /// A contact plane as a step sees it.
@@ -71,13 +71,13 @@ class RigidStep {
   };
 
  private:
-  StepResult advance(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+  StepResult advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                      const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies);
-  StepResult advance_once(const CouplingLaw& law, const DeviceState& before, const DeviceState& device,
+  StepResult advance_once(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                           const ContactPlanes& contacts, double h, BodyStates& bodies);
   template <int Dofs>
-  StepResult solve(const CouplingLaw& law, const DeviceState& device, const ContactPlanes& contacts, double h,
-                   BodyStates& bodies);
+  StepResult solve(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
+                   double h, BodyStates& bodies);
 
   SystemModel model_;
   std::array<Plane, ContactSet::capacity> planes_;

@@ -3,7 +3,7 @@
 
 namespace tactor {
 
-template StepResult RigidStep::solve<3>(const CouplingLaw& law, const DeviceState& device,
+template StepResult RigidStep::solve<3>(const CouplingParameters& coupling, const DeviceState& device,
                                         const ContactPlanes& contacts, double h, BodyStates& bodies);
 
 }  // namespace tactor

@@ -69,8 +69,8 @@ int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs
 }  // namespace step_solve
 
 template <int Dofs>
-StepResult RigidStep::solve(const CouplingLaw& law, const DeviceState& device, const ContactPlanes& contacts, double h,
-                            BodyStates& bodies) {
+StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceState& device,
+                            const ContactPlanes& contacts, double h, BodyStates& bodies) {
   StepResult result;
   std::size_t count = 0;
   for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
@@ -81,7 +81,7 @@ StepResult RigidStep::solve(const CouplingLaw& law, const DeviceState& device, c
     const Contact& c = contacts.planes[i];
     const PlaneNow now = plane_now(contacts, i, bodies.X_WB);
     Plane& p = planes_[count++];
-    const double k = c.stiffness * c.weight, b = law.massless != 0 ? 0 : c.damping * c.weight;
+    const double k = c.stiffness * c.weight, b = coupling.massless != 0 ? 0 : c.damping * c.weight;
     p.body = contacts.pairs[i].body;
     p.other = contacts.pairs[i].other;
     p.r_body = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.body)].p;
@@ -95,7 +95,7 @@ StepResult RigidStep::solve(const CouplingLaw& law, const DeviceState& device, c
   const std::span planes = std::span(planes_).first(count);
 
   const BodyStates before = bodies;
-  StepEquations<Dofs> equations(model_, law, device, h, before, planes);
+  StepEquations<Dofs> equations(model_, coupling, device, h, before, planes);
   typename StepEquations<Dofs>::Vector v;
   result.iterations = step_solve::newton(equations, model_.iterations, v);
   result.outcome = StepOutcome::converged;

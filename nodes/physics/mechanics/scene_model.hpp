@@ -10,7 +10,7 @@
 namespace tactor {
 
 /// The moving bodies in the order of Scene::moving() and the gravity. `type`: of the node that asks, for messages.
-/// Throws InputError where nothing moves or a moving body's mesh is no solid; tells `notes` what was mended.
+/// Throws InputError where nothing moves or a moving body's mesh is no solid; tells `notes` what was repaired.
 SystemModel scene_model(const std::string& type, const Scene& scene, Notes* notes);
 
 /// Why a scene does not need what moves the tool, or empty where it does.

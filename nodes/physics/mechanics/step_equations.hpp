@@ -29,18 +29,18 @@ class StepEquations {
   using Vector = Eigen::Matrix<double, Dofs, 1, 0, most, 1>;
   using Matrix = Eigen::Matrix<double, Dofs, Dofs, 0, most, most>;
 
-  StepEquations(const SystemModel& model, const CouplingLaw& law, const DeviceState& device, double h,
+  StepEquations(const SystemModel& model, const CouplingParameters& coupling, const DeviceState& device, double h,
                 const BodyStates& bodies, std::span<Plane> planes)
       : model_(model),
         device_(device),
         h_(h),
         bodies_(bodies),
         planes_(planes),
-        massless_(law.massless != 0),
-        k_t_(h * law.k_t),
-        k_r_(h * law.k_r),
-        b_t_(massless_ ? 0 : law.b_t),
-        b_r_(massless_ ? 0 : law.b_r) {
+        massless_(coupling.massless != 0),
+        k_t_(h * coupling.k_t),
+        k_r_(h * coupling.k_r),
+        b_t_(massless_ ? 0 : coupling.b_t),
+        b_r_(massless_ ? 0 : coupling.b_r) {
     for (int i = 0; i < count(); ++i) {
       Body& b = body_[index(i)];
       b.offset = dofs_;
@@ -210,7 +210,7 @@ class StepEquations {
       return true;
     };
   }
-  /// The residual at v of the same law; sets the planes' forces.
+  /// The residual at v of the same coupling; sets the planes' forces.
   void damped_residual(const Vector& v, Vector& left) {
     smooth_residual(v, left);
     for (Plane& p : planes_) {

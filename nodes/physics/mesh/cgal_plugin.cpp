@@ -1,6 +1,6 @@
 #include "nodes/physics/mesh/cgal_plugin.hpp"
 
-#include "framework/node/own_library.hpp"
+#include "framework/node/plugin.hpp"
 
 namespace tactor {
 
@@ -9,11 +9,11 @@ constexpr const char* file_name = "libtactor_cgal.so";
 }  // namespace
 
 bool has_cgal_plugin() {
-  return has_own_library(file_name);
+  return has_plugin(file_name);
 }
 
 const CgalPlugin& load_cgal_plugin(const std::string& what_for) {
-  return load_own_library<CgalPlugin>(
+  return load_plugin<CgalPlugin>(
       file_name, "tactor_cgal_plugin", TACTOR_CGAL_ABI,
       what_for + " needs the plugin tactor_cgal (package tactor-cgal, or a build with -DTACTOR_WITH_CGAL=ON)");
 }

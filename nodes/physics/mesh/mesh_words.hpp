@@ -49,7 +49,7 @@ class MeshWords {
   /// The same of three words of this line.
   Vec3 point_in_line();
 
-  /// `FILE:LINE: expected ..., found ...` and the mend.
+  /// `FILE:LINE: expected ..., found ...` and the remedy.
   [[noreturn]] void fail(const std::string& expected, std::string_view found) const;
 
  private:

@@ -24,7 +24,7 @@ double stamper_theta(const DeltaGeometry& g, int arm, const Vec3& p) {
   return 2 * std::atan((-l1 - std::sqrt(l1 * l1 - 4 * l2 * l0)) / (2 * l2));
 }
 
-/// Points of a grid over the workspace that published figures give the Falcon: a ball of 5 cm about (0, 0, 0.125).
+/// Points of a grid over the workspace that published metrics give the Falcon: a ball of 5 cm about (0, 0, 0.125).
 template <class F>
 void over_the_workspace(F&& check) {
   int points = 0;

@@ -98,12 +98,12 @@ class Bench {
   bool engaged(double force) {
     return ticking(force, [this] { return safety.engagement == Engagement::engaged; });
   }
-  double figure(const std::string& name) {
+  double metric(const std::string& name) {
     Report report;
     report.begin("arm");
     device().report(report);
     remarks = report.remarks();
-    for (const auto& [key, value] : report.figures()) {
+    for (const auto& [key, value] : report.metrics()) {
       if (key == name) return value;
     }
     return NAN;
@@ -143,7 +143,7 @@ BOOST_AUTO_TEST_CASE(efforts_stay_within_the_limits_of_the_device_itself) {
   BOOST_TEST(bench.engaged(4));
   BOOST_TEST(bench.ticking(4, [&] { return bench.line.effort == 6.0; }));
   for (const double effort : bench.line.given()) BOOST_TEST((effort <= 6 || effort == test::opening_mark));
-  BOOST_TEST(bench.figure("device.limited_ticks") > 0);
+  BOOST_TEST(bench.metric("device.limited_ticks") > 0);
 }
 
 BOOST_AUTO_TEST_CASE(a_line_opened_anew_brings_the_force_down_and_back_by_the_ramp) {
@@ -165,8 +165,8 @@ BOOST_AUTO_TEST_CASE(a_line_opened_anew_brings_the_force_down_and_back_by_the_ra
   int between = 0;
   for (std::size_t i = opened + 1; i < given.size(); ++i) between += given[i] > 0 && given[i] < 3 ? 1 : 0;
   BOOST_TEST(between > 0);
-  BOOST_TEST(bench.figure("device.link.reconnects") == 1);
-  BOOST_TEST(bench.figure("device.link.errors.reset") == 1);
+  BOOST_TEST(bench.metric("device.link.reconnects") == 1);
+  BOOST_TEST(bench.metric("device.link.errors.reset") == 1);
   BOOST_TEST(bench.remarks.at(0) ==
              "test rig at port 7: 1 reset, opened anew 1 times; the last: no answer within 5 ms");
 }
@@ -180,7 +180,7 @@ BOOST_AUTO_TEST_CASE(a_position_that_has_jumped_gets_no_force_and_ends_the_run_w
   BOOST_TEST(bench.ended.find("test rig at port 7: the encoder of axis 1 jumped from 0.02") != std::string::npos,
              bench.ended);
   BOOST_TEST(bench.commanded == 0.0);
-  BOOST_TEST(bench.figure("device.jumps") == 1);
+  BOOST_TEST(bench.metric("device.jumps") == 1);
 }
 
 BOOST_AUTO_TEST_CASE(an_encoder_that_stands_still_under_force_faults) {
@@ -189,7 +189,7 @@ BOOST_AUTO_TEST_CASE(an_encoder_that_stands_still_under_force_faults) {
   bench.line.q = 0.02;
   BOOST_TEST(bench.ticking(4, [&] { return !bench.ended.empty(); }));
   BOOST_TEST(bench.ended.find("it is stuck") != std::string::npos, bench.ended);
-  BOOST_TEST(bench.figure("device.stuck") == 1);
+  BOOST_TEST(bench.metric("device.stuck") == 1);
 }
 
 BOOST_AUTO_TEST_CASE(a_fault_of_the_device_is_told_in_its_words) {
@@ -198,7 +198,7 @@ BOOST_AUTO_TEST_CASE(a_fault_of_the_device_is_told_in_its_words) {
   bench.line.faults = 4;
   BOOST_TEST(bench.ticking(4, [&] { return !bench.ended.empty(); }));
   BOOST_TEST(bench.ended.find("test rig at port 7: it is too hot") != std::string::npos, bench.ended);
-  BOOST_TEST(bench.figure("device.link.errors.device_fault") > 0);
+  BOOST_TEST(bench.metric("device.link.errors.device_fault") > 0);
   BOOST_TEST(!bench.remarks.empty());
 }
 

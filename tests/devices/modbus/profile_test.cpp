@@ -415,7 +415,7 @@ BOOST_AUTO_TEST_CASE(the_rate_of_a_line_is_that_of_its_characters) {
   slow.baud = 9600;
   const double of_slow = (13 + 8 + 8 + 9 + 4 * 3.5) * 11.0 / 9600 + 2e-3;
   BOOST_TEST(line_rate(plan_cycle(p), slow, true).cycle_s == of_slow, boost::test_tools::tolerance(1e-5));
-  // The published figure for function 23 with 8 words read at 115200 baud, 8E1, is about 7.8 ms a cycle.
+  // The published metric for function 23 with 8 words read at 115200 baud, 8E1, is about 7.8 ms a cycle.
   LineSettings quick = p.line;
   quick.turnaround = {};
   const double cycle = seconds_of({.function = 23, .read_count = 8, .write_count = 8}, quick, true);

@@ -38,14 +38,14 @@ BOOST_AUTO_TEST_CASE(a_decaying_oscillation_that_was_given_its_energy_at_the_sta
   BOOST_TEST(std::abs(f.peak_energy_J - 0.005 * std::exp(-20 * 1e-3)) < 1e-12);
   BOOST_TEST(f.generated_J == 0.0);
   // Within the rest it starts with an amplitude of 10 mm exp(-20).
-  BOOST_TEST(f.swing_m < 2 * 0.01 * std::exp(-20.0));
+  BOOST_TEST(f.peak_to_peak_m < 2 * 0.01 * std::exp(-20.0));
   BOOST_TEST(!f.off_m.has_value());
 }
 
 BOOST_AUTO_TEST_CASE(a_sustained_sine_is_a_limit_cycle_with_its_amplitude_and_frequency) {
   for (const double hz : {3.0, 17.3, 90.0}) {
     const auto at = [hz](double t, double) {
-      // The hand gives and takes as the energy goes, and the tool creeps by 1 um/s, which is no swing.
+      // The hand gives and takes as the energy goes, and the tool creeps by 1 um/s, which is no oscillation.
       return StabilitySample{.t = t, .p_WT = {1e-6 * t, 0.002 * std::sin(2 * pi * hz * t + 0.4), 0}};
     };
     const StabilityFinding f = judged(at);
@@ -53,10 +53,10 @@ BOOST_AUTO_TEST_CASE(a_sustained_sine_is_a_limit_cycle_with_its_amplitude_and_fr
     // A peak falls at most half a sample off.
     BOOST_TEST(f.amplitude_m <= 0.002 * (1 + 1e-12));
     BOOST_TEST(f.amplitude_m >= 0.002 * std::cos(pi * hz * 1e-3));
-    BOOST_TEST(f.swing_m == 2 * f.amplitude_m);
+    BOOST_TEST(f.peak_to_peak_m == 2 * f.amplitude_m);
     BOOST_TEST(std::abs(f.frequency_Hz - hz) < 2e-3 * hz);
     BOOST_TEST(f.reason.find("Hz") != std::string::npos);
-    BOOST_TEST(name_of(judged(at, {.swing_max = 0.0041}).verdict) == "stable");
+    BOOST_TEST(name_of(judged(at, {.peak_to_peak_max = 0.0041}).verdict) == "stable");
   }
 }
 
@@ -66,7 +66,7 @@ BOOST_AUTO_TEST_CASE(a_swing_outside_of_the_rest_and_a_creep_within_are_none) {
   };
   const StabilityFinding f = judged(at);
   BOOST_TEST(name_of(f.verdict) == "stable");
-  BOOST_TEST(f.swing_m == 0.0);
+  BOOST_TEST(f.peak_to_peak_m == 0.0);
   BOOST_TEST(f.frequency_Hz == 0.0);
 }
 
@@ -159,6 +159,6 @@ BOOST_AUTO_TEST_CASE(a_run_that_ended_early_is_refused_with_its_reason) {
 BOOST_AUTO_TEST_CASE(a_sequence_without_a_whole_period_has_no_frequency) {
   std::vector<double> t, x;
   for (int i = 0; i < 100; ++i) t.push_back(0.01 * i), x.push_back(t.back() * t.back());
-  BOOST_TEST(swing_frequency(t, x) == 0.0);
-  BOOST_TEST(swing_frequency({}, {}) == 0.0);
+  BOOST_TEST(oscillation_frequency(t, x) == 0.0);
+  BOOST_TEST(oscillation_frequency({}, {}) == 0.0);
 }

@@ -87,8 +87,8 @@ BOOST_AUTO_TEST_CASE(a_result_becomes_visible_after_its_cost_and_a_busy_node_run
     BOOST_TEST(entries[i].stamp.valid.ns == static_cast<std::int64_t>(newest[i]) * ms);
   }
   // Counts 1, 3, 4, 6, 8, 9 were replaced before the relay looked; 10 came while it was busy with 10 at 10 ms.
-  BOOST_TEST(engine.edge_figures(0).superseded == 6U);
-  BOOST_TEST(engine.edge_figures(0).dropped == 0U);
+  BOOST_TEST(engine.edge_statistics(0).superseded == 6U);
+  BOOST_TEST(engine.edge_statistics(0).dropped == 0U);
 }
 
 BOOST_AUTO_TEST_CASE(a_queue_keeps_order_and_drops_what_its_policy_says) {
@@ -103,7 +103,7 @@ BOOST_AUTO_TEST_CASE(a_queue_keeps_order_and_drops_what_its_policy_says) {
     const std::vector<double> expected =
         policy == QueuePolicy::drop_oldest ? std::vector<double>{0, 1, 4, 6} : std::vector<double>{0, 1, 2, 3};
     BOOST_TEST(values == expected, boost::test_tools::per_element());
-    BOOST_TEST(engine.edge_figures(0).dropped > 0U);
+    BOOST_TEST(engine.edge_statistics(0).dropped > 0U);
   }
 }
 
@@ -115,8 +115,8 @@ BOOST_AUTO_TEST_CASE(a_blocking_queue_loses_nothing_and_makes_its_writer_miss_ti
   const auto& entries = kept(engine).kept;
   BOOST_REQUIRE(entries.size() > 10U);
   for (std::size_t i = 0; i < entries.size(); ++i) BOOST_TEST(entries[i].value == static_cast<double>(i));
-  BOOST_TEST(engine.edge_figures(0).dropped == 0U);
-  BOOST_TEST(engine.node_figures(0).missed_ticks > 20U);
+  BOOST_TEST(engine.edge_statistics(0).dropped == 0U);
+  BOOST_TEST(engine.node_statistics(0).missed_ticks > 20U);
 }
 
 BOOST_AUTO_TEST_CASE(a_node_whose_cost_is_its_period_misses_no_tick) {
@@ -125,8 +125,8 @@ BOOST_AUTO_TEST_CASE(a_node_whose_cost_is_its_period_misses_no_tick) {
   VirtualClock engine(sample.plan, false);
   RunObserver nobody;
   engine.run(nobody);
-  BOOST_TEST(engine.node_figures(0).missed_ticks == 0U);
-  BOOST_TEST(engine.node_figures(0).steps == 10U);
+  BOOST_TEST(engine.node_statistics(0).missed_ticks == 0U);
+  BOOST_TEST(engine.node_statistics(0).steps == 10U);
 }
 
 BOOST_AUTO_TEST_CASE(a_node_that_is_triggered_while_busy_sees_the_answer_to_what_it_has_just_sent) {
@@ -270,5 +270,5 @@ BOOST_AUTO_TEST_CASE(an_observer_can_end_a_run) {
   VirtualClock engine(sample.plan, false);
   engine.run(stop);
   BOOST_TEST(engine.now().seconds() < 0.2);
-  BOOST_TEST(engine.node_figures(0).steps < 200U);
+  BOOST_TEST(engine.node_statistics(0).steps < 200U);
 }

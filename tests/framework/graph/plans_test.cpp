@@ -145,7 +145,7 @@ BOOST_FIXTURE_TEST_CASE(a_trigger_when_alone_rests_beside_another_trigger, Fixtu
   const Plan p = plan(pipeline(rigid_scene));
   BOOST_TEST(edge(p, "collision.contacts -> dynamics.contacts")->triggers);
   BOOST_TEST(!edge(p, "device.state -> dynamics.device")->triggers);
-  BOOST_TEST(!edge(p, "coupling.law -> dynamics.law")->triggers);
+  BOOST_TEST(!edge(p, "coupling.parameters -> dynamics.coupling")->triggers);
   BOOST_TEST(!edge(p, "hold.segment -> device.segment")->triggers);
 }
 
@@ -197,7 +197,7 @@ edges:
   - dynamics.state -> coupling.state
   - collision.contacts -> dynamics.contacts
   - dynamics.state -> collision.state
-  - coupling.law -> dynamics.law
+  - coupling.parameters -> dynamics.coupling
   - device.state -> collision.device
   - device.state -> dynamics.device
   - device.commanded -> judge.commanded

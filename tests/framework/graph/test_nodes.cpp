@@ -72,7 +72,7 @@ struct Dynamics final : Idle {
     return Declare<Dynamics>("test.dynamics", "The tool's motion.")
         .input("contacts", &Dynamics::contacts, {.trigger = Trigger::yes, .required = false})
         .input("device", &Dynamics::device, {.trigger = Trigger::when_alone, .queue = {QueuePolicy::drop_oldest, 4096}})
-        .input("law", &Dynamics::law, {})
+        .input("coupling", &Dynamics::coupling, {})
         .output("state", &Dynamics::state, "")
         .choice("advance_to", &Params::advance_to, {{"contacts", Until::contacts}, {"now", Until::now}},
                 std::optional(Until::contacts), "how far")
@@ -80,7 +80,7 @@ struct Dynamics final : Idle {
   }
   Input<ContactSet> contacts;
   Input<DeviceState> device;
-  Input<CouplingLaw> law;
+  Input<CouplingParameters> coupling;
   Output<PhysicsState> state;
 };
 
@@ -93,13 +93,13 @@ struct Coupling final : Idle {
     return Declare<Coupling>("test.coupling", "A spring.")
         .input("state", &Coupling::state, {.trigger = Trigger::yes})
         .output("force", &Coupling::force, "")
-        .output("law", &Coupling::law, "")
+        .output("parameters", &Coupling::parameters, "")
         .real("stiffness", &Params::stiffness, {.doc = "of the spring", .unit = "N/m", .min = 0, .above_min = true})
         .info();
   }
   Input<PhysicsState> state;
   Output<Wrench> force;
-  Output<CouplingLaw> law;
+  Output<CouplingParameters> parameters;
 };
 
 struct Predictor final : Idle {
@@ -335,7 +335,7 @@ edges:
   - device.state -> dynamics.device
   - collision.contacts -> dynamics.contacts
   - dynamics.state -> collision.state
-  - coupling.law -> dynamics.law
+  - coupling.parameters -> dynamics.coupling
   - dynamics.state -> coupling.state
   - coupling.force -> predictor.force
   - coupling.force -> refit.force

@@ -145,8 +145,8 @@ BOOST_AUTO_TEST_CASE(a_blocking_queue_says_when_it_is_full) {
 }
 
 BOOST_AUTO_TEST_CASE(every_message_type_describes_bytes_within_itself) {
-  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingLaw", "PhysicsState", "BodyStates", "ContactSet",
-                           "ArCoefficients", "Forecast", "ForceSegment"}) {
+  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingParameters", "PhysicsState", "BodyStates",
+                           "ContactSet", "ArCoefficients", "Forecast", "ForceSegment"}) {
     const MessageType* type = find_message_type(name);
     BOOST_REQUIRE(type != nullptr);
     std::size_t end = 0;

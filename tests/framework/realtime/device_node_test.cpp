@@ -86,10 +86,10 @@ class Bench {
       tick();
     }
   }
-  [[nodiscard]] std::map<std::string, double> figures() const {
+  [[nodiscard]] std::map<std::string, double> metrics() const {
     Report report;
     node_->report(report);
-    return {report.figures().begin(), report.figures().end()};
+    return {report.metrics().begin(), report.metrics().end()};
   }
 
   Time now;
@@ -170,9 +170,9 @@ BOOST_AUTO_TEST_CASE(a_tick_writes_the_segment_at_its_time_and_tells_every_stage
     BOOST_TEST((bench.device().taken.force == bench.commanded.force));
     BOOST_TEST(bench.state.value().X_WD.p.x == 0.001 * i);
   }
-  BOOST_TEST(bench.figures().at("device.clamped_ticks") == 12.0);
-  BOOST_TEST(bench.figures().at("device.faults") == 0.0);
-  BOOST_TEST(std::abs(bench.figures().at("device.engaged_share") - 22.0 / 122.0) < 1e-12);
+  BOOST_TEST(bench.metrics().at("device.clamped_ticks") == 12.0);
+  BOOST_TEST(bench.metrics().at("device.faults") == 0.0);
+  BOOST_TEST(std::abs(bench.metrics().at("device.engaged_share") - 22.0 / 122.0) < 1e-12);
 }
 
 BOOST_AUTO_TEST_CASE(a_state_is_stamped_with_the_time_of_its_sample) {
@@ -217,8 +217,8 @@ BOOST_AUTO_TEST_CASE(only_newer_messages_with_sensible_times_count_as_fresh) {
     BOOST_TEST(bench.commanded.force.y > 0);
     bench.tick();
     BOOST_TEST(is_zero(bench.commanded));
-    BOOST_TEST(bench.figures().at("device.rejected_segments") == 199.0);
-    BOOST_TEST(bench.figures().at("device.stale") == 1.0);
+    BOOST_TEST(bench.metrics().at("device.rejected_segments") == 199.0);
+    BOOST_TEST(bench.metrics().at("device.stale") == 1.0);
   }
 }
 
@@ -227,7 +227,7 @@ BOOST_AUTO_TEST_CASE(the_same_message_is_not_fresh_twice) {
   bench.feed(push, 150);
   for (int i = 0; i < 300; ++i) bench.tick();
   BOOST_TEST(is_zero(bench.commanded));
-  BOOST_TEST(bench.figures().at("device.rejected_segments") == 0.0);
+  BOOST_TEST(bench.metrics().at("device.rejected_segments") == 0.0);
   BOOST_TEST((bench.safety.cause == SafetyCause::stale));
 }
 
@@ -241,7 +241,7 @@ BOOST_AUTO_TEST_CASE(a_filter_that_goes_on_after_its_physics_has_died_keeps_no_f
     bench.tick();
   }
   BOOST_TEST(is_zero(bench.commanded));
-  BOOST_TEST(bench.figures().at("device.rejected_segments") == 0.0);
+  BOOST_TEST(bench.metrics().at("device.rejected_segments") == 0.0);
   BOOST_TEST((bench.safety.cause == SafetyCause::stale));
 }
 
@@ -296,7 +296,7 @@ BOOST_AUTO_TEST_CASE(a_state_that_is_not_finite_is_not_sent_and_counts_as_a_fail
   bench.feed(push, 3);
   BOOST_TEST(!bench.state.has_value());
   BOOST_TEST(is_zero(bench.commanded));
-  BOOST_TEST(bench.figures().at("device.causes.read_failed") == 1.0);
+  BOOST_TEST(bench.metrics().at("device.causes.read_failed") == 1.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_device_that_fails_for_long_ends_the_run_after_zero_was_commanded) {
@@ -334,7 +334,7 @@ BOOST_AUTO_TEST_CASE(a_device_that_comes_back_in_time_goes_on) {
   }
   bench.feed(push, 150);
   BOOST_TEST((bench.commanded.force == push.force));
-  BOOST_TEST(bench.figures().at("device.causes.read_failed") == 5.0);
+  BOOST_TEST(bench.metrics().at("device.causes.read_failed") == 5.0);
 }
 
 BOOST_AUTO_TEST_CASE(while_stopping_it_asks_for_steps_until_zero_is_commanded) {
@@ -364,7 +364,7 @@ BOOST_AUTO_TEST_CASE(the_dead_man_button_is_the_one_that_was_named) {
   bench.device().shown.state.buttons = 0;
   bench.feed(push, 101);
   BOOST_TEST(is_zero(bench.commanded));
-  BOOST_TEST(bench.figures().at("device.causes.dead_man") == 2.0);
+  BOOST_TEST(bench.metrics().at("device.causes.dead_man") == 2.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_translation_only_scene_gets_no_torque_and_no_limit_on_turning) {
@@ -381,8 +381,8 @@ BOOST_AUTO_TEST_CASE(a_segment_that_is_not_finite_is_rejected_and_counted) {
   bench.feed(push, 150);
   bench.feed({{std::numeric_limits<double>::quiet_NaN(), 0, 0}, {}}, 4);
   BOOST_TEST(is_zero(bench.commanded));
-  BOOST_TEST(bench.figures().at("device.rejected_forces") == 4.0);
-  BOOST_TEST(bench.figures().at("device.causes.not_finite") == 1.0);
+  BOOST_TEST(bench.metrics().at("device.rejected_forces") == 4.0);
+  BOOST_TEST(bench.metrics().at("device.causes.not_finite") == 1.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_step_allocates_nothing) {
@@ -408,6 +408,6 @@ BOOST_AUTO_TEST_CASE(a_step_allocates_nothing) {
   }
   BOOST_TEST(tactor::test::allocations() > 0U);
   BOOST_TEST(most == 0U);
-  BOOST_TEST(bench.figures().at("device.faults") > 2.0);
-  BOOST_TEST(bench.figures().at("device.stale") > 1.0);
+  BOOST_TEST(bench.metrics().at("device.faults") > 2.0);
+  BOOST_TEST(bench.metrics().at("device.stale") > 1.0);
 }

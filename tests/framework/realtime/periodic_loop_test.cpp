@@ -132,28 +132,28 @@ BOOST_AUTO_TEST_CASE(sixty_thousand_ticks_allocate_nothing_and_fault_in_no_page)
   Pipeline pipeline(slot, ring, origin);
   loop.start(origin);
   const auto target = static_cast<std::int64_t>(3 * fast_rate);
-  for (int i = 0; i < 60'000 && loop.figures().begun.value() + loop.figures().missed.value() < target; ++i)
+  for (int i = 0; i < 60'000 && loop.metrics().begun.value() + loop.metrics().missed.value() < target; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   BOOST_REQUIRE(loop.stop(patience));
   pipeline.end();
 
-  const LoopFigures& figures = loop.figures();
-  BOOST_TEST(figures.begun.value() + figures.missed.value() >= target);
+  const LoopStatistics& metrics = loop.metrics();
+  BOOST_TEST(metrics.begun.value() + metrics.missed.value() >= target);
   // A busy machine takes some ticks; it does not take most of them.
-  BOOST_TEST(figures.ended.value() > target / 2);
-  BOOST_TEST(figures.heap_calls.value() == 0);
-  if (page_faults_are_ours) BOOST_TEST(figures.page_faults.value() == 0);
-  BOOST_TEST(figures.clock_steps.value() == 0);
-  BOOST_TEST(static_cast<std::int64_t>(figures.wake_latency.count()) == figures.begun.value());
-  BOOST_TEST(static_cast<std::int64_t>(figures.body_time.count()) == figures.ended.value());
+  BOOST_TEST(metrics.ended.value() > target / 2);
+  BOOST_TEST(metrics.heap_calls.value() == 0);
+  if (page_faults_are_ours) BOOST_TEST(metrics.page_faults.value() == 0);
+  BOOST_TEST(metrics.clock_steps.value() == 0);
+  BOOST_TEST(static_cast<std::int64_t>(metrics.wake_latency.count()) == metrics.begun.value());
+  BOOST_TEST(static_cast<std::int64_t>(metrics.body_time.count()) == metrics.ended.value());
   BOOST_TEST(taken > 100);
   BOOST_TEST(from_the_future == 0);
-  BOOST_TEST(pipeline.received + static_cast<std::int64_t>(ring.drops()) == figures.ended.value());
+  BOOST_TEST(pipeline.received + static_cast<std::int64_t>(ring.drops()) == metrics.ended.value());
   BOOST_TEST(pipeline.disordered == 0);
   BOOST_TEST(pipeline.not_of_a_segment == 0);
-  BOOST_TEST_MESSAGE("p50 " << figures.wake_latency.quantile(0.5).microseconds() << " us, p99 "
-                            << figures.wake_latency.quantile(0.99).microseconds() << " us, body p50 "
-                            << figures.body_time.quantile(0.5).ns << " ns, missed " << figures.missed.value());
+  BOOST_TEST_MESSAGE("p50 " << metrics.wake_latency.quantile(0.5).microseconds() << " us, p99 "
+                            << metrics.wake_latency.quantile(0.99).microseconds() << " us, body p50 "
+                            << metrics.body_time.quantile(0.5).ns << " ns, missed " << metrics.missed.value());
 }
 
 BOOST_AUTO_TEST_CASE(a_body_that_allocates_is_seen, *utf::precondition(heap_is_counted)) {
@@ -162,8 +162,8 @@ BOOST_AUTO_TEST_CASE(a_body_that_allocates_is_seen, *utf::precondition(heap_is_c
     if (tick.number % 2 == 0) kept = std::make_unique<std::vector<double>>(100);
   });
   loop.start(soon());
-  wait_for(loop.figures().ended, 100);
-  BOOST_TEST(loop.figures().heap_calls.value() > 50);
+  wait_for(loop.metrics().ended, 100);
+  BOOST_TEST(loop.metrics().heap_calls.value() > 50);
   BOOST_REQUIRE(loop.stop(patience));
 }
 
@@ -180,10 +180,10 @@ BOOST_AUTO_TEST_CASE(a_body_that_touches_fresh_pages_is_seen) {
     if (touched < pages) bytes[touched++ * page] = 1;
   });
   loop.start(soon());
-  wait_for(loop.figures().ended, 300);
+  wait_for(loop.metrics().ended, 300);
   BOOST_REQUIRE(loop.stop(patience));
   // One for each page after the warm-up.
-  BOOST_TEST(loop.figures().page_faults.value() >= static_cast<std::int64_t>(touched) - 10);
+  BOOST_TEST(loop.metrics().page_faults.value() >= static_cast<std::int64_t>(touched) - 10);
   munmap(mapped, pages * page);
 }
 
@@ -195,7 +195,7 @@ BOOST_AUTO_TEST_CASE(the_first_tick_waits_for_its_time) {
   const Instant origin = MonotonicClock::now() + Duration{200'000'000};
   loop.start(origin);
   BOOST_TEST(loop.running());
-  wait_for(loop.figures().ended, 5);
+  wait_for(loop.metrics().ended, 5);
   BOOST_REQUIRE(loop.stop(patience));
   BOOST_TEST(first >= origin.ns);
 }
@@ -221,12 +221,12 @@ BOOST_AUTO_TEST_CASE(a_body_that_hangs_shows_in_the_heartbeat_and_stop_gives_up)
     while (tick.number >= 3 && !released) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   });
   loop.start(soon());
-  for (int i = 0; i < 10'000 && loop.figures().begun.value() == loop.figures().ended.value(); ++i)
+  for (int i = 0; i < 10'000 && loop.metrics().begun.value() == loop.metrics().ended.value(); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  const std::int64_t begun = loop.figures().begun.value();
+  const std::int64_t begun = loop.metrics().begun.value();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  BOOST_TEST(loop.figures().begun.value() == begun);
-  BOOST_TEST(loop.figures().ended.value() == begun - 1);
+  BOOST_TEST(loop.metrics().begun.value() == begun);
+  BOOST_TEST(loop.metrics().ended.value() == begun - 1);
   BOOST_TEST(!loop.stop(Duration{20'000'000}));
   BOOST_TEST(loop.running());
   released = true;
@@ -244,7 +244,7 @@ BOOST_AUTO_TEST_CASE(a_loop_whose_body_hangs_can_be_left_behind) {
       left = true;
     });
     loop.start(soon());
-    wait_for(loop.figures().begun, 1);
+    wait_for(loop.metrics().begun, 1);
   }
   BOOST_TEST(!left);
   released = true;
@@ -268,9 +268,9 @@ BOOST_AUTO_TEST_CASE(the_stack_is_as_large_as_asked_for, *utf::precondition(memo
     done = deep[0] == 1;
   });
   loop.start(soon());
-  wait_for(loop.figures().ended, 20);
+  wait_for(loop.metrics().ended, 20);
   BOOST_REQUIRE(loop.stop(patience));
   BOOST_TEST(done);
   // The pages were there before the body went deep.
-  BOOST_TEST(loop.figures().page_faults.value() < 50);
+  BOOST_TEST(loop.metrics().page_faults.value() < 50);
 }

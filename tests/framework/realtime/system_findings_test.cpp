@@ -41,7 +41,7 @@ Grade grade(const SystemFacts& facts, const std::string& id) {
   const Finding found = finding(facts, id);
   // What is not ok says what it costs and what would help.
   BOOST_TEST((found.grade == Grade::ok) == found.cost.empty(), id);
-  BOOST_TEST((found.grade == Grade::ok) == found.mend.empty(), id);
+  BOOST_TEST((found.grade == Grade::ok) == found.remedy.empty(), id);
   BOOST_TEST(!found.found.empty(), id);
   BOOST_TEST(found.title.size() <= 16U, id);
   return found.grade;
@@ -103,7 +103,7 @@ BOOST_AUTO_TEST_CASE(no_time_at_all_for_real_time_threads_is_bad) {
   facts.rt_runtime_us = 0;
   BOOST_TEST(grade(facts, "rt_throttling") == Grade::bad);
   BOOST_TEST(worst(judge(facts)) == Grade::bad);
-  BOOST_TEST(finding(facts, "rt_throttling").mend == "sudo sysctl -w kernel.sched_rt_runtime_us=950000");
+  BOOST_TEST(finding(facts, "rt_throttling").remedy == "sudo sysctl -w kernel.sched_rt_runtime_us=950000");
 }
 
 BOOST_AUTO_TEST_CASE(throttling_that_is_off_is_ok_and_said) {
@@ -125,9 +125,9 @@ BOOST_AUTO_TEST_CASE(the_mend_of_a_kernel_fits_the_kernel) {
   SystemFacts facts = good_machine();
   facts.preemption = Preemption::none;
   facts.kernel = "6.1 SMP PREEMPT_DYNAMIC";
-  BOOST_TEST(finding(facts, "preemption").mend.find("preempt=full") != std::string::npos);
+  BOOST_TEST(finding(facts, "preemption").remedy.find("preempt=full") != std::string::npos);
   facts.kernel = "6.1 SMP";
-  BOOST_TEST(finding(facts, "preemption").mend.find("linux-image-rt") != std::string::npos);
+  BOOST_TEST(finding(facts, "preemption").remedy.find("linux-image-rt") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(the_files_of_a_machine_are_read) {

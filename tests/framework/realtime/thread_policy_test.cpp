@@ -200,7 +200,7 @@ BOOST_AUTO_TEST_CASE(a_loop_runs_under_what_it_was_granted, *utf::precondition(m
   std::atomic<int> policy{-1};
   PeriodicLoop loop({.name = "fifo", .thread = fifo_40}, [&](const Tick&) { policy = sched_getscheduler(0); });
   const ThreadGrant grant = loop.start(MonotonicClock::now());
-  while (loop.figures().ended.value() < 3) std::this_thread::yield();
+  while (loop.metrics().ended.value() < 3) std::this_thread::yield();
   BOOST_TEST(loop.stop(Duration{10'000'000'000}));
   BOOST_TEST((grant.granted == fifo_40));
   BOOST_TEST(policy == SCHED_FIFO);
@@ -229,7 +229,7 @@ BOOST_AUTO_TEST_CASE(a_core_that_is_not_there_is_refused_with_those_that_are) {
       const std::string text = describe(grant.refused.front());
       BOOST_TEST(contains(text, "core " + std::to_string(core) + " refused"), text);
       BOOST_TEST(contains(text, "may use the cores "), text);
-      BOOST_TEST(contains(text, "to mend: name one of"), text);
+      BOOST_TEST(contains(text, "to fix it: name one of"), text);
     });
   }
 }

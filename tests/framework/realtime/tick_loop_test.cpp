@@ -42,7 +42,7 @@ struct Run {
   void calls(int count, const std::function<void(int, FakeClock&)>& body = {}) {
     std::atomic<bool> stop{false};
     int call = 0;
-    run_ticks(clock, schedule, origin, 0, stop, figures, [&](const Tick& tick) {
+    run_ticks(clock, schedule, origin, 0, stop, metrics, [&](const Tick& tick) {
       ticks.push_back(tick.number);
       deadlines.push_back(tick.deadline.ns);
       called.push_back((clock.now() - origin).ns);
@@ -51,11 +51,11 @@ struct Run {
     });
   }
   void check_counts() const {
-    BOOST_TEST(figures.begun.value() == static_cast<std::int64_t>(ticks.size()));
-    BOOST_TEST(figures.ended.value() == figures.begun.value());
-    BOOST_TEST(figures.begun.value() + figures.missed.value() == ticks.back() + 1);
-    BOOST_TEST(figures.wake_latency.count() == ticks.size());
-    BOOST_TEST(figures.body_time.count() == ticks.size());
+    BOOST_TEST(metrics.begun.value() == static_cast<std::int64_t>(ticks.size()));
+    BOOST_TEST(metrics.ended.value() == metrics.begun.value());
+    BOOST_TEST(metrics.begun.value() + metrics.missed.value() == ticks.back() + 1);
+    BOOST_TEST(metrics.wake_latency.count() == ticks.size());
+    BOOST_TEST(metrics.body_time.count() == ticks.size());
     for (std::size_t i = 0; i < ticks.size(); ++i) {
       BOOST_TEST(deadlines[i] == std::llround(static_cast<double>(ticks[i]) * 1e9 / schedule.rate()));
     }
@@ -63,7 +63,7 @@ struct Run {
 
   TickSchedule schedule;
   FakeClock clock;
-  LoopFigures figures;
+  LoopStatistics metrics;
   std::vector<std::int64_t> ticks;
   std::vector<std::int64_t> deadlines;
   std::vector<std::int64_t> called;
@@ -96,7 +96,7 @@ BOOST_AUTO_TEST_CASE(ticks_come_at_their_deadlines) {
   run.calls(7);
   BOOST_TEST(run.ticks == (Numbers{0, 1, 2, 3, 4, 5, 6}));
   BOOST_TEST(run.called == run.deadlines);
-  BOOST_TEST(run.figures.missed.value() == 0);
+  BOOST_TEST(run.metrics.missed.value() == 0);
   run.check_counts();
 }
 
@@ -114,7 +114,7 @@ BOOST_AUTO_TEST_CASE(a_start_after_the_origin_misses_what_was_due) {
   run.clock.advance(5 * ms + 1);
   run.calls(2);
   BOOST_TEST(run.ticks == (Numbers{6, 7}));
-  BOOST_TEST(run.figures.missed.value() == 6);
+  BOOST_TEST(run.metrics.missed.value() == 6);
   run.check_counts();
 }
 
@@ -123,8 +123,8 @@ BOOST_AUTO_TEST_CASE(a_late_wake_up_is_measured_and_the_next_tick_is_in_time) {
   run.clock.after_sleep = [](FakeClock& clock) { clock.advance(60'000); };
   run.calls(4);
   BOOST_TEST(run.called == (Numbers{0, ms + 60'000, 2 * ms + 60'000, 3 * ms + 60'000}));
-  BOOST_TEST(run.figures.wake_latency.max().ns == 60'000);
-  BOOST_TEST(run.figures.missed.value() == 0);
+  BOOST_TEST(run.metrics.wake_latency.max().ns == 60'000);
+  BOOST_TEST(run.metrics.missed.value() == 0);
   run.check_counts();
 }
 
@@ -136,8 +136,8 @@ BOOST_AUTO_TEST_CASE(a_body_that_overruns_skips_and_does_not_burst) {
   // The body of tick 1 ends at 4.2 ms: 2, 3 and 4 are lost, 5 is in time.
   BOOST_TEST(run.ticks == (Numbers{0, 1, 5, 6}));
   BOOST_TEST(run.called == (Numbers{0, ms, 5 * ms, 6 * ms}));
-  BOOST_TEST(run.figures.missed.value() == 3);
-  BOOST_TEST(run.figures.body_time.max().ns == 3 * ms + 200'000);
+  BOOST_TEST(run.metrics.missed.value() == 3);
+  BOOST_TEST(run.metrics.body_time.max().ns == 3 * ms + 200'000);
   run.check_counts();
 }
 
@@ -158,9 +158,9 @@ BOOST_AUTO_TEST_CASE(a_wake_up_that_is_periods_late_calls_the_newest_tick_once) 
   // The sleep until 2 ms ends at 5.5 ms: the newest force wanted is that of tick 5.
   BOOST_TEST(run.ticks == (Numbers{0, 1, 5, 6}));
   BOOST_TEST(run.called == (Numbers{0, ms, 5 * ms + 500'000, 6 * ms}));
-  BOOST_TEST(run.figures.missed.value() == 3);
+  BOOST_TEST(run.metrics.missed.value() == 3);
   // Measured from the deadline that was slept for, not from the one that was still met.
-  BOOST_TEST(run.figures.wake_latency.max().ns == 3 * ms + 500'000);
+  BOOST_TEST(run.metrics.wake_latency.max().ns == 3 * ms + 500'000);
   run.check_counts();
 }
 
@@ -171,7 +171,7 @@ BOOST_AUTO_TEST_CASE(an_hour_lost_is_one_jump_and_no_burst) {
   };
   run.calls(6);
   BOOST_TEST(run.ticks == (Numbers{0, 1, 2, 3'600'003, 3'600'004, 3'600'005}));
-  BOOST_TEST(run.figures.missed.value() == 3'600'000);
+  BOOST_TEST(run.metrics.missed.value() == 3'600'000);
   run.check_counts();
 }
 
@@ -182,8 +182,8 @@ BOOST_AUTO_TEST_CASE(a_clock_that_falls_back_in_sleep_delays_no_tick_for_long) {
   };
   run.calls(6);
   BOOST_TEST(run.ticks == (Numbers{0, 1, 2, 3, 4, 5}));
-  BOOST_TEST(run.figures.missed.value() == 0);
-  BOOST_TEST(run.figures.clock_steps.value() == 1);
+  BOOST_TEST(run.metrics.missed.value() == 0);
+  BOOST_TEST(run.metrics.clock_steps.value() == 1);
   // Five periods, and once more the one in which the clock fell.
   BOOST_TEST(run.clock.slept.ns == 6 * ms);
   run.check_counts();
@@ -195,7 +195,7 @@ BOOST_AUTO_TEST_CASE(a_clock_that_falls_back_in_the_body_delays_no_tick_for_long
     if (call == 2) clock.advance(-3'600'000 * ms);
   });
   BOOST_TEST(run.ticks == (Numbers{0, 1, 2, 3, 4, 5}));
-  BOOST_TEST(run.figures.clock_steps.value() == 1);
+  BOOST_TEST(run.metrics.clock_steps.value() == 1);
   BOOST_TEST(run.clock.slept.ns == 5 * ms);
   run.check_counts();
 }
@@ -210,19 +210,19 @@ BOOST_AUTO_TEST_CASE(a_clock_that_jumps_about_keeps_ticks_apart_and_counted) {
   for (std::size_t i = 1; i < run.ticks.size(); ++i) BOOST_TEST(run.ticks[i] > run.ticks[i - 1]);
   BOOST_TEST(run.clock.slept.ns <= static_cast<std::int64_t>(run.clock.sleeps) * ms);
   BOOST_TEST(run.clock.sleeps < 3 * 500);
-  BOOST_TEST(run.figures.clock_steps.value() > 100);
+  BOOST_TEST(run.metrics.clock_steps.value() > 100);
   run.check_counts();
 }
 
 BOOST_AUTO_TEST_CASE(a_slow_loop_looks_at_stop_while_it_waits) {
-  LoopFigures figures;
+  LoopStatistics metrics;
   FakeClock clock;
   std::atomic<bool> stop{false};
   clock.advance(1);
   clock.after_sleep = [&](FakeClock& asleep) { stop = asleep.sleeps == 3; };
-  run_ticks(clock, TickSchedule(0.01), origin, 0, stop, figures, [](const Tick&) { BOOST_ERROR("called"); });
+  run_ticks(clock, TickSchedule(0.01), origin, 0, stop, metrics, [](const Tick&) { BOOST_ERROR("called"); });
   BOOST_TEST(clock.slept.ns == 150 * ms);
-  BOOST_TEST(figures.begun.value() == 0);
+  BOOST_TEST(metrics.begun.value() == 0);
 }
 
 BOOST_AUTO_TEST_CASE(what_the_body_throws_passes_through_and_shows_as_a_call_that_never_ended) {
@@ -231,6 +231,6 @@ BOOST_AUTO_TEST_CASE(what_the_body_throws_passes_through_and_shows_as_a_call_tha
     if (call == 2) throw std::runtime_error("the device is gone");
   };
   BOOST_CHECK_THROW(run.calls(5, body), std::runtime_error);
-  BOOST_TEST(run.figures.begun.value() == 3);
-  BOOST_TEST(run.figures.ended.value() == 2);
+  BOOST_TEST(run.metrics.begun.value() == 3);
+  BOOST_TEST(run.metrics.ended.value() == 2);
 }

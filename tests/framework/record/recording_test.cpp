@@ -82,8 +82,8 @@ BOOST_AUTO_TEST_CASE(every_message_type_survives_byte_for_byte) {
   const Folder folder;
   const auto recorder = load_record_library().create(folder / "a.h5", header);
   std::vector<const MessageType*> types;
-  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingLaw", "PhysicsState", "BodyStates", "ContactSet",
-                           "ArCoefficients", "Forecast", "ForceSegment"}) {
+  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingParameters", "PhysicsState", "BodyStates",
+                           "ContactSet", "ArCoefficients", "Forecast", "ForceSegment"}) {
     types.push_back(find_message_type(name));
     BOOST_REQUIRE(types.back() != nullptr);
     recorder->add_stream(name, *types.back());
@@ -152,7 +152,7 @@ BOOST_AUTO_TEST_CASE(a_killed_writer_leaves_what_it_had_flushed) {
     BOOST_TEST(reader->header().graph == header.graph);
     BOOST_TEST(read_and_compare(*reader) >= 3000);
   }
-  load_record_library().mend(folder / "a.h5");
+  load_record_library().repair(folder / "a.h5");
   const auto reader = load_record_library().open(folder / "a.h5");
   BOOST_TEST(read_and_compare(*reader) >= 3000);
 }
@@ -173,7 +173,7 @@ BOOST_AUTO_TEST_CASE(a_writer_killed_before_the_length_of_its_file_was_written_l
   killed.replace(0, superblock, early, 0, superblock);
   write_bytes(folder / "b.h5", killed);
   BOOST_TEST(read_and_compare(*load_record_library().open(folder / "b.h5")) == 3000);
-  load_record_library().mend(folder / "b.h5");
+  load_record_library().repair(folder / "b.h5");
   BOOST_TEST(read_and_compare(*load_record_library().open(folder / "b.h5")) == 3000);
 }
 
@@ -182,7 +182,7 @@ BOOST_AUTO_TEST_CASE(a_killed_writers_file_opens_elsewhere_in_swmr_mode_and_plai
   const Folder folder;
   write_and_be_killed(folder / "a.h5");
   BOOST_TEST(check_with_h5py(folder / "a.h5", 3000, 3500, "swmr", false) == 0);
-  load_record_library().mend(folder / "a.h5");
+  load_record_library().repair(folder / "a.h5");
   BOOST_TEST(check_with_h5py(folder / "a.h5", 3000, 3500, "plain", false) == 0);
 }
 
@@ -232,7 +232,7 @@ BOOST_AUTO_TEST_CASE(a_writer_killed_at_any_moment_leaves_a_readable_file) {
     BOOST_REQUIRE(waitpid(child, &status, 0) == child);
     close(started[0]);
     BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) >= 1);
-    load_record_library().mend(folder / "a.h5");
+    load_record_library().repair(folder / "a.h5");
     BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) >= 1);
   }
 }
@@ -242,7 +242,7 @@ BOOST_AUTO_TEST_CASE(a_file_being_written_is_neither_mended_nor_overwritten) {
   const auto recorder = load_record_library().create(folder / "a.h5", header);
   write_rows(*recorder, 10);
   recorder->flush();
-  BOOST_CHECK_THROW(load_record_library().mend(folder / "a.h5"), InputError);
+  BOOST_CHECK_THROW(load_record_library().repair(folder / "a.h5"), InputError);
   BOOST_CHECK_THROW(load_record_library().create(folder / "a.h5", header), InputError);
   recorder->close();
   BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) == 10);

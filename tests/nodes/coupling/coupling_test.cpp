@@ -13,7 +13,7 @@ using namespace tactor;
 
 namespace {
 
-const CouplingLaw firm{.k_t = 500, .b_t = 10, .k_r = 2, .b_r = 0.01, .force_max = 1e9, .torque_max = 1e9};
+const CouplingParameters firm{.k_t = 500, .b_t = 10, .k_r = 2, .b_r = 0.01, .force_max = 1e9, .torque_max = 1e9};
 
 Scene scene_of(double mass, Motion motion = Motion::rigid, double radius = 0.02) {
   Scene scene;
@@ -27,11 +27,11 @@ Scene scene_of(double mass, Motion motion = Motion::rigid, double radius = 0.02)
 }
 
 template <class N>
-CouplingLaw law_of(const Scene& scene, const typename N::Params& params) {
+CouplingParameters law_of(const Scene& scene, const typename N::Params& params) {
   N node(params, test::context_for(scene));
   StepContext context(Time{0});
   node.start(context);
-  return test::sent(node.law);
+  return test::sent(node.parameters);
 }
 
 PhysicsState stretched() {
@@ -60,7 +60,7 @@ BOOST_AUTO_TEST_CASE(the_device_is_pulled_towards_the_tool) {
 }
 
 BOOST_AUTO_TEST_CASE(saturation_keeps_the_direction) {
-  CouplingLaw limited = firm;
+  CouplingParameters limited = firm;
   limited.force_max = 3;
   limited.torque_max = 0.05;
   const Wrench full = coupling_wrench(firm, stretched(), true), cut = coupling_wrench(limited, stretched(), true);
@@ -82,9 +82,9 @@ BOOST_AUTO_TEST_CASE(a_quaternion_and_its_negative_give_the_same_torque) {
 BOOST_AUTO_TEST_CASE(there_is_no_torque_in_a_scene_that_only_translates) {
   BOOST_TEST(norm(coupling_wrench(firm, stretched(), false).torque) == 0.0);
   const Scene scene = scene_of(0.1, Motion::translation);
-  const CouplingLaw law = law_of<DynamicCoupling>(scene, test::default_params<DynamicCoupling>());
-  BOOST_TEST(law.k_r == 0.0);
-  BOOST_TEST(law.b_r == 0.0);
+  const CouplingParameters coupling = law_of<DynamicCoupling>(scene, test::default_params<DynamicCoupling>());
+  BOOST_TEST(coupling.k_r == 0.0);
+  BOOST_TEST(coupling.b_r == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(spring_and_damper_take_up_at_least_the_energy_they_store) {
@@ -122,18 +122,18 @@ BOOST_AUTO_TEST_CASE(spring_and_damper_take_up_at_least_the_energy_they_store) {
 
 BOOST_AUTO_TEST_CASE(the_damper_is_critical_for_the_tools_mass_and_inertia) {
   const Scene scene = scene_of(0.2);
-  const CouplingLaw law = law_of<DynamicCoupling>(scene, test::default_params<DynamicCoupling>());
-  BOOST_TEST(law.massless == 0);
-  BOOST_TEST(law.k_t == 500.0);
-  BOOST_TEST(law.b_t == 2 * std::sqrt(500 * 0.2), boost::test_tools::tolerance(1e-12));
-  BOOST_TEST(law.b_r == 2 * std::sqrt(law.k_r * 0.4 * 0.2 * 4e-4), boost::test_tools::tolerance(1e-12));
+  const CouplingParameters coupling = law_of<DynamicCoupling>(scene, test::default_params<DynamicCoupling>());
+  BOOST_TEST(coupling.massless == 0);
+  BOOST_TEST(coupling.k_t == 500.0);
+  BOOST_TEST(coupling.b_t == 2 * std::sqrt(500 * 0.2), boost::test_tools::tolerance(1e-12));
+  BOOST_TEST(coupling.b_r == 2 * std::sqrt(coupling.k_r * 0.4 * 0.2 * 4e-4), boost::test_tools::tolerance(1e-12));
 }
 
 BOOST_AUTO_TEST_CASE(the_static_coupling_has_no_damper_and_no_mass) {
-  const CouplingLaw law = law_of<StaticCoupling>(scene_of(0.2), test::default_params<StaticCoupling>());
-  BOOST_TEST(law.massless == 1);
-  BOOST_TEST(law.b_t == 0.0);
-  BOOST_TEST(law.b_r == 0.0);
+  const CouplingParameters coupling = law_of<StaticCoupling>(scene_of(0.2), test::default_params<StaticCoupling>());
+  BOOST_TEST(coupling.massless == 1);
+  BOOST_TEST(coupling.b_t == 0.0);
+  BOOST_TEST(coupling.b_r == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(the_adaptive_sag_grows_less_than_the_mass) {

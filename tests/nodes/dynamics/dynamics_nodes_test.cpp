@@ -124,8 +124,8 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted) {
   BOOST_REQUIRE(rig.step(3) == 1U);
   BOOST_TEST(rig.valid_ms() == 2);
   BOOST_TEST(is_finite(rig.state().X_WT.p));
-  BOOST_TEST(rig.figures()["dynamics_rejected_samples"] == 1.0);
-  BOOST_TEST(rig.figures()["dynamics_stopped_steps"] == 0.0);
+  BOOST_TEST(rig.metrics()["dynamics_rejected_samples"] == 1.0);
+  BOOST_TEST(rig.metrics()["dynamics_stopped_steps"] == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(contacts_hold_the_tool_up) {
@@ -163,7 +163,7 @@ BOOST_AUTO_TEST_CASE(all_moving_bodies_are_sent_with_the_tool_first) {
   scene.tool_name = "tool";
   NodeRig<RigidDynamics> rig(default_params<RigidDynamics>(), scene);
   // Nothing holds the tool, so that the two have the momentum of the start, none, while they push each other away.
-  rig.law = {};
+  rig.coupling = {};
   rig.push_law();
   ContactSet set;
   set.bodies.count = 2;
@@ -211,7 +211,7 @@ BOOST_AUTO_TEST_CASE(translation_moves_as_rigid_does_where_nothing_turns) {
 
 BOOST_AUTO_TEST_CASE(a_massless_law_stops_a_node_whose_bodies_have_mass) {
   Rig rig;
-  rig.law.massless = 1;
+  rig.coupling.massless = 1;
   rig.push_law();
   rig.device(1, {});
   rig.contacts(1);
@@ -268,7 +268,7 @@ std::unique_ptr<NodeRig<TranslationDynamics>> pulled(int samples, Tune tune) {
   p.start_at_device = false;
   tune(p);
   auto rig = std::make_unique<NodeRig<TranslationDynamics>>(p, ball_scene(Motion::translation), false);
-  rig->law.b_t = 2 * std::sqrt(500 * 0.1);
+  rig->coupling.b_t = 2 * std::sqrt(500 * 0.1);
   rig->push_law();
   for (int ms = 0; ms <= samples; ++ms) rig->device(ms, {0.01, 0, 0});
   BOOST_REQUIRE(rig->step(samples) == 1U);
@@ -291,8 +291,8 @@ BOOST_AUTO_TEST_CASE(the_error_estimate_is_the_error_of_a_step) {
     });
     const double error = std::abs(rig->state().X_WT.p.x - critically_damped(1e-3));
     // Errors of sub-steps grow and fade on the way to the end of the sample; the sum of the estimates leaves that out.
-    BOOST_TEST(rig->figures()["dynamics_position_error_max_m"] == error, tt::tolerance(0.25));
-    BOOST_TEST(rig->figures()["dynamics_position_error_mean_m"] == rig->figures()["dynamics_position_error_max_m"]);
+    BOOST_TEST(rig->metrics()["dynamics_position_error_max_m"] == error, tt::tolerance(0.25));
+    BOOST_TEST(rig->metrics()["dynamics_position_error_mean_m"] == rig->metrics()["dynamics_position_error_max_m"]);
   }
 }
 
@@ -300,7 +300,7 @@ BOOST_AUTO_TEST_CASE(the_error_estimate_changes_no_result) {
   const auto with = pulled(50, [](auto& p) { p.error_estimate = true; });
   const auto without = pulled(50, [](auto&) {});
   BOOST_TEST((with->state().X_WT == without->state().X_WT));
-  BOOST_TEST(without->figures().count("dynamics_position_error_max_m") == 0U);
+  BOOST_TEST(without->metrics().count("dynamics_position_error_max_m") == 0U);
 }
 
 BOOST_AUTO_TEST_CASE(a_tolerance_shortens_the_sub_step_within_its_bounds) {
@@ -311,7 +311,7 @@ BOOST_AUTO_TEST_CASE(a_tolerance_shortens_the_sub_step_within_its_bounds) {
       p.min_substep = 1e-6;
     });
     const double error = std::abs(rig->state().X_WT.p.x - critically_damped(0.02));
-    const double steps = rig->figures()["dynamics_steps"];
+    const double steps = rig->metrics()["dynamics_steps"];
     if (tolerance == 0) {
       BOOST_TEST(steps == 20.0);
       coarse = error;
@@ -326,7 +326,7 @@ BOOST_AUTO_TEST_CASE(a_tolerance_shortens_the_sub_step_within_its_bounds) {
     p.substep_tolerance = 1e-12;
     p.min_substep = 2e-4;
   });
-  BOOST_TEST(bounded->figures()["dynamics_steps"] == 100.0);
+  BOOST_TEST(bounded->metrics()["dynamics_steps"] == 100.0);
 }
 
 BOOST_AUTO_TEST_CASE(reversed_bounds_of_the_sub_step_are_an_error) {
@@ -361,7 +361,7 @@ BOOST_AUTO_TEST_CASE(damped_and_stopped_steps_are_counted) {
     model.gravity_W = rig.scene.gravity_W;
     model.iterations = iterations;
     OneBody one(model);
-    one.law = rig.law;
+    one.coupling = rig.coupling;
     one.contacts.assign(set.contact.begin(), set.contact.begin() + set.count);
     one.query = one.X() = set.bodies.X_WB[0];
     one.advance(0, handle(0));
@@ -378,10 +378,10 @@ BOOST_AUTO_TEST_CASE(damped_and_stopped_steps_are_counted) {
     }
     rig.contacts(20, set);
     BOOST_REQUIRE(rig.step(20) == 1U);
-    std::map<std::string, double> figures = rig.figures();
-    BOOST_TEST(figures["dynamics_steps"] == 20.0);
-    BOOST_TEST(figures["dynamics_damped_steps"] == damped);
-    BOOST_TEST(figures["dynamics_stopped_steps"] == stopped);
+    std::map<std::string, double> metrics = rig.metrics();
+    BOOST_TEST(metrics["dynamics_steps"] == 20.0);
+    BOOST_TEST(metrics["dynamics_damped_steps"] == damped);
+    BOOST_TEST(metrics["dynamics_stopped_steps"] == stopped);
     BOOST_TEST(rig.state().damped == (outcome == StepOutcome::converged ? 0 : 1));
     BOOST_TEST(norm(rig.state().X_WT.p - one.X().p) < 1e-12);
     if (iterations == 1) BOOST_TEST(damped + stopped > 0);
@@ -394,7 +394,7 @@ BOOST_AUTO_TEST_CASE(damped_and_stopped_steps_are_counted) {
 
 BOOST_AUTO_TEST_CASE(a_quasistatic_tool_pressed_and_slid_for_5000_samples_needs_no_damped_step) {
   NodeRig<QuasistaticDynamics> rig(default_params<QuasistaticDynamics>(), scene_of(Motion::rigid));
-  rig.law = {.k_t = 500, .k_r = 1, .force_max = 8, .torque_max = 0.3, .massless = 1};
+  rig.coupling = {.k_t = 500, .k_r = 1, .force_max = 8, .torque_max = 0.3, .massless = 1};
   rig.push_law();
   int touching = 0;
   for (int ms = 0; ms < 5000; ++ms) {
@@ -415,10 +415,10 @@ BOOST_AUTO_TEST_CASE(a_quasistatic_tool_pressed_and_slid_for_5000_samples_needs_
     touching += rig.state().contacts > 0 ? 1 : 0;
   }
   BOOST_TEST(touching > 300);
-  std::map<std::string, double> figures = rig.figures();
-  BOOST_TEST(figures["dynamics_steps"] >= 4990.0);
-  BOOST_TEST(figures["dynamics_damped_steps"] == 0.0);
-  BOOST_TEST(figures["dynamics_stopped_steps"] == 0.0);
+  std::map<std::string, double> metrics = rig.metrics();
+  BOOST_TEST(metrics["dynamics_steps"] >= 4990.0);
+  BOOST_TEST(metrics["dynamics_damped_steps"] == 0.0);
+  BOOST_TEST(metrics["dynamics_stopped_steps"] == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(what_is_expected_is_where_a_steady_handle_leads_and_moves_nothing) {
@@ -439,7 +439,7 @@ BOOST_AUTO_TEST_CASE(what_is_expected_is_where_a_steady_handle_leads_and_moves_n
     BOOST_TEST(rig.node.expected.pending_valid(0).ns == 20'000'000);
     // By hand: 8 implicit steps of 1 ms along the straight line from the handle of 12 ms to that of 20 ms.
     Vec3 x = bodies.X_WB[0].p, v = bodies.V_WB[0].v;
-    const double m = 0.1, h = 0.001, k = rig.law.k_t, b = rig.law.b_t;
+    const double m = 0.1, h = 0.001, k = rig.coupling.k_t, b = rig.coupling.b_t;
     for (int i = 1; i <= 8; ++i) {
       const Vec3 x_D{0.144 + i / 8.0 * (0.400 - 0.144), 0, 0.5};
       v = 1 / (m + h * b + h * h * k) * (m * v + h * m * Vec3{0, 0, -9.81} + h * k * (x_D - x));

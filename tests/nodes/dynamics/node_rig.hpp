@@ -32,10 +32,10 @@ struct NodeRig {
       : scene(std::move(s)), node(params, context_for(scene)) {
     if (with_contacts) node.contacts.configure({});
     node.device.configure({QueuePolicy::drop_oldest, 4096});
-    node.law.configure({});
+    node.coupling.configure({});
     push_law();
   }
-  void push_law() { node.law.push({}, &law); }
+  void push_law() { node.coupling.push({}, &coupling); }
   void device(std::int64_t ms, const Vec3& p, const Quat& R = {}) {
     DeviceState d;
     d.X_WD = {p, R};
@@ -54,14 +54,14 @@ struct NodeRig {
   }
   [[nodiscard]] const PhysicsState& state() const { return sent(node.state); }
   [[nodiscard]] std::int64_t valid_ms() const { return node.state.pending_valid(0).ns / 1'000'000; }
-  [[nodiscard]] std::map<std::string, double> figures() const {
+  [[nodiscard]] std::map<std::string, double> metrics() const {
     Report report;
     node.report(report);
-    return {report.figures().begin(), report.figures().end()};
+    return {report.metrics().begin(), report.metrics().end()};
   }
 
   Scene scene;
-  CouplingLaw law{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
+  CouplingParameters coupling{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
   N node;
 };
 

@@ -42,10 +42,10 @@ inline bool step_at(Node& node, Output<ForceSegment>& out, double ms, Stamped<Fo
   return true;
 }
 
-inline std::map<std::string, double> figures_of(const Node& node) {
+inline std::map<std::string, double> metrics_of(const Node& node) {
   Report report;
   node.report(report);
-  return {report.figures().begin(), report.figures().end()};
+  return {report.metrics().begin(), report.metrics().end()};
 }
 
 /// The InputError that `work` throws, or empty.

@@ -48,7 +48,7 @@ BOOST_AUTO_TEST_CASE(it_says_nothing_before_a_force_was_felt_somewhere) {
   Rig blind;
   blind.force(1, {1, 0, 0});
   BOOST_TEST(!blind.step(1));
-  BOOST_TEST(figures_of(blind.node)["forcefield.rejected_samples"] == 1.0);
+  BOOST_TEST(metrics_of(blind.node)["forcefield.rejected_samples"] == 1.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_force_belongs_to_where_the_device_was_at_its_stamp) {
@@ -67,10 +67,10 @@ BOOST_AUTO_TEST_CASE(a_force_belongs_to_where_the_device_was_at_its_stamp) {
     BOOST_TEST(std::abs(rig.shown().x - (3 + (x - 0.002) / 0.002 * 2)) < 1e-12);
     BOOST_TEST(rig.last.stamp.valid.ns == stamp_ms(20).valid.ns);
   }
-  auto figures = figures_of(rig.node);
-  BOOST_TEST(figures["forcefield.nodes_stored"] == 2.0);
-  BOOST_TEST(figures["forcefield.stored_ticks"] == 4.0);
-  BOOST_TEST(figures["forcefield.extrapolated_ticks"] == 2.0);
+  auto metrics = metrics_of(rig.node);
+  BOOST_TEST(metrics["forcefield.nodes_stored"] == 2.0);
+  BOOST_TEST(metrics["forcefield.stored_ticks"] == 4.0);
+  BOOST_TEST(metrics["forcefield.extrapolated_ticks"] == 2.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_linear_field_visited_before_is_displayed_without_the_lateness_of_physics) {
@@ -100,7 +100,7 @@ BOOST_AUTO_TEST_CASE(where_nothing_is_known_the_newest_force_is_held) {
   rig.device(1, {0.05, 0, 0});
   BOOST_TEST(rig.step(1));
   BOOST_TEST(rig.shown().x == 1.0);
-  BOOST_TEST(figures_of(rig.node)["forcefield.held_ticks"] == 1.0);
+  BOOST_TEST(metrics_of(rig.node)["forcefield.held_ticks"] == 1.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_physics_that_has_died_is_seen_by_the_stamps) {
@@ -135,8 +135,8 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_is_kept_out_and_counted_and_keeps_nothin
     BOOST_TEST(norm(with.shown() - without.shown()) == 0.0);
     BOOST_TEST(with.last.stamp.valid.ns == without.last.stamp.valid.ns);
   }
-  BOOST_TEST(figures_of(with.node)["forcefield.rejected_samples"] == bad);
-  BOOST_TEST(figures_of(without.node)["forcefield.rejected_samples"] == 0.0);
+  BOOST_TEST(metrics_of(with.node)["forcefield.rejected_samples"] == bad);
+  BOOST_TEST(metrics_of(without.node)["forcefield.rejected_samples"] == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(whatever_comes_what_is_displayed_is_finite_and_within_the_limit) {
@@ -170,7 +170,7 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
   const std::int64_t before = thread_heap_calls();
   for (int ms = 20; ms < 2000; ++ms) feed(ms);
   BOOST_TEST(thread_heap_calls() - before == 0);
-  BOOST_TEST(figures_of(rig.node)["forcefield.nodes_evicted"] > 0.0);
+  BOOST_TEST(metrics_of(rig.node)["forcefield.nodes_evicted"] > 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_reach_of_more_than_three_cells_is_refused) {

@@ -28,9 +28,9 @@ struct Rig {
   explicit Rig(const RbfForceField::Params& p = floor_params(), Scene s = floor_and_ball())
       : scene(std::move(s)), node(p, context_for(scene)) {
     node.device.configure({});
-    node.law.configure({});
+    node.coupling.configure({});
   }
-  void push_law() { node.law.push({}, &law); }
+  void push_law() { node.coupling.push({}, &coupling); }
   /// The force displayed with the device there.
   Vec3 at(const Vec3& p) {
     ++ms;
@@ -40,7 +40,7 @@ struct Rig {
   }
 
   Scene scene;
-  CouplingLaw law{.k_t = k_t, .b_t = 14, .force_max = 8, .torque_max = 0.3};
+  CouplingParameters coupling{.k_t = k_t, .b_t = 14, .force_max = 8, .torque_max = 0.3};
   RbfForceField node;
   Stamped<ForceSegment> last;
   int ms = 0;
@@ -105,12 +105,12 @@ BOOST_AUTO_TEST_CASE(on_the_duck_forces_it_was_not_fitted_to_are_those_of_the_co
   const double rms = std::sqrt(squares / count), force_rms = std::sqrt(force_squares / count);
   BOOST_TEST_MESSAGE("held-out error " << rms << " N of " << force_rms << " N");
   BOOST_TEST(rms < 0.15 * force_rms);
-  auto figures = figures_of(rig.node);
-  BOOST_TEST(figures["forcefield.solver_residual"] < 1e-6);
-  BOOST_TEST(figures["forcefield.centres"] > 10000);
-  BOOST_TEST(figures["forcefield.residual_median_N"] < 0.1);
-  BOOST_TEST(figures["forcefield.residual_rms_N"] <= figures["forcefield.residual_max_N"]);
-  BOOST_TEST(figures["forcefield.memory_bytes"] < 5e6);
+  auto metrics = metrics_of(rig.node);
+  BOOST_TEST(metrics["forcefield.solver_residual"] < 1e-6);
+  BOOST_TEST(metrics["forcefield.centres"] > 10000);
+  BOOST_TEST(metrics["forcefield.residual_median_N"] < 0.1);
+  BOOST_TEST(metrics["forcefield.residual_rms_N"] <= metrics["forcefield.residual_max_N"]);
+  BOOST_TEST(metrics["forcefield.memory_bytes"] < 5e6);
 }
 
 BOOST_AUTO_TEST_CASE(a_tool_of_mass_hangs_on_the_spring_and_a_massless_one_does_not) {
@@ -123,7 +123,7 @@ BOOST_AUTO_TEST_CASE(a_tool_of_mass_hangs_on_the_spring_and_a_massless_one_does_
   // k_t (z_D - z_T) + k (z_0 - z_T) - weight = 0 at 5 mm below z_0.
   const double sag = (k_t * 0.005 + weight) / (k_t + 1000);
   BOOST_TEST(std::abs(rig.at({0, 0, 0.005}).z - k_t * (0.005 - sag)) < 0.03 * series * 0.005);
-  rig.law.massless = 1;
+  rig.coupling.massless = 1;
   rig.push_law();
   BOOST_TEST(norm(rig.at({0, 0, 0.019})) < 0.01);
   BOOST_TEST(std::abs(rig.at({0, 0, 0.005}).z - series * 0.005) < 0.03 * series * 0.005);
@@ -134,15 +134,15 @@ BOOST_AUTO_TEST_CASE(outside_of_the_region_the_force_is_that_of_its_nearest_poin
   rig.push_law();
   const Vec3 edge = rig.at({0.03, 0, 0.004});
   BOOST_TEST(edge.z > 1.0);
-  BOOST_TEST(figures_of(rig.node)["forcefield.outside_ticks"] == 0.0);
+  BOOST_TEST(metrics_of(rig.node)["forcefield.outside_ticks"] == 0.0);
   BOOST_TEST(norm(rig.at({0.5, 0, 0.004}) - edge) == 0.0);
   BOOST_TEST(norm(rig.at({1e200, 0, 0.004}) - edge) == 0.0);
-  BOOST_TEST(figures_of(rig.node)["forcefield.outside_ticks"] == 2.0);
+  BOOST_TEST(metrics_of(rig.node)["forcefield.outside_ticks"] == 2.0);
 }
 
 BOOST_AUTO_TEST_CASE(the_couplings_limit_holds) {
   Rig rig;
-  rig.law.force_max = 1.5;
+  rig.coupling.force_max = 1.5;
   rig.push_law();
   BOOST_TEST(std::abs(norm(rig.at({0, 0, -0.005})) - 1.5) < 1e-12);
 }
@@ -170,14 +170,14 @@ BOOST_AUTO_TEST_CASE(a_position_that_is_not_finite_is_left_out_and_keeps_nothing
     BOOST_TEST(norm(rig.at({0, bad, 0.001}) - before) == 0.0);
     BOOST_TEST(rig.last.stamp.valid.ns == valid.ns);
   }
-  BOOST_TEST(figures_of(rig.node)["forcefield.rejected_samples"] == 3.0);
+  BOOST_TEST(metrics_of(rig.node)["forcefield.rejected_samples"] == 3.0);
   BOOST_TEST(norm(rig.at({0, 0, 0.001}) - before) > 0.5);
 }
 
 BOOST_AUTO_TEST_CASE(a_law_of_another_stiffness_is_an_error_that_names_it) {
   for (const double other : {500.0, 0.0, std::nan("")}) {
     Rig rig;
-    rig.law.k_t = other;
+    rig.coupling.k_t = other;
     rig.push_law();
     push_device(rig.node.device, 1, {});
     const std::string error = input_error([&] { step_at(rig.node, rig.node.segment, 1, rig.last); });

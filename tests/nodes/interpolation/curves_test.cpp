@@ -344,5 +344,5 @@ BOOST_AUTO_TEST_CASE(a_late_forecast_is_held_at_its_last_step_and_counted) {
   Report report;
   node.report(report);
   // From 31 ms to 80 ms.
-  BOOST_TEST(report.figures().at(0).second == 50.0);
+  BOOST_TEST(report.metrics().at(0).second == 50.0);
 }

@@ -24,7 +24,7 @@ namespace {
 
 constexpr double radius = 0.01;
 constexpr double tau = 0.002;  // s, the blend's default
-const CouplingLaw spring{.k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
+const CouplingParameters spring{.k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
 
 Time at_ms(double ms) {
   return Time::from_seconds(1e-3 * ms);
@@ -83,10 +83,10 @@ class Subject {
   [[nodiscard]] double kink() const {
     return norm(evaluate_rate(shown_, shown_.begin).force - displayed(before_, shown_.begin).rate.force);
   }
-  [[nodiscard]] double figure(const std::string& name) const {
+  [[nodiscard]] double metric(const std::string& name) const {
     Report report;
     node_.report(report);
-    for (const auto& [key, value] : report.figures()) {
+    for (const auto& [key, value] : report.metrics()) {
       if (key == name) return value;
     }
     return -1;
@@ -108,7 +108,7 @@ LocalModel model_at(double ms, const BodyStates& bodies, const Vec3& handle, con
   m.device.X_WD.p = handle;
   m.device.V_WD.v = speed;
   m.bodies = bodies;
-  m.law = spring;
+  m.coupling = spring;
   m.contacts = contacts;
   return m;
 }
@@ -170,8 +170,8 @@ BOOST_AUTO_TEST_CASE(on_a_wall_the_device_shows_the_force_of_its_own_time_though
   // What steps of 1 ms make of it; the handle is seen without encoder steps.
   BOOST_TEST(worst < 0.01 * largest);
   BOOST_TEST(worst < 0.1 * held_worst);
-  BOOST_TEST(subject.figure("fallbacks") == 0.0);
-  BOOST_TEST(subject.figure("rollout.rejected_models") == 0.0);
+  BOOST_TEST(subject.metric("fallbacks") == 0.0);
+  BOOST_TEST(subject.metric("rollout.rejected_models") == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_correction_decays_by_two_equal_poles_and_has_neither_jump_nor_kink) {
@@ -192,7 +192,7 @@ BOOST_AUTO_TEST_CASE(a_correction_decays_by_two_equal_poles_and_has_neither_jump
     const Vec3 expected = spring.k_t * (rest * first + (1 - rest) * second);
     BOOST_TEST(norm(subject.force(ms + 1) - expected) < 1e-6);
   }
-  BOOST_TEST(subject.figure("rollout.correction_rms_N") == spring.k_t * norm(first - second), tt::tolerance(1e-6));
+  BOOST_TEST(subject.metric("rollout.correction_rms_N") == spring.k_t * norm(first - second), tt::tolerance(1e-6));
 }
 
 BOOST_AUTO_TEST_CASE(without_results_the_forecast_is_shown_where_the_tool_touched_and_else_the_last_force) {
@@ -226,11 +226,11 @@ BOOST_AUTO_TEST_CASE(without_results_the_forecast_is_shown_where_the_tool_touche
         // The stamp is the result's, so that the gate sees that nothing newer is known.
         if (away) BOOST_REQUIRE(subject.stamp.ns == at_ms(35).ns);
       }
-      BOOST_TEST(subject.figure("rollout.forecast_ticks") == (touching && forecasts ? ticks : 0.0));
-      BOOST_TEST(subject.figure("rollout.held_ticks") == (touching && forecasts ? 0.0 : ticks));
-      BOOST_TEST(subject.figure("rollout.jacobian_ticks") == 0.0);
-      BOOST_TEST(subject.figure("rollout.ticks") == 300 - ticks);
-      BOOST_TEST(subject.figure("fallbacks") == ticks);
+      BOOST_TEST(subject.metric("rollout.forecast_ticks") == (touching && forecasts ? ticks : 0.0));
+      BOOST_TEST(subject.metric("rollout.held_ticks") == (touching && forecasts ? 0.0 : ticks));
+      BOOST_TEST(subject.metric("rollout.jacobian_ticks") == 0.0);
+      BOOST_TEST(subject.metric("rollout.ticks") == 300 - ticks);
+      BOOST_TEST(subject.metric("fallbacks") == ticks);
     }
   }
 }
@@ -246,7 +246,7 @@ BOOST_AUTO_TEST_CASE(a_tool_far_from_where_contacts_were_looked_for_is_not_gone_
     BOOST_TEST(norm(subject.force(ms + 1)) < 0.05);
   }
   // 2 cm are 40 ms of the way.
-  BOOST_TEST(std::abs(subject.figure("rollout.held_ticks") - 60) <= 1);
+  BOOST_TEST(std::abs(subject.metric("rollout.held_ticks") - 60) <= 1);
 }
 
 namespace {
@@ -281,8 +281,8 @@ BOOST_AUTO_TEST_CASE(where_a_step_fails_the_force_follows_the_handle_by_the_spri
     const double in_series = 500.0 * 1000 / 1500, entered = 1e-5 * (ms + 1 - 100);
     if (ms < 130) BOOST_TEST(std::abs(subject.force(ms + 1).x - 0.6 - (ms > 100 ? in_series * entered : 0)) < 1e-6);
   }
-  BOOST_TEST(subject.figure("rollout.jacobian_ticks") == 30.0);
-  BOOST_TEST(subject.figure("rollout.ticks") == 130.0);
+  BOOST_TEST(subject.metric("rollout.jacobian_ticks") == 30.0);
+  BOOST_TEST(subject.metric("rollout.ticks") == 130.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_first_model_whose_step_fails_shows_no_force) {
@@ -293,7 +293,7 @@ BOOST_AUTO_TEST_CASE(a_first_model_whose_step_fails_shows_no_force) {
     if (ms == 1) subject.model(-5, 1, failing(model_at(0, one_body(handle), handle, wall_around({handle}))));
     if (subject.tick(ms)) BOOST_TEST(norm(subject.force(ms + 1)) == 0.0);
   }
-  BOOST_TEST(subject.figure("rollout.held_ticks") == 19.0);
+  BOOST_TEST(subject.metric("rollout.held_ticks") == 19.0);
 }
 
 BOOST_AUTO_TEST_CASE(after_a_gap_a_tick_takes_four_steps_at_most) {
@@ -325,7 +325,7 @@ BOOST_AUTO_TEST_CASE(models_that_are_no_use_are_counted_once_and_what_was_known_
   subject.model(-5, 0, two);
   BOOST_TEST(!subject.tick(0));
   BOOST_TEST(!subject.tick(0.5));
-  BOOST_TEST(subject.figure("rollout.rejected_models") == 1.0);
+  BOOST_TEST(subject.metric("rollout.rejected_models") == 1.0);
   subject.model(-5, 1, good);
   subject.sample(1, Vec3{});
   BOOST_REQUIRE(subject.tick(1));
@@ -341,7 +341,7 @@ BOOST_AUTO_TEST_CASE(models_that_are_no_use_are_counted_once_and_what_was_known_
     if (ms < 10) BOOST_TEST(subject.force(ms + 1).x == 1.0, tt::tolerance(1e-9));
   }
   BOOST_TEST(subject.force(100).x == 2.0, tt::tolerance(1e-6));
-  BOOST_TEST(subject.figure("rollout.rejected_models") == 3.0);
+  BOOST_TEST(subject.metric("rollout.rejected_models") == 3.0);
 }
 
 BOOST_AUTO_TEST_CASE(whatever_comes_the_force_is_finite_and_bounded_and_soon_right_again) {
@@ -378,7 +378,7 @@ BOOST_AUTO_TEST_CASE(whatever_comes_the_force_is_finite_and_bounded_and_soon_rig
             model.bodies.V_WB[0].v.z = value;
             break;
           case 5:
-            model.law.k_t = value;
+            model.coupling.k_t = value;
             break;
           case 6:
             model.contacts.contact[0][1].stiffness = model.contacts.contact[0][0].stiffness = value;
@@ -431,8 +431,8 @@ BOOST_AUTO_TEST_CASE(no_tick_calls_the_heap) {
     calls += thread_heap_calls() - before;
   }
   BOOST_TEST(calls == 0);
-  BOOST_TEST(subject.figure("rollout.forecast_ticks") > 0);
-  BOOST_TEST(subject.figure("rollout.jacobian_ticks") > 0);
+  BOOST_TEST(subject.metric("rollout.forecast_ticks") > 0);
+  BOOST_TEST(subject.metric("rollout.jacobian_ticks") > 0);
 }
 
 // Physics of 10 Hz: no result is ever young enough to go on from, and each is shown as it comes.
@@ -449,7 +449,7 @@ BOOST_AUTO_TEST_CASE(results_too_old_to_go_on_from_are_held_one_after_the_other)
     BOOST_REQUIRE(subject.tick(ms));
     if (ms % 100 == 99) BOOST_TEST(std::abs(subject.force(ms + 1).x - spring.k_t * pressed) < 1e-3);
   }
-  BOOST_TEST(subject.figure("rollout.held_ticks") == 500.0);
+  BOOST_TEST(subject.metric("rollout.held_ticks") == 500.0);
 }
 
 // A handle that is no longer heard of has not gone on for ever.

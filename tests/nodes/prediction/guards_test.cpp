@@ -22,24 +22,24 @@ constexpr int window = 60;
 
 // A refitter and a predictor, wired as a graph wires them.
 struct Chain {
-  explicit Chain(Removal removal, int order = 0, bool torque = true)
-      : refitter(refit_params(removal, order), context(torque)), predictor(ar_params(removal), context(torque)) {
+  explicit Chain(Detrend detrend, int order = 0, bool torque = true)
+      : refitter(refit_params(detrend, order), context(torque)), predictor(ar_params(detrend), context(torque)) {
     refitter.force.configure({QueuePolicy::drop_oldest, 512});
     predictor.force.configure({QueuePolicy::drop_oldest, 64});
     predictor.coefficients.configure({QueuePolicy::latest, 1});
   }
-  static Refitter::Params refit_params(Removal removal, int order) {
+  static Refitter::Params refit_params(Detrend detrend, int order) {
     Refitter::Params p;
     p.window = window;
     p.order = order;
-    p.remove = removal;
+    p.detrend = detrend;
     return p;
   }
-  static ArPredictor::Params ar_params(Removal removal) {
+  static ArPredictor::Params ar_params(Detrend detrend) {
     ArPredictor::Params p;
     p.force_max = force_max;
     p.torque_max = torque_max;
-    p.remove = removal;
+    p.detrend = detrend;
     p.mean_window = window;
     return p;
   }
@@ -54,11 +54,11 @@ struct Chain {
     }
     return step_with(predictor, predictor.force, stamp, w, predictor.forecast);
   }
-  std::map<std::string, double> figures() const {
+  std::map<std::string, double> metrics() const {
     Report report;
     predictor.report(report);
     refitter.report(report);
-    return {report.figures().begin(), report.figures().end()};
+    return {report.metrics().begin(), report.metrics().end()};
   }
   int time = 0;
   Refitter refitter;
@@ -73,10 +73,10 @@ bool displayable(const Wrench& w) {
 
 BOOST_AUTO_TEST_CASE(no_prediction_is_beyond_the_device_whatever_comes) {
   for (int kind = 0; kind < hostile_kinds; ++kind) {
-    for (const Removal removal : {Removal::none, Removal::mean, Removal::difference}) {
+    for (const Detrend detrend : {Detrend::none, Detrend::mean, Detrend::difference}) {
       for (const int order : {0, 3, 20}) {
         Draw draw(static_cast<std::uint64_t>(kind) + 1);
-        Chain chain(removal, order);
+        Chain chain(detrend, order);
         for (int t = 0; t < 1500; ++t) {
           const Forecast f = chain.feed(hostile(kind, t, draw));
           BOOST_REQUIRE_MESSAGE(displayable(f.predicted_D_W[0]) && is_finite(f.current_D_W),
@@ -89,12 +89,12 @@ BOOST_AUTO_TEST_CASE(no_prediction_is_beyond_the_device_whatever_comes) {
 
 BOOST_AUTO_TEST_CASE(one_window_after_trouble_predictions_are_as_if_nothing_had_been) {
   for (int kind = 1; kind < hostile_kinds; ++kind) {
-    for (const Removal removal : {Removal::none, Removal::mean, Removal::difference}) {
+    for (const Detrend detrend : {Detrend::none, Detrend::mean, Detrend::difference}) {
       Draw draw(7);
       Draw noise_a(8);
       Draw noise_b(8);
-      Chain troubled(removal, 3);
-      Chain calm(removal, 3);
+      Chain troubled(detrend, 3);
+      Chain calm(detrend, 3);
       for (int t = 0; t < 200; ++t) {
         troubled.feed(hostile(kind, t, draw));
         calm.feed({});
@@ -112,10 +112,10 @@ BOOST_AUTO_TEST_CASE(one_window_after_trouble_predictions_are_as_if_nothing_had_
 }
 
 BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted_once) {
-  for (const Removal removal : {Removal::none, Removal::mean, Removal::difference}) {
+  for (const Detrend detrend : {Detrend::none, Detrend::mean, Detrend::difference}) {
     Draw draw(3);
-    Chain with(removal, 3);
-    Chain without(removal, 3);
+    Chain with(detrend, 3);
+    Chain without(detrend, 3);
     for (int t = 0; t < 300; ++t) {
       const Wrench w{draw.normal_vector(), draw.normal_vector(0.01)};
       const Forecast a = with.feed(w);
@@ -127,24 +127,24 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted_once) {
         BOOST_TEST(bad.fallback == 1);
       }
     }
-    BOOST_TEST(with.figures()["prediction.rejected_samples"] == 1.0);
-    BOOST_TEST(with.figures()["refit.rejected_samples"] == 1.0);
+    BOOST_TEST(with.metrics()["prediction.rejected_samples"] == 1.0);
+    BOOST_TEST(with.metrics()["refit.rejected_samples"] == 1.0);
   }
 }
 
 BOOST_AUTO_TEST_CASE(a_force_of_zero_is_held) {
-  for (const Removal removal : {Removal::none, Removal::mean, Removal::difference}) {
-    Chain chain(removal);
+  for (const Detrend detrend : {Detrend::none, Detrend::mean, Detrend::difference}) {
+    Chain chain(detrend);
     for (int t = 0; t < 200; ++t) BOOST_TEST(norm(chain.feed({}).predicted_D_W[0].force) == 0.0);
-    auto figures = chain.figures();
-    BOOST_TEST(figures["refit.rejected"] > 0.0);
-    BOOST_TEST(figures["fallbacks"] > 0.0);
+    auto metrics = chain.metrics();
+    BOOST_TEST(metrics["refit.rejected"] > 0.0);
+    BOOST_TEST(metrics["fallbacks"] > 0.0);
   }
 }
 
 BOOST_AUTO_TEST_CASE(a_constant_force_stays_constant_about_the_mean_and_over_differences) {
-  for (const Removal removal : {Removal::mean, Removal::difference}) {
-    Chain chain(removal);
+  for (const Detrend detrend : {Detrend::mean, Detrend::difference}) {
+    Chain chain(detrend);
     Draw draw(4);
     // Noise first, so that coefficients were fitted before the force turned constant.
     for (int t = 0; t < 100; ++t) chain.feed({draw.normal_vector(), {}});
@@ -158,14 +158,14 @@ BOOST_AUTO_TEST_CASE(a_constant_force_stays_constant_about_the_mean_and_over_dif
 
 BOOST_AUTO_TEST_CASE(a_constant_force_sags_as_printed_in_the_paper_by_less_than_a_window_allows) {
   // r_1 / r_0 = (N - 1) / N for a constant, so the prediction of order 1 is short by a share 1 / N.
-  Chain chain(Removal::none, 1);
+  Chain chain(Detrend::none, 1);
   Vec3 predicted;
   for (int t = 0; t < 200; ++t) predicted = chain.feed({{3, 0, 0}, {}}).predicted_D_W[0].force;
   BOOST_TEST(std::abs(predicted.x - 3.0 * (window - 1) / window) < 1e-6);
 }
 
 BOOST_AUTO_TEST_CASE(warm_up_is_counted_apart_from_fallbacks) {
-  ArPredictor::Params p = Chain::ar_params(Removal::none);
+  ArPredictor::Params p = Chain::ar_params(Detrend::none);
   p.force_coefficients = {0.5, 0.3, 0.2, 0.1};
   ArPredictor ar(p, context(false));
   ar.force.configure({QueuePolicy::drop_oldest, 8});
@@ -175,7 +175,7 @@ BOOST_AUTO_TEST_CASE(warm_up_is_counted_apart_from_fallbacks) {
   }
   Report report;
   ar.report(report);
-  std::map<std::string, double> figures(report.figures().begin(), report.figures().end());
-  BOOST_TEST(figures["prediction.warm_up"] == 3.0);
-  BOOST_TEST(figures["fallbacks"] == 0.0);
+  std::map<std::string, double> metrics(report.metrics().begin(), report.metrics().end());
+  BOOST_TEST(metrics["prediction.warm_up"] == 3.0);
+  BOOST_TEST(metrics["fallbacks"] == 0.0);
 }

@@ -61,7 +61,7 @@ class Physics {
   [[nodiscard]] Contact contact(const Pose& X) const {
     return contact_of(plane_at(X.p, {1, 0, 0}, 0, radius), X, radius, stiffness_, 3, friction_);
   }
-  [[nodiscard]] const CouplingLaw& law() const { return rig_.law; }
+  [[nodiscard]] const CouplingParameters& coupling() const { return rig_.coupling; }
 
  private:
   static TranslationDynamics::Params params() {
@@ -90,9 +90,9 @@ class Subject {
     node_.bodies.configure({});
     if (with_contacts) node_.contacts.configure({});
     if (with_state) node_.state.configure({});
-    node_.law.configure({});
+    node_.coupling.configure({});
     node_.device.configure({QueuePolicy::drop_oldest, 512});
-    node_.law.push({}, &law);
+    node_.coupling.push({}, &coupling);
   }
   void sample(double ms, const DeviceState& state) { node_.device.push(stamped(ms), &state); }
   void contacts(const LocalContacts& local) { node_.contacts.push({}, &local); }
@@ -110,16 +110,16 @@ class Subject {
     node_.model.clear_pending();
     return any;
   }
-  [[nodiscard]] double figure(const std::string& name) const {
+  [[nodiscard]] double metric(const std::string& name) const {
     Report report;
     node_.report(report);
-    for (const auto& [key, value] : report.figures()) {
+    for (const auto& [key, value] : report.metrics()) {
       if (key == name) return value;
     }
     return -1;
   }
 
-  CouplingLaw law{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
+  CouplingParameters coupling{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
   LocalModel model;
 
  private:
@@ -166,10 +166,10 @@ BOOST_AUTO_TEST_CASE(where_contacts_are_exact_the_model_is_where_dynamics_itself
     }
     BOOST_TEST(moved > 0.001);
     if (wall) BOOST_TEST(touching > 10);
-    BOOST_TEST(subject.figure("prediction.rejected_results") == 0.0);
-    BOOST_TEST(subject.figure("prediction.failed_steps") == 0.0);
-    BOOST_TEST(std::abs(subject.figure("prediction.resimulated_samples") - 17 * 8.0 / 9) < 1);
-    BOOST_TEST(subject.figure("prediction.rejected_samples") > 250);  // those of the past
+    BOOST_TEST(subject.metric("prediction.rejected_results") == 0.0);
+    BOOST_TEST(subject.metric("prediction.failed_steps") == 0.0);
+    BOOST_TEST(std::abs(subject.metric("prediction.resimulated_samples") - 17 * 8.0 / 9) < 1);
+    BOOST_TEST(subject.metric("prediction.rejected_samples") > 250);  // those of the past
   }
 }
 
@@ -184,14 +184,14 @@ BOOST_AUTO_TEST_CASE(a_result_older_than_all_samples_goes_through_all_of_them) {
   for (const int ms : {50, 60}) {
     const double h = 1e-3 * ms - before, m = 0.1;
     const DeviceState d = handle(ms);
-    v = 1 / (m + h * subject.law.b_t + h * h * subject.law.k_t) *
-        (m * v + h * subject.law.k_t * (d.X_WD.p - x) + h * subject.law.b_t * d.V_WD.v);
+    v = 1 / (m + h * subject.coupling.b_t + h * h * subject.coupling.k_t) *
+        (m * v + h * subject.coupling.k_t * (d.X_WD.p - x) + h * subject.coupling.b_t * d.V_WD.v);
     x += h * v;
     before = 1e-3 * ms;
   }
   BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - x) < rounding);
   BOOST_TEST(norm(subject.model.bodies.V_WB[0].v - v) < 1000 * rounding);
-  BOOST_TEST(subject.figure("prediction.resimulated_samples") == 2.0);
+  BOOST_TEST(subject.metric("prediction.resimulated_samples") == 2.0);
   // One newer than all samples goes through none.
   BOOST_REQUIRE(subject.result(65, 66, start));
   BOOST_TEST(subject.model.time.ns == 65'000'000);
@@ -230,7 +230,7 @@ BOOST_AUTO_TEST_CASE(poor_samples_are_left_out_and_poor_results_send_nothing) {
   BOOST_REQUIRE(clean.result(10, 30, good));
   BOOST_REQUIRE(subject.result(10, 30, good));
   BOOST_TEST((subject.model.bodies.X_WB[0].p == clean.model.bodies.X_WB[0].p));
-  BOOST_TEST(subject.figure("prediction.rejected_samples") == 30.0);
+  BOOST_TEST(subject.metric("prediction.rejected_samples") == 30.0);
 
   BodyStates bad = good;
   bad.X_WB[0].p.y = std::nan("");
@@ -244,7 +244,7 @@ BOOST_AUTO_TEST_CASE(poor_samples_are_left_out_and_poor_results_send_nothing) {
     subject.contacts(foreign);
     BOOST_TEST(!subject.result(22, 33, good));
   }
-  BOOST_TEST(subject.figure("prediction.rejected_results") == 5.0);
+  BOOST_TEST(subject.metric("prediction.rejected_results") == 5.0);
   subject.contacts({});
   BOOST_TEST(subject.result(23, 34, good));
 }
@@ -271,7 +271,7 @@ BOOST_AUTO_TEST_CASE(without_resimulation_the_bodies_of_the_result_meet_the_newe
   BOOST_TEST((subject.model.bodies.V_WB[0].v == bodies.V_WB[0].v));
   BOOST_TEST(subject.model.time.ns == 30'000'000);
   BOOST_TEST((subject.model.device.X_WD.p == handle(30).X_WD.p));
-  BOOST_TEST(subject.figure("prediction.resimulated_samples") == 0.0);
+  BOOST_TEST(subject.metric("prediction.resimulated_samples") == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(scales_are_those_of_dynamics_with_such_a_wall) {
@@ -305,7 +305,7 @@ enum class State { none, there, late, not_finite, damped };
 struct Run {
   double error = 0;
   Contact last;
-  std::map<std::string, double> figures;
+  std::map<std::string, double> metrics;
 };
 Run wrong_wall(double stiffness, double friction, State state, bool fit = true) {
   auto params = default_params<LocalPredictor>();
@@ -337,7 +337,7 @@ Run wrong_wall(double stiffness, double friction, State state, bool fit = true) 
   run.error /= touching - 2;
   run.last = subject.model.contacts.contact[0][2];
   for (const char* name : {"stiffness_scale", "friction_excess", "results", "left_out"}) {
-    run.figures[name] = subject.figure(std::string("local.fit.") + name);
+    run.metrics[name] = subject.metric(std::string("local.fit.") + name);
   }
   return run;
 }
@@ -354,14 +354,14 @@ BOOST_AUTO_TEST_CASE(with_physics_force_a_wrong_model_of_the_wall_comes_to_where
     BOOST_TEST(fitted.last.stiffness == 2000, tt::tolerance(0.03));
     BOOST_TEST(fitted.last.damping == 3, tt::tolerance(0.03));
     BOOST_TEST(std::abs(fitted.last.friction - 0.3) < 0.03);
-    BOOST_TEST(fitted.figures.at("stiffness_scale") == 1 / m.stiffness, tt::tolerance(0.03));
-    BOOST_TEST(std::abs(fitted.figures.at("friction_excess") - 0.3 * (1 - m.friction)) < 0.03);
-    BOOST_TEST(fitted.figures.at("results") > 10.0);
-    BOOST_TEST(fitted.figures.at("left_out") == 0.0);
+    BOOST_TEST(fitted.metrics.at("stiffness_scale") == 1 / m.stiffness, tt::tolerance(0.03));
+    BOOST_TEST(std::abs(fitted.metrics.at("friction_excess") - 0.3 * (1 - m.friction)) < 0.03);
+    BOOST_TEST(fitted.metrics.at("results") > 10.0);
+    BOOST_TEST(fitted.metrics.at("left_out") == 0.0);
   }
   const Run exact = wrong_wall(1, 1, State::there);
   BOOST_TEST(exact.error < rounding);
-  BOOST_TEST(std::abs(exact.figures.at("stiffness_scale") - 1) < 1e-3);
+  BOOST_TEST(std::abs(exact.metrics.at("stiffness_scale") - 1) < 1e-3);
 }
 
 BOOST_AUTO_TEST_CASE(a_force_of_another_time_or_law_or_not_finite_or_that_is_not_asked_for_is_not_used) {
@@ -370,13 +370,13 @@ BOOST_AUTO_TEST_CASE(a_force_of_another_time_or_law_or_not_finite_or_that_is_not
     const Run run = wrong_wall(0.5, 1, state);
     BOOST_TEST(run.error == without.error);
     BOOST_TEST(run.last.stiffness == 1000);
-    BOOST_TEST(run.figures.at("left_out") > 10.0);
-    BOOST_TEST(run.figures.at("results") == 0.0);
+    BOOST_TEST(run.metrics.at("left_out") > 10.0);
+    BOOST_TEST(run.metrics.at("results") == 0.0);
   }
   const Run off = wrong_wall(0.5, 1, State::there, false);
   BOOST_TEST(off.error == without.error);
   BOOST_TEST(off.last.stiffness == 1000);
-  BOOST_TEST(off.figures.at("stiffness_scale") == -1.0);  // not reported
+  BOOST_TEST(off.metrics.at("stiffness_scale") == -1.0);  // not reported
 }
 
 BOOST_AUTO_TEST_CASE(without_curvature_contacts_are_planes) {
@@ -409,5 +409,5 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
     calls += thread_heap_calls() - before;
   }
   BOOST_TEST(calls == 0);
-  BOOST_TEST(subject.figure("local.fit.results") == 70.0);
+  BOOST_TEST(subject.metric("local.fit.results") == 70.0);
 }

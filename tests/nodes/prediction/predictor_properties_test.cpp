@@ -175,11 +175,11 @@ class Subject {
   /// The stamp of what feed() gave last.
   Time sent() const { return sent_; }
 
-  double figure(const std::string& name) const {
+  double metric(const std::string& name) const {
     Report report;
     predictor_->report(report);
     if (refitter_) refitter_->report(report);
-    for (const auto& [key, value] : report.figures()) {
+    for (const auto& [key, value] : report.metrics()) {
       if (key == name) return value;
     }
     return 0;
@@ -305,8 +305,8 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_held_and_counted_once) {
     BOOST_TEST(size(bad.current_D_W - last) == 0.0, recipe.name());
     for (const Wrench& step : bad.predicted_D_W) BOOST_TEST(size(step - last) == 0.0, recipe.name());
     BOOST_TEST(bad.fallback == 1, recipe.name());
-    BOOST_TEST(subject.figure("prediction.rejected_samples") == 1.0, recipe.name());
-    if (recipe.refitter != nullptr) BOOST_TEST(subject.figure("refit.rejected_samples") == 1.0, recipe.name());
+    BOOST_TEST(subject.metric("prediction.rejected_samples") == 1.0, recipe.name());
+    if (recipe.refitter != nullptr) BOOST_TEST(subject.metric("refit.rejected_samples") == 1.0, recipe.name());
     BOOST_TEST(is_finite(subject.feed(clock.next(), texture.next()).predicted_D_W[0]), recipe.name());
   }
 }
@@ -314,7 +314,7 @@ BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_held_and_counted_once) {
 BOOST_AUTO_TEST_CASE(a_constant_force_is_expected_to_stay_where_nothing_of_its_level_is_fitted) {
   const Wrench constant{{3.0, -1.1, 0.7}, {0.1, 0.02, -0.3}};
   for (const Recipe& recipe : recipes()) {
-    if (recipe.is("remove", "none") && recipe.refitter != nullptr) continue;
+    if (recipe.is("detrend", "none") && recipe.refitter != nullptr) continue;
     Clock clock;
     Texture texture(6);
     Subject subject(recipe);
@@ -356,8 +356,8 @@ BOOST_AUTO_TEST_CASE(a_rotated_world_rotates_the_prediction) {
   const Quat R = from_rotation_vector({0.7, -1.1, 0.4});
   for (const Recipe& recipe : recipes()) {
     // An axis with a model of its own is an axis of the world.
-    if (recipe.is("products", "per_axis") ||
-        (recipe.predictor->type == "prediction.multirate" && !recipe.is("products", "axes"))) {
+    if (recipe.is("model_structure", "per_axis") ||
+        (recipe.predictor->type == "prediction.multirate" && !recipe.is("model_structure", "axes"))) {
       continue;
     }
     Clock clock;

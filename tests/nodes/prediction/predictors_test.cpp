@@ -81,13 +81,13 @@ BOOST_AUTO_TEST_CASE(linear_holds_before_the_second_sample) {
 BOOST_AUTO_TEST_CASE(the_same_prediction_has_two_writings) {
   ArPredictor::Params over_samples;
   over_samples.coefficients = ArPredictor::Source::fixed;
-  over_samples.remove = Removal::none;
+  over_samples.detrend = Detrend::none;
   over_samples.force_coefficients = {1.5, -0.5};
   ArPredictor::Params over_differences = over_samples;
-  over_differences.remove = Removal::difference;
+  over_differences.detrend = Detrend::difference;
   over_differences.force_coefficients = {0.5};
   ArPredictor::Params about_mean = over_samples;
-  about_mean.remove = Removal::mean;
+  about_mean.detrend = Detrend::mean;
   Driven<ArPredictor> a(over_samples);
   Driven<ArPredictor> b(over_differences);
   Driven<ArPredictor> c(about_mean);
@@ -106,7 +106,7 @@ BOOST_AUTO_TEST_CASE(the_same_prediction_has_two_writings) {
 
 BOOST_AUTO_TEST_CASE(force_and_torque_have_coefficients_of_their_own) {
   ArPredictor::Params p;
-  p.remove = Removal::none;
+  p.detrend = Detrend::none;
   p.force_coefficients = {0.5, 0.25};
   p.torque_coefficients = {2.0};
   Driven<ArPredictor> ar(p);
@@ -150,7 +150,7 @@ BOOST_AUTO_TEST_CASE(coefficients_are_ignored_where_they_are_fixed) {
 BOOST_AUTO_TEST_CASE(a_refitted_predictor_follows_a_known_process) {
   // x_{t+1} = 1.6 x_t - 0.8 x_{t-1} + noise of 0.01: the best one-step error is the noise.
   Refitter::Params refit;
-  refit.remove = Removal::none;
+  refit.detrend = Detrend::none;
   refit.order = 2;
   Refitter refitter(refit, context());
   refitter.force.configure({QueuePolicy::drop_oldest, 512});
@@ -188,10 +188,10 @@ BOOST_AUTO_TEST_CASE(a_refitted_predictor_follows_a_known_process) {
   // The roots of z^2 - 1.6 z + 0.8 have the modulus sqrt(0.8).
   Report report;
   refitter.report(report);
-  const std::map<std::string, double> figures(report.figures().begin(), report.figures().end());
-  BOOST_TEST(std::abs(figures.at("refit.spectral_radius_median") - std::sqrt(0.8)) < 0.02);
-  BOOST_TEST(figures.at("refit.spectral_radius_max") < 1.0);
-  BOOST_TEST(figures.at("refit.unstable") == 0.0);
+  const std::map<std::string, double> metrics(report.metrics().begin(), report.metrics().end());
+  BOOST_TEST(std::abs(metrics.at("refit.spectral_radius_median") - std::sqrt(0.8)) < 0.02);
+  BOOST_TEST(metrics.at("refit.spectral_radius_max") < 1.0);
+  BOOST_TEST(metrics.at("refit.unstable") == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(refits_come_once_a_period) {
@@ -216,7 +216,7 @@ BOOST_AUTO_TEST_CASE(refits_come_once_a_period) {
 
 BOOST_AUTO_TEST_CASE(contradicting_options_of_a_refitter_are_input_errors) {
   Refitter::Params p;
-  p.products = Products::vector;
+  p.model_structure = ModelStructure::vector;
   p.order = 9;
   BOOST_CHECK_THROW(Refitter(p, context()), InputError);
   p.order = 0;
@@ -229,9 +229,9 @@ BOOST_AUTO_TEST_CASE(contradicting_options_of_a_refitter_are_input_errors) {
   rls.window_time = 1;
   BOOST_CHECK_THROW(Refitter(rls, context()), InputError);
   rls.window_time = 0;
-  rls.remove = Removal::mean;
+  rls.detrend = Detrend::mean;
   BOOST_CHECK_THROW(Refitter(rls, context()), InputError);
-  rls.remove = Removal::none;
+  rls.detrend = Detrend::none;
   rls.forgetting = 0.95;  // 20 samples in the end, so order 6 at most
   rls.order = 7;
   BOOST_CHECK_THROW(Refitter(rls, context()), InputError);
@@ -286,7 +286,7 @@ BOOST_AUTO_TEST_CASE(coefficients_on_a_grid_are_applied_at_even_times_and_carrie
 
 BOOST_AUTO_TEST_CASE(every_step_is_the_recursion_carried_on_and_there_are_as_many_as_asked_for) {
   ArPredictor::Params p;
-  p.remove = Removal::none;
+  p.detrend = Detrend::none;
   p.force_coefficients = {0.5, 0.25};
   for (std::int32_t steps = 1; steps <= Forecast::capacity; ++steps) {
     p.steps = steps;
@@ -316,7 +316,7 @@ BOOST_AUTO_TEST_CASE(products_say_what_a_coefficient_multiplies) {
   const Wrench x{{1, 2, 3}, {0.1, 0.2, 0.3}};
   ArCoefficients c;
   c.force_order = c.torque_order = 1;
-  c.products = Products::per_axis;
+  c.model_structure = ModelStructure::per_axis;
   c.force[0] = 2;
   c.force[ArCoefficients::max_order] = 3;
   c.force[2 * ArCoefficients::max_order] = 4;
@@ -324,7 +324,7 @@ BOOST_AUTO_TEST_CASE(products_say_what_a_coefficient_multiplies) {
   per_axis.node.coefficients.configure({QueuePolicy::latest, 1});
   per_axis.node.coefficients.push(stamp_ms(0), &c);
   BOOST_TEST(near(per_axis.feed(0, x).predicted_D_W[0].force, {2, 6, 12}));
-  c.products = Products::vector;
+  c.model_structure = ModelStructure::vector;
   for (std::size_t i = 0; i < 9; ++i) c.force[i] = static_cast<double>(i + 1);
   Driven<ArPredictor> matrix({});
   matrix.node.coefficients.configure({QueuePolicy::latest, 1});
@@ -430,10 +430,10 @@ BOOST_AUTO_TEST_CASE(every_step_follows_the_device_as_far_as_its_way_is_known) {
 
 BOOST_AUTO_TEST_CASE(multirate_learns_a_spring_and_damper_and_knows_the_force_from_the_motion) {
   // Changes of force follow those of position: dF(k) = -300 dx(k) - 40 (dx(k) - dx(k-1)), so b says all.
-  for (const MultiratePredictor::Shared products :
+  for (const MultiratePredictor::Shared model_structure :
        {MultiratePredictor::Shared::axes, MultiratePredictor::Shared::per_axis}) {
     MultiratePredictor::Params p;
-    p.products = products;
+    p.model_structure = model_structure;
     Handled<MultiratePredictor> node(p);
     const auto wall = [](double ms) {
       const auto x = [](double s) { return Handled<MultiratePredictor>::path(s).p; };

@@ -58,10 +58,10 @@ class Bench {
     device().safety.clear_pending();
     now_ = now_ + period_;
   }
-  [[nodiscard]] std::map<std::string, double> figures() {
+  [[nodiscard]] std::map<std::string, double> metrics() {
     Report report;
     device().report(report);
-    return {report.figures().begin(), report.figures().end()};
+    return {report.metrics().begin(), report.metrics().end()};
   }
 
   std::optional<DeviceState> shown;
@@ -224,8 +224,8 @@ BOOST_AUTO_TEST_CASE(the_closed_loop_moves_under_the_commanded_force_and_reports
   }
   // The most work a held force has done: force times the way to the top of the overshoot.
   const double overshoot = std::exp(-decay / omega * 3.141592653589793);
-  BOOST_TEST(std::abs(bench.figures().at("device.energy_generated_J") - force * rest * (1 + overshoot)) < 1e-6);
-  BOOST_TEST(bench.figures().at("device.max_speed_m_per_s") == fastest);
+  BOOST_TEST(std::abs(bench.metrics().at("device.energy_generated_J") - force * rest * (1 + overshoot)) < 1e-6);
+  BOOST_TEST(bench.metrics().at("device.max_speed_m_per_s") == fastest);
 }
 
 BOOST_AUTO_TEST_CASE(a_force_against_the_motion_generates_no_energy) {
@@ -238,7 +238,7 @@ BOOST_AUTO_TEST_CASE(a_force_against_the_motion_generates_no_energy) {
     bench.tick();
     bench.segment(constant_segment(bench.now(), {-2.0 * bench.truth.V_WD.v, {}}));
   }
-  BOOST_TEST(bench.figures().at("device.energy_generated_J") < 1e-5);
+  BOOST_TEST(bench.metrics().at("device.energy_generated_J") < 1e-5);
 }
 
 BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_path_of_the_judged_run) {
@@ -284,11 +284,11 @@ BOOST_AUTO_TEST_CASE(a_path_longer_than_the_run_is_not_kept_and_no_tick_allocate
   }
   BOOST_TEST(most == 0U);
   BOOST_TEST(tactor::test::allocations() > 0U);
-  BOOST_TEST(bench.figures().at("device.unkept_path_samples") == 3000.0 - 2002.0);
+  BOOST_TEST(bench.metrics().at("device.unkept_path_samples") == 3000.0 - 2002.0);
 }
 
 BOOST_AUTO_TEST_CASE(an_open_loop_needs_no_following) {
   Bench bench({});
   BOOST_TEST(!bench.device().must_be_followed());
-  BOOST_TEST(bench.figures().count("device.energy_generated_J") == 0U);
+  BOOST_TEST(bench.metrics().count("device.energy_generated_J") == 0U);
 }

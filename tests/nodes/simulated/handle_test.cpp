@@ -9,16 +9,16 @@ using namespace tactor;
 namespace {
 
 /// Usual hand on a light handle: M = 0.65 kg, 6.7 N s/m, 135 N/m in all.
-const HandleLaw hand{.inertia = 0.65, .damping = 0.2, .coulomb = 0, .hand_damping = 6.5, .hand_stiffness = 135};
-const HandleLaw free_body{.inertia = 0.5};
+const HandleParameters hand{.inertia = 0.65, .damping = 0.2, .coulomb = 0, .hand_damping = 6.5, .hand_stiffness = 135};
+const HandleParameters free_body{.inertia = 0.5};
 constexpr double sub_step = 1e-4;
 constexpr double tick = 1e-3;
 
 /// The free response from (x0, v0) of an underdamped second-order system.
 struct Oscillation {
-  Oscillation(const HandleLaw& law, double x, double v)
-      : decay(0.5 * (law.damping + law.hand_damping) / law.inertia),
-        omega(std::sqrt(law.hand_stiffness / law.inertia - decay * decay)),
+  Oscillation(const HandleParameters& coupling, double x, double v)
+      : decay(0.5 * (coupling.damping + coupling.hand_damping) / coupling.inertia),
+        omega(std::sqrt(coupling.hand_stiffness / coupling.inertia - decay * decay)),
         x0(x),
         v0(v) {}
   [[nodiscard]] double x(double t) const {
@@ -52,7 +52,7 @@ BOOST_AUTO_TEST_CASE(a_held_force_gives_the_analytic_step_response) {
 }
 
 BOOST_AUTO_TEST_CASE(a_rotation_about_one_axis_is_the_analytic_one) {
-  const HandleLaw wrist{.inertia = 5.5e-4, .damping = 1e-4, .hand_damping = 0.01, .hand_stiffness = 0.5};
+  const HandleParameters wrist{.inertia = 5.5e-4, .damping = 1e-4, .hand_damping = 0.01, .hand_stiffness = 0.5};
   Handle handle(hand, wrist, sub_step, true);
   const Vec3 axis = Vec3{1, 2, -2} / 3.0;
   handle.place({{{}, from_rotation_vector(0.8 * axis)}, {}});
@@ -87,8 +87,8 @@ BOOST_AUTO_TEST_CASE(a_moving_target_drags_the_handle_as_the_transfer_function_s
 
 BOOST_AUTO_TEST_CASE(coulomb_friction_brings_a_body_to_rest_at_the_analytic_distance) {
   // M v0^2 / (2 c), in the direction of the velocity.
-  const HandleLaw law{.inertia = 0.5, .coulomb = 0.4};
-  Handle handle(law, free_body, sub_step, false);
+  const HandleParameters coupling{.inertia = 0.5, .coulomb = 0.4};
+  Handle handle(coupling, free_body, sub_step, false);
   const Vec3 v0{0.3, -0.4, 0};
   handle.place({{}, {v0, {}}});
   for (int i = 0; i < 1000; ++i) handle.advance(tick, {}, {}, {});
@@ -100,8 +100,8 @@ BOOST_AUTO_TEST_CASE(coulomb_friction_brings_a_body_to_rest_at_the_analytic_dist
 BOOST_AUTO_TEST_CASE(coulomb_and_viscous_friction_together_stop_at_the_analytic_distance) {
   // M v' = -c - b v: distance M v0 / b - (M c / b^2) ln(1 + b v0 / c).
   const double m = 0.5, c = 0.4, b = 2, v0 = 0.6;
-  const HandleLaw law{.inertia = m, .damping = b, .coulomb = c};
-  Handle handle(law, free_body, sub_step, false);
+  const HandleParameters coupling{.inertia = m, .damping = b, .coulomb = c};
+  Handle handle(coupling, free_body, sub_step, false);
   handle.place({{}, {{v0, 0, 0}, {}}});
   for (int i = 0; i < 1000; ++i) handle.advance(tick, {}, {}, {});
   BOOST_TEST((handle.state().V.v == Vec3{}));
@@ -109,8 +109,8 @@ BOOST_AUTO_TEST_CASE(coulomb_and_viscous_friction_together_stop_at_the_analytic_
 }
 
 BOOST_AUTO_TEST_CASE(a_body_at_rest_stays_until_the_force_exceeds_the_friction) {
-  const HandleLaw law{.inertia = 0.5, .coulomb = 0.4};
-  Handle handle(law, free_body, sub_step, false);
+  const HandleParameters coupling{.inertia = 0.5, .coulomb = 0.4};
+  Handle handle(coupling, free_body, sub_step, false);
   for (int i = 0; i < 1000; ++i) handle.advance(tick, {{0.39, 0, 0}, {}}, {}, {});
   BOOST_TEST((handle.state().X.p == Vec3{}));
   for (int i = 0; i < 1000; ++i) handle.advance(tick, {{0.5, 0, 0}, {}}, {}, {});
@@ -120,7 +120,8 @@ BOOST_AUTO_TEST_CASE(a_body_at_rest_stays_until_the_force_exceeds_the_friction) 
 }
 
 BOOST_AUTO_TEST_CASE(extreme_constants_do_not_make_it_blow_up) {
-  const HandleLaw stiff{.inertia = 1e-3, .damping = 100, .coulomb = 1, .hand_damping = 1000, .hand_stiffness = 1e6};
+  const HandleParameters stiff{
+      .inertia = 1e-3, .damping = 100, .coulomb = 1, .hand_damping = 1000, .hand_stiffness = 1e6};
   Handle handle(stiff, stiff, 1e-2, true);
   handle.place({{{0.1, 0, 0}, from_rotation_vector({0, 3, 0})}, {}});
   for (int i = 0; i < 1000; ++i) handle.advance(1e-2, {}, {}, {});

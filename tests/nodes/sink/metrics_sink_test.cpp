@@ -1,4 +1,4 @@
-// The sink on constructed streams: every figure it reports is known beforehand.
+// The sink on constructed streams: every metric it reports is known beforehand.
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <cstring>
@@ -76,8 +76,8 @@ void set_reference(Metrics& sink) {
   sink.force.set_reference(stamps, std::as_bytes(std::span(values)));
 }
 
-std::map<std::string, double> figures(const Report& report) {
-  return {report.figures().begin(), report.figures().end()};
+std::map<std::string, double> metrics(const Report& report) {
+  return {report.metrics().begin(), report.metrics().end()};
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ BOOST_AUTO_TEST_CASE(a_truth_shown_late_is_told_with_its_delay_and_error) {
   set_reference(sink);
   Report report;
   sink.report(report);
-  auto f = figures(report);
+  auto f = metrics(report);
   BOOST_TEST(std::abs(f["delivered.force.delay_ms"] - delay_ms) < 0.1);
   // Two sines of amplitude 1 apart by d differ by 2 sin(pi d) in amplitude; the torque's amplitude is 0.1.
   const double amplitude = 2 * std::sin(pi * 1e-3 * delay_ms);
@@ -131,7 +131,7 @@ BOOST_AUTO_TEST_CASE(errors_of_physics_and_fast_ones_are_told_apart) {
   set_reference(sink);
   Report report;
   sink.report(report);
-  auto f = figures(report);
+  auto f = metrics(report);
   const double kept = 1 / (1 + std::pow(std::tan(pi * 0.03) / std::tan(pi * 0.1), 8));
   BOOST_TEST(std::abs(f["delivered.force.error_above_30hz_N"] - 0.3 * kept) < 2e-3);
   BOOST_TEST(std::abs(f["delivered.force.rms_error_N"] - 0.3) < 1e-3);
@@ -144,7 +144,7 @@ BOOST_AUTO_TEST_CASE(one_step_errors_are_against_the_next_physics_force) {
   run(sink);
   Report report;
   sink.report(report);
-  auto f = figures(report);
+  auto f = metrics(report);
   BOOST_TEST(std::abs(f["one_step.force.rms_error_N"] - 0.03) < 1e-12);
   BOOST_TEST(std::abs(f["one_step.force.rms_error_hold_N"] - std::sqrt(2.0) * std::sin(pi * 0.01)) < 2e-4);
   BOOST_TEST(f["one_step.torque.rms_error_Nm"] < 1e-12);
@@ -155,7 +155,7 @@ BOOST_AUTO_TEST_CASE(physics_and_contacts_are_told_from_their_streams) {
   run(sink);
   Report report;
   sink.report(report);
-  auto f = figures(report);
+  auto f = metrics(report);
   BOOST_TEST(f["physics.steps"] == 300.0);
   for (const char* name : {"physics.rate_hz_min", "physics.rate_hz_median", "physics.rate_hz_max"}) {
     BOOST_TEST(std::abs(f[name] - 100) < 1e-9);
@@ -178,7 +178,7 @@ BOOST_AUTO_TEST_CASE(a_result_of_physics_that_comes_late_makes_no_rate_that_phys
   }
   Report report;
   sink.report(report);
-  auto f = figures(report);
+  auto f = metrics(report);
   // Ten intervals take 10 ms, or 0.95 ms less or more.
   BOOST_TEST(std::abs(f["physics.rate_hz_min"] - 10 / 10.95e-3) < 1e-6);
   BOOST_TEST(std::abs(f["physics.rate_hz_median"] - 1000) < 1e-6);
@@ -190,7 +190,7 @@ BOOST_AUTO_TEST_CASE(without_a_reference_only_what_is_known_is_told) {
   run(sink);
   Report report;
   sink.report(report);
-  auto f = figures(report);
+  auto f = metrics(report);
   BOOST_TEST(f.contains("delivered.force.rms_d1_N_per_ms"));
   for (const auto& [name, value] : f) {
     BOOST_TEST((name.find("error") == std::string::npos || name.starts_with("one_step")), name << " " << value);
@@ -225,7 +225,7 @@ BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
   set_reference(sink);
   Report report;
   sink.report(report);
-  for (const auto& [name, value] : report.figures()) {
+  for (const auto& [name, value] : report.metrics()) {
     BOOST_TEST(name.find("torque") == std::string::npos, name << " " << value);
   }
 }
@@ -234,5 +234,5 @@ BOOST_AUTO_TEST_CASE(a_run_that_never_began_reports_nothing_wrong) {
   Metrics sink(params(), context());
   Report report;
   sink.report(report);
-  BOOST_TEST(figures(report)["physics.steps"] == 0.0);
+  BOOST_TEST(metrics(report)["physics.steps"] == 0.0);
 }

@@ -73,7 +73,7 @@ BOOST_AUTO_TEST_CASE(a_spring_that_comes_late_gives_the_hand_energy_by_the_close
     const double expected = most_given_back(d + 0.5e-3);
     BOOST_TEST(std::abs(f->generated_J - expected) < 2e-3 * expected, f->generated_J << " " << expected);
     BOOST_TEST(name_of(f->verdict) == "energy");
-    BOOST_TEST(f->swing_m == 0.0);
+    BOOST_TEST(f->peak_to_peak_m == 0.0);
   }
 }
 
@@ -155,7 +155,7 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_is_told) {
 BOOST_AUTO_TEST_CASE(the_sink_tells_it_with_figures) {
   Metrics::Params params;
   params.rest = Duration::from_seconds(1);
-  params.rest_swing = 1e-4;
+  params.rest_peak_to_peak = 1e-4;
   NodeContext sink_context = context();
   sink_context.duration = Duration::from_seconds(4.25);
   Metrics sink(params, sink_context);
@@ -181,7 +181,7 @@ BOOST_AUTO_TEST_CASE(the_sink_tells_it_with_figures) {
   }
   Report report;
   sink.report(report);
-  std::map<std::string, double> f(report.figures().begin(), report.figures().end());
+  std::map<std::string, double> f(report.metrics().begin(), report.metrics().end());
   const double expected = most_given_back(0.0105);
   BOOST_TEST(f.at("stability.verdict") == 3.0);
   BOOST_TEST(std::abs(f.at("stability.passivity_violation_J") - expected) < 2e-3 * expected);

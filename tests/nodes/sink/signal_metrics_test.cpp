@@ -1,4 +1,4 @@
-// Each measure on signals whose figures are known in closed form.
+// Each measure on signals whose metrics are known in closed form.
 #include "nodes/sink/signal_metrics.hpp"
 
 #include <boost/test/unit_test.hpp>

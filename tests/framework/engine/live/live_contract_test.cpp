@@ -144,7 +144,7 @@ Log check_contract(const Plan& plan) {
   BOOST_REQUIRE(a.values.size() == b.values.size());
   for (std::size_t i = 0; i < a.values.size(); ++i) BOOST_REQUIRE_SMALL(a.values[i] - b.values[i], 1e-12);
   // The lossy queue lost the same in both.
-  BOOST_TEST(run.status().edges[4].figures.dropped > 0U);
+  BOOST_TEST(run.status().edges[4].metrics.dropped > 0U);
   return live;
 }
 

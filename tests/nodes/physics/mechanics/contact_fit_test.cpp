@@ -504,7 +504,7 @@ Slide slide(Dice& dice, double scale, double excess, double length, const Pose& 
   DeviceState handle;
   handle.X_WD = bodies.X_WB[0];
   handle.V_WD = bodies.V_WB[0];
-  const CouplingLaw spring{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
+  const CouplingParameters spring{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
   const std::span<const Pose> at(s.model.X_WB[0].data(), 1);
   s.after = bodies;
   const StepResult result = step.advance(spring, handle, handle, {at, planes, pairs}, 1e-4, s.after);

@@ -32,17 +32,17 @@ SystemModel ball_model(bool rotates = false, int count = 1) {
   return model;
 }
 
-LocalModel at_rest(const BodyStates& bodies, const LocalContacts& contacts, const CouplingLaw& law,
+LocalModel at_rest(const BodyStates& bodies, const LocalContacts& contacts, const CouplingParameters& coupling,
                    const Vec3& handle) {
   LocalModel model;
   model.device.X_WD.p = handle;
   model.bodies = bodies;
-  model.law = law;
+  model.coupling = coupling;
   model.contacts = contacts;
   return model;
 }
 
-const CouplingLaw soft{.k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
+const CouplingParameters soft{.k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
 
 /// The most that a quadratic of |x| is off by, s away from where it was taken, nowhere nearer to the centre than
 /// `near`: the third derivative along a unit s is 3 cos(a) sin(a)^2 / |x|^2, at most 1.155 / |x|^2.
@@ -248,7 +248,7 @@ BOOST_AUTO_TEST_CASE(the_jacobian_is_how_the_balanced_force_changes_with_the_han
   add({-0.02, 0.03, -0.01}, {0, 0, 1}, 1200);
   add({0.02, -0.03, -0.01}, {0, 0, 1}, 700);
   add({-0.02, 0.01, 0.005}, {1, 0, 0}, 1500);
-  const CouplingLaw law{.k_t = 500, .k_r = 0.5, .force_max = 100, .torque_max = 10, .massless = 1};
+  const CouplingParameters coupling{.k_t = 500, .k_r = 0.5, .force_max = 100, .torque_max = 10, .massless = 1};
   LocalRollout rollout(ball_model(true));
   Time now;
   const auto balanced = [&](const Vec3& p, const Vec3& turn) {
@@ -259,10 +259,10 @@ BOOST_AUTO_TEST_CASE(the_jacobian_is_how_the_balanced_force_changes_with_the_han
       s.stamp.valid = now;
       BOOST_REQUIRE(rollout.advance(s));
     }
-    return coupling_wrench(law, rollout.state(), true);
+    return coupling_wrench(coupling, rollout.state(), true);
   };
   const Vec3 p{-2e-4, 0, -4e-4};
-  BOOST_REQUIRE(rollout.restart(at_rest(one_body({}), local, law, {})));
+  BOOST_REQUIRE(rollout.restart(at_rest(one_body({}), local, coupling, {})));
   balanced(p, {});
   const Eigen::Matrix<double, 6, 6> J = rollout.jacobian();
   Eigen::Matrix<double, 6, 6> measured;
@@ -342,9 +342,9 @@ BOOST_AUTO_TEST_CASE(models_of_another_scene_or_not_finite_are_refused_and_chang
       [](LocalModel& m) {
         m.device.X_WD.R = {0, 0, 0, 0};
       },
-      [](LocalModel& m) { m.law.k_t = not_a_number; },
-      [](LocalModel& m) { m.law.b_r = -1; },
-      [](LocalModel& m) { m.law.force_max = not_a_number; },
+      [](LocalModel& m) { m.coupling.k_t = not_a_number; },
+      [](LocalModel& m) { m.coupling.b_r = -1; },
+      [](LocalModel& m) { m.coupling.force_max = not_a_number; },
       [](LocalModel& m) { m.contacts.count = -1; },
       [](LocalModel& m) { m.contacts.count = LocalContacts::capacity + 1; },
       [](LocalModel& m) { m.contacts.bodies = 1; },

@@ -15,17 +15,17 @@ class OneBody {
   StepResult advance(double h, const DeviceState& device = {}) {
     const DeviceState from = before_;
     before_ = device;
-    return step_.advance(law, from, device, planes(), h, bodies);
+    return step_.advance(coupling, from, device, planes(), h, bodies);
   }
   [[nodiscard]] ContactPlanes planes() {
     pairs_.assign(contacts.size(), {});
     return {std::span(&query, 1), contacts, pairs_};
   }
-  [[nodiscard]] double energy() { return system_energy(step_.model(), law, before_, planes(), bodies).total(); }
+  [[nodiscard]] double energy() { return system_energy(step_.model(), coupling, before_, planes(), bodies).total(); }
   Pose& X() { return bodies.X_WB[0]; }
   Twist& V() { return bodies.V_WB[0]; }
 
-  CouplingLaw law;
+  CouplingParameters coupling;
   std::vector<Contact> contacts;
   Pose query;  ///< of the body, for the contacts
   BodyStates bodies;
@@ -47,7 +47,7 @@ inline SystemModel block(double mass, bool rotates = false) {
 }
 
 /// k in N/m, and 1e-3 k in N m/rad, damped by zeta for `block(mass)`.
-inline CouplingLaw spring(double k, double mass, double zeta = 1) {
+inline CouplingParameters spring(double k, double mass, double zeta = 1) {
   return {.k_t = k,
           .b_t = 2 * zeta * std::sqrt(k * mass),
           .k_r = k * 1e-3,

@@ -21,9 +21,9 @@ bool sane(const BodyStates& s) {
 
 BOOST_AUTO_TEST_CASE(a_hanging_tool_sags_by_m_g_over_k) {
   const SystemModel m = block(0.2);
-  const CouplingLaw law = spring(500, 0.2);
+  const CouplingParameters coupling = spring(500, 0.2);
   OneBody t(m);
-  t.law = law;
+  t.coupling = coupling;
   for (int i = 0; i < 2000; ++i) t.advance(1e-3);
   BOOST_TEST(t.X().p.z == -0.2 * 9.81 / 500, tt::tolerance(1e-9));
   BOOST_TEST(std::abs(t.V().v.z) < 1e-12);
@@ -44,7 +44,7 @@ BOOST_AUTO_TEST_CASE(a_free_tool_falls_with_an_error_of_first_order) {
 BOOST_AUTO_TEST_CASE(the_critically_damped_response_converges_with_first_order) {
   SystemModel m = block(0.1);
   m.gravity_W = {};
-  const CouplingLaw law = spring(500, 0.1);
+  const CouplingParameters coupling = spring(500, 0.1);
   const double w = std::sqrt(500 / 0.1), end = 0.02;
   const double exact = 0.01 * (1 - (1 + w * end) * std::exp(-w * end));
   DeviceState d;
@@ -52,7 +52,7 @@ BOOST_AUTO_TEST_CASE(the_critically_damped_response_converges_with_first_order) 
   std::vector<double> errors;
   for (const int steps : {40, 80, 160, 320}) {
     OneBody t(m);
-    t.law = law;
+    t.coupling = coupling;
     for (int i = 0; i < steps; ++i) t.advance(end / steps, d);
     errors.push_back(std::abs(t.X().p.x - exact));
   }
@@ -66,14 +66,14 @@ BOOST_AUTO_TEST_CASE(the_critically_damped_response_converges_with_first_order) 
 BOOST_AUTO_TEST_CASE(the_rotational_spring_responds_as_its_closed_form) {
   SystemModel m = block(0.1, true);
   m.gravity_W = {};
-  CouplingLaw law;
-  law.k_r = 0.5;
-  const double inertia = m.body[0].inertia_B(2, 2), w = std::sqrt(law.k_r / inertia), end = 2 / w;
-  law.b_r = 2 * std::sqrt(law.k_r * inertia);
+  CouplingParameters coupling;
+  coupling.k_r = 0.5;
+  const double inertia = m.body[0].inertia_B(2, 2), w = std::sqrt(coupling.k_r / inertia), end = 2 / w;
+  coupling.b_r = 2 * std::sqrt(coupling.k_r * inertia);
   DeviceState d;
   d.X_WD.R = from_rotation_vector({0, 0, 0.5});
   OneBody t(m);
-  t.law = law;
+  t.coupling = coupling;
   const int steps = 4000;
   for (int i = 0; i < steps; ++i) t.advance(end / steps, d);
   BOOST_TEST(to_rotation_vector(t.X().R).z == 0.5 * (1 - 3 * std::exp(-2.0)), tt::tolerance(2e-3));
@@ -100,13 +100,13 @@ BOOST_AUTO_TEST_CASE(a_block_slides_to_rest_at_the_distance_of_coulomb) {
 BOOST_AUTO_TEST_CASE(a_pushed_tool_sticks_below_the_friction_limit_and_slides_above_it) {
   SystemModel m = block(0.1);
   m.gravity_W = {};
-  const CouplingLaw law = spring(500, 0.1);
+  const CouplingParameters coupling = spring(500, 0.1);
   const std::vector<Contact> contacts{floor_at({}, 0)};
   for (const double aside : {0.001, 0.004}) {
     DeviceState d;
     d.X_WD.p = {aside, 0, -0.005};
     OneBody t(m);
-    t.law = law;
+    t.coupling = coupling;
     t.contacts = contacts;
     StepResult r;
     for (int i = 0; i < 300; ++i) r = t.advance(1e-3, d);
@@ -185,13 +185,13 @@ BOOST_AUTO_TEST_CASE(a_body_flips_about_its_intermediate_axis_when_eulers_equati
 BOOST_AUTO_TEST_CASE(stiff_and_light_stays_bounded) {
   for (const bool rotates : {false, true}) {
     const SystemModel m = block(0.001, rotates);
-    const CouplingLaw law = spring(1e5, 0.001);
+    const CouplingParameters coupling = spring(1e5, 0.001);
     std::vector<Contact> contacts;
     for (const double x : {-0.01, 0.01}) {
       for (const double y : {-0.01, 0.01}) contacts.push_back(floor_at({x, y, 0}, 0.001, 1e6, 2, 0.8));
     }
     OneBody t(m);
-    t.law = law;
+    t.coupling = coupling;
     t.contacts = contacts;
     t.V() = {{1, -2, 3}, {10, 0, -5}};
     for (int i = 0; i < 2000; ++i) {
@@ -207,13 +207,13 @@ BOOST_AUTO_TEST_CASE(stiff_and_light_stays_bounded) {
 
 BOOST_AUTO_TEST_CASE(energy_never_grows_without_input) {
   SystemModel m = block(0.1, true);
-  const CouplingLaw law = spring(800, 0.1, 0.2);
+  const CouplingParameters coupling = spring(800, 0.1, 0.2);
   std::vector<Contact> contacts;
   for (const double x : {-0.01, 0.013}) {
     for (const double y : {-0.012, 0.01}) contacts.push_back(floor_at({x, y, -0.01}, -0.001, 5e4, 1, 0.3));
   }
   OneBody t(m);
-  t.law = law;
+  t.coupling = coupling;
   t.contacts = contacts;
   t.X() = {{0, 0, 0.004}, from_rotation_vector({0.2, -0.1, 0})};
   t.V() = {{0.3, 0.1, -1}, {1, 2, 3}};
@@ -230,14 +230,14 @@ BOOST_AUTO_TEST_CASE(energy_never_grows_without_input) {
 
 BOOST_AUTO_TEST_CASE(a_massless_tool_rests_where_springs_balance) {
   const SystemModel m = block(0.1);
-  CouplingLaw law;
-  law.k_t = 500;
-  law.massless = 1;
+  CouplingParameters coupling;
+  coupling.k_t = 500;
+  coupling.massless = 1;
   const std::vector<Contact> contacts{floor_at({}, 0, 2000, 0, 0)};
   DeviceState d;
   d.X_WD.p = {0.003, 0, -0.01};
   OneBody t(m);
-  t.law = law;
+  t.coupling = coupling;
   t.contacts = contacts;
   const StepResult r = t.advance(1e-3, d);
   BOOST_TEST(t.X().p.z == -0.01 * 500 / 2500, tt::tolerance(1e-10));
@@ -262,7 +262,7 @@ BOOST_AUTO_TEST_CASE(a_sphere_bounces_as_its_contact_spring_and_damper_say) {
   SystemModel m = block(0.1);
   m.gravity_W = {};
   const double k = 1e4, b = 12, speed = 1;
-  // The same law by semi-implicit Euler at 1e-7 s: N = max(0, -k phi - b v), from where the damper first feels it.
+  // The same coupling by semi-implicit Euler at 1e-7 s: N = max(0, -k phi - b v), from where the damper first feels it.
   double phi = 0.01, v = -speed;
   for (const double h = 1e-7; phi <= 0.01; phi += h * v) v += h / 0.1 * std::max(0.0, -k * phi - b * v);
   const double restitution = v / speed;
@@ -335,7 +335,7 @@ BOOST_AUTO_TEST_CASE(a_tool_pressed_on_a_plane_comes_to_rest) {
     for (const double k : {1e2, 1e4, 1e6}) {
       for (const double h : {1e-4, 1e-3, 2e-2}) {
         OneBody t(block(mass, true));
-        t.law = spring(500, mass);
+        t.coupling = spring(500, mass);
         for (const double x : {-0.01, 0.01}) {
           for (const double y : {-0.01, 0.01}) t.contacts.push_back(floor_at({x, y, 0}, 0, k, 0.1, 0.3));
         }
@@ -363,7 +363,7 @@ BOOST_AUTO_TEST_CASE(the_first_step_of_a_contact_has_friction) {
   SystemModel m = block(0.1);
   m.gravity_W = {};
   OneBody t(m);
-  t.law = {.k_t = 1000};
+  t.coupling = {.k_t = 1000};
   t.contacts = {floor_at({}, 0, 1e5)};
   DeviceState d;
   d.X_WD.p = {0.01, 0, -0.01};
@@ -376,7 +376,7 @@ BOOST_AUTO_TEST_CASE(nothing_drifts_without_gravity) {
   SystemModel m = block(0.1, true);
   m.gravity_W = {};
   OneBody t(m);
-  t.law = spring(500, 0.1);
+  t.coupling = spring(500, 0.1);
   t.contacts = {floor_at({0.01, 0, 0}, 0.0), floor_at({-0.01, 0, 0}, 0.0)};
   for (int i = 0; i < 10000; ++i) t.advance(1e-3);
   BOOST_TEST((t.X() == Pose{}));
@@ -403,13 +403,13 @@ BOOST_AUTO_TEST_CASE(steps_allocate_nothing) {
   if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
   for (const bool rotates : {false, true}) {
     OneBody t(block(0.1, rotates));
-    t.law = spring(500, 0.1);
+    t.coupling = spring(500, 0.1);
     for (int i = 0; i < 60; ++i) t.contacts.push_back(floor_at({0.01 * std::sin(i), 0.01 * std::cos(i), 0}, -0.001));
     t.advance(1e-3);
     const ContactPlanes planes = t.planes();
     RigidStep step(block(0.1, rotates));
     const std::int64_t before = thread_heap_calls();
-    for (int i = 0; i < 100; ++i) step.advance(t.law, {}, {}, planes, 1e-3, t.bodies);
+    for (int i = 0; i < 100; ++i) step.advance(t.coupling, {}, {}, planes, 1e-3, t.bodies);
     BOOST_TEST(thread_heap_calls() == before);
   }
   SystemModel several = block(0.1, true);

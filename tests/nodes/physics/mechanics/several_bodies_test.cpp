@@ -22,9 +22,11 @@ struct Group {
     pairs.push_back(pair);
     contacts.push_back(contact);
   }
-  StepResult advance(double h) { return step.advance(law, device, device, planes(), h, bodies); }
+  StepResult advance(double h) { return step.advance(coupling, device, device, planes(), h, bodies); }
   [[nodiscard]] ContactPlanes planes() const { return {query, contacts, pairs}; }
-  [[nodiscard]] double energy() const { return system_energy(step.model(), law, device, planes(), bodies).total(); }
+  [[nodiscard]] double energy() const {
+    return system_energy(step.model(), coupling, device, planes(), bodies).total();
+  }
 
   [[nodiscard]] Vec3 momentum() const {
     Vec3 sum;
@@ -44,7 +46,7 @@ struct Group {
   [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(step.model().count); }
 
   RigidStep step;
-  CouplingLaw law;
+  CouplingParameters coupling;
   DeviceState device;
   BodyStates bodies;
   std::vector<Pose> query;
@@ -169,7 +171,7 @@ BOOST_AUTO_TEST_CASE(a_stack_of_masses_1_to_10000_rests_with_the_weight_above_on
 
 BOOST_AUTO_TEST_CASE(only_the_tool_hangs_on_the_coupling) {
   Group g(balls({0.1, 0.1}, true));
-  g.law = {.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01};
+  g.coupling = {.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01};
   g.device.X_WD.p = {0.01, 0, 0};
   g.bodies.X_WB[1].p = {1, 0, 0};
   g.bodies.V_WB[1] = {{0, 0.1, 0}, {0, 0, 2}};

@@ -68,7 +68,7 @@ BOOST_AUTO_TEST_CASE(too_few_iterations_take_a_damped_step_that_makes_no_energy)
     SystemModel m = block(0.1, scene % 2 == 1);
     m.iterations = 1;
     OneBody t(m);
-    t.law = spring(500, 0.1);
+    t.coupling = spring(500, 0.1);
     for (int i = 0; i < 12; ++i) {
       Contact c = floor_at({0.02 * unit(random), 0.02 * unit(random), -0.01}, 0.004 * unit(random), 3e4, 5, 0.5);
       t.contacts.push_back(c);
@@ -89,7 +89,7 @@ BOOST_AUTO_TEST_CASE(too_few_iterations_take_a_damped_step_that_makes_no_energy)
 
 BOOST_AUTO_TEST_CASE(a_system_without_solution_keeps_the_pose_at_rest) {
   OneBody t(block(0.1));
-  t.law.massless = 1;
+  t.coupling.massless = 1;
   // Nothing holds it sideways.
   t.contacts = {floor_at({}, -0.001, 2000, 0, 0)};
   t.X().p = t.query.p = {1, 2, 3};
@@ -109,7 +109,7 @@ BOOST_AUTO_TEST_CASE(absurd_numbers_never_make_a_state_that_is_not_finite) {
           SystemModel m = block(mass, rotates);
           m.body[0].inertia_B = inertia * Eigen::Matrix3d::Identity();
           OneBody t(m);
-          t.law = {.k_t = k, .b_t = 1, .k_r = k, .b_r = 0};
+          t.coupling = {.k_t = k, .b_t = 1, .k_r = k, .b_r = 0};
           t.contacts = {floor_at({0.01, 0, 0}, -0.001, k, k, 0.5), floor_at({0, 0.01, 0}, -1e3, 1e6, 0, 1)};
           t.V() = {{1, 2, -1e3}, rotates ? Vec3{1e4, -1e6, 3} : Vec3{}};
           DeviceState d;
@@ -129,7 +129,7 @@ BOOST_AUTO_TEST_CASE(a_mesh_without_thickness_has_no_inertia_and_does_not_turn_t
   SystemModel m = block(0.1, true);
   m.body[0].inertia_B = Eigen::Vector3d(0, 0, 1e-5).asDiagonal();
   OneBody t(m);
-  t.law = spring(500, 0.1);
+  t.coupling = spring(500, 0.1);
   t.contacts = {floor_at({0.01, 0, 0}, -0.001)};
   for (int i = 0; i < 100; ++i) {
     t.advance(1e-3);
@@ -149,7 +149,7 @@ BOOST_AUTO_TEST_CASE(random_hard_scenes_always_converge) {
     const double a = spread(0.005, 0.1), b = spread(0.005, 0.1), c = spread(0.005, 0.1);
     model.body[0].inertia_B = m / 3 * Eigen::Vector3d(b * b + c * c, a * a + c * c, a * a + b * b).asDiagonal();
     OneBody t(model);
-    t.law = spring(spread(1, 1e5), m, between(0, 1.5));
+    t.coupling = spring(spread(1, 1e5), m, between(0, 1.5));
     const double h = spread(1e-4, 2e-2), k = spread(1e2, 1e6), mu = between(0, 1.2);
     const int count = static_cast<int>(spread(1, 129));
     for (int i = 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// What can be mended in a mesh is mended exactly and told; what cannot is refused with its place and the mend.
+// What can be repaired in a mesh is repaired exactly and told; what cannot is refused with its place and the remedy.
 #include <boost/test/unit_test.hpp>
 
 #include <algorithm>
@@ -43,14 +43,14 @@ void turn(std::vector<std::size_t>& polygon) {
   std::reverse(polygon.begin(), polygon.end());
 }
 
-struct Mended {
+struct Repaired {
   TriangleMesh mesh;
   MeshReport report;
   double volume = 0;
 };
 
-Mended mend(PolygonSoup soup) {
-  Mended result;
+Repaired repair(PolygonSoup soup) {
+  Repaired result;
   result.mesh = make_solid(std::move(soup), "part.off", result.report);
   result.volume = mass_properties(result.mesh).volume;
   for (const std::string& repair : result.report.repairs) BOOST_TEST_MESSAGE(repair);
@@ -59,7 +59,7 @@ Mended mend(PolygonSoup soup) {
 
 std::string refusal(PolygonSoup soup) {
   try {
-    mend(std::move(soup));
+    repair(std::move(soup));
   } catch (const InputError& e) {
     BOOST_TEST_MESSAGE(e.what());
     return e.what();
@@ -93,10 +93,10 @@ bool is_closed_and_consistent(const TriangleMesh& mesh) {
 
 BOOST_AUTO_TEST_CASE(a_sound_mesh_stays_as_it_is_and_nothing_is_told) {
   const TriangleMesh ball = test::icosphere(0.05, 3);
-  const Mended mended = mend(soup_of(ball));
-  BOOST_TEST((mended.mesh.vertices == ball.vertices));
-  BOOST_TEST((mended.mesh.faces == ball.faces));
-  BOOST_TEST((mended.report == MeshReport{}));
+  const Repaired repaired = repair(soup_of(ball));
+  BOOST_TEST((repaired.mesh.vertices == ball.vertices));
+  BOOST_TEST((repaired.mesh.faces == ball.faces));
+  BOOST_TEST((repaired.report == MeshReport{}));
 }
 
 BOOST_AUTO_TEST_CASE(faces_that_look_inwards_are_turned_round_one_some_or_all) {
@@ -104,11 +104,11 @@ BOOST_AUTO_TEST_CASE(faces_that_look_inwards_are_turned_round_one_some_or_all) {
   for (const std::size_t turned : {std::size_t{1}, std::size_t{5}, all - 1, all}) {
     PolygonSoup soup = brick();
     for (std::size_t i = 0; i < turned; ++i) turn(soup.polygons[i]);
-    const Mended mended = mend(soup);
-    BOOST_TEST(mended.volume == brick_volume, tt::tolerance(1e-14));
-    BOOST_TEST(is_closed_and_consistent(mended.mesh));
-    BOOST_TEST(mended.report.repairs == Phrases{std::to_string(turned) + (turned == 1 ? " face was" : " faces were") +
-                                                " turned round to look out of the material"},
+    const Repaired repaired = repair(soup);
+    BOOST_TEST(repaired.volume == brick_volume, tt::tolerance(1e-14));
+    BOOST_TEST(is_closed_and_consistent(repaired.mesh));
+    BOOST_TEST(repaired.report.repairs == Phrases{std::to_string(turned) + (turned == 1 ? " face was" : " faces were") +
+                                                  " turned round to look out of the material"},
                tt::per_element());
   }
 }
@@ -124,10 +124,10 @@ BOOST_AUTO_TEST_CASE(the_corners_of_faces_that_have_them_alone_are_stitched) {
   // Zero has two signs and one place.
   for (Vec3& p : soup.points) p.x += 1;
   soup.points[0].x = soup.points[0].x == 0 ? -0.0 : soup.points[0].x;
-  const Mended mended = mend(soup);
-  BOOST_TEST(mended.mesh.vertices.size() == 8U);
-  BOOST_TEST(mended.volume == brick_volume, tt::tolerance(1e-14));
-  BOOST_TEST(mended.report.repairs == Phrases{"28 duplicated vertices were stitched"}, tt::per_element());
+  const Repaired repaired = repair(soup);
+  BOOST_TEST(repaired.mesh.vertices.size() == 8U);
+  BOOST_TEST(repaired.volume == brick_volume, tt::tolerance(1e-14));
+  BOOST_TEST(repaired.report.repairs == Phrases{"28 duplicated vertices were stitched"}, tt::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(isolated_vertices_and_duplicated_faces_are_left_out) {
@@ -140,11 +140,11 @@ BOOST_AUTO_TEST_CASE(isolated_vertices_and_duplicated_faces_are_left_out) {
   std::rotate(soup.polygons.back().begin(), soup.polygons.back().begin() + 1, soup.polygons.back().end());
   soup.polygons.push_back(soup.polygons[2]);
   turn(soup.polygons.back());
-  const Mended mended = mend(soup);
-  BOOST_TEST(mended.mesh.vertices.size() == 8U);
-  BOOST_TEST(mended.mesh.faces.size() == 12U);
-  BOOST_TEST(mended.volume == brick_volume, tt::tolerance(1e-14));
-  BOOST_TEST(mended.report.repairs == (Phrases{"1 isolated vertex was left out", "2 duplicated faces were removed"}),
+  const Repaired repaired = repair(soup);
+  BOOST_TEST(repaired.mesh.vertices.size() == 8U);
+  BOOST_TEST(repaired.mesh.faces.size() == 12U);
+  BOOST_TEST(repaired.volume == brick_volume, tt::tolerance(1e-14));
+  BOOST_TEST(repaired.report.repairs == (Phrases{"1 isolated vertex was left out", "2 duplicated faces were removed"}),
              tt::per_element());
 }
 
@@ -167,10 +167,10 @@ BOOST_AUTO_TEST_CASE(faces_without_area_are_taken_out_where_the_rest_stays_close
   beside.points.push_back(0.5 * (beside.points[a] + beside.points[b]));
   beside.polygons.push_back({a, b, beside.points.size() - 1});
   for (const PolygonSoup& soup : {needle, cap, beside}) {
-    const Mended mended = mend(soup);
-    BOOST_TEST(mended.volume == brick_volume, tt::tolerance(1e-14));
-    BOOST_TEST(is_closed_and_consistent(mended.mesh));
-    BOOST_TEST(mended.report.repairs.back() == "1 face without area was removed");
+    const Repaired repaired = repair(soup);
+    BOOST_TEST(repaired.volume == brick_volume, tt::tolerance(1e-14));
+    BOOST_TEST(is_closed_and_consistent(repaired.mesh));
+    BOOST_TEST(repaired.report.repairs.back() == "1 face without area was removed");
   }
 }
 
@@ -185,24 +185,24 @@ BOOST_AUTO_TEST_CASE(polygons_are_cut_into_triangles_convex_or_not) {
   prism.polygons.push_back({1, 0, 5, 4, 3, 2});
   prism.polygons.push_back({8, 9, 10, 11, 6, 7});
   for (std::size_t i = 0; i < 6; ++i) prism.polygons.push_back({i, (i + 1) % 6, 6 + (i + 1) % 6, 6 + i});
-  const Mended mended = mend(prism);
-  BOOST_TEST(mended.mesh.faces.size() == 20U);
-  BOOST_TEST(mended.volume == 6, tt::tolerance(1e-14));
-  BOOST_TEST(surface_area(mended.mesh) == 2 * 3 + 8 * 2, tt::tolerance(1e-14));
-  BOOST_TEST(mended.report.repairs == Phrases{"8 polygons were cut into triangles"}, tt::per_element());
+  const Repaired repaired = repair(prism);
+  BOOST_TEST(repaired.mesh.faces.size() == 20U);
+  BOOST_TEST(repaired.volume == 6, tt::tolerance(1e-14));
+  BOOST_TEST(surface_area(repaired.mesh) == 2 * 3 + 8 * 2, tt::tolerance(1e-14));
+  BOOST_TEST(repaired.report.repairs == Phrases{"8 polygons were cut into triangles"}, tt::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(a_cavity_is_turned_to_look_into_itself_and_bodies_apart_are_kept) {
   PolygonSoup soup = brick();
   append(soup, soup_of(test::box({1, 1, 1})));
   append(soup, soup_of(test::box({1, 2, 1}, {10, 0, 0})));
-  const Mended mended = mend(soup);
-  BOOST_TEST(mended.volume == brick_volume - 1 + 2, tt::tolerance(1e-14));
-  BOOST_TEST(mended.report.repairs == Phrases{"12 faces were turned round to look out of the material"},
+  const Repaired repaired = repair(soup);
+  BOOST_TEST(repaired.volume == brick_volume - 1 + 2, tt::tolerance(1e-14));
+  BOOST_TEST(repaired.report.repairs == Phrases{"12 faces were turned round to look out of the material"},
              tt::per_element());
   // The right way round from the beginning.
   for (std::size_t i = 12; i < 24; ++i) turn(soup.polygons[i]);
-  const Mended sound = mend(soup);
+  const Repaired sound = repair(soup);
   BOOST_TEST(sound.volume == brick_volume - 1 + 2, tt::tolerance(1e-14));
   BOOST_TEST(sound.report.repairs.empty());
 }
@@ -216,9 +216,9 @@ BOOST_AUTO_TEST_CASE(all_faults_at_once_are_mended) {
   for (std::size_t& corner : soup.polygons[7]) corner = corner == 3 ? soup.points.size() - 1 : corner;
   soup.polygons.push_back(soup.polygons[9]);
   soup.points.push_back({1, 1, 1});
-  const Mended mended = mend(soup);
-  BOOST_TEST(mended.volume == brick_volume - 1, tt::tolerance(1e-14));
-  BOOST_TEST(is_closed_and_consistent(mended.mesh));
+  const Repaired repaired = repair(soup);
+  BOOST_TEST(repaired.volume == brick_volume - 1, tt::tolerance(1e-14));
+  BOOST_TEST(is_closed_and_consistent(repaired.mesh));
 }
 
 BOOST_AUTO_TEST_CASE(a_surface_that_is_not_closed_is_refused_with_the_number_and_place_of_its_borders) {
@@ -287,11 +287,11 @@ BOOST_AUTO_TEST_CASE(what_has_no_faces_or_no_thickness_is_refused) {
 }
 
 BOOST_AUTO_TEST_CASE(very_thin_faces_and_very_many_are_warned_of) {
-  const Mended rod = mend(soup_of(test::box({1, 1, 20000})));
+  const Repaired rod = repair(soup_of(test::box({1, 1, 20000})));
   BOOST_TEST_REQUIRE(rod.report.warnings.size() == 1U);
   BOOST_TEST(rod.report.warnings[0].find("8 faces are more than 10,000 times as long as high, the first face 4") == 0U);
   BOOST_TEST(rod.report.repairs.empty());
-  const Mended fine = mend(soup_of(test::icosphere(1, 7)));
+  const Repaired fine = repair(soup_of(test::icosphere(1, 7)));
   BOOST_TEST_REQUIRE(fine.report.warnings.size() == 1U);
   BOOST_TEST(fine.report.warnings[0].find("it has 327680 faces") == 0U);
 }
@@ -300,15 +300,15 @@ BOOST_AUTO_TEST_CASE(every_format_gives_the_same_mass_properties) {
   // Exact in single precision, which binary STL has.
   const TriangleMesh box = test::box({0.5, 0.25, 1}, {2, -4, 8});
   for (const test::MeshFile& file : test::in_every_format(box)) {
-    const Mended mended = mend(test::read_soup(file.name, file.bytes));
-    const MassProperties p = mass_properties(mended.mesh);
+    const Repaired repaired = repair(test::read_soup(file.name, file.bytes));
+    const MassProperties p = mass_properties(repaired.mesh);
     BOOST_TEST_CONTEXT(file.name) {
       BOOST_TEST(p.volume == 0.125, tt::tolerance(1e-14));
       BOOST_TEST(norm(p.center - Vec3{2, -4, 8}) < 1e-13);
       BOOST_TEST(p.inertia(0, 0) == 0.125 / 12 * (0.0625 + 1), tt::tolerance(1e-12));
       BOOST_TEST(p.inertia(1, 1) == 0.125 / 12 * (0.25 + 1), tt::tolerance(1e-12));
       BOOST_TEST(p.inertia(2, 2) == 0.125 / 12 * (0.25 + 0.0625), tt::tolerance(1e-12));
-      BOOST_TEST(mended.mesh.vertices.size() == 8U);
+      BOOST_TEST(repaired.mesh.vertices.size() == 8U);
     }
   }
 }

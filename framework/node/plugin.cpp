@@ -1,4 +1,4 @@
-#include "framework/node/own_library.hpp"
+#include "framework/node/plugin.hpp"
 
 #include <dlfcn.h>
 
@@ -30,13 +30,13 @@ std::array<fs::path, 3> library_folders() {
 
 }  // namespace
 
-bool has_own_library(const std::string& file_name) {
+bool has_plugin(const std::string& file_name) {
   const std::array<fs::path, 3> folders = library_folders();
   return std::any_of(folders.begin(), folders.end(),
                      [&](const fs::path& folder) { return !folder.empty() && fs::exists(folder / file_name); });
 }
 
-std::vector<fs::path> own_libraries() {
+std::vector<fs::path> plugin_files() {
   std::vector<fs::path> files;
   for (const fs::path& folder : library_folders()) {
     std::error_code ignored;
@@ -51,7 +51,7 @@ std::vector<fs::path> own_libraries() {
   return files;
 }
 
-void* load_from_own_library(const std::string& file_name, const char* symbol, const std::string& without) {
+void* load_plugin_symbol(const std::string& file_name, const char* symbol, const std::string& without) {
   std::string searched;
   for (const fs::path& folder : library_folders()) {
     const fs::path file = folder / file_name;

@@ -1,4 +1,4 @@
-// `tactor mend`: the recording of a killed run for other programs.
+// `tactor repair`: the recording of a killed run for other programs.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
@@ -7,12 +7,12 @@
 
 namespace tactor {
 
-void add_mend(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("mend", "Let other HDF5 programs open the recording of a killed run");
+void add_repair(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("repair", "Let other HDF5 programs open the recording of a killed run");
   const auto recording = std::make_shared<std::filesystem::path>();
   verb->add_option("recording", *recording, "A recording (HDF5)")->required();
   verb->callback([recording, &exit_code] {
-    load_record_library().mend(*recording);
+    load_record_library().repair(*recording);
     exit_code = 0;
   });
 }

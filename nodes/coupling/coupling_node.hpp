@@ -10,7 +10,7 @@ namespace tactor {
 /// with kg, N m/rad with kg m^2).
 double damping_of(double k, double m, double zeta);
 
-/// What every coupling does: sends its law once in start(), then a force for each state, stamped as the state.
+/// What every coupling does: sends its parameters once in start(), then a force for each state, stamped as the state.
 class CouplingNode : public Node {
  public:
   void start(StepContext& context) override;
@@ -18,13 +18,13 @@ class CouplingNode : public Node {
 
   Input<PhysicsState> state;
   Output<Wrench> force;
-  Output<CouplingLaw> law;
+  Output<CouplingParameters> parameters;
 
  protected:
-  CouplingNode(const CouplingLaw& law_of_node, bool torque) : law_(law_of_node), torque_(torque) {}
+  CouplingNode(const CouplingParameters& sent, bool torque) : parameters_(sent), torque_(torque) {}
 
  private:
-  CouplingLaw law_;
+  CouplingParameters parameters_;
   bool torque_;
 };
 

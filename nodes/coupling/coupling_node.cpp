@@ -1,4 +1,4 @@
-#include "nodes/coupling/law.hpp"
+#include "nodes/coupling/coupling_node.hpp"
 
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 
@@ -9,13 +9,13 @@ double damping_of(double k, double m, double zeta) {
 }
 
 void CouplingNode::start(StepContext& context) {
-  law.send(context.now(), law_);
+  parameters.send(context.now(), parameters_);
 }
 
 void CouplingNode::step(StepContext&) {
   const Stamped<PhysicsState>* message = state.latest();
   if (message == nullptr) return;
-  force.send(message->stamp.valid, coupling_wrench(law_, message->value, torque_));
+  force.send(message->stamp.valid, coupling_wrench(parameters_, message->value, torque_));
 }
 
 }  // namespace tactor

@@ -10,21 +10,21 @@
 namespace tactor {
 
 /// Whether such a library is installed; does not load it.
-bool has_own_library(const std::string& file_name);
+bool has_plugin(const std::string& file_name);
 
 /// All libraries that lie where those of this program are looked for, loaded or not, in order of their paths.
-std::vector<std::filesystem::path> own_libraries();
+std::vector<std::filesystem::path> plugin_files();
 
 /// Loads `file_name` from the folder of the program, ../lib or the folder of the framework's library, and returns the
 /// address of `symbol` in it. It stays loaded until the process ends. Throws InputError, beginning with `without`,
 /// where it is not there, and where it belongs to another build.
-void* load_from_own_library(const std::string& file_name, const char* symbol, const std::string& without);
+void* load_plugin_symbol(const std::string& file_name, const char* symbol, const std::string& without);
 
 /// The functions `Library` that `entry` of such a library returns for version `abi` of them. Throws InputError too
 /// where that version is another build's.
 template <class Library>
-const Library& load_own_library(const std::string& file_name, const char* entry, int abi, const std::string& without) {
-  const auto ask = reinterpret_cast<const Library* (*)(int)>(load_from_own_library(file_name, entry, without));
+const Library& load_plugin(const std::string& file_name, const char* entry, int abi, const std::string& without) {
+  const auto ask = reinterpret_cast<const Library* (*)(int)>(load_plugin_symbol(file_name, entry, without));
   const Library* library = ask(abi);
   if (library == nullptr) throw InputError(file_name + " belongs to another build of tactor; build it again");
   return *library;

@@ -19,11 +19,11 @@ class LoopCounter {
   std::atomic<std::int64_t> value_{0};
 };
 
-/// Figures of one loop. Written by the loop's thread alone, readable meanwhile; each is a moment old.
+/// Metrics of one loop. Written by the loop's thread alone, readable meanwhile; each is a moment old.
 ///
 /// `begun` is the heartbeat. A body that hangs shows as `begun` = `ended` + 1 that stays; a thread that is not let run
 /// shows as `begun` = `ended` that stays.
-struct LoopFigures {
+struct LoopStatistics {
   LoopCounter begun;   ///< ticks whose body was called
   LoopCounter ended;   ///< ticks whose body has come back
   LoopCounter missed;  ///< deadlines that were skipped: begun + missed = number of the last tick begun + 1
