@@ -70,11 +70,11 @@ void run_lane(double rate, Duration duration, const ThreadSettings& settings, La
   const Instant origin = MonotonicClock::now() + Duration{10'000'000};
   lane.start(origin);
   // As the timer thread of the engine.
-  std::thread bridge([&] {
-    apply_thread_settings({SchedulingPolicy::fifo, 70, std::nullopt}, "bridge");
+  std::thread timer([&] {
+    apply_thread_settings({SchedulingPolicy::fifo, 70, std::nullopt}, "timer");
     feed(lane, device, origin, duration);
   });
-  bridge.join();
+  timer.join();
   TACTOR_DEMAND(lane.stop(Duration{1'000'000'000}));
   const LoopStatistics& metrics = lane.loop().metrics();
   times.body.merge(metrics.body_time);

@@ -76,7 +76,7 @@ class Dispatcher {
   void passed(std::size_t node) { first_step_passed(states_[node]); }
 
   [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
-  /// The steps that have request.
+  /// The steps that have begun.
   [[nodiscard]] std::uint64_t steps(std::size_t node) const { return states_[node].steps; }
   [[nodiscard]] std::uint64_t missed_ticks(std::size_t node) const { return states_[node].missed_ticks; }
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;

@@ -141,7 +141,7 @@ class RefusedThreads(CommandTest):
     def test_a_live_run_that_is_refused_any_of_its_threads_ends_and_names_the_limit(self):
         graph = self.write("wall.yaml", WALL.replace("live: {", "live: {pool: {workers: 2}, "))
         names = self.refused("run", graph, "--duration", "0.1", "--out", "out", "--overwrite", most=12)
-        self.assertEqual(names, ["thread trial", "thread pool", "thread physics", "thread device", "thread bridge"])
+        self.assertEqual(names, ["thread trial", "thread pool", "thread physics", "thread device", "thread timer"])
         self.assertFalse((self.home / "out/replay.yaml").exists())
 
     def test_a_live_run_that_asks_for_every_privilege_names_the_limit_too(self):

@@ -137,6 +137,24 @@ class Text(unittest.TestCase):
             with self.subTest(file=path.relative_to(ROOT).as_posix()):
                 self.assertIsNone(promise.search(path.read_text()))
 
+    def test_former_terms_are_gone(self):
+        here = ROOT / "tests/structure"
+        gone = [re.compile(line) for line in (here / "gone.txt").read_text().splitlines() if line and not line.startswith("#")]
+        # What was renamed is told to whoever uses it, and tested.
+        allowed = {"tests/framework/graph/migrate_test.cpp", "tests/command/command_line_test.py"}
+        files = [*SOURCES, *ROOT.glob("*.md"), *(p for folder in ("docs", "graphs", "scripts", "tests", "bench", "nodes", "app", "framework")
+                                                 for p in sorted((ROOT / folder).rglob("*"))
+                                                 if p.suffix in (".py", ".md", ".yaml") or p.name == "CMakeLists.txt")]
+        for path in files:
+            name = path.relative_to(ROOT).as_posix()
+            if name in allowed or inside(path, "tests/structure"):
+                continue
+            text = path.read_text()
+            for pattern in gone:
+                found = pattern.search(text)
+                with self.subTest(file=name, term=pattern.pattern):
+                    self.assertIsNone(found, found and f"line {text[:found.start()].count(chr(10)) + 1}: {found.group(0)}")
+
     def test_links_of_pages_lead_somewhere(self):
         pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
         headings = {page: {anchor_of(line) for line in page.read_text().splitlines() if line.startswith("#")} for page in pages}

@@ -62,7 +62,7 @@ struct StudySpec {
   std::string title;  ///< one line of prose, or empty
   std::filesystem::path file;
   std::string text;       ///< of the file, byte by byte
-  bool is_short = false;  ///< the configurations under `short` were laid over the rest
+  bool is_short = false;  ///< the settings under `short` were laid over the rest
   std::vector<std::filesystem::path> graphs;
   std::vector<Overlay> methods;            ///< laid over every graph, one at a time; none: the graphs as they are
   std::vector<std::string> set;            ///< `path=value` of every run

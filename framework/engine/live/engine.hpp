@@ -63,7 +63,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void make_lanes();
   void make_actors();
   void start_threads();
-  void end_bridge();
+  void end_timer();
   /// Ends the timer thread, the actors and their lanes, those that there are.
   void end_threads();
   void granted(const ThreadGrant& grant);
@@ -95,7 +95,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   void add_latencies(LiveStatus& status, bool whole) const;
   void wake(const std::vector<std::size_t>& nodes_to_step);
   void step(std::size_t node);
-  void bridge();
+  void keep_time();
   void watch(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on);
   /// Keeps the recording going until `done` or the time is over.
   void attend(RunObserver& observer, Duration longest, const std::function<bool()>& done);
@@ -110,11 +110,11 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::vector<std::unique_ptr<LatencyHistogram>> age_;  // by edge, written by its reader's steps
 
   PriorityMutex mutex_;  // over all down to `woken_`
-  PriorityCondition bridge_condition_;
+  PriorityCondition timer_condition_;
   std::unique_ptr<Dispatcher> dispatcher_;
   bool ended_ = false;  // no step begins any more
-  bool bridge_ended_ = false;
-  Time bridge_waits_until_;
+  bool timer_ended_ = false;
+  Time timer_waits_until_;
   std::vector<Dispatcher::StepRequest> begun_;  // by node: the step it is making
   std::vector<CostDraw> costs_;                 // by node, where the graph imposes what it declares; else empty
   std::vector<Held> held_;                      // the first to pass comes first
@@ -123,7 +123,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   StallWatch stalls_;
   std::vector<std::string> missing_;
   std::vector<std::optional<SafetyState>> safety_;  // by node: what its gate said last
-  std::vector<std::size_t> woken_;                  // nodes that request and whose actors are to be asked
+  std::vector<std::size_t> woken_;                  // nodes whose steps have begun and whose actors are to be asked
 
   Instant origin_;
   std::optional<MemoryLock> memory_;
@@ -131,7 +131,7 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   std::unique_ptr<caf::actor_system> system_;
   const caf::message step_message_ = caf::make_message(LaneActor::Step::value);  // one for all, so none is allocated
   std::vector<caf::actor> actors_;
-  std::thread bridge_;
+  std::thread timer_;
 };
 
 }  // namespace tactor

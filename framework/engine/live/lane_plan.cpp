@@ -90,9 +90,9 @@ LanePlan plan_lanes(const Plan& plan) {
   return plan_lanes(plan, core_count(), usable, realtime_is_granted());
 }
 
-void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& bridge) {
+void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& timer) {
   if (plan.graph.live.on_missing_privilege != OnMissingPrivilege::fail) return;
-  std::vector<ThreadSettings> settings{bridge};
+  std::vector<ThreadSettings> settings{timer};
   for (const LaneSpec& lane : lanes.lanes) settings.push_back(lane.settings);
   for (const auto& loop : lanes.realtime) {
     if (loop) settings.push_back(*loop);

@@ -24,7 +24,7 @@ constexpr std::size_t record_queue_start_bytes = std::size_t{4} << 20;
 /// longer than a message between light nodes. A prime, so that it falls in step with no pattern of a graph.
 constexpr std::uint64_t steps_a_measurement = 7;
 /// The engine's own thread: below devices, above the pool.
-constexpr ThreadSettings bridge_settings{SchedulingPolicy::fifo, 70, std::nullopt};
+constexpr ThreadSettings timer_settings{SchedulingPolicy::fifo, 70, std::nullopt};
 
 }  // namespace
 
@@ -39,7 +39,7 @@ LiveRun::Engine::Engine(const Plan& plan)
       failed_(plan.nodes.size(), false),
       stalls_(plan.nodes.size(), plan.graph.live.stall_timeout),
       safety_(plan.nodes.size()) {
-  check_privileges(plan_, lanes_, bridge_settings);
+  check_privileges(plan_, lanes_, timer_settings);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
   if (!plan.graph.live.impose_cost) return;
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
@@ -116,7 +116,7 @@ void LiveRun::Engine::start_threads() {
     if (loop) granted(loop->start(origin_));
   }
   // Last, because it lets the first steps begin.
-  bridge_ = make_thread("bridge", [this] { bridge(); });
+  timer_ = make_thread("timer", [this] { keep_time(); });
 }
 
 // Steps.
@@ -198,7 +198,7 @@ void LiveRun::Engine::step(std::size_t node) {
 
   const std::scoped_lock lock(mutex_);
   // A step that comes back when the run has given it up finds its metrics taken.
-  if (bridge_ended_) return;
+  if (timer_ended_) return;
   if (measured) node_statistics[node].add_cpu(cpu_time);
   const Time now = next_instant();
   catch_up(now);
@@ -217,9 +217,8 @@ void LiveRun::Engine::step(std::size_t node) {
   wake(woken_);
   woken_.clear();
   const auto next = dispatcher_->next_event();
-  const bool earlier =
-      (next && *next < bridge_waits_until_) || (!held_.empty() && held_[0].until < bridge_waits_until_);
-  if (earlier) bridge_condition_.notify_one();
+  const bool earlier = (next && *next < timer_waits_until_) || (!held_.empty() && held_[0].until < timer_waits_until_);
+  if (earlier) timer_condition_.notify_one();
 }
 
 void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
@@ -231,8 +230,8 @@ void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
 
 void LiveRun::Engine::pass(std::size_t node) {
   dispatcher_->complete(node);
-  const Time request = begun_[node].now;
-  if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, request, dispatcher_->now() - request);
+  const Time begun = begun_[node].now;
+  if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, begun, dispatcher_->now() - begun);
 }
 
 void LiveRun::Engine::release_held() {
@@ -258,11 +257,11 @@ void LiveRun::Engine::fail(const std::string& why) {
 
 // The timer thread: keeps the time for ticks, and carries out what the loops send.
 
-void LiveRun::Engine::bridge() {
-  granted(apply_thread_settings(bridge_settings, "bridge"));
+void LiveRun::Engine::keep_time() {
+  granted(apply_thread_settings(timer_settings, "timer"));
   Time next_watch;
   mutex_.lock();
-  while (!bridge_ended_) {
+  while (!timer_ended_) {
     drain_loops();
     release_held();
     const Time now = next_instant();
@@ -281,11 +280,11 @@ void LiveRun::Engine::bridge() {
       mutex_.lock();
       continue;  // what came meanwhile is looked at before it waits
     }
-    bridge_waits_until_ = next_look(now);
-    if (const auto next = dispatcher_->next_event()) bridge_waits_until_ = std::min(bridge_waits_until_, *next);
-    if (!held_.empty()) bridge_waits_until_ = std::min(bridge_waits_until_, held_[0].until);
-    if (now < end_) bridge_waits_until_ = std::min(bridge_waits_until_, end_);
-    bridge_condition_.wait_until(mutex_, (origin_ + (bridge_waits_until_ - Time{})).ns);
+    timer_waits_until_ = next_look(now);
+    if (const auto next = dispatcher_->next_event()) timer_waits_until_ = std::min(timer_waits_until_, *next);
+    if (!held_.empty()) timer_waits_until_ = std::min(timer_waits_until_, held_[0].until);
+    if (now < end_) timer_waits_until_ = std::min(timer_waits_until_, end_);
+    timer_condition_.wait_until(mutex_, (origin_ + (timer_waits_until_ - Time{})).ns);
   }
   mutex_.unlock();
 }

@@ -73,7 +73,7 @@ void LiveRun::Engine::look_for_stalls() {
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       // To the period of the looks, which is all that is known.
       const auto rounded = [](Duration d) { return duration_text(Duration{d.ns / 10'000'000 * 10'000'000}); };
-      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: its step, request " +
+      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: its step, begun " +
            rounded(watched.moved - Time{}) + " after the start of the run, has not come back for " +
            rounded(now - watched.moved) + "; live.stall_timeout of the graph is " +
            duration_text(plan_.graph.live.stall_timeout));
@@ -199,7 +199,7 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
     }
     drain_loops();
   }
-  end_bridge();
+  end_timer();
   drain_record(observer);
   status.record_dropped = record_.dropped();
   for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -209,17 +209,17 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
   if (!abandoned) end_threads();
 }
 
-void LiveRun::Engine::end_bridge() {
+void LiveRun::Engine::end_timer() {
   {
     const std::scoped_lock lock(mutex_);
-    bridge_ended_ = true;
-    bridge_condition_.notify_one();
+    timer_ended_ = true;
+    timer_condition_.notify_one();
   }
-  if (bridge_.joinable()) bridge_.join();
+  if (timer_.joinable()) timer_.join();
 }
 
 void LiveRun::Engine::end_threads() {
-  end_bridge();
+  end_timer();
   for (const caf::actor& actor : actors_) {
     if (actor) caf::anon_send_exit(actor, caf::exit_reason::user_shutdown);
   }

@@ -138,7 +138,7 @@ BOOST_AUTO_TEST_CASE(a_step_that_hangs_ends_the_run_with_its_name_while_the_devi
       std::regex_search(
           *run.failure(),
           std::regex(
-              R"(node culprit \(sample\.culprit\) has stalled: its step, request [0-9.]+ m?s after the start of the )"
+              R"(node culprit \(sample\.culprit\) has stalled: its step, begun [0-9.]+ m?s after the start of the )"
               R"(run, has not come back for [0-9.]+ m?s; live\.stall_timeout of the graph is 200 ms)")),
       *run.failure());
   BOOST_TEST(!run.is_abandoned());
