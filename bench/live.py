@@ -109,7 +109,7 @@ def live_slice(seconds, folder):
     path = folder / "path.csv"
     write_path(path, seconds)
     out = folder / "run"
-    # Longer than the slice and then asked to end: a run that ended by itself would be judged against a reference run.
+    # Longer than the slice and then asked to end: a run that ended by itself would be compared with a reference run.
     process = subprocess.Popen([TACTOR, "run", GRAPH, "--set", "clock=real", "--set", f"trajectory.file={path}", "--duration",
                                 str(seconds + 3600), "--overwrite", "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                text=True)

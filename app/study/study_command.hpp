@@ -39,7 +39,7 @@ struct CompareRequest {
   std::int64_t seeds = 6;
   std::uint64_t first_seed = 1;
   std::int64_t repeats = 1;  ///< of every run, for its run time; one more before them where there are several
-  unsigned jobs = 1;         ///< reference runs at once; judged runs go one after the other
+  unsigned jobs = 1;         ///< reference runs at once; runs under test go one after the other
   std::filesystem::path out;
 };
 

@@ -63,9 +63,9 @@ Falcon::Falcon(const Params& params, const NodeContext& context) : Falcon(params
 Falcon::Falcon(const Params& params, const NodeContext& context, Parts parts)
     : HardwareDevice(params, context, std::move(parts.hardware)), link_(parts.link) {}
 
-void Falcon::follow(const Node& judged) {
+void Falcon::follow(const Node& tested) {
   follows_ = true;
-  HardwareDevice::follow(judged);
+  HardwareDevice::follow(tested);
 }
 
 void Falcon::start(StepContext& context) {

@@ -23,7 +23,7 @@ class Falcon final : public HardwareDevice {
   static NodeInfo declare();
 
   void start(StepContext& context) override;
-  void follow(const Node& judged) override;
+  void follow(const Node& tested) override;
 
  private:
   struct Parts;

@@ -100,8 +100,8 @@ void HardwareDevice::start(StepContext&) {
   throw RunError("cannot be reached: " + runner_->last_failure());
 }
 
-void HardwareDevice::follow(const Node& judged) {
-  const auto* device = dynamic_cast<const HardwareDevice*>(&judged);
+void HardwareDevice::follow(const Node& tested) {
+  const auto* device = dynamic_cast<const HardwareDevice*>(&tested);
   TACTOR_DEMAND(device != nullptr);
   followed_ = device->path_;
   follows_ = true;

@@ -52,14 +52,14 @@ struct HardwareParts {
 /// A wrench goes through the workspace and J^T, and is then shortened, all efforts alike, until none is beyond the
 /// device's own effort_max.
 ///
-/// In a reference run nothing is driven: the device goes along the states that it showed in the judged run.
+/// In a reference run nothing is driven: the device goes along the states that it showed in the run under test.
 class HardwareDevice : public DeviceNode {
  public:
   ~HardwareDevice() override;
   /// Opens the line. Throws RunError, within connect_timeout and 1 s, where no attempt to open it succeeds; a line
   /// whose first opening takes longer is waited for by the run.
   void start(StepContext& context) override;
-  void follow(const Node& judged) override;
+  void follow(const Node& tested) override;
   [[nodiscard]] bool must_be_followed() const override { return true; }
   /// That of DeviceNode, and device.link.*: cycles, errors.KIND (see LinkError), reconnects, skipped,
   /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99; device.jumps, device.stuck,

@@ -57,7 +57,7 @@ NodeInfo SimulatedDevice::declare() {
           "loop: handle and hand are one body, M a = F - b v - friction + b_h (v_T - v) + k_h (x_T - x), driven by the "
           "commanded force, held from tick to tick, and by the hand towards the target; rotation alike. Mass, damping "
           "and stiffness of the hand default to the usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the "
-          "path of the judged run.")
+          "path of the run under test.")
       .input("target", &D::target, {.doc = "where the hand is to be"});
   declare_device(declaration);
   declaration.output("truth", &D::truth, "the handle as it is")
@@ -232,8 +232,8 @@ const char* SimulatedDevice::failure() const noexcept {
   return "the handle's target is not finite";
 }
 
-void SimulatedDevice::follow(const Node& judged) {
-  const auto* device = dynamic_cast<const SimulatedDevice*>(&judged);
+void SimulatedDevice::follow(const Node& tested) {
+  const auto* device = dynamic_cast<const SimulatedDevice*>(&tested);
   TACTOR_DEMAND(device != nullptr);
   if (device->params_.loop != Loop::closed || device->path_.empty()) return;
   followed_ = device->path_;

@@ -16,7 +16,7 @@ namespace tactor {
 ///
 /// Loop open: the handle is where the target says. Loop closed: handle and hand are a body (see `Handle`) that the
 /// commanded wrench, held from tick to tick, and the hand move. In a reference run the loop is not closed a second
-/// time: the handle goes along the path of the judged run, so that both runs are judged on one motion.
+/// time: the handle goes along the path of the run under test, so that both runs are judged on one motion.
 class SimulatedDevice final : public DeviceNode {
  public:
   enum class Loop { open, closed };
@@ -43,7 +43,7 @@ class SimulatedDevice final : public DeviceNode {
 
   SimulatedDevice(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-  void follow(const Node& judged) override;
+  void follow(const Node& tested) override;
   [[nodiscard]] bool must_be_followed() const override { return params_.loop == Loop::closed; }
   /// That of DeviceNode, and in closed loop: device.energy_generated_J, the most energy that the commanded wrench had
   /// given to the handle, net, at any time of the run (passivity observer at the port; 0 for a passive rendering),

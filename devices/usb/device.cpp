@@ -92,9 +92,9 @@ UsbDevice::UsbDevice(const Params& params, const NodeContext& context) : UsbDevi
 UsbDevice::UsbDevice(const Params& params, const NodeContext& context, Parts parts)
     : HardwareDevice(params, context, std::move(parts.hardware)), link_(parts.link) {}
 
-void UsbDevice::follow(const Node& judged) {
+void UsbDevice::follow(const Node& tested) {
   follows_ = true;
-  HardwareDevice::follow(judged);
+  HardwareDevice::follow(tested);
 }
 
 void UsbDevice::start(StepContext& context) {

@@ -24,7 +24,7 @@ class UsbDevice final : public HardwareDevice {
   static NodeInfo declare();
 
   void start(StepContext& context) override;
-  void follow(const Node& judged) override;
+  void follow(const Node& tested) override;
 
  private:
   struct Parts;

@@ -138,10 +138,10 @@ void check_node(const GraphSpec& graph, const NodeSpec& spec) {
   at_place(graph, spec, [&] { spec.info->check(spec.params, context_of(graph, spec, nullptr, nullptr)); });
 }
 
-void PlanNodes::follow(const PlanNodes& judged) {
+void PlanNodes::follow(const PlanNodes& tested) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    for (std::size_t j = 0; j < judged.nodes_.size(); ++j) {
-      if (plan_.nodes[i].name == judged.plan_.nodes[j].name) nodes_[i]->follow(*judged.nodes_[j]);
+    for (std::size_t j = 0; j < tested.nodes_.size(); ++j) {
+      if (plan_.nodes[i].name == tested.plan_.nodes[j].name) nodes_[i]->follow(*tested.nodes_[j]);
     }
   }
 }

@@ -17,8 +17,8 @@ class PlanNodes {
   /// Makes the nodes. Throws YamlError with the node's place and name where a node refuses its input.
   explicit PlanNodes(const Plan& plan);
 
-  /// In a reference run: every node meets its counterpart in the run being judged.
-  void follow(const PlanNodes& judged);
+  /// In a reference run: every node meets its counterpart in the run under test.
+  void follow(const PlanNodes& tested);
   /// Calls `start` of node `index`; throws as `step` does.
   void start(std::size_t index, StepContext& context);
   /// Steps node `index`. Throws InputError or RunError with the node's name where the step throws.

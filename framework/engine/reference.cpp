@@ -179,9 +179,9 @@ std::string reference_key(const Plan& plan, const std::vector<fs::path>& librari
   return text.key();
 }
 
-Reference run_reference(const Plan& plan, const PlanNodes* judged, const std::function<bool(double)>& go_on) {
+Reference run_reference(const Plan& plan, const PlanNodes* tested, const std::function<bool(double)>& go_on) {
   VirtualClock engine(plan, false);
-  if (judged != nullptr) engine.nodes().follow(*judged);
+  if (tested != nullptr) engine.nodes().follow(*tested);
   Reference reference;
   Capture capture(plan, reference, go_on);
   engine.run(capture);
@@ -195,13 +195,13 @@ bool must_be_followed(const PlanNodes& nodes) {
   return false;
 }
 
-void set_reference(PlanNodes& judged, const Reference& reference) {
-  const Plan& plan = judged.plan();
+void set_reference(PlanNodes& tested, const Reference& reference) {
+  const Plan& plan = tested.plan();
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     for (const InputInfo& input : plan.nodes[n].info->inputs) {
       if (!input.reference) continue;
       const auto it = reference.find(plan.nodes[n].name + "." + input.name);
-      if (it != reference.end()) input.access(judged[n]).set_reference(it->second.stamps, it->second.payloads);
+      if (it != reference.end()) input.access(tested[n]).set_reference(it->second.stamps, it->second.payloads);
     }
   }
 }

@@ -1,4 +1,4 @@
-// The reference run: what the sinks of a run are judged against, made on demand and cached by content.
+// The reference run: what the sinks of a run are compared with, made on demand and cached by content.
 #pragma once
 
 #include <cstdint>
@@ -29,16 +29,16 @@ using Reference = std::map<std::string, ReferenceStream>;
 /// bytes of its files, seed, duration and the code (`libraries`: files whose bytes count). 32 hexadecimal digits.
 std::string reference_key(const Plan& reference_plan, const std::vector<std::filesystem::path>& libraries);
 
-/// Runs a reference plan. `judged`: the finished run for the nodes that must follow it, or null. `go_on` is asked with
+/// Runs a reference plan. `tested`: the finished run for the nodes that must follow it, or null. `go_on` is asked with
 /// the share done every 10 ms of virtual time; where it says no, RunError("interrupted") is thrown.
-Reference run_reference(const Plan& reference_plan, const PlanNodes* judged,
+Reference run_reference(const Plan& reference_plan, const PlanNodes* tested,
                         const std::function<bool(double share)>& go_on = {});
 
 /// True where one of the nodes asks the reference run to follow it, so that it can't be made beforehand or cached.
 bool must_be_followed(const PlanNodes& nodes);
 
 /// Hands the reference to the sinks of a finished run.
-void set_reference(PlanNodes& judged, const Reference& reference);
+void set_reference(PlanNodes& tested, const Reference& reference);
 
 /// A reference as bytes of this machine, and back; nothing where the bytes have another layout.
 std::string to_bytes(const Reference& reference);

@@ -77,7 +77,7 @@ void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const s
 }
 
 void check_hardware(const GraphSpec& graph, const NodeSpec& node, bool reference, Diagnostics& diagnostics) {
-  // A reference run drives no hardware: there a device goes along the path of the judged run.
+  // A reference run drives no hardware: there a device goes along the path of the run under test.
   if (reference || !node.info->hardware || graph.clock == Clock::real) return;
   diagnostics.error(node.place, "nodes." + node.name + ": expected clock: real, because " + node.info->type +
                                     " drives hardware; found clock: virtual");
@@ -155,17 +155,17 @@ Plan make_plan(GraphSpec graph) {
   return build(std::move(graph), false);
 }
 
-Plan make_reference_plan(const Plan& judged) {
+Plan make_reference_plan(const Plan& tested) {
   std::set<std::size_t> nodes;
-  std::vector<bool> edges(judged.edges.size(), false);
+  std::vector<bool> edges(tested.edges.size(), false);
   std::vector<std::size_t> todo;
   const auto follow = [&](const PlannedEdge& edge, std::size_t e) {
     edges[e] = true;
     if (nodes.insert(edge.from).second) todo.push_back(edge.from);
   };
-  for (std::size_t e = 0; e < judged.edges.size(); ++e) {
-    const PlannedEdge& edge = judged.edges[e];
-    const NodeInfo& reader = *judged.nodes[edge.to].info;
+  for (std::size_t e = 0; e < tested.edges.size(); ++e) {
+    const PlannedEdge& edge = tested.edges[e];
+    const NodeInfo& reader = *tested.nodes[edge.to].info;
     if (!reader.sink || !reader.inputs[edge.input].reference) continue;
     nodes.insert(edge.to);
     follow(edge, e);
@@ -173,20 +173,20 @@ Plan make_reference_plan(const Plan& judged) {
   while (!todo.empty()) {
     const std::size_t n = todo.back();
     todo.pop_back();
-    if (only_listens(*judged.nodes[n].info)) continue;
-    for (std::size_t e = 0; e < judged.edges.size(); ++e) {
-      const PlannedEdge& edge = judged.edges[e];
-      if (edge.to == n && judged.nodes[n].info->inputs[edge.input].in_reference) follow(edge, e);
+    if (only_listens(*tested.nodes[n].info)) continue;
+    for (std::size_t e = 0; e < tested.edges.size(); ++e) {
+      const PlannedEdge& edge = tested.edges[e];
+      if (edge.to == n && tested.nodes[n].info->inputs[edge.input].in_reference) follow(edge, e);
     }
   }
 
-  GraphSpec graph = judged.graph;
+  GraphSpec graph = tested.graph;
   graph.clock = Clock::virtual_;
   graph.record.clear();
   graph.nodes.clear();
   graph.edges.clear();
   for (const std::size_t n : nodes) {
-    NodeSpec node = judged.nodes[n];
+    NodeSpec node = tested.nodes[n];
     node.cost = {};
     node.scheduling = {};
     for (std::size_t i = 0; i < node.params.size(); ++i) {
@@ -194,8 +194,8 @@ Plan make_reference_plan(const Plan& judged) {
     }
     graph.nodes.push_back(std::move(node));
   }
-  for (std::size_t e = 0; e < judged.edges.size(); ++e) {
-    if (edges[e]) graph.edges.push_back(judged.edges[e].spec);
+  for (std::size_t e = 0; e < tested.edges.size(); ++e) {
+    if (edges[e]) graph.edges.push_back(tested.edges[e].spec);
   }
   return build(std::move(graph), true);
 }

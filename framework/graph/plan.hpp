@@ -55,10 +55,10 @@ struct Plan {
 /// cycles of triggers without a delay and for required inputs that nothing feeds.
 Plan make_plan(GraphSpec graph);
 
-/// The plan of the run that `judged` is compared with: only what feeds the `reference` inputs of its sinks, no costs,
+/// The plan of the run that `tested` is compared with: only what feeds the `reference` inputs of its sinks, no costs,
 /// no lanes, no recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty
 /// nodes where no sink asks for a reference.
-Plan make_reference_plan(const Plan& judged);
+Plan make_reference_plan(const Plan& tested);
 
 /// The plan as a diagram.
 enum class DiagramFormat : std::uint8_t { mermaid, dot };

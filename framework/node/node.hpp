@@ -125,9 +125,9 @@ class Node {
   virtual void start(StepContext& context) { static_cast<void>(context); }
   /// The work. Reads inputs, sends outputs; what it sends becomes visible when its cost has passed.
   virtual void step(StepContext& context) = 0;
-  /// In a reference run: `judged` is the node of the same name in the finished run that is being judged.
-  virtual void follow(const Node& judged) { static_cast<void>(judged); }
-  /// True where a reference run depends on what this node did in the run being judged (see `follow`).
+  /// In a reference run: `tested` is the node of the same name in the run under test.
+  virtual void follow(const Node& tested) { static_cast<void>(tested); }
+  /// True where a reference run depends on what this node did in the run under test (see `follow`).
   [[nodiscard]] virtual bool must_be_followed() const { return false; }
   /// Called once after the run, with the reference set on the inputs that asked for it.
   virtual void report(Report& report) const { static_cast<void>(report); }

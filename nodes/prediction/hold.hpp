@@ -1,4 +1,4 @@
-// The predictor that expects no change: the baseline every other one is judged against.
+// The predictor that expects no change: the baseline every other one is compared with.
 #pragma once
 
 #include "nodes/prediction/predictor.hpp"

@@ -144,7 +144,7 @@ class RecordedForceAsPhysics(CommandTest):
         rates = 10 / ((produced[10:] - produced[:-10]) * 1e-9)
         self.assertAlmostEqual(physics["rate_hz_min"], rates.min(), delta=1e-6 * rates.min())
         self.assertAlmostEqual(physics["rate_hz_max"], rates.max(), delta=1e-6 * rates.max())
-        # Late, but right: the truth it is judged against is the recording it was taken from.
+        # Late, but right: the truth it is compared with is the recording it was taken from.
         self.assertEqual(physics["force"]["rms_error_N"], 0)
         self.assertGreater(summary["delivered"]["force"]["rms_error_N"], 0.01)
         # A period late, and held for one.

@@ -16,7 +16,7 @@ struct RunCase {
   std::filesystem::path graph;
   Overrides overrides;                 ///< its seed is replaced
   std::string configuration;           ///< how it differs from other cases of the same graph, or empty
-  std::size_t against = 0;             ///< the case that it is judged against; itself where there is none
+  std::size_t against = 0;             ///< the case that it is compared with; itself where there is none
   std::optional<Overrides> reference;  ///< of the graph whose reference run judges it; absent: its own
 };
 

@@ -17,7 +17,7 @@ struct StudyConfiguration {
   std::vector<std::pair<std::string, std::string>> values;  ///< by axis
   std::vector<Overlay> layers;                              ///< method and swaps
   std::vector<std::string> set;                             ///< `path=value` of the varied parameters
-  /// The index of the configuration that it is judged against on the same graph; its own where there is none.
+  /// The index of the configuration that it is compared with on the same graph; its own where there is none.
   std::size_t against = 0;
 };
 

@@ -55,7 +55,7 @@ std::string study_graph_html(const Study& study, std::size_t first) {
 
 /// Error over all graphs against run time, a mark a configuration; empty where there is nothing to show.
 std::string study_chart(const Study& study) {
-  // An axis is short; the whole of what a row is judged against stands above the chart.
+  // An axis is short; the whole of what a row is compared with stands above the chart.
   std::string y_label = "RMS error, ratio";
   std::string_view before = " to ";
   for (const AxisValue& at : study.spec.baseline) {
@@ -90,7 +90,7 @@ std::string difference_cells(const std::optional<PairedDifference>& d, std::size
                      d->high, over_seeds(d->pairs, seeds), d->effect_size, pretty(d->p_wilcoxon));
 }
 
-/// Every row that is judged against another; `against` says which that is.
+/// Every row that is compared with another; `against` says which that is.
 std::string significance_table(const Comparison& comparison, const std::string& against) {
   std::string rows;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {

@@ -9,7 +9,7 @@
 
 namespace tactor {
 
-/// A line for each row that is judged against another: ANOVA of the single one-step errors, and paired differences with
+/// A line for each row that is compared with another: ANOVA of the single one-step errors, and paired differences with
 /// their 95 % confidence interval, effect size d_z and Wilcoxon's p.
 std::string judged_text(const Comparison& comparison);
 /// The table that `tactor compare` prints, in so many columns.
@@ -18,7 +18,7 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
 /// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio,
 /// and for the interval where there is one seed alone.
 std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds);
-/// `; ratios are to method hold with the same tool.stiffness`; empty where nothing is judged against anything.
+/// `; ratios are to method hold with the same tool.stiffness`; empty where nothing is compared with anything.
 std::string ratios_text(const StudySpec& spec);
 /// What `tactor study` prints, in so many columns: every graph's configurations, then the configurations over all
 /// graphs.

@@ -21,7 +21,7 @@ class Supervisor;
 struct CasesOptions {
   std::vector<std::uint64_t> seeds;
   unsigned reference_jobs = 2;     ///< reference runs at once
-  unsigned jobs = 1;               ///< judged runs at once; metrics do not depend on it
+  unsigned jobs = 1;               ///< runs under test at once; metrics do not depend on it
   std::int64_t repeats = 1;        ///< of every run; run times are their medians
   std::int64_t warm_up = 0;        ///< runs before these that do not count
   bool without_reference = false;  ///< no reference runs: metrics that need one are left out

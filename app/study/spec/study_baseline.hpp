@@ -1,4 +1,4 @@
-// What the rows of a study are judged against: the key `baseline`, and what holds without it.
+// What the rows of a study are compared with: the key `baseline`, and what holds without it.
 #pragma once
 
 #include "app/study/spec/study_spec.hpp"

@@ -69,7 +69,7 @@ struct StudySpec {
   std::vector<SourceLocation> set_places;  ///< of each
   std::vector<StudyAxis> vary;
   StudyDesign design = StudyDesign::grid;
-  /// Every row is judged against the row that has these values and is like it on all other axes. Empty: against none.
+  /// Every row is compared with the row that has these values and is like it on all other axes. Empty: against none.
   /// The first method; without methods the first value of the first axis, with one_at_a_time of all; unless the study
   /// says otherwise.
   std::vector<AxisValue> baseline;
@@ -79,7 +79,7 @@ struct StudySpec {
   std::uint64_t first_seed = 1001;
   std::optional<double> duration_s;     ///< of every run; absent: the graphs' own
   std::optional<double> run_timeout_s;  ///< of real time, for every run and reference run; absent: none
-  /// Laid over each graph to make its reference run; both empty: the judged graph's own reference run.
+  /// Laid over each graph to make its reference run; both empty: the graph's under test own reference run.
   std::vector<Overlay> reference_over;
   std::vector<std::string> reference_set;
   std::vector<SourceLocation> reference_set_places;
@@ -111,7 +111,7 @@ StudySpec load_study(const std::filesystem::path& file, bool use_short = false);
 /// The combinations of the study's design, in order; one without values where nothing varies.
 std::vector<StudyPoint> study_points(const StudySpec& spec);
 
-/// What the rows are judged against, in words: `method hold with the same tool.stiffness`; empty for nothing.
+/// What the rows are compared with, in words: `method hold with the same tool.stiffness`; empty for nothing.
 std::string baseline_text(const StudySpec& spec);
 
 /// Where the study says what an error of a graph is about: errors whose file is `--set path=value` get the place of

@@ -80,7 +80,7 @@ nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& r
 std::string failures_text(const Comparison& comparison);
 std::string word_of(RunStatus status);
 
-/// Of how many seeds the row and what it is judged against are both done.
+/// Of how many seeds the row and what it is compared with are both done.
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row);
 /// `9 of 10 seeds`.
 std::string of_seeds(std::size_t count, std::size_t seeds);

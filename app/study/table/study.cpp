@@ -18,7 +18,7 @@ namespace {
 constexpr std::string_view delivered_error = "delivered.force.rms_error_N";
 constexpr std::string_view one_step_error = "one_step.force.rms_error_N";
 
-/// The seeds of which the row and what it is judged against are done.
+/// The seeds of which the row and what it is compared with are done.
 std::vector<bool> judged_seeds(const Comparison& comparison, std::size_t row) {
   const CompareRow& mine = comparison.rows[row];
   const CompareRow& other = comparison.rows[mine.against];
@@ -29,7 +29,7 @@ std::vector<bool> judged_seeds(const Comparison& comparison, std::size_t row) {
   return both;
 }
 
-/// For these seeds the logarithm of the metric's ratio to that of the row it is judged against; none where a value is
+/// For these seeds the logarithm of the metric's ratio to that of the row it is compared with; none where a value is
 /// not above zero.
 std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view metric,
                              const std::vector<bool>& seeds) {

@@ -13,7 +13,7 @@
 
 namespace tactor {
 
-/// The RMS errors of a row, or of a configuration over all graphs, as a multiple of those of what it is judged against,
+/// The RMS errors of a row, or of a configuration over all graphs, as a multiple of those of what it is compared with,
 /// by the geometric mean over the seeds that both have; over graphs too, where each seed's ratio is the geometric mean
 /// of theirs.
 struct ErrorRatio {
@@ -32,7 +32,7 @@ struct Study {
 
   /// The mean over the graphs of a metric's mean over the seeds that are done.
   [[nodiscard]] double over_graphs(std::size_t configuration, std::string_view metric) const;
-  /// What stands behind the configuration's name in tables over the graphs where a graph, or what it is judged against
+  /// What stands behind the configuration's name in tables over the graphs where a graph, or what it is compared with
   /// there, lacks seeds; else empty.
   [[nodiscard]] std::string incomplete(std::size_t configuration) const;
   [[nodiscard]] const StudyConfiguration& configuration(std::size_t row) const {

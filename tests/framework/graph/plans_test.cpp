@@ -103,7 +103,7 @@ BOOST_FIXTURE_TEST_CASE(a_type_that_stands_for_others_becomes_the_one_that_suits
   BOOST_TEST(planned.cost.base.seconds() == 0.006, boost::test_tools::tolerance(1e-12));
   const std::string text = explain(p);
   BOOST_TEST(text.find("collision  test.any is test.chosen  the scene rotates") != std::string::npos);
-  // A reference run has what the judged run had.
+  // A reference run has what the run under test had.
   BOOST_TEST(make_reference_plan(p).chosen.empty());
 
   // In another scene it is another type, which may then be left out.
