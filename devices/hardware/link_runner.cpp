@@ -16,7 +16,6 @@ namespace tactor {
 
 namespace {
 
-constexpr Time always{INT64_MAX};
 constexpr double periods_ahead = 1.5;       // one, and half of one because what a device sends comes unevenly
 constexpr Duration look_again{20'000'000};  // for a command, while idle
 
@@ -50,15 +49,17 @@ void LinkRunner::stop() {
 }
 
 bool LinkRunner::newest(LinkReport& report) noexcept {
-  Stamp stamp;
-  return reports_.take(always, stamp, &report);
+  reports_.admit();
+  const MessageView view = reports_.take();
+  if (view) std::memcpy(&report, view.value, sizeof report);
+  return static_cast<bool>(view);
 }
 
 void LinkRunner::command(Instant now, const LinkCommand& command) noexcept {
   if (!policy_told_) remember_policy();
   if (command.is_zero()) zeroed_ = now;
   const Order order{command, zeroed_};
-  commands_.write({Time{now.ns}, Time{now.ns}, ++commands_sent_}, &order);
+  commands_.push({Time{now.ns}, Time{now.ns}, ++commands_sent_}, &order);
 }
 
 void LinkRunner::remember_policy() noexcept {
@@ -158,11 +159,10 @@ void LinkRunner::cut() {
 }
 
 LinkCommand LinkRunner::due_command(Instant now) {
-  Stamp stamp;
-  Order order;
-  if (commands_.take(always, stamp, &order)) {
-    newest_ = order;
-    commanded_ = {stamp.produced.ns};
+  commands_.admit();
+  if (const MessageView view = commands_.take()) {
+    std::memcpy(&newest_, view.value, sizeof newest_);
+    commanded_ = {view.stamp->produced.ns};
     any_command_ = true;
   }
   if (!any_command_) return {};
@@ -218,7 +218,7 @@ void LinkRunner::failed(const LinkFailure& failure) {
 
 void LinkRunner::publish() {
   const Time now{MonotonicClock::now().ns};
-  reports_.write({now, now, ++reports_sent_}, &report_);
+  reports_.push({now, now, ++reports_sent_}, &report_);
 }
 
 void LinkRunner::shut_down() {

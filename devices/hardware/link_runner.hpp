@@ -13,7 +13,7 @@
 
 #include "devices/hardware/link.hpp"
 #include "framework/core/time.hpp"
-#include "framework/realtime/latest_slot.hpp"
+#include "framework/node/edge_queue.hpp"
 #include "framework/realtime/loop_statistics.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
@@ -43,7 +43,7 @@ struct LinkReport {
 /// Opens a Link and exchanges one command and one sample a cycle, at absolute deadlines, on a thread of its own; cycles
 /// that are due while one is under way are skipped. A device that sets the pace is waited for instead, and no more than
 /// one and a half periods ahead of the deadlines. The device loop hands commands over and takes reports by
-/// LatestSlot: it never waits, allocates or locks.
+/// EdgeQueue: it never waits, allocates or locks.
 ///
 /// The thread takes over the policy that the loop's thread has at its first command, one priority below it where that
 /// is a real-time one: the loop goes before its line, and a graph that gives the loop less gives the line less too.
@@ -116,8 +116,8 @@ class LinkRunner {
   std::unique_ptr<Link> link_;
   const LinkRunnerSettings settings_;
   const std::string name_;
-  LatestSlot commands_{sizeof(Order)};
-  LatestSlot reports_{sizeof(LinkReport)};
+  EdgeQueue commands_{sizeof(Order), alignof(Order), Queue{}};
+  EdgeQueue reports_{sizeof(LinkReport), alignof(LinkReport), Queue{}};
   // The loop's.
   std::uint64_t commands_sent_ = 0;
   Instant zeroed_{INT64_MIN};

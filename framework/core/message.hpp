@@ -41,7 +41,8 @@ struct Field {
 struct MessageType {
   std::string_view name;   ///< as graphs and error texts name it
   std::string_view frame;  ///< the frame its vectors are expressed in, or empty
-  std::size_t size;
+  std::size_t size;        ///< bytes
+  std::size_t alignment;   ///< bytes
   std::vector<Field> fields;
 };
 

@@ -31,7 +31,7 @@ void add_wrench(std::vector<Field>& fields, std::string_view force, std::string_
 template <class T, class Build>
 MessageType describe(std::string_view name, std::string_view frame, Build build) {
   static_assert(Message<T>);
-  MessageType type{name, frame, sizeof(T), {}};
+  MessageType type{name, frame, sizeof(T), alignof(T), {}};
   build(type.fields);
   return type;
 }

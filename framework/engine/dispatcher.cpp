@@ -28,8 +28,7 @@ Dispatcher::Dispatcher(PlanNodes& nodes, RunObserver& observer, std::vector<bool
     state.sequence.resize(outputs);
     state.edges_out.resize(outputs);
     state.streams_out.resize(outputs);
-    state.held.resize(outputs);
-    state.held_count.resize(outputs);
+    for (const OutputBase* output : state.outputs) state.held.emplace_back(output->type().size);
     states_.push_back(std::move(state));
   }
   connect();
@@ -44,6 +43,8 @@ void Dispatcher::connect() {
     EdgeState state;
     state.input = states_[edge.to].inputs[edge.input];
     state.input->configure(edge.spec.queue);
+    state.delayed = HeldMessages(state.input->type().size);
+    state.blocked = HeldMessages(state.input->type().size);
     state.reference = reader.inputs[edge.input].reference;
     state.to_sink = reader.sink;
     if (edge.triggers && edge.spec.queue.policy != QueuePolicy::latest) {
@@ -103,10 +104,8 @@ std::vector<std::string> Dispatcher::waiting_for() const {
 
 EdgeStatistics Dispatcher::edge_statistics(std::size_t index) const {
   const EdgeState& edge = edges_[index];
-  // The input of an external node is the business of the loop that steps it.
-  if (states_[plan_.edges[index].to].external) return {edge.delivered, 0, 0};
-  return {edge.delivered, edge.input->dropped() + edge.staged_dropped,
-          edge.input->superseded() + edge.staged_superseded};
+  const EdgeQueue& queue = edge.input->queue();
+  return {edge.delivered, queue.dropped(), queue.superseded()};
 }
 
 void Dispatcher::start() {
@@ -178,10 +177,9 @@ void Dispatcher::handle(const Event& event) {
       complete(event.index);
       break;
     case Event::Kind::arrival: {
-      EdgeState& edge = edges_[event.index];
-      const Held message = std::move(edge.delayed.front());
-      edge.delayed.pop_front();
-      arrive(event.index, message.stamp, message.payload.data());
+      HeldMessages& delayed = edges_[event.index].delayed;
+      arrive(event.index, delayed.stamp(), delayed.value());
+      delayed.pop();
       break;
     }
   }
@@ -216,13 +214,8 @@ void Dispatcher::take_outputs(std::size_t node) {
   NodeState& state = states_[node];
   for (std::size_t o = 0; o < state.outputs.size(); ++o) {
     OutputBase& output = *state.outputs[o];
-    const std::size_t size = output.type().size;
     for (std::size_t i = 0; i < output.pending(); ++i) {
-      if (state.held[o].size() == state.held_count[o]) state.held[o].push_back({{}, std::vector<std::byte>(size)});
-      Held& held = state.held[o][state.held_count[o]++];
-      held.stamp = {output.pending_valid(i), {}, state.sequence[o]++};
-      const auto* bytes = static_cast<const std::byte*>(output.pending_value(i));
-      std::copy(bytes, bytes + size, held.payload.begin());
+      state.held[o].push({output.pending_valid(i), {}, state.sequence[o]++}, output.pending_value(i));
     }
     output.clear_pending();
   }
@@ -238,7 +231,7 @@ void Dispatcher::complete(std::size_t node) {
   state.completed = now_;
   if (state.group) group_busy_[*state.group] = 0;
   for (InputBase* input : state.inputs) {
-    if (input->connected()) input->mark_seen();
+    if (input->connected()) input->queue().mark_seen();
   }
   std::size_t left = 0;
   for (const InputBase* input : state.trigger_queues) left += input->unread();
@@ -246,10 +239,7 @@ void Dispatcher::complete(std::size_t node) {
   if (left > 0 && left < state.unread_before) state.triggered = true;
   take_outputs(node);
   for (const std::size_t e : state.edges_in) {
-    EdgeState& edge = edges_[e];
-    for (; !edge.staged.empty(); edge.staged.pop_front()) {
-      push(e, edge.staged.front().stamp, edge.staged.front().payload.data());
-    }
+    admit(e);
   }
   flush_blocked(node);
   first_step_passed(state);
@@ -270,15 +260,11 @@ void Dispatcher::first_step_passed(NodeState& state) {
 void Dispatcher::release(std::size_t node) {
   NodeState& state = states_[node];
   for (std::size_t o = 0; o < state.outputs.size(); ++o) {
-    for (std::size_t i = 0; i < state.held_count[o]; ++i) {
-      Held& message = state.held[o][i];
-      message.stamp.produced = now_;
-      for (const std::size_t stream : state.streams_out[o]) {
-        observer_.on_message(stream, message.stamp, message.payload.data());
-      }
-      for (const std::size_t edge : state.edges_out[o]) deliver(edge, message.stamp, message.payload.data());
+    for (HeldMessages& held = state.held[o]; !held.empty(); held.pop()) {
+      held.stamp().produced = now_;
+      for (const std::size_t stream : state.streams_out[o]) observer_.on_message(stream, held.stamp(), held.value());
+      for (const std::size_t edge : state.edges_out[o]) deliver(edge, held.stamp(), held.value());
     }
-    state.held_count[o] = 0;
   }
 }
 
@@ -297,7 +283,7 @@ void Dispatcher::deliver(std::size_t edge, const Stamp& stamp, const std::byte* 
     arrive(edge, stamp, payload);
     return;
   }
-  edges_[edge].delayed.push_back({stamp, {payload, payload + edges_[edge].input->type().size}});
+  edges_[edge].delayed.push(stamp, payload);
   push_event(now_ + planned.spec.delay, Event::Kind::arrival, edge);
 }
 
@@ -313,41 +299,27 @@ void Dispatcher::arrive(std::size_t edge, const Stamp& stamp, const std::byte* p
     return;
   }
   // While the reader is busy nobody knows yet what its step will leave: it is taken to leave everything.
-  const bool full = reader.busy ? planned.spec.queue.policy == QueuePolicy::block &&
-                                      state.unread_at_begin + state.staged.size() >= planned.spec.queue.capacity
-                                : state.input->full();
+  const bool full = reader.busy
+                        ? planned.spec.queue.policy == QueuePolicy::block &&
+                              state.unread_at_begin + state.input->queue().arrived() >= planned.spec.queue.capacity
+                        : state.input->full();
   if (full || !state.blocked.empty()) {
     if (state.blocked.empty()) ++states_[planned.from].blocked_edges;
-    state.blocked.push_back({stamp, {payload, payload + state.input->type().size}});
+    state.blocked.push(stamp, payload);
     return;
   }
   ++state.delivered;
   if (state.reference) observer_.on_reference(edge, stamp, payload);
   if (planned.triggers) reader.triggered = true;
-  if (reader.busy) {
-    stage(edge, stamp, payload);
-  } else {
-    push(edge, stamp, payload);
-  }
+  state.input->queue().push(stamp, payload);
+  // A step under way sees what had arrived when it began.
+  if (!reader.busy) admit(edge);
 }
 
-void Dispatcher::stage(std::size_t edge, const Stamp& stamp, const std::byte* payload) {
-  EdgeState& state = edges_[edge];
-  const Queue& queue = plan_.edges[edge].spec.queue;
-  if (queue.policy != QueuePolicy::block && state.staged.size() == queue.capacity) {
-    if (queue.policy == QueuePolicy::drop_newest) {
-      ++state.staged_dropped;
-      return;
-    }
-    ++(queue.policy == QueuePolicy::latest ? state.staged_superseded : state.staged_dropped);
-    state.staged.pop_front();
-  }
-  state.staged.push_back({stamp, {payload, payload + state.input->type().size}});
-}
-
-void Dispatcher::push(std::size_t edge, const Stamp& stamp, const std::byte* payload) {
-  edges_[edge].input->push(stamp, payload);
-  edges_[edge].newest_produced = stamp.produced;
+void Dispatcher::admit(std::size_t edge) {
+  EdgeQueue& queue = edges_[edge].input->queue();
+  queue.admit();
+  if (const MessageView newest = queue.newest()) edges_[edge].newest_produced = newest.stamp->produced;
 }
 
 void Dispatcher::flush_blocked(std::size_t reader) {
@@ -355,12 +327,13 @@ void Dispatcher::flush_blocked(std::size_t reader) {
     EdgeState& state = edges_[edge];
     if (state.blocked.empty()) continue;
     while (!state.blocked.empty() && !state.input->full()) {
-      const Held message = std::move(state.blocked.front());
-      state.blocked.pop_front();
+      HeldMessages& blocked = state.blocked;
       ++state.delivered;
-      if (state.reference) observer_.on_reference(edge, message.stamp, message.payload.data());
+      if (state.reference) observer_.on_reference(edge, blocked.stamp(), blocked.value());
       if (plan_.edges[edge].triggers) states_[reader].triggered = true;
-      push(edge, message.stamp, message.payload.data());
+      state.input->queue().push(blocked.stamp(), blocked.value());
+      admit(edge);
+      blocked.pop();
     }
     if (state.blocked.empty()) --states_[plan_.edges[edge].from].blocked_edges;
   }

@@ -9,11 +9,11 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "framework/engine/held_messages.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/run_observer.hpp"
 
@@ -86,11 +86,6 @@ class Dispatcher {
   [[nodiscard]] const std::vector<std::size_t>& edges_into(std::size_t node) const { return states_[node].edges_in; }
 
  private:
-  /// A message on its way.
-  struct Held {
-    Stamp stamp;
-    std::vector<std::byte> payload;
-  };
   struct NodeState {
     bool external = false;
     double rate = 0;  // Hz; 0: it steps on messages only
@@ -111,21 +106,17 @@ class Dispatcher {
     std::vector<std::uint64_t> sequence;                // by output
     std::vector<std::vector<std::size_t>> edges_out;    // by output
     std::vector<std::vector<std::size_t>> streams_out;  // by output
-    std::vector<std::vector<Held>> held;                // by output: what becomes visible when the node is free again
-    std::vector<std::size_t> held_count;                // by output: entries of `held` in use; their memory is kept
+    std::vector<HeldMessages> held;                     // by output: what becomes visible when the node is free again
     std::vector<std::size_t> edges_in;
   };
   struct EdgeState {
     InputBase* input = nullptr;
     bool reference = false;
     bool to_sink = false;
-    std::deque<Held> delayed;         // in order of arrival
-    std::deque<Held> staged;          // arrived while the reader was busy
-    std::deque<Held> blocked;         // waiting for room in a `block` queue
+    HeldMessages delayed;             // in order of arrival
+    HeldMessages blocked;             // waiting for room in a `block` queue
     std::size_t unread_at_begin = 0;  // of the reader's input, when its step began
     std::uint64_t delivered = 0;
-    std::uint64_t staged_dropped = 0;     // lost while staged
-    std::uint64_t staged_superseded = 0;  // replaced while staged
     std::optional<Time> newest_produced;
   };
   struct Event {
@@ -152,8 +143,7 @@ class Dispatcher {
   void set_phase(Phase phase);
   void deliver(std::size_t edge, const Stamp& stamp, const std::byte* payload);
   void arrive(std::size_t edge, const Stamp& stamp, const std::byte* payload);
-  void stage(std::size_t edge, const Stamp& stamp, const std::byte* payload);
-  void push(std::size_t edge, const Stamp& stamp, const std::byte* payload);
+  void admit(std::size_t edge);
   void flush_blocked(std::size_t reader);
 
   PlanNodes& nodes_;

@@ -1,31 +1,18 @@
 // The typed ends of edges: inputs that hold what arrived, outputs that collect what a step sends.
 #pragma once
 
-#include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "framework/core/check.hpp"
 #include "framework/core/message.hpp"
+#include "framework/node/edge_queue.hpp"
 
 namespace tactor {
 
-/// What an edge does with messages that its reader has not taken yet.
-enum class QueuePolicy : std::uint8_t {
-  latest,       ///< one slot; a newer message replaces an older one
-  drop_oldest,  ///< a bounded queue; when full the oldest goes
-  drop_newest,  ///< a bounded queue; when full the arriving one goes
-  block,        ///< a bounded queue; when full the writer waits
-};
-
-/// A policy with its bound.
-struct Queue {
-  QueuePolicy policy = QueuePolicy::latest;
-  std::uint32_t capacity = 1;
-};
-
-/// The untyped side of an input, which engines use. Storage is allocated once, by `configure`.
+/// The untyped side of an input, which engines use: the reader's end of an EdgeQueue, made by `configure`.
 class InputBase {
  public:
   explicit InputBase(const MessageType& type) : type_(&type) {}
@@ -35,69 +22,34 @@ class InputBase {
 
   [[nodiscard]] const MessageType& type() const { return *type_; }
   /// True where an edge ends here.
-  [[nodiscard]] bool connected() const { return connected_; }
+  [[nodiscard]] bool connected() const { return queue_ != nullptr; }
   /// Messages not taken yet.
-  [[nodiscard]] std::size_t unread() const { return unread_; }
-  /// Messages lost because the queue was full.
-  [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
-  /// Messages of a `latest` edge that a newer one replaced before they were looked at.
-  [[nodiscard]] std::uint64_t superseded() const { return superseded_; }
+  [[nodiscard]] std::size_t unread() const { return connected() ? queue_->unread() : 0; }
   /// True where a further message would have to wait (policy `block`).
-  [[nodiscard]] bool full() const { return queue_.policy == QueuePolicy::block && unread_ == queue_.capacity; }
-
+  [[nodiscard]] bool full() const {
+    return queue_->queue().policy == QueuePolicy::block && queue_->unread() == queue_->queue().capacity;
+  }
   /// Connects the input with this queue and makes its storage.
-  void configure(Queue queue) {
-    TACTOR_DEMAND(queue.capacity >= 1);
-    queue_ = queue;
-    connected_ = true;
-    allocate(queue.capacity);
-  }
+  void configure(Queue queue) { queue_ = std::make_unique<EdgeQueue>(type_->size, type_->alignment, queue); }
+  /// The queue of a connected input.
+  [[nodiscard]] EdgeQueue& queue() { return *queue_; }
+  [[nodiscard]] const EdgeQueue& queue() const { return *queue_; }
 
-  /// Takes a message in by the queue's policy. With `block` the caller asks `full()` first.
-  void push(const Stamp& stamp, const void* payload) {
-    TACTOR_ASSERT(connected_);
-    if (queue_.policy == QueuePolicy::latest) {
-      if (unread_ > 0) ++superseded_;
-      head_ = 0;
-      unread_ = 1;
-      store(0, stamp, payload);
-      any_ = true;
-      return;
-    }
-    if (unread_ == queue_.capacity) {
-      TACTOR_DEMAND(queue_.policy != QueuePolicy::block);
-      ++dropped_;
-      if (queue_.policy == QueuePolicy::drop_newest) return;
-      head_ = (head_ + 1) % queue_.capacity;
-      --unread_;
-    }
-    newest_ = (head_ + unread_) % queue_.capacity;
-    ++unread_;
-    store(newest_, stamp, payload);
-    any_ = true;
-  }
-
-  /// Marks a `latest` message as looked at; engines call it when a step begins.
-  void mark_seen() {
-    if (queue_.policy == QueuePolicy::latest) unread_ = 0;
+  /// Takes a message in by the queue's policy, and shows it to the reader at once. With `block` the caller asks
+  /// `full()` first.
+  void push(const Stamp& stamp, const void* value) {
+    TACTOR_ASSERT(connected());
+    TACTOR_DEMAND(!full());
+    queue_->push(stamp, value);
+    queue_->admit();
   }
 
   /// Hands over what arrived at this port in the reference run, for sinks that judge against it.
   virtual void set_reference(std::span<const Stamp> stamps, std::span<const std::byte> payloads) = 0;
 
  protected:
-  virtual void allocate(std::size_t capacity) = 0;
-  virtual void store(std::size_t slot, const Stamp& stamp, const void* payload) = 0;
-
   const MessageType* type_;
-  Queue queue_{};
-  std::size_t head_ = 0;
-  std::size_t newest_ = 0;
-  std::size_t unread_ = 0;
-  std::uint64_t dropped_ = 0;
-  std::uint64_t superseded_ = 0;
-  bool connected_ = false;
-  bool any_ = false;
+  std::unique_ptr<EdgeQueue> queue_;
 };
 
 /// An input of messages T.
@@ -106,16 +58,14 @@ class Input final : public InputBase {
  public:
   Input() : InputBase(message_type<T>()) {}
 
-  /// The newest message that has arrived, taken or not; null before the first.
-  [[nodiscard]] const Stamped<T>* latest() const { return any_ ? &slots_[newest_] : nullptr; }
+  /// The newest message that has arrived, taken or not; null before the first. Until the end of the step.
+  [[nodiscard]] const Stamped<T>* latest() const { return connected() ? message(queue_->newest()) : nullptr; }
 
   /// Takes the oldest message not taken yet into `out`; false where there is none.
   bool pop(Stamped<T>& out) {
-    if (unread_ == 0) return false;
-    out = slots_[head_];
-    if (queue_.policy != QueuePolicy::latest) head_ = (head_ + 1) % queue_.capacity;
-    --unread_;
-    return true;
+    const Stamped<T>* oldest = connected() ? message(queue_->take()) : nullptr;
+    if (oldest != nullptr) out = *oldest;
+    return oldest != nullptr;
   }
 
   /// What arrived here in the reference run, in order of time; empty where there was none.
@@ -131,13 +81,9 @@ class Input final : public InputBase {
   }
 
  private:
-  void allocate(std::size_t capacity) override { slots_.resize(capacity); }
-  void store(std::size_t slot, const Stamp& stamp, const void* payload) override {
-    slots_[slot].stamp = stamp;
-    std::memcpy(&slots_[slot].value, payload, sizeof(T));
-  }
+  /// The queue keeps stamp and value as Stamped<T> has them.
+  static const Stamped<T>* message(const MessageView& view) { return reinterpret_cast<const Stamped<T>*>(view.stamp); }
 
-  std::vector<Stamped<T>> slots_;
   std::vector<Stamped<T>> reference_;
 };
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <cstring>
 
+#include "framework/core/cache_lines.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/message.hpp"
-#include "framework/realtime/cache_lines.hpp"
 
 namespace tactor {
 

@@ -117,7 +117,6 @@ LiveStatus LiveRun::Engine::counters() const {
   }
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
     s.edges.push_back({dispatcher_->edge_statistics(e), {}});
-    if (const auto& loop = loops_[plan_.edges[e].to]) loop->add_metrics(e, s.edges.back().metrics);
   }
   return s;
 }

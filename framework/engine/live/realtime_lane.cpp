@@ -33,17 +33,8 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
     In in;
     in.edge = e;
     in.input = &info.inputs[edge.input].access(nodes[node]);
-    const MessageType& type = in.input->type();
-    in.is_force = &type == &message_type<ForceSegment>();
-    if (edge.spec.queue.policy == QueuePolicy::latest) {
-      in.slot = std::make_unique<LatestSlot>(type.size);
-    } else {
-      in.ring = std::make_unique<Ring>(std::max<std::size_t>(edge.spec.queue.capacity, ticks_held), type.size);
-    }
-    in.payload.resize(type.size);
+    in.is_force = &in.input->type() == &message_type<ForceSegment>();
     in.age = std::make_unique<LatencyHistogram>();
-    in.taken = std::make_unique<LoopCounter>();
-    in.dropped = std::make_unique<LoopCounter>();
     inputs_.push_back(std::move(in));
   }
   std::size_t largest = 0;
@@ -58,28 +49,12 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
 void RealtimeLane::put(std::size_t edge, const Stamp& stamp, const void* payload) {
   const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
   TACTOR_DEMAND(in != inputs_.end());
-  if (in->slot) {
-    in->slot->write(stamp, payload);
-  } else {
-    in->ring->push({0, static_cast<std::uint32_t>(in->payload.size()), 0, stamp}, payload);
-  }
+  in->input->queue().push(stamp, payload);
 }
 
 const LatencyHistogram* RealtimeLane::age(std::size_t edge) const {
   const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
   return in == inputs_.end() ? nullptr : in->age.get();
-}
-
-void RealtimeLane::add_metrics(std::size_t edge, EdgeStatistics& metrics) const {
-  const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
-  TACTOR_DEMAND(in != inputs_.end());
-  const auto taken = static_cast<std::uint64_t>(in->taken->value());
-  if (in->slot) {
-    // The newest may still be waiting.
-    metrics.superseded += metrics.delivered > taken + 1 ? metrics.delivered - taken - 1 : 0;
-  } else {
-    metrics.dropped += in->ring->drops() + static_cast<std::uint64_t>(in->dropped->value());
-  }
 }
 
 bool RealtimeLane::take(Out& out) {
@@ -89,39 +64,23 @@ bool RealtimeLane::take(Out& out) {
   return true;
 }
 
-void RealtimeLane::arrived(In& in, const Stamp& stamp, Time deadline) {
-  in.input->push(stamp, in.payload.data());
-  in.newest_produced = stamp.produced;
-  in.any = true;
-  in.taken->add(1);
-  if (in.is_force && stamp.valid > in.newest_valid) {
-    in.newest_valid = stamp.valid;
-    end_to_end_->record(deadline - stamp.valid);
-  }
-}
-
 void RealtimeLane::take_in(In& in, Time deadline) {
-  if (in.slot) {
-    Stamp stamp;
-    if (in.slot->take(deadline, stamp, in.payload.data())) arrived(in, stamp, deadline);
-  } else {
-    while (in.has_waiting || in.ring->pop(in.waiting, in.payload.data())) {
-      in.has_waiting = in.waiting.stamp.produced > deadline;
-      if (in.has_waiting) break;
-      arrived(in, in.waiting.stamp, deadline);
-    }
+  EdgeQueue& queue = in.input->queue();
+  queue.admit(deadline);
+  const MessageView newest = queue.newest();
+  if (!newest) return;
+  in.age->record(deadline - newest.stamp->produced);
+  if (in.is_force && newest.stamp->valid > in.newest_valid) {
+    in.newest_valid = newest.stamp->valid;
+    end_to_end_->record(deadline - newest.stamp->valid);
   }
-  if (in.any) in.age->record(deadline - in.newest_produced);
 }
 
 void RealtimeLane::tick(const Tick& tick) {
   for (In& in : inputs_) take_in(in, tick.deadline);
   StepContext context(tick.deadline, phase_.load(std::memory_order_acquire));
   nodes_.step(node_, context);
-  for (In& in : inputs_) {
-    in.input->mark_seen();
-    in.dropped->set(static_cast<std::int64_t>(in.input->dropped()));
-  }
+  for (In& in : inputs_) in.input->queue().mark_seen();
   RecordHeader header;
   header.tick = tick.number;
   for (std::size_t o = 0; o < outputs_.size(); ++o) {

@@ -9,15 +9,14 @@
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/realtime/latency_histogram.hpp"
-#include "framework/realtime/latest_slot.hpp"
 #include "framework/realtime/periodic_loop.hpp"
 #include "framework/realtime/ring.hpp"
 
 namespace tactor {
 
 /// Steps one node at its rate in a PeriodicLoop. A tick sees the messages that became visible by its deadline, as under
-/// the virtual clock. In the tick nothing allocates, locks, logs or waits: `latest` edges come by a LatestSlot, queues
-/// by a Ring, and what the node sends leaves by one Ring, which the engine drains.
+/// the virtual clock. In the tick nothing allocates, locks, logs or waits: messages come by the EdgeQueue of their
+/// edge, into which the engine writes meanwhile, and what the node sends leaves by one Ring, which the engine drains.
 class RealtimeLane {
  public:
   /// A message or the end of a step, out of the loop.
@@ -52,8 +51,6 @@ class RealtimeLane {
   [[nodiscard]] const LatencyHistogram* age(std::size_t edge) const;
   [[nodiscard]] const LatencyHistogram& end_to_end() const { return *end_to_end_; }
   [[nodiscard]] std::uint64_t dropped_out() const { return out_->drops(); }
-  /// Adds what the lane lost of the messages of `edge` to its metrics; of a `latest` edge to within one message.
-  void add_metrics(std::size_t edge, EdgeStatistics& metrics) const;
 
  private:
   /// One connected input.
@@ -61,22 +58,12 @@ class RealtimeLane {
     std::size_t edge = 0;
     InputBase* input = nullptr;
     bool is_force = false;  // its stamps tell from which device sample a force was made
-    std::unique_ptr<LatestSlot> slot;
-    std::unique_ptr<Ring> ring;
-    std::vector<std::byte> payload;  // of the message that was taken last
-    RecordHeader waiting;            // taken from the ring, too new for the tick
-    bool has_waiting = false;
-    bool any = false;
-    Time newest_produced;
     Time newest_valid{INT64_MIN};
     std::unique_ptr<LatencyHistogram> age;
-    std::unique_ptr<LoopCounter> taken;    // messages out of slot or ring
-    std::unique_ptr<LoopCounter> dropped;  // by the input's own queue
   };
 
   void tick(const Tick& tick);
   void take_in(In& in, Time deadline);
-  void arrived(In& in, const Stamp& stamp, Time deadline);
 
   PlanNodes& nodes_;
   const std::size_t node_;

@@ -108,8 +108,8 @@ BOOST_AUTO_TEST_CASE(latest_keeps_the_newest_and_counts_what_it_replaced) {
     in.push(at(i), &w);
   }
   BOOST_TEST(in.latest()->value.force.x == 4.0);
-  BOOST_TEST(in.superseded() == 4U);
-  in.mark_seen();
+  BOOST_TEST(in.queue().superseded() == 4U);
+  in.queue().mark_seen();
   BOOST_TEST(in.unread() == 0U);
   BOOST_TEST(in.latest()->stamp.valid.ns == 4);
 }
@@ -122,7 +122,7 @@ BOOST_AUTO_TEST_CASE(drop_oldest_keeps_the_last_and_drop_newest_the_first) {
       const Wrench w{{double(i), 0, 0}, {}};
       in.push(at(i), &w);
     }
-    BOOST_TEST(in.dropped() == 2U);
+    BOOST_TEST(in.queue().dropped() == 2U);
     std::vector<double> taken;
     for (Stamped<Wrench> m; in.pop(m);) taken.push_back(m.value.force.x);
     const std::vector<double> expected =

@@ -10,13 +10,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "framework/core/segment.hpp"
-#include "framework/realtime/latest_slot.hpp"
+#include "framework/node/edge_queue.hpp"
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/ring.hpp"
 
@@ -56,7 +57,7 @@ void wait_for(const LoopCounter& counter, std::int64_t value) {
 /// Writes segments and drains the ring, as the rest of a pipeline would, until it is destroyed.
 class Pipeline {
  public:
-  Pipeline(LatestSlot& slot, Ring& ring, Instant origin) : slot_(slot), ring_(ring), origin_(origin) {
+  Pipeline(EdgeQueue& slot, Ring& ring, Instant origin) : slot_(slot), ring_(ring), origin_(origin) {
     thread_ = std::thread([this] { run(); });
   }
   ~Pipeline() { end(); }
@@ -81,7 +82,7 @@ class Pipeline {
       const auto level = static_cast<double>(sequence % 5);
       ForceSegment segment{now, now + Duration{10'000'000}};
       segment.c[0].force = Vec3{level, 2 * level, 3 * level};
-      slot_.write({now, now, sequence}, &segment);
+      slot_.push({now, now, sequence}, &segment);
       drain();
       // Allocates on purpose, on this thread, which is not the one that is watched.
       allocated_ = std::make_unique<std::vector<double>>(static_cast<std::size_t>(100 + sequence % 100));
@@ -100,7 +101,7 @@ class Pipeline {
     }
   }
 
-  LatestSlot& slot_;
+  EdgeQueue& slot_;
   Ring& ring_;
   Instant origin_;
   std::unique_ptr<std::vector<double>> allocated_;
@@ -113,16 +114,17 @@ class Pipeline {
 
 BOOST_AUTO_TEST_CASE(sixty_thousand_ticks_allocate_nothing_and_fault_in_no_page) {
   const MemoryLock lock;
-  LatestSlot slot(sizeof(ForceSegment));
+  EdgeQueue slot(sizeof(ForceSegment), alignof(ForceSegment), Queue{});
   Ring ring(65'536, sizeof(Wrench));
   ForceSegment segment;
-  Stamp stamp;
   std::int64_t taken = 0;
   std::int64_t from_the_future = 0;
   PeriodicLoop loop({.name = "device", .rate = fast_rate}, [&](const Tick& tick) {
-    if (slot.take(tick.deadline, stamp, &segment)) {
+    slot.admit(tick.deadline);
+    if (const MessageView view = slot.take()) {
       ++taken;
-      from_the_future += stamp.produced > tick.deadline ? 1 : 0;
+      from_the_future += view.stamp->produced > tick.deadline ? 1 : 0;
+      std::memcpy(&segment, view.value, sizeof segment);
     }
     const Wrench force = evaluate(segment, tick.deadline);
     const RecordHeader header{1, sizeof force, tick.number, {tick.deadline, tick.deadline, 0}};

@@ -85,7 +85,7 @@ BOOST_AUTO_TEST_CASE(the_player_passes_each_newest_force_on_once_with_its_stamp)
   player.recorded.configure({QueuePolicy::latest, 1});
   const auto sent = [&] {
     StepContext context(Time{9'000'000});
-    player.recorded.mark_seen();
+    player.recorded.queue().mark_seen();
     player.step(context);
     const std::size_t count = player.force.pending();
     return count;
