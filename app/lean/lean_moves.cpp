@@ -59,9 +59,9 @@ void add_coarser(const GraphSpec& graph, std::size_t n, const ParamUse& use, Mov
   }
 }
 
-/// The node as one of another type: parameters pass on by name, the others take their defaults. False where the new
-/// type has one that must be given.
-bool retype(NodeSpec& node, const NodeInfo& info) {
+/// The node as one of another type: parameters pass on by name, the others take their defaults, and the rate of the
+/// haptic loop is the graph's. False where the new type has a parameter that must be given.
+bool retype(NodeSpec& node, const NodeInfo& info, double haptic_rate) {
   std::vector<ParamValue> params;
   for (const ParamInfo& param : info.params) {
     const auto given = node.info->param(param.name);
@@ -76,6 +76,7 @@ bool retype(NodeSpec& node, const NodeInfo& info) {
       return false;
     }
   }
+  if (info.haptic_rate) params[*info.rate_parameter] = haptic_rate;
   node.info = &info;
   node.params = std::move(params);
   return true;
@@ -115,7 +116,7 @@ void add_cheaper_types(const GraphSpec& graph, std::size_t n, Registry& registry
     if (info == nullptr) continue;
     const std::string what = graph.nodes[n].name + ": " + before.type + " -> " + type;
     LeanMove<GraphSpec> move{.group = what, .what = what, .state = graph};
-    if (retype(move.state.nodes[n], *info) && reconnect(move.state, before, move.state.nodes[n])) {
+    if (retype(move.state.nodes[n], *info, graph.rate) && reconnect(move.state, before, move.state.nodes[n])) {
       moves.push_back(std::move(move));
     }
   }

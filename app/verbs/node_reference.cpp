@@ -10,8 +10,10 @@ namespace tactor {
 
 namespace {
 
-std::string value_text(const ParamInfo& param) {
+/// The default of a parameter, or that it has none.
+std::string value_text(const NodeInfo& info, const ParamInfo& param) {
   if (!param.default_value) return "required";
+  if (info.haptic_rate && param.name == info.params[*info.rate_parameter].name) return "the graph's";
   struct Visitor {
     std::string operator()(bool v) const { return v ? "true" : "false"; }
     std::string operator()(std::int64_t v) const { return fmt::format("{}", v); }
@@ -117,8 +119,8 @@ std::string node_help(const NodeInfo& info) {
   for (const ParamInfo& param : info.params) {
     const std::string bounds = bounds_text(param);
     out += fmt::format("  {} ({}; {}{}{})\n      {}\n", param.name, kind_text(param),
-                       param.default_value ? "default " : "", value_text(param), bounds.empty() ? "" : "; " + bounds,
-                       param.doc);
+                       param.default_value ? "default " : "", value_text(info, param),
+                       bounds.empty() ? "" : "; " + bounds, param.doc);
   }
   return out;
 }
@@ -145,7 +147,7 @@ std::string node_reference_markdown(const std::vector<const NodeInfo*>& types) {
     }
     if (!info->params.empty()) out += "\n| parameter | | default | bounds | |\n|---|---|---|---|---|\n";
     for (const ParamInfo& param : info->params) {
-      out += fmt::format("| `{}` | {} | {} | {} | {} |\n", param.name, cell(kind_text(param)), value_text(param),
+      out += fmt::format("| `{}` | {} | {} | {} | {} |\n", param.name, cell(kind_text(param)), value_text(*info, param),
                          bounds_text(param), cell(param.doc));
     }
   }

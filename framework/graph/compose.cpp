@@ -94,7 +94,8 @@ std::vector<std::string> split_dots(const std::string& text) {
 
 // `text` is `path=value`; the value becomes a tree of one branch that is merged over the graph like an extending file.
 void apply_set(Tree& graph, const std::string& text, Diagnostics& diagnostics) {
-  static const std::vector<std::string> roots{"title", "clock", "duration", "seed", "live", "scene", "record", "nodes"};
+  static const std::vector<std::string> roots{"title", "clock", "duration", "seed", "rate",
+                                              "live",  "scene", "record",   "nodes"};
   const SourceLocation place{"--set " + text, 0, 0};
   const std::string form = "expected node.parameter=value, scene.bodies.body.key=value, duration=... or seed=...";
   const std::size_t equals = text.find('=');

@@ -51,8 +51,12 @@ std::string explain(const Plan& plan, std::size_t columns) {
   const GraphSpec& graph = plan.graph;
   std::string text = graph.name + (graph.title.empty() ? "" : ": " + graph.title) + "\n";
   text += std::string("clock ") + (graph.clock == Clock::real ? "real" : "virtual") + ", duration " +
-          duration_text(graph.duration) + ", seed " + std::to_string(graph.seed) + ", " + motion_text(graph.scene) +
-          "\n";
+          duration_text(graph.duration) + ", seed " + std::to_string(graph.seed) + ", " + motion_text(graph.scene);
+  const auto is_haptic = [](const NodeSpec& node) { return node.info->haptic_rate; };
+  if (std::any_of(plan.nodes.begin(), plan.nodes.end(), is_haptic)) {
+    text += ", haptic loop at " + number_text(graph.rate) + " Hz";
+  }
+  text += "\n";
   if (graph.clock == Clock::real) text += live_text(graph.live) + "\n";
   const auto has_cost = [](const NodeSpec& node) { return node.cost.kind != CostModel::Kind::none; };
   if (graph.clock == Clock::real && !graph.live.impose_cost &&

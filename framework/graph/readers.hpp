@@ -21,6 +21,10 @@ CostModel read_cost(const Tree& tree, const std::string& path, const FileFinder&
 /// Nodes that share a thread have the same settings afterwards.
 void read_lanes(std::vector<NodeSpec>& nodes, const Tree& tree, Registry& registry, Diagnostics& diagnostics);
 
+/// The rate of the haptic loop, into the graph and its nodes: what `rate` of the graph and `rate` of those nodes say,
+/// which must agree. `tree` is that of the graph.
+void read_haptic_rate(GraphSpec& graph, const Tree& tree, Diagnostics& diagnostics);
+
 /// No edge of the realtime lane may wait where the clock is real.
 void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics);
 

@@ -5,6 +5,7 @@
 #include "framework/graph/format.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/scheduling_words.hpp"
+#include "framework/graph/values.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
@@ -219,8 +220,12 @@ std::string graph_schema(Registry& registry) {
                        {"priority", whole_number(lowest_priority, highest_priority)},
                        {"cpu", whole_number(0, highest_cpu)}};
     Json required = Json::array();
-    for (const ParamInfo& param : info->params) {
-      properties[param.name] = or_nothing(param_schema(param));
+    for (std::size_t i = 0; i < info->params.size(); ++i) {
+      const ParamInfo& param = info->params[i];
+      Json schema = param_schema(param);
+      // Where the graph gives the rate of the haptic loop, that is the default.
+      if (info->haptic_rate && i == info->rate_parameter) schema.erase("default");
+      properties[param.name] = or_nothing(std::move(schema));
       if (!param.default_value) required.push_back(param.name);
     }
     definitions[info->type] = closed(properties);
@@ -245,6 +250,7 @@ std::string graph_schema(Registry& registry) {
               {"clock", {{"enum", {"virtual", "real"}}}},
               {"duration", above_zero("s")},
               {"seed", {{"type", "integer"}, {"minimum", 0}}},
+              {"rate", number("Hz", lowest_rate, highest_rate, false)},
               {"live", live_schema()},
               {"scene", scene_schema()},
               {"nodes", {{"type", "object"}, {"additionalProperties", node}}},

@@ -16,10 +16,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Step rates outside of these have no whole number of nanoseconds worth the name as their period.
-constexpr double lowest_rate_hz = 1e-6;
-constexpr double highest_rate_hz = 1e6;
-
 // Why a type is not known: a misspelt name, or a library that is not there.
 std::string unknown_type(const Tree& tree, Registry& registry) {
   const std::string& type = tree.text;
@@ -82,8 +78,8 @@ void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path
   for (std::size_t i = 0; i < node.info->params.size(); ++i) {
     ParamInfo param = node.info->params[i];
     if (i == node.info->rate_parameter) {
-      param.min = std::max(param.min, lowest_rate_hz);
-      param.max = std::min(param.max, highest_rate_hz);
+      param.min = std::max(param.min, lowest_rate);
+      param.max = std::min(param.max, highest_rate);
       param.above_min = false;
     }
     const Tree* tree = entry.value.value(param.name);
@@ -181,9 +177,10 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   collect_places(*tree, "", places);
   spec.places = std::make_shared<const std::map<std::string, SourceLocation, std::less<>>>(std::move(places));
   const FileFinder files(file.parent_path(), mesh_folders);
-  check_keys(*tree, "", "key",
-             {"format", "title", "extends", "clock", "duration", "seed", "live", "scene", "nodes", "edges", "record"},
-             diagnostics);
+  check_keys(
+      *tree, "", "key",
+      {"format", "title", "extends", "clock", "duration", "seed", "rate", "live", "scene", "nodes", "edges", "record"},
+      diagnostics);
   if (const Tree* title = tree->value("title")) {
     spec.title = read_text(*title, "title", diagnostics).value_or("");
     if (spec.title.find('\n') != std::string::npos) {
@@ -206,6 +203,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   std::set<std::string> broken;
   if (const Tree* nodes = tree->value("nodes")) {
     read_nodes(spec, broken, *nodes, registry, files, diagnostics);
+    read_haptic_rate(spec, *tree, diagnostics);
     if (const Tree* edges = tree->value("edges")) {
       spec.edges = read_edges(*edges, spec.nodes, broken, diagnostics);
       check_realtime_edges(spec, diagnostics);

@@ -78,6 +78,7 @@ struct GraphSpec {
   Clock clock = Clock::virtual_;
   Duration duration;
   std::uint64_t seed = 1;
+  double rate = default_haptic_rate;  ///< Hz, of the haptic loop; its nodes have it as their parameter `rate`
   LiveSettings live;
   Scene scene;
   std::vector<NodeSpec> nodes;
@@ -127,7 +128,7 @@ GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, cons
 std::string to_yaml(const GraphSpec& spec);
 
 /// What makes `to` of `from`, as a file that extends `extends` (the paths of the files that `from` was loaded from, as
-/// the text is to name them): parameters, types, costs and lanes of nodes, edges that are gone, and the motion and
+/// the text is to name them): the rate of the haptic loop, parameters, types, costs and lanes of nodes, edges that are gone, and the motion and
 /// material of bodies. What else differs is not told, so whoever needs all compares what the text loads to.
 std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::string& title,
                        const std::vector<std::string>& extends);

@@ -142,10 +142,15 @@ std::string write_value(const NodeSpec& node, std::size_t i) {
   return "    " + node.info->params[i].name + ":" + (value.starts_with('\n') ? "" : " ") + value + "\n";
 }
 
-std::string write_node(const NodeSpec& node) {
+/// Whether the parameter has the rate of the haptic loop, which the graph gives.
+bool is_rate_of(const GraphSpec& graph, const NodeSpec& node, std::size_t i) {
+  return node.info->haptic_rate && i == node.info->rate_parameter && node.params[i] == ParamValue(graph.rate);
+}
+
+std::string write_node(const GraphSpec& graph, const NodeSpec& node) {
   std::string text = "  " + node.name + ":\n    type: " + node.info->type + "\n";
   for (std::size_t i = 0; i < node.params.size(); ++i) {
-    text += write_value(node, i);
+    if (!is_rate_of(graph, node, i)) text += write_value(node, i);
   }
   return text + "    cost: " + write_cost(node.cost) + "\n" + write_scheduling(node.scheduling);
 }
@@ -159,10 +164,11 @@ std::string write_edge(const EdgeSpec& edge) {
 }
 
 /// A node whose type is another: a file that extends takes nothing over then.
-std::string overlay_new_type(const NodeSpec& to) {
+std::string overlay_new_type(const GraphSpec& graph, const NodeSpec& to) {
   std::string text = "    type: " + to.info->type + "\n";
   for (std::size_t i = 0; i < to.params.size(); ++i) {
-    if (to.info->params[i].default_value != to.params[i]) text += write_value(to, i);
+    const bool is_default = to.info->params[i].default_value == to.params[i];
+    if (!is_default && !is_rate_of(graph, to, i)) text += write_value(to, i);
   }
   if (to.cost.kind != CostModel::Kind::none) text += "    cost: " + write_cost(to.cost) + "\n";
   if (write_scheduling(to.scheduling) != write_scheduling(default_scheduling(*to.info))) {
@@ -171,13 +177,13 @@ std::string overlay_new_type(const NodeSpec& to) {
   return text;
 }
 
-std::string overlay_node(const NodeSpec& from, const NodeSpec& to) {
+std::string overlay_node(const GraphSpec& graph, const NodeSpec& from, const NodeSpec& to) {
   std::string text;
   if (from.info != to.info) {
-    text = overlay_new_type(to);
+    text = overlay_new_type(graph, to);
   } else {
     for (std::size_t i = 0; i < to.params.size(); ++i) {
-      if (from.params[i] != to.params[i]) text += write_value(to, i);
+      if (from.params[i] != to.params[i] && !is_rate_of(graph, to, i)) text += write_value(to, i);
     }
     if (write_cost(from.cost) != write_cost(to.cost)) text += "    cost: " + write_cost(to.cost) + "\n";
     if (write_scheduling(from.scheduling) != write_scheduling(to.scheduling)) text += write_scheduling(to.scheduling);
@@ -220,9 +226,12 @@ std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::st
   std::string files;
   for (const std::string& file : extends) files += (files.empty() ? "" : ", ") + quote(file);
   std::string text = "title: " + quote(title) + "\nextends: [" + files + "]\n";
+  if (from.rate != to.rate) text += "rate: " + number_text(to.rate) + "\n";
   const std::string bodies = overlay_parts(from.scene.bodies, to.scene.bodies, overlay_body);
   if (!bodies.empty()) text += "scene:\n  bodies:\n" + bodies;
-  const std::string nodes = overlay_parts(from.nodes, to.nodes, overlay_node);
+  const std::string nodes = overlay_parts(from.nodes, to.nodes, [&to](const NodeSpec& before, const NodeSpec& node) {
+    return overlay_node(to, before, node);
+  });
   if (!nodes.empty()) text += "nodes:\n" + nodes;
   std::string edges;
   for (const EdgeSpec& edge : from.edges) {
@@ -238,13 +247,14 @@ std::string to_yaml(const GraphSpec& spec) {
   text += std::string("clock: ") + (spec.clock == Clock::real ? "real" : "virtual") + "\n";
   text += "duration: " + seconds(spec.duration) + "\n";
   text += "seed: " + std::to_string(spec.seed) + "\n";
+  text += "rate: " + number_text(spec.rate) + "\n";
   text += write_live(spec.live);
   text += "scene:\n  gravity: " + list(spec.scene.gravity_W) + "\n";
   if (!spec.scene.tool_name.empty()) text += "  tool: " + spec.scene.tool_name + "\n";
   text += spec.scene.bodies.empty() ? "  bodies: {}\n" : "  bodies:\n";
   for (const Body& body : spec.scene.bodies) text += write_body(body);
   text += "nodes:\n";
-  for (const NodeSpec& node : spec.nodes) text += write_node(node);
+  for (const NodeSpec& node : spec.nodes) text += write_node(spec, node);
   text += spec.edges.empty() ? "edges: []\n" : "edges:\n";
   for (const EdgeSpec& edge : spec.edges) text += write_edge(edge);
   text += spec.record.empty() ? "record: []\n" : "record:\n";

@@ -10,6 +10,10 @@
 
 namespace tactor {
 
+// Step rates beyond these, in Hz, have no whole number of nanoseconds worth the name as their period.
+inline constexpr double lowest_rate = 1e-6;
+inline constexpr double highest_rate = 1e6;
+
 std::optional<std::uint64_t> read_seed(const Tree& tree, const std::string& path, Diagnostics& diagnostics);
 std::optional<ParamValue> read_param(const Tree& tree, const std::string& path, const ParamInfo& param,
                                      const FileFinder& files, Diagnostics& diagnostics);

@@ -259,6 +259,12 @@ class Declare {
     info_.rate_parameter = info_.params.size();
     return real(std::move(name), member, std::move(o));
   }
+  /// The rate of the haptic loop, at which the node steps. The graph gives it, once for all of its nodes.
+  Declare& haptic_rate(double P::*member, RealOptions o) {
+    o.default_value = default_haptic_rate;
+    info_.haptic_rate = true;
+    return rate("rate", member, std::move(o));
+  }
   template <std::integral M>
   requires(!std::same_as<M, bool>) Declare& integer(std::string name, M P::*member, IntegerOptions o) {
     ParamInfo p = base(std::move(name), ParamKind::integer, std::move(o.doc));

@@ -137,6 +137,9 @@ struct Resolution {
   std::string reason;              ///< `the moving body tool is a sphere`
 };
 
+/// The rate of the haptic loop where a graph does not give one, in Hz.
+inline constexpr double default_haptic_rate = 1000;
+
 /// Shows a person a text and waits for the answer: true for yes.
 using Ask = std::function<bool(const std::string& text)>;
 
@@ -157,6 +160,7 @@ struct NodeInfo {
   std::string thread;                         ///< for Lane::thread: the thread it shares, unless the graph says
   std::vector<std::string> cheaper_types;     ///< that do the same with less: in fewer scenes, or less exactly
   std::optional<std::size_t> rate_parameter;  ///< index of the parameter in Hz that makes the node step at a rate
+  bool haptic_rate = false;                   ///< that rate is the graph's, the same in all nodes of the haptic loop
   /// Why a scene does not need the node, or empty where it does.
   std::function<std::string(const Scene&)> unneeded;
   /// Of a type that stands for others: the one that suits a scene, which a plan puts in its place. That one has the

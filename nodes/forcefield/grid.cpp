@@ -68,7 +68,7 @@ NodeInfo GridForceField::declare() {
              .default_value = 8,
              .min = 0,
              .above_min = true})
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000});
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"});
   return d.info();
 }
 

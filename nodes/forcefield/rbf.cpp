@@ -157,7 +157,7 @@ NodeInfo RbfForceField::declare() {
                 .default_value = 500'000,
                 .min = 8,
                 .max = 100'000'000})
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .formerly("coupling", "law")
       .check(check);
   return d.info();

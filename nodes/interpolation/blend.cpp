@@ -33,7 +33,7 @@ NodeInfo Blend::declare() {
               "between the steps of the forecast: straight lines, or the cubic through the nearest four")
       .choice("continuity", &Params::continuity, {{"c1", Continuity::c1}, {"c2", Continuity::c2}},
               std::optional(Continuity::c1), "what never jumps: value and slope, or the curvature too")
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .info();

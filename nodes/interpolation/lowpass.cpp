@@ -20,7 +20,7 @@ NodeInfo LowPass::declare() {
              .min = 0,
              .max = 1,
              .above_min = true})
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000})
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .info();

@@ -78,7 +78,7 @@ NodeInfo Rollout::declare() {
              .min = 0,
              .max = 10})
       .unneeded(nothing_moves)
-      .rate("rate", &Params::rate, {.doc = "ticks a second", .default_value = 1000});
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"});
   declare_rollout(node);
   return node.info();
 }

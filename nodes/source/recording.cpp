@@ -120,8 +120,7 @@ NodeInfo RecordingSource::declare() {
       .output("force", &RecordingSource::force, "the recorded wrenches")
       .output("device", &RecordingSource::device, "the recorded device states")
       .output("target", &RecordingSource::target, "the recorded motion as a target of the hand")
-      .rate("rate", &Params::rate,
-            {.doc = "how often it looks for messages that are due", .default_value = 1000, .in_reference = 10000})
+      .haptic_rate(&Params::rate, {.doc = "how often it looks for messages that are due", .in_reference = 10000})
       .file("file", &Params::file, true, "the recording: .h5, or comma-separated values, plain or .gz")
       .text("stream", &Params::stream, "", "the stream of an .h5 file, `node.port`")
       .mapping("columns", &Params::columns, false, "for a CSV file: field to `heading [unit]` with optional factors")

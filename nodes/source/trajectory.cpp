@@ -122,7 +122,7 @@ NodeInfo TrajectorySource::declare() {
           "follow from the seed, so that the motion is one function of time at any rate.")
       .hand_path(hand_path)
       .output("target", &TrajectorySource::target, "where the hand is to be, valid at the time of the step")
-      .rate("rate", &Params::rate, {.doc = "targets a second", .default_value = 1000, .in_reference = 10000})
+      .haptic_rate(&Params::rate, {.doc = "targets a second", .in_reference = 10000})
       .table("points", &Params::points, columns, false, "way-points; rx ry rz is a rotation vector")
       .file("file", &Params::file, false,
             "way-points from comma-separated values with columns such as t_s, x_mm, rx [rad]; instead of points")

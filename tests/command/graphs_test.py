@@ -60,6 +60,32 @@ class ShippedGraphs(CommandTest):
                 self.assertIn("a missing privilege: warn", text)
                 self.assertRegex(text, r"node +type +steps +cost +lane")
 
+    def test_one_rate_drives_the_whole_haptic_loop(self):
+        for graph, nodes in (("duck/blend.yaml", ("trajectory", "device", "interpolation")),
+                             ("bunny/local.yaml", ("trajectory", "device", "interpolation"))):
+            for setting in ("rate=4 kHz", "device.rate=4000"):
+                with self.subTest(graph=graph, setting=setting):
+                    said = self.run_ok("check", "--explain", GRAPHS / graph, "--set", setting).stdout
+                    self.assertIn("haptic loop at 4000 Hz", said)
+                    self.assertNotIn("at 1000 Hz", said)
+                    summary = self.run_graph(GRAPHS / graph, "--duration", "0.3", "--set", setting)
+                    for node in nodes:
+                        self.assertEqual(summary["cost_us"][node]["steps"], 1200, node)
+        self.assertIn("haptic loop at 1000 Hz", self.run_ok("check", "--explain", GRAPHS / "duck/blend.yaml").stdout)
+
+    def test_two_rates_of_the_haptic_loop_are_refused(self):
+        graph = self.write("two.yaml", f"""extends: {GRAPHS}/duck/blend.yaml
+nodes:
+  device: {{rate: 4 kHz}}
+  interpolation: {{rate: 1 kHz}}
+""")
+        result = tactor("run", graph, environment=self.environment, cwd=self.folder)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertEqual(result.stderr.strip(), f"{graph}:4:25: nodes.interpolation.rate: expected 4 kHz as in nodes.device.rate "
+                         f"({graph}:3:18), found 1 kHz; all nodes of the haptic loop step at one rate: give it once, "
+                         "as the graph's rate, and take it out of the nodes")
+        self.assertFalse((self.folder / "out").exists())
+
     def test_a_field_of_forces_is_refused_where_the_tool_rotates_or_the_spring_is_another(self):
         def refused(verb, graph, setting, *words):
             result = tactor(verb, GRAPHS / graph, "--set", setting, environment=self.environment, cwd=self.folder)

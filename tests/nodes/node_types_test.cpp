@@ -187,6 +187,19 @@ void compare(const NodeInfo& info, const std::vector<ParamValue>& values, const 
 
 }  // namespace
 
+// A rate of its own would let a node go on at 1 kHz beside a device of 4 kHz.
+BOOST_FIXTURE_TEST_CASE(every_type_that_steps_at_a_rate_has_that_of_the_haptic_loop, Fixture) {
+  std::set<std::string> types;
+  for (const NodeInfo* info : registry.types()) {
+    if (!info->rate_parameter) continue;
+    BOOST_TEST(info->haptic_rate, info->type);
+    types.insert(info->type);
+  }
+  for (const char* type : {"device.simulated", "interpolation.rollout", "source.trajectory"}) {
+    BOOST_TEST(types.contains(type), type << " is not among the types");
+  }
+}
+
 BOOST_FIXTURE_TEST_CASE(the_check_of_every_type_refuses_what_its_constructor_refuses, Fixture) {
   const auto all_scenes = scenes();
   std::set<std::string> refusals, checked;

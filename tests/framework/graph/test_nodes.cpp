@@ -28,7 +28,7 @@ struct Device final : Idle {
         .input("segment", &Device::segment, {.required = false})
         .output("state", &Device::state, "")
         .output("commanded", &Device::commanded, "")
-        .rate("rate", &Params::rate, {.doc = "steps", .default_value = 1000, .in_reference = 10000})
+        .haptic_rate(&Params::rate, {.doc = "steps", .in_reference = 10000})
         .real("encoder_step", &Params::encoder_step,
               {.doc = "step", .unit = "m", .default_value = 1e-5, .min = 0, .in_reference = 0.0})
         .info();
@@ -191,7 +191,7 @@ struct Motor final : Idle {
         .sink()
         .input("force", &Motor::force, {.required = false})
         .output("state", &Motor::state, "")
-        .rate("rate", &Params::rate, {.doc = "steps", .default_value = 1000})
+        .haptic_rate(&Params::rate, {.doc = "steps"})
         .info();
   }
   Input<Wrench> force;
