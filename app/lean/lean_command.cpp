@@ -22,7 +22,7 @@ namespace {
 /// The text of the lean graph: what it changes of the files it came from, or all of it where that does not say it.
 std::string lean_graph_text(const Lean& lean, const LeanRequest& request, Registry& registry, const fs::path& file) {
   const auto plan_of = [&](const fs::path& graph, const Overrides& overrides) {
-    return make_plan(load_graph(graph, registry, overrides, request.mesh_folders));
+    return make_plan(load_graph(graph, registry, overrides));
   };
   GraphSpec wanted = lean.graph;
   wanted.title = lean.original.title + (lean.original.title.empty() ? "lean" : ", lean");
@@ -47,8 +47,7 @@ std::string lean_graph_text(const Lean& lean, const LeanRequest& request, Regist
 
 int run_lean(const LeanRequest& request) {
   Registry registry(default_node_folders());
-  const GraphSpec original =
-      make_plan(load_graph(request.graph, registry, request.overrides, request.mesh_folders)).graph;
+  const GraphSpec original = make_plan(load_graph(request.graph, registry, request.overrides)).graph;
   const fs::path file =
       fs::absolute(results_file(fs::path("out") / (original.name + "_lean.yaml"), {".md", ".json"}, request.results));
   if (file.extension() != ".yaml") throw InputError("--out " + file.string() + ": expected a name that ends in .yaml");

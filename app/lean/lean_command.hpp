@@ -23,7 +23,6 @@ struct LeanRequest {
   std::uint64_t seeds = 1;
   std::int64_t repeats = 3;  ///< runs of each seed whose median counts
   ResultsRequest results;    ///< where the graph is written; absent: out/NAME_lean.yaml
-  std::vector<std::filesystem::path> mesh_folders;
   std::function<bool()> interrupted;
 };
 

@@ -9,7 +9,6 @@
 #include <set>
 
 #include "app/interruption.hpp"
-#include "app/mesh_folders.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/results_folder.hpp"
@@ -57,7 +56,7 @@ CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, 
     bar.draw(share, what);
     return !console.interrupted();
   };
-  return run_cases(cases, registry, console.mesh_folders, options);
+  return run_cases(cases, registry, options);
 }
 
 /// Everything that the command line lays over a study and that its results depend on.
@@ -108,11 +107,8 @@ std::string missing_metrics(const Study& study) {
 }
 
 /// Notes in each row in what its scene differs from that of the first.
-void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases, Registry& registry,
-                       const std::vector<fs::path>& mesh_folders) {
-  const auto scene_of = [&](const RunCase& c) {
-    return load_graph(c.graph, registry, c.overrides, mesh_folders).scene;
-  };
+void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases, Registry& registry) {
+  const auto scene_of = [&](const RunCase& c) { return load_graph(c.graph, registry, c.overrides).scene; };
   const Scene first = scene_of(cases.front());
   for (std::size_t i = 1; i < cases.size(); ++i) {
     comparison.rows[i].unlike = scene_difference(scene_of(cases[i]), first, comparison.rows.front().graph);
@@ -124,7 +120,7 @@ void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases
 int supervised(unsigned threads, const std::function<int(const StudyConsole&)>& work) {
   Supervisor supervisor(threads);
   if (const std::optional<int> code = supervisor.watch()) return *code;
-  return work({mesh_folders(), is_interrupted, &supervisor});
+  return work({is_interrupted, &supervisor});
 }
 
 int run_study(const StudyRequest& request, const StudyConsole& console) {
@@ -160,8 +156,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   Registry registry(default_node_folders());
   // A process that goes on after a crash need not.
   const bool first = console.supervisor == nullptr || console.supervisor->crashes() == 0;
-  if (first && spec.report == StudyReport::stability && !spec.record.empty())
-    check_record(spec, cases, registry, console.mesh_folders);
+  if (first && spec.report == StudyReport::stability && !spec.record.empty()) check_record(spec, cases, registry);
   CasesOutcome outcome = run_watched(cases, registry, options, console);
   const std::string interrupted =
       fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",
@@ -185,8 +180,8 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
     report = write_work_precision(folder, study, found);
   } else if (spec.report == StudyReport::stability) {
     StabilityMaps maps = stability_maps(study);
-    if (!find_own_values(maps, study, cases, registry, console.mesh_folders, console.interrupted) ||
-        !record_worst(maps, study, cases, registry, console.mesh_folders, folder, console.interrupted)) {
+    if (!find_own_values(maps, study, cases, registry, console.interrupted) ||
+        !record_worst(maps, study, cases, registry, folder, console.interrupted)) {
       throw RunError(interrupted);
     }
     json["stability"] = to_json(maps);
@@ -222,7 +217,7 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   CasesOutcome outcome = run_watched(cases, registry, options, console);
   if (outcome.interrupted) throw RunError("interrupted");
   Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
-  tell_scenes_apart(comparison, cases, registry, console.mesh_folders);
+  tell_scenes_apart(comparison, cases, registry);
   const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", comparison_table(comparison, timing, terminal_columns()));
   // A file that cannot be written leaves the table.

@@ -15,7 +15,6 @@ class Supervisor;
 
 /// What both commands get from their surroundings.
 struct StudyConsole {
-  std::vector<std::filesystem::path> mesh_folders;
   std::function<bool()> interrupted;  ///< may be asked by several threads at once
   Supervisor* supervisor = nullptr;   ///< as CasesOptions::supervisor
 };

@@ -5,6 +5,7 @@
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/verbs.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -37,6 +38,7 @@ void add_compare(CLI::App& app, int& exit_code) {
               "out/compare_2, out/compare_3, ... that holds none)");
   verb->callback([arguments, &exit_code] {
     CompareRequest& made = arguments->comparison;
+    for (fs::path& graph : made.graphs) graph = named_file(graph, graph_files);
     made.overrides = arguments->options.overrides();
     made.out = results_folder(fs::path("out") / "compare", arguments->results);
     exit_code = supervised(made.jobs, [&](const StudyConsole& console) { return run_compare(made, console); });

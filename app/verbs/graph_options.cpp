@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <thread>
 
-#include "app/mesh_folders.hpp"
 #include "app/verbs/option_values.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -20,7 +20,7 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
 }
 
 GraphSpec load(const std::filesystem::path& graph, Registry& registry, const GraphOptions& options) {
-  return load_graph(graph, registry, options.overrides(), mesh_folders());
+  return load_graph(named_file(graph, graph_files), registry, options.overrides());
 }
 
 void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc) {

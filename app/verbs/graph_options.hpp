@@ -29,7 +29,7 @@ struct GraphOptions {
   [[nodiscard]] Overrides overrides() const { return {set, seed, duration, over}; }
 };
 
-/// The graph with these options laid over it.
+/// The graph of that path or name (see find_file) with these options laid over it.
 GraphSpec load(const std::filesystem::path& graph, Registry& registry, const GraphOptions& options);
 
 /// --out and --overwrite; `doc` tells the default of --out.

@@ -1,12 +1,12 @@
 // `tactor lean`: what an error budget allows to leave out.
 #include "app/interruption.hpp"
 #include "app/lean/lean_command.hpp"
-#include "app/mesh_folders.hpp"
 #include "app/run/timing.hpp"
 #include "app/study/spec/study_spec.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/verbs.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -45,7 +45,7 @@ void add_lean(CLI::App& app, int& exit_code) {
   arguments->options.add_to(*verb, true);
   verb->callback([arguments, &exit_code] {
     arguments->lean.overrides = arguments->options.overrides();
-    arguments->lean.mesh_folders = mesh_folders();
+    arguments->lean.graph = named_file(arguments->lean.graph, graph_files);
     arguments->lean.interrupted = is_interrupted;
     exit_code = run_lean(arguments->lean);
   });

@@ -52,7 +52,7 @@ int run_graph(const RunArguments& arguments) {
   Registry registry(default_node_folders());
   const Plan plan = make_plan(load(arguments.graph, registry, arguments.options));
   const ResultsFolder results(fs::path("out") / plan.graph.name, arguments.results);
-  results.refuse_to_replace(arguments.graph);
+  results.refuse_to_replace(plan.graph.file);
   const fs::path& folder = results.path();
   RunOptions run_options;
   run_options.recording = folder / "recording.h5";

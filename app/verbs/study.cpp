@@ -4,6 +4,7 @@
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/verbs.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -35,6 +36,7 @@ void add_study(CLI::App& app, int& exit_code) {
   verb->add_flag("--short", study.is_short, "Use what the study says under `short`");
   verb->callback([arguments, &exit_code] {
     StudyRequest& made = arguments->study;
+    made.file = named_file(made.file, study_files);
     made.overrides = arguments->options.overrides();
     exit_code = supervised(made.jobs, [&](const StudyConsole& console) { return run_study(made, console); });
   });

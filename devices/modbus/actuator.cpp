@@ -101,7 +101,7 @@ std::string calibrate(const Actuator::Params& params, const Ask& ask) {
 /// A line for each serial port that a Modbus line may be on. Nothing is sent to it: Modbus has no request that any
 /// device may safely be given. Nor is anything known of what is on it, so that all profiles are looked at.
 std::vector<std::string> discover(std::vector<std::string>& notes) {
-  for (const std::filesystem::path& file : profile_files("modbus")) {
+  for (const std::filesystem::path& file : files_of(profiles_of("modbus"))) {
     try {
       static_cast<void>(plan_cycle(read_profile(file)));
     } catch (const InputError& error) {
@@ -154,7 +154,9 @@ NodeInfo Actuator::declare() {
       "line runs on a thread of its own, at the rate that the line can carry, and the device loop takes the newest "
       "sample "
       "with its age. A device of one axis moves along one direction of the scene; turn it there by rotation.");
-  declaration.file("profile", &Params::profile, true, "the profile, such as modbus/iris_orca.yaml")
+  declaration
+      .file("profile", &Params::profile, true, "the profile: the path of a file, or a shipped one such as iris_orca",
+            profiles_of("modbus"))
       .text("connect", &Params::connect, std::nullopt, "tcp:HOST:PORT or rtu:PATH of the serial port")
       .integer<std::int32_t>("unit", &Params::unit,
                              {.doc = "slave id; 0: that of the profile", .default_value = 0, .min = 0, .max = 247})

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "devices/hardware/profile_files.hpp"
 #include "devices/usb/usb_link.hpp"
 #include "framework/core/check.hpp"
 
@@ -25,7 +26,7 @@ HardwareParts parts_of(const UsbProfile& profile, std::unique_ptr<UsbLink> link)
 }
 
 UsbProfile profile_of(const UsbDevice::Params& params) {
-  return read_usb_profile(find_usb_profile(params.profile));
+  return read_usb_profile(params.profile);
 }
 
 std::string calibrate(const UsbDevice::Params& params, const Ask& ask) {
@@ -112,7 +113,9 @@ NodeInfo UsbDevice::declare() {
       "other way. The profile (YAML) says which device, what the bytes mean, the geometry and what the motors take; "
       "docs/usb.md has its format. Shipped: polhem. A device whose counters have no zero of their own is calibrated "
       "by `tactor device calibrate` after it was plugged in; without that a run does not start.");
-  declaration.text("profile", &P::profile, std::nullopt, "the name of a shipped profile, or the path of a file")
+  declaration
+      .file("profile", &P::profile, true, "the profile: the path of a file, or a shipped one such as polhem",
+            profiles_of("usb"))
       .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
       .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");
   declare_hardware(declaration);

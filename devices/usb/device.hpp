@@ -16,7 +16,7 @@ struct UsbProfile;
 class UsbDevice final : public HardwareDevice {
  public:
   struct Params : HardwareParams {
-    std::string profile;
+    std::filesystem::path profile;
     std::string serial;
     std::string file;
   };

@@ -435,13 +435,9 @@ UsbProfile parse_usb_profile(const std::string& text, const std::string& file) {
   return checked(tree, file, diagnostics);
 }
 
-std::filesystem::path find_usb_profile(const std::string& name) {
-  return profile_named("usb", name);
-}
-
 std::vector<UsbProfile> all_usb_profiles(std::vector<std::string>& notes) {
   std::vector<UsbProfile> profiles;
-  for (const std::filesystem::path& file : profile_files("usb")) {
+  for (const std::filesystem::path& file : files_of(profiles_of("usb"))) {
     try {
       profiles.push_back(read_usb_profile(file));
     } catch (const InputError& error) {

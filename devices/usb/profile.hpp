@@ -59,9 +59,6 @@ UsbProfile read_usb_profile(const std::filesystem::path& file);
 /// The same of a text; `file` is what errors call it.
 UsbProfile parse_usb_profile(const std::string& text, const std::string& file);
 
-/// The file of a profile by its name (`polhem`, `usb/polhem.yaml`) or path (see find_profile). Throws InputError, with
-/// the names there are, where there is none.
-std::filesystem::path find_usb_profile(const std::string& name);
 /// All profiles in the folders that can be read; for each of the others a line in `notes`.
 std::vector<UsbProfile> all_usb_profiles(std::vector<std::string>& notes);
 

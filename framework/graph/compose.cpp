@@ -6,7 +6,7 @@
 #include "framework/graph/format.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/values.hpp"
-#include "framework/yaml/nearby_files.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -38,10 +38,6 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
     if (++files > max_files) {
       return complain("expected at most " + std::to_string(max_files) + " files in all, found more");
     }
-    if (!fs::is_regular_file(file, ignored)) {
-      return complain("expected a graph file that exists, found " + describe(*named_by) + "; looked for " +
-                      file.string() + nearby_files({file}));
-    }
   }
   chain.push_back(identity);
   std::optional<Tree> tree = read_yaml(file, file.string(), graph_file, diagnostics);
@@ -60,8 +56,13 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
       diagnostics.error(one.place, "extends: expected the path of a graph file, found " + describe(one));
       return std::nullopt;
     }
-    std::optional<Tree> parent =
-        load_chain((file.parent_path() / one.text).lexically_normal(), &one, chain, files, diagnostics);
+    const FileSearch search = find_file(one.text, {file.parent_path()}, graph_files);
+    if (search.file.empty()) {
+      diagnostics.error(one.place,
+                        "extends: expected a graph file that exists, found " + describe(one) + looked_for(search));
+      return std::nullopt;
+    }
+    std::optional<Tree> parent = load_chain(search.file, &one, chain, files, diagnostics);
     if (!parent) return std::nullopt;
     if (under) {
       merge_graph(*under, *parent);
@@ -171,16 +172,16 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Di
   std::optional<Tree> graph = load_chain(file, nullptr, {}, files, diagnostics);
   if (!graph) return std::nullopt;
   const auto lay_file = [&](const fs::path& over) {
+    // Methods are most often taken from the folder beside the graph, or beside the folder of its scene.
     std::error_code ignored;
-    if (!fs::exists(over, ignored)) {
-      // Methods are most often taken from the folder beside the graph, or beside the folder of its scene.
-      const fs::path beside = fs::absolute(file, ignored).parent_path();
-      diagnostics.error({over.string(), 0, 0},
-                        "there is no such file" + nearby_files({over, beside / "methods" / over.filename(),
-                                                                beside.parent_path() / "methods" / over.filename()}));
+    const fs::path beside = fs::absolute(file, ignored).parent_path();
+    const FileSearch search =
+        find_file(over, {"", beside, beside / "methods", beside.parent_path() / "methods"}, method_files);
+    if (search.file.empty()) {
+      diagnostics.error({over.string(), 0, 0}, "expected a graph file that exists" + looked_for(search));
       return false;
     }
-    const std::optional<Tree> layer = load_chain(over, nullptr, {}, files, diagnostics);
+    const std::optional<Tree> layer = load_chain(search.file, nullptr, {}, files, diagnostics);
     if (layer) merge_graph(*graph, *layer);
     return layer.has_value();
   };

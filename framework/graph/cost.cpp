@@ -56,7 +56,7 @@ void read_trace_cost(CostModel& cost, const Tree& tree, const std::string& path,
                      Diagnostics& diagnostics) {
   check_keys(tree, path, "key", {"trace"}, diagnostics);
   cost.kind = CostModel::Kind::trace;
-  const auto file = files.find(tree.find("trace")->value, path + ".trace", diagnostics);
+  const auto file = files.find(tree.find("trace")->value, path + ".trace", any_file, diagnostics);
   if (!file) return;
   cost.trace_file = *file;
   cost.trace = read_trace(*file, diagnostics);

@@ -7,6 +7,9 @@
 
 namespace tactor {
 
+/// What errors call a file with a graph.
+inline const YamlFileKind graph_file{"a graph file", "nodes, edges, duration, ..."};
+
 /// What this program reads and writes. Files say it as `format: 2`.
 inline constexpr int file_format = 2;
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/graph/files.hpp"
+#include "framework/yaml/file_finder.hpp"
 #include "framework/graph/spec.hpp"
 #include "framework/yaml/yaml_tree.hpp"
 

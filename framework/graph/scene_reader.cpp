@@ -105,7 +105,7 @@ void read_shape(Body& body, const TreeEntry& entry, const std::string& path, con
   const NumberRule length{.unit = "m", .min = 0, .above_min = true};
   if (kind == "mesh") {
     MeshShape mesh;
-    if (auto file = files.find(tree, at, diagnostics)) mesh.file = *file;
+    if (auto file = files.find(tree, at, mesh_files, diagnostics)) mesh.file = *file;
     if (const Tree* scale = entry.value.value("scale")) {
       mesh.scale = read_number(*scale, path + ".scale", {.min = 0, .above_min = true}, diagnostics);
     }

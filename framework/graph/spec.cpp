@@ -162,8 +162,7 @@ std::string graph_name(const fs::path& file) {
   return folder.filename().string() + (stem == "scene" ? "" : "_" + stem);
 }
 
-GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides,
-                     const std::vector<fs::path>& mesh_folders) {
+GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides) {
   Diagnostics diagnostics;
   const std::optional<Tree> tree = compose(file, overrides, diagnostics);
   if (!tree) diagnostics.throw_if_any();
@@ -176,7 +175,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   std::map<std::string, SourceLocation, std::less<>> places;
   collect_places(*tree, "", places);
   spec.places = std::make_shared<const std::map<std::string, SourceLocation, std::less<>>>(std::move(places));
-  const FileFinder files(file.parent_path(), mesh_folders);
+  const FileFinder files(file.parent_path());
   check_keys(
       *tree, "", "key",
       {"format", "title", "extends", "clock", "duration", "seed", "rate", "live", "scene", "nodes", "edges", "record"},

@@ -118,10 +118,8 @@ class Registry;
 std::string graph_name(const std::filesystem::path& file);
 
 /// Reads, resolves `extends`, applies overrides and checks a graph against the declarations of its node types.
-/// Throws GraphError with every error there is. Relative mesh paths are looked for beside the graph file and then in
-/// `mesh_folders`.
-GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, const Overrides& overrides = {},
-                     const std::vector<std::filesystem::path>& mesh_folders = {});
+/// Throws GraphError with every error there is. Files that it names are looked for as FileFinder does.
+GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, const Overrides& overrides = {});
 
 /// The graph with `extends` resolved and every parameter written out, as YAML that loads to the same graph.
 /// Files (meshes, data) are absolute paths.

@@ -105,7 +105,7 @@ std::optional<ParamValue> read_param(const Tree& tree, const std::string& path, 
       break;
   }
   if (tree.is_scalar() && tree.text.empty() && param.default_value) return ParamValue(std::string());
-  const auto file = files.find(tree, path, diagnostics);
+  const auto file = files.find(tree, path, param.file, diagnostics);
   if (!file) return std::nullopt;
   return ParamValue(file->string());
 }

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "framework/graph/files.hpp"
+#include "framework/yaml/file_finder.hpp"
 #include "framework/node/info.hpp"
 #include "framework/yaml/yaml_values.hpp"
 

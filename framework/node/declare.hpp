@@ -291,9 +291,12 @@ class Declare {
     };
     return push(std::move(p));
   }
-  /// A file that must exist; `required` false: may be left out, the path is then empty.
-  Declare& file(std::string name, std::filesystem::path P::*member, bool required, std::string doc) {
+  /// A file that must exist; `required` false: may be left out, the path is then empty. `kind`: where it is looked for
+  /// after the folder of the graph.
+  Declare& file(std::string name, std::filesystem::path P::*member, bool required, std::string doc,
+                FileKind kind = any_file) {
     ParamInfo p = base(std::move(name), ParamKind::file, std::move(doc));
+    p.file = std::move(kind);
     if (!required) p.default_value = std::string();
     p.assign = [member](void* params, const ParamValue& v) {
       static_cast<P*>(params)->*member = std::get<std::string>(v);

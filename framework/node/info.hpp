@@ -14,6 +14,7 @@
 #include <variant>
 #include <vector>
 
+#include "framework/core/file_lookup.hpp"
 #include "framework/core/scene.hpp"
 #include "framework/core/scheduling.hpp"
 #include "framework/node/node.hpp"
@@ -75,6 +76,7 @@ struct ParamInfo {
   std::vector<std::string> choices;
   std::vector<ColumnInfo> columns;
   std::size_t size = 0;
+  FileKind file;                           ///< of a file: where those of the user and the program lie
   std::string doc;                         ///< one line
   std::string former;                      ///< what it was called before; empty: always so
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run

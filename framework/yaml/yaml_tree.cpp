@@ -1,7 +1,7 @@
 #include "framework/yaml/yaml_tree.hpp"
 
 #include "framework/core/input_file.hpp"
-#include "framework/yaml/nearby_files.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -59,7 +59,7 @@ std::optional<Tree> read_yaml(const fs::path& file, const std::string& name, con
   InputFile input = open_input(file);
   std::string text;
   if (!input.file || !input.read(text, max_yaml_bytes)) {
-    const std::string error = input.is_missing ? input.error + nearby_files({file}) : input.error;
+    const std::string error = input.is_missing ? input.error + looked_for({{}, {file}}) : input.error;
     diagnostics.error(whole, input.found.empty() ? error : "expected " + kind.noun + ", found " + input.found);
     return std::nullopt;
   }

@@ -44,14 +44,14 @@ struct Map {
   /// Finds the graph's own values and is interrupted at that question, the first being 0. How often it was asked.
   std::size_t find(std::size_t interrupted_at, bool& went_on) {
     std::size_t asked = 0;
-    went_on = find_own_values(maps, study, cases, registry, {}, [&] { return asked++ == interrupted_at; });
+    went_on = find_own_values(maps, study, cases, registry, [&] { return asked++ == interrupted_at; });
     return asked;
   }
 
   [[nodiscard]] std::string record_errors(const std::string& list) {
     try {
       const StudySpec spec = load("report: {kind: stability, record: " + list + "}\n");
-      check_record(spec, study_cases(spec, {}), registry, {});
+      check_record(spec, study_cases(spec, {}), registry);
     } catch (const InputError& error) {
       return error.what();
     }

@@ -107,7 +107,7 @@ BOOST_AUTO_TEST_CASE(without_methods_and_values_the_graphs_run_as_they_are) {
 
 BOOST_AUTO_TEST_CASE(a_bad_study_is_refused_with_every_place) {
   const StudyFile file;
-  BOOST_TEST(file.error("graphs: [a.yaml, c.yaml]\n").find("study.yaml:1:18: graphs: expected a file that exists") !=
+  BOOST_TEST(file.error("graphs: [a.yaml, c.yaml]\n").find("study.yaml:1:18: graphs: expected a graph file that exists") !=
              std::string::npos);
   BOOST_TEST(file.error("graphs: [a.yaml, more/a.yaml]\n").find("1:18: graphs: expected files of different names") !=
              std::string::npos);

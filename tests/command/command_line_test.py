@@ -108,9 +108,7 @@ class Names(Refused):
         for over in (GRAPHS / "methods/kalmann.yaml", "kalmann.yaml", "kalmann"):
             with self.subTest(over=over):
                 self.assert_refused("check", GRAPHS / "duck/scene.yaml", "--over", over,
-                                    says=[f"{over}: there is no such file", "burg.yaml, ", 'did you mean "kalman.yaml"?'])
-        # A name alone is not a file.
-        self.assert_refused("check", GRAPHS / "duck/scene.yaml", "--over", "kalman", says=['did you mean "kalman.yaml"?'])
+                                    says=[f"{over}: expected a graph file that exists; looked for ", "burg.yaml, ", 'did you mean "kalman.yaml"?'])
         study = self.write("study.yaml", f"graphs: [{GRAPHS / 'duck/scene.yaml'}]\nmethods: [{GRAPHS / 'methods/kalmann.yaml'}]\n")
         self.assert_refused("study", study, says=["study.yaml:2:", "burg.yaml, ", 'did you mean "kalman.yaml"?'])
 
@@ -118,9 +116,26 @@ class Names(Refused):
         small = self.small_graph()
         for verb in ("run", "check", "lean", "explain"):
             budget = ["--budget", "1"] if verb == "lean" else []
-            self.assert_refused(verb, self.folder / "smal.yaml", *budget, says=["no such file", f'did you mean "{small.name}"?'])
+            self.assert_refused(verb, self.folder / "smal.yaml", *budget, says=["smal.yaml: expected a graph file that exists; looked for ", f'did you mean "{small.name}"?'])
         over = self.write("over.yaml", "extends: smal.yaml\n")
         self.assert_refused("check", over, says=["over.yaml:1:10", 'did you mean "small.yaml"?'])
+
+    def test_a_bad_name_of_a_shipped_graph_lists_where_it_was_looked_for(self):
+        self.environment["TACTOR_GRAPH_PATH"] = f"/nowhere:{self.folder}"
+        error = self.assert_refused("check", "duck/refti", says=['did you mean "refit.yaml"?', "/duck holds 1_fixed.yaml, "])
+        self.assertTrue(error.startswith(f"duck/refti: expected a graph file that exists; looked for {self.folder}/duck/refti, "
+                                         f"/nowhere/duck/refti.yaml, {self.folder}/duck/refti.yaml, "), error)
+        study = self.assert_refused("study", "method", says=['did you mean "methods.yaml"?'])
+        self.assertTrue(study.startswith("method: expected a study file that exists; looked for "), study)
+
+    @needs_meshes
+    def test_shipped_graphs_and_methods_are_found_by_their_names(self):
+        said = self.run_ok("check", "--explain", "duck/scene", "--over", "kalman", cwd=self.folder).stdout
+        self.assertIn("prediction.kalman", said)
+        # Those of the user come first.
+        self.write("mine.yaml", "extends: duck/scene\ntitle: mine\n")
+        self.environment["TACTOR_GRAPH_PATH"] = str(self.folder)
+        self.assertIn("mine: mine", self.run_ok("check", "--explain", "mine", cwd="/").stdout)
 
     def test_a_missing_node_library_names_the_path_that_it_is_looked_for_in(self):
         graph = self.write("own.yaml", "duration: 1 s\nnodes: {gain: {type: own.gain}}\n")

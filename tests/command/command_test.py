@@ -214,7 +214,7 @@ seeds: 3
         self.assertNotIn("prediction.hold", resolved)
         missing = tactor("check", GRAPHS / "recorded/scene.yaml", "--over", self.folder / "none.yaml")
         self.assertEqual(missing.returncode, 2)
-        self.assertIn("none.yaml: there is no such file", missing.stderr)
+        self.assertIn("none.yaml: expected a graph file that exists; looked for ", missing.stderr)
 
     def test_a_bad_study_is_refused_before_anything_runs(self):
         study = self.write("bad_study.yaml", f"graphs: [{GRAPHS / 'recorded/scene.yaml'}]\nvary: {{refit.window: [3]}}\n")
@@ -224,7 +224,7 @@ seeds: 3
         study = self.write("bad_study.yaml", "graphs: [none.yaml]\n")
         result = tactor("study", study, "--out", self.folder / "bad")
         self.assertEqual(result.returncode, 2)
-        self.assertIn("bad_study.yaml:1:10: graphs: expected a file that exists", result.stderr)
+        self.assertIn("bad_study.yaml:1:10: graphs: expected a graph file that exists", result.stderr)
         self.assertFalse((self.folder / "bad").exists())
 
     def test_compare_says_once_that_a_reference_was_damaged(self):

@@ -157,10 +157,12 @@ class Profiles(CommandTest):
     def test_a_profile_that_does_not_exist_lists_those_that_do(self):
         result = tactor("emulate", "modbus", "iris_ocra", "--tcp", "0")
         self.assertEqual(result.returncode, 2)
-        self.assertRegex(result.stderr, r'\(.*iris_orca, .*robotiq_2f.*\).*found "iris_ocra"; did you mean "iris_orca"\?')
+        self.assertRegex(result.stderr, r'^iris_ocra: expected a profile that exists; looked for .*/modbus/iris_ocra\.yaml.* holds '
+                                        r'.*iris_orca\.yaml, .*robotiq_2f.*; did you mean "iris_orca\.yaml"\?')
         graph = self.write("graph.yaml", GRAPH % ("1 s", "modbus/iris_ocra.yaml", "tcp:127.0.0.1:9"))
         result = tactor("check", graph)
         self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, rf"^{graph}:\d+:\d+: nodes\.device\.profile: expected a profile that exists, found modbus/iris_ocra\.yaml")
         self.assertIn('did you mean "iris_orca.yaml"?', result.stderr)
         self.assertIn("robotiq_2f.yaml", result.stderr)
 

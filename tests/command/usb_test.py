@@ -225,7 +225,7 @@ class UsbRun(CommandTest):
         self.assertIn(f"{profile}:9:9: usb.rate: expected a rate (Hz)", result.stderr)
         result = tactor("check", self.polhem("polhen"))
         self.assertEqual(result.returncode, 2)
-        self.assertIn("did you mean \"polhem\"", result.stderr)
+        self.assertIn("did you mean \"polhem.yaml\"", result.stderr)
 
     def test_the_emulator_says_what_it_takes(self):
         for arguments, says in ((("polhem",), "a command"), (("polhen", "--", "true"), "did you mean"),

@@ -156,14 +156,13 @@ std::string record_setting(const Plan& plan, const std::vector<std::string>& ask
 }
 
 /// False where it was interrupted.
-bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry,
-                 const std::vector<fs::path>& mesh_folders, const fs::path& folder,
+bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry, const fs::path& folder,
                  const std::function<bool()>& interrupted) {
   Overrides overrides = c.overrides;
   overrides.seed = study.comparison.seeds[cell.seed];
-  const Plan plain = make_plan(load_graph(c.graph, registry, overrides, mesh_folders));
+  const Plan plain = make_plan(load_graph(c.graph, registry, overrides));
   overrides.set.push_back(record_setting(plain, study.spec.record));
-  const Plan plan = make_plan(load_graph(c.graph, registry, overrides, mesh_folders));
+  const Plan plan = make_plan(load_graph(c.graph, registry, overrides));
   const std::string name = file_name(plan.graph.name + "_" + c.configuration);
   const fs::path out = make_folder(folder / "worst" / name);
   RunOptions options;
@@ -185,12 +184,11 @@ bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Regi
 }
 
 /// What is wrong with what `set` lays over the case's graph; empty where nothing is, or only other things are.
-std::string error_at(const RunCase& c, const std::string& set, Registry& registry,
-                     const std::vector<fs::path>& mesh_folders) {
+std::string error_at(const RunCase& c, const std::string& set, Registry& registry) {
   Overrides overrides = c.overrides;
   overrides.set.push_back(set);
   try {
-    static_cast<void>(load_graph(c.graph, registry, overrides, mesh_folders));
+    static_cast<void>(load_graph(c.graph, registry, overrides));
   } catch (const GraphError& error) {
     for (const Diagnostic& one : error.diagnostics()) {
       if (one.place.file != "--set " + set) continue;
@@ -202,10 +200,9 @@ std::string error_at(const RunCase& c, const std::string& set, Registry& registr
 }
 
 /// The graph with what is laid over it, as text; empty where it is refused.
-std::string graph_text(const RunCase& c, const Overrides& overrides, Registry& registry,
-                       const std::vector<fs::path>& mesh_folders) {
+std::string graph_text(const RunCase& c, const Overrides& overrides, Registry& registry) {
   try {
-    return to_yaml(make_plan(load_graph(c.graph, registry, overrides, mesh_folders)).graph);
+    return to_yaml(make_plan(load_graph(c.graph, registry, overrides)).graph);
   } catch (const InputError&) {
     return {};
   }
@@ -253,17 +250,16 @@ bool any_own(const StabilityMaps& maps) {
 
 }  // namespace
 
-void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Registry& registry,
-                  const std::vector<fs::path>& mesh_folders) {
+void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Registry& registry) {
   std::vector<Diagnostic> errors;
   const auto is_right = [&](const RunCase& c) {
-    return error_at(c, "record=" + flow_list(spec.record), registry, mesh_folders).empty();
+    return error_at(c, "record=" + flow_list(spec.record), registry).empty();
   };
   if (std::all_of(cases.begin(), cases.end(), is_right)) return;
   for (std::size_t i = 0; i < spec.record.size(); ++i) {
     const std::string set = "record=" + flow_list({spec.record[i]});
     for (const RunCase& c : cases) {
-      const std::string found = error_at(c, set, registry, mesh_folders);
+      const std::string found = error_at(c, set, registry);
       if (found.empty()) continue;
       errors.push_back({spec.record_places[i], fmt::format("report.record: {} (in {})", found,
                                                            case_name(graph_name(c.graph), c.configuration))});
@@ -303,7 +299,7 @@ StabilityMaps stability_maps(const Study& study) {
 }
 
 bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                     const std::vector<fs::path>& mesh_folders, const std::function<bool()>& interrupted) {
+                     const std::function<bool()>& interrupted) {
   bool stopped = false;
   const auto find_in = [&](const StudyAxis& axis, const RunCase& c, const Overrides& plain,
                            const std::string& wanted) -> std::optional<std::size_t> {
@@ -315,7 +311,7 @@ bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
       Overrides with = plain;
       if (axis.values[i].overlay) with.layers.push_back(*axis.values[i].overlay);
       for (const std::string& path : axis.paths) with.set.push_back(path + "=" + axis.values[i].text);
-      if (graph_text(c, with, registry, mesh_folders) == wanted) return i;
+      if (graph_text(c, with, registry) == wanted) return i;
     }
     return std::nullopt;
   };
@@ -326,7 +322,7 @@ bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
     plain.seed = study.comparison.seeds.front();
     plain.layers.resize(study.spec.methods.empty() ? 0 : 1);
     for (const std::string& set : study.configuration(first).set) std::erase(plain.set, set);
-    const std::string wanted = graph_text(cases[first], plain, registry, mesh_folders);
+    const std::string wanted = graph_text(cases[first], plain, registry);
     if (wanted.empty()) continue;
     map.own_x = find_in(maps.x, cases[first], plain, wanted);
     map.own_y = find_in(maps.y, cases[first], plain, wanted);
@@ -335,8 +331,7 @@ bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
 }
 
 bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                  const std::vector<fs::path>& mesh_folders, const fs::path& folder,
-                  const std::function<bool()>& interrupted) {
+                  const fs::path& folder, const std::function<bool()>& interrupted) {
   // What an earlier report left does not belong to this one.
   std::error_code ignored;
   fs::remove_all(folder / "worst", ignored);
@@ -356,7 +351,7 @@ bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<Run
   std::stable_sort(bad.begin(), bad.end(), [](const auto* a, const auto* b) { return badness(*a) > badness(*b); });
   if (bad.size() > static_cast<std::size_t>(study.spec.worst)) bad.resize(static_cast<std::size_t>(study.spec.worst));
   return std::all_of(bad.begin(), bad.end(), [&](StabilityCell* cell) {
-    return !interrupted() && record_cell(*cell, study, cases[cell->row], registry, mesh_folders, folder, interrupted);
+    return !interrupted() && record_cell(*cell, study, cases[cell->row], registry, folder, interrupted);
   });
 }
 

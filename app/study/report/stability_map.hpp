@@ -42,8 +42,7 @@ struct StabilityMaps {
 
 /// Looks in every graph that can run for the outputs that `report.record` names. Throws GraphError with the places of
 /// those that one of them lacks.
-void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Registry& registry,
-                  const std::vector<std::filesystem::path>& mesh_folders);
+void check_record(const StudySpec& spec, const std::vector<RunCase>& cases, Registry& registry);
 
 /// Throws InputError where no run was judged.
 StabilityMaps stability_maps(const Study& study);
@@ -51,14 +50,13 @@ StabilityMaps stability_maps(const Study& study);
 /// Finds in each map which values are the graph's own, by comparing the graphs that they make. False where
 /// `interrupted`, which is asked before each of these, ended it.
 bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                     const std::vector<std::filesystem::path>& mesh_folders, const std::function<bool()>& interrupted);
+                     const std::function<bool()>& interrupted);
 
 /// Runs the worst cells that are not stable anew, as many as the study says, with a recording; they land in
 /// FOLDER/worst/. False where `interrupted`, which is asked during the runs too, ended it; what was under way leaves
 /// nothing.
 bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                  const std::vector<std::filesystem::path>& mesh_folders, const std::filesystem::path& folder,
-                  const std::function<bool()>& interrupted);
+                  const std::filesystem::path& folder, const std::function<bool()>& interrupted);
 
 std::string stability_table(const Study& study, const StabilityMaps& maps, std::size_t columns);
 nlohmann::ordered_json to_json(const StabilityMaps& maps);

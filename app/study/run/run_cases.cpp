@@ -115,11 +115,9 @@ std::string first_difference(const RunResult& a, const RunResult& b) {
 /// Runs cases; one object a call of run_cases.
 class StudyRunner {
  public:
-  StudyRunner(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
-              const CasesOptions& options)
+  StudyRunner(const std::vector<RunCase>& cases, Registry& registry, const CasesOptions& options)
       : cases_(cases),
         registry_(registry),
-        mesh_folders_(mesh_folders),
         options_(options),
         board_(options.supervisor != nullptr ? &options.supervisor->board() : nullptr),
         begun_(board_ != nullptr && board_->has_table()) {
@@ -290,7 +288,7 @@ class StudyRunner {
   /// The seed decides nothing but `graph.seed`, so that one plan serves all seeds.
   Plan plan_of(const fs::path& graph, Overrides overrides) {
     overrides.seed = options_.seeds.front();
-    return make_plan(load_graph(graph, registry_, overrides, mesh_folders_));
+    return make_plan(load_graph(graph, registry_, overrides));
   }
 
   /// The cases that have runs to be made: first what crashed a process while it was planned, so that nothing before it
@@ -546,7 +544,6 @@ class StudyRunner {
 
   const std::vector<RunCase>& cases_;
   Registry& registry_;
-  const std::vector<fs::path>& mesh_folders_;
   const CasesOptions& options_;
   CrashBoard* const board_;  // null where nobody watches
   const bool begun_;         // by a process before this one, which crashed: the table is of this command
@@ -561,9 +558,8 @@ class StudyRunner {
 
 }  // namespace
 
-CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry, const std::vector<fs::path>& mesh_folders,
-                       const CasesOptions& options) {
-  return StudyRunner(cases, registry, mesh_folders, options).run();
+CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry, const CasesOptions& options) {
+  return StudyRunner(cases, registry, options).run();
 }
 
 }  // namespace tactor

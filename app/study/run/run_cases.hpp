@@ -65,7 +65,6 @@ struct CasesOutcome {
 
 /// Checks every case, then runs what the table does not have. A run that fails is a record with its message. Throws
 /// InputError where a case is refused and may not be, before anything runs.
-CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry,
-                       const std::vector<std::filesystem::path>& mesh_folders, const CasesOptions& options);
+CasesOutcome run_cases(const std::vector<RunCase>& cases, Registry& registry, const CasesOptions& options);
 
 }  // namespace tactor

@@ -78,7 +78,7 @@ std::string joined(const std::vector<std::string>& parts) {
 class StudyReader {
  public:
   StudyReader(const fs::path& file, Diagnostics& diagnostics)
-      : files_(fs::absolute(file).parent_path(), {}), diagnostics_(diagnostics) {}
+      : files_(fs::absolute(file).parent_path()), diagnostics_(diagnostics) {}
 
   void read(const Tree& tree, StudySpec& study) {
     check_keys(tree, "study", "key of a study", study_keys(), diagnostics_);
@@ -126,7 +126,7 @@ class StudyReader {
     }
     std::set<std::string> names;
     for (const Tree& item : tree.items) {
-      const std::optional<fs::path> file = files_.find(item, "graphs", diagnostics_);
+      const std::optional<fs::path> file = files_.find(item, "graphs", graph_files, diagnostics_);
       if (!file) continue;
       name_once(names, graph_name(*file), item.place, "graphs", "files");
       study.graphs.push_back(*file);
@@ -143,7 +143,7 @@ class StudyReader {
 
   std::optional<Overlay> read_overlay(const std::string& name, const Tree& tree, const std::string& path) {
     if (!tree.is_map()) {
-      const std::optional<fs::path> file = files_.find(tree, path, diagnostics_);
+      const std::optional<fs::path> file = files_.find(tree, path, method_files, diagnostics_);
       if (!file) return std::nullopt;
       return Overlay{name.empty() ? file->stem().string() : name, *file, {}};
     }

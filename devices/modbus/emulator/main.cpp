@@ -14,6 +14,7 @@
 #include "devices/hardware/profile_files.hpp"
 #include "devices/modbus/emulator/server.hpp"
 #include "framework/core/check.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 using namespace tactor;
 using namespace tactor::modbus;
@@ -154,7 +155,7 @@ int run(const std::vector<std::string>& words) {
   }
   Arguments a = parse(words);
   if (!a.options.link.empty() && !a.options.serial) throw InputError("--link: expected --pty with it");
-  Profile profile = read_profile(profile_named("modbus", a.profile));
+  Profile profile = read_profile(named_file(a.profile, profiles_of("modbus")));
   if (a.baud > 0) profile.line.baud = a.baud;
   Emulator emulator(std::move(profile), a.options);
   emulator.start();

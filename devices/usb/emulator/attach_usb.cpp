@@ -13,11 +13,13 @@
 #include <random>
 #include <sstream>
 
+#include "devices/hardware/profile_files.hpp"
 #include "devices/usb/emulator/emulated_device.hpp"
 #include "devices/usb/emulator/known_devices.hpp"
 #include "devices/usb/emulator/usbip.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -73,8 +75,9 @@ Options parse(int argc, char** argv) {
 }
 
 Emulation make_emulation(const Options& options) {
-  Emulation emulation = options.profile == "falcon" ? falcon_emulation()
-                                                    : emulation_of(read_usb_profile(find_usb_profile(options.profile)));
+  Emulation emulation = options.profile == "falcon"
+                            ? falcon_emulation()
+                            : emulation_of(read_usb_profile(named_file(options.profile, profiles_of("usb"))));
   emulation.serial = "attached-" + std::to_string(std::random_device{}());
   emulation.trace = options.trace;
   if (!options.trace.empty() && !std::ofstream(options.trace)) {

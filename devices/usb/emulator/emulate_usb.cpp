@@ -13,6 +13,7 @@
 #include <random>
 #include <sstream>
 
+#include "devices/hardware/profile_files.hpp"
 #include "devices/usb/emulator/emulator.hpp"
 #include "devices/usb/emulator/interposition.hpp"
 #include "devices/usb/emulator/known_devices.hpp"
@@ -20,6 +21,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/temporary_folder.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -191,7 +193,7 @@ int emulate(int argc, char** argv) {
   }
   const bool is_falcon = options.profile == "falcon";
   UsbProfile profile;
-  if (!is_falcon) profile = read_usb_profile(find_usb_profile(options.profile));
+  if (!is_falcon) profile = read_usb_profile(named_file(options.profile, profiles_of("usb")));
   Emulation emulation = is_falcon ? falcon_emulation() : emulation_of(profile);
   if (!options.hand.empty()) read_hand(options.hand, emulation.hand);
   const TemporaryFolder folder;

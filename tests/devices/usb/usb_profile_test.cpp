@@ -7,10 +7,12 @@
 #include <numbers>
 #include <sstream>
 
+#include "devices/hardware/profile_files.hpp"
 #include "devices/usb/emulator/emulation.hpp"
 #include "devices/usb/profile.hpp"
 #include "framework/core/check.hpp"
 #include "framework/yaml/diagnostics.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 using namespace tactor;
 
@@ -125,7 +127,7 @@ BOOST_AUTO_TEST_CASE(files_that_are_no_profiles_are_refused) {
     BOOST_TEST(wrong(text).starts_with("p.yaml"), "<" << text << "> " << wrong(text));
   }
   BOOST_CHECK_THROW(read_usb_profile(folder + "/none.yaml"), InputError);
-  BOOST_CHECK_THROW(find_usb_profile("none"), InputError);
+  BOOST_CHECK_THROW(named_file("none", profiles_of("usb")), InputError);
 }
 
 BOOST_AUTO_TEST_CASE(a_linear_profile_is_read) {

@@ -340,14 +340,16 @@ BOOST_FIXTURE_TEST_CASE(every_shape_and_the_tool_are_written_as_they_were_read, 
   BOOST_TEST(again.scene.tool_name == "pill");
 }
 
-BOOST_FIXTURE_TEST_CASE(files_are_found_beside_the_text_that_names_them_and_in_the_mesh_folders, Fixture) {
+BOOST_FIXTURE_TEST_CASE(files_are_found_beside_the_text_that_names_them_and_in_the_users_folders, Fixture) {
   const fs::path inner = folder.write("inner/shape.off", "OFF");
   static_cast<void>(
       folder.write("inner/base.yaml",
                    "duration: 1 s\nscene: {bodies: {wall: {mesh: shape.off}}}\nnodes: {v: {type: test.values}}\n"));
   static_cast<void>(folder.write("top.yaml", "extends: inner/base.yaml\nscene: {bodies: {floor: {mesh: far.off}}}\n"));
   const fs::path far = folder.write("meshes/far.off", "OFF");
-  const GraphSpec spec = load_graph(folder.path() / "top.yaml", registry, {}, {folder.path() / "meshes"});
+  setenv("TACTOR_MESH_PATH", ("/does/not/exist:" + (folder.path() / "meshes").string()).c_str(), 1);
+  const GraphSpec spec = load("top.yaml");
+  unsetenv("TACTOR_MESH_PATH");
   BOOST_TEST(spec.scene.bodies.at(0).mesh()->file == inner);
   BOOST_TEST(spec.scene.bodies.at(1).mesh()->file == far);
 }

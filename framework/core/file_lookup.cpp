@@ -1,0 +1,83 @@
+#include "framework/core/file_lookup.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+#include <system_error>
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The folders of the user and of the program, the parts in them first.
+std::vector<fs::path> shared_folders(const FileKind& kind) {
+  std::vector<fs::path> folders;
+  const auto add = [&](const fs::path& folder) {
+    if (!kind.part.empty()) folders.push_back(folder / kind.part);
+    folders.push_back(folder);
+  };
+  const char* variable = kind.variable.empty() ? nullptr : std::getenv(kind.variable.c_str());
+  std::istringstream parts(variable == nullptr ? "" : variable);
+  for (std::string part; std::getline(parts, part, ':');) {
+    if (!part.empty()) add(part);
+  }
+  if (kind.folder.empty()) return folders;
+  std::error_code ignored;
+  const fs::path prefix = fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path();
+  add(prefix / kind.folder);
+  add(prefix / "share" / "tactor" / kind.folder);
+  return folders;
+}
+
+/// What is no file but could be opened is found too: whoever opens it tells what it is.
+bool is_there(const fs::path& file) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(file, ignored);
+  return fs::exists(status) && !fs::is_directory(status);
+}
+
+}  // namespace
+
+FileSearch find_file(const fs::path& name, const std::vector<fs::path>& beside, const FileKind& kind) {
+  FileSearch search;
+  const auto look = [&](const fs::path& folder, const fs::path& wanted) {
+    const fs::path file = (folder / wanted).lexically_normal();
+    if (std::find(search.tried.begin(), search.tried.end(), file) != search.tried.end()) return false;
+    search.tried.push_back(file);
+    if (!is_there(file)) return false;
+    search.file = file;
+    return true;
+  };
+  const bool is_whole = kind.ending.empty() || name.extension() == kind.ending;
+  fs::path whole = name;
+  if (!is_whole) whole += kind.ending;
+  const std::vector<fs::path> near = name.is_absolute() ? std::vector<fs::path>{""} : beside;
+  for (const fs::path& folder : near) {
+    if (look(folder, name)) return search;
+  }
+  if (name.is_absolute()) return search;
+  for (const fs::path& folder : shared_folders(kind)) {
+    if (look(folder, whole)) return search;
+  }
+  return search;
+}
+
+std::vector<fs::path> files_of(const FileKind& kind) {
+  std::vector<fs::path> files;
+  for (const fs::path& folder : shared_folders(kind)) {
+    std::error_code ignored;
+    std::vector<fs::path> here;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      const auto same = [&](const fs::path& file) { return file.filename() == entry.path().filename(); };
+      const bool fits = entry.path().extension() == kind.ending && is_there(entry.path());
+      if (fits && std::none_of(files.begin(), files.end(), same)) here.push_back(entry.path());
+    }
+    std::sort(here.begin(), here.end());
+    files.insert(files.end(), here.begin(), here.end());
+  }
+  return files;
+}
+
+}  // namespace tactor

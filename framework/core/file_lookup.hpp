@@ -1,0 +1,45 @@
+// Finds the files that graphs, studies, profiles and command lines name, all in one order.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tactor {
+
+/// A kind of files, and where those of the user and of the program lie.
+struct FileKind {
+  std::string noun = "a file";  ///< for error texts
+  std::string variable{};       ///< of the environment: the user's folders, with `:` between them; empty: none
+  std::string folder{};         ///< the program's: `meshes`; empty: the program has no such files
+  std::string part{};           ///< a folder inside of each of these, which a name may leave out: `usb`
+  std::string ending{};         ///< that a name of a file in these folders may leave out: `.yaml`
+};
+
+inline const FileKind any_file{};
+inline const FileKind mesh_files{.variable = "TACTOR_MESH_PATH", .folder = "meshes"};
+inline const FileKind graph_files{
+    .noun = "a graph file", .variable = "TACTOR_GRAPH_PATH", .folder = "graphs", .ending = ".yaml"};
+/// Graphs that are laid over others.
+inline const FileKind method_files{
+    .noun = "a graph file", .variable = "TACTOR_GRAPH_PATH", .folder = "graphs", .part = "methods", .ending = ".yaml"};
+
+inline const FileKind study_files{
+    .noun = "a study file", .variable = "TACTOR_GRAPH_PATH", .folder = "graphs", .part = "studies", .ending = ".yaml"};
+
+/// What a search has come to.
+struct FileSearch {
+  std::filesystem::path file;                ///< empty where there is none
+  std::vector<std::filesystem::path> tried;  ///< every place that was looked at, in order
+};
+
+/// Looks for `name` in the folders `beside` (an empty one is that of the command), then in those of the user, then in
+/// those of the program: FOLDER and share/tactor/FOLDER next to the folder of the executable. An absolute name is
+/// looked for where it says. A folder of that name does not count.
+FileSearch find_file(const std::filesystem::path& name, const std::vector<std::filesystem::path>& beside,
+                     const FileKind& kind);
+
+/// The files of that kind and ending of the user and the program, each name once, as find_file finds it.
+std::vector<std::filesystem::path> files_of(const FileKind& kind);
+
+}  // namespace tactor
