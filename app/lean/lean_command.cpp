@@ -9,6 +9,7 @@
 #include "app/output.hpp"
 #include "app/terminal.hpp"
 #include "framework/core/user_folders.hpp"
+#include "framework/graph/compose.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/node/registry.hpp"
@@ -26,13 +27,15 @@ std::string lean_graph_text(const Lean& lean, const LeanRequest& request, Regist
   };
   GraphSpec wanted = lean.graph;
   wanted.title = lean.original.title + (lean.original.title.empty() ? "lean" : ", lean");
-  Overrides files;
-  files.over = request.overrides.over;
+  // A file can extend files alone.
+  Overrides files = request.overrides;
+  std::erase_if(files, [](const Patch& patch) { return patch.file() == nullptr; });
   const GraphSpec base = plan_of(request.graph, files).graph;
   wanted.duration = base.duration;
   std::vector<std::string> extended{fs::proximate(request.graph, file.parent_path()).string()};
-  for (const fs::path& over : request.overrides.over)
-    extended.push_back(fs::proximate(over, file.parent_path()).string());
+  for (const Patch& patch : files) {
+    extended.push_back(fs::proximate(find_over(*patch.file(), request.graph).file, file.parent_path()).string());
+  }
   std::string overlay = to_overlay(base, wanted, wanted.title, extended);
   write_file(file, overlay);
   try {

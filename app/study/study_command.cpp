@@ -62,9 +62,10 @@ CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, 
 /// Everything that the command line lays over a study and that its results depend on.
 std::string options_text(const StudyRequest& request, const StudySpec& spec) {
   std::string text = fmt::format("seeds {} from {}; short {}", spec.seeds, spec.first_seed, request.is_short);
-  for (const std::string& set : request.overrides.set) text += "\n--set " + set;
-  for (const fs::path& over : request.overrides.over) text += "\n--over " + fs::absolute(over).string();
-  if (request.overrides.duration_s) text += fmt::format("\n--duration {}", *request.overrides.duration_s);
+  for (const Patch& patch : request.overrides) {
+    const fs::path* over = patch.file();
+    text += "\n" + (over == nullptr ? patch.place.file : "--over " + fs::absolute(*over).string());
+  }
   return content_key({text});
 }
 
@@ -152,7 +153,6 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
                                                spec.without_reference ? "none" : "made")}),
                       options_text(request, spec),
                       {}};
-  options.placed = [&spec](const GraphError& error) { return with_places_of_study(error, spec); };
   Registry registry(default_node_folders());
   // A process that goes on after a crash need not.
   const bool first = console.supervisor == nullptr || console.supervisor->crashes() == 0;
@@ -201,8 +201,9 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
 }
 
 int run_compare(const CompareRequest& request, const StudyConsole& console) {
+  refuse_seed(request.overrides);
   std::vector<RunCase> cases;
-  for (const fs::path& graph : request.graphs) cases.push_back({graph, request.overrides, {}, 0, {}});
+  for (const fs::path& graph : request.graphs) cases.push_back({graph, request.overrides, {}, 0, {}, {}});
   CasesOptions options;
   options.seeds = seeds_from(request.first_seed, request.seeds);
   options.reference_jobs = request.jobs;

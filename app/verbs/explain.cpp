@@ -34,7 +34,8 @@ int explain_costs(const ExplainArguments& arguments) {
                      ": expected clock: virtual, found clock: real; add --set clock=virtual, or see `tactor run`");
   }
   // A short run, unless the user says otherwise.
-  const double seconds = arguments.options.duration.value_or(std::min(2.0, spec.duration.seconds()));
+  const bool is_asked = find_assignment(arguments.options.overrides, "duration") != nullptr;
+  const double seconds = is_asked ? spec.duration.seconds() : std::min(2.0, spec.duration.seconds());
   const Explanation found = explain_measured(spec, seconds, warmed_up(arguments.repeats), registry, is_interrupted);
   fmt::print("{}\n", arguments.json ? to_json(found).dump(2) : explanation_table(found, terminal_columns()));
   return 0;

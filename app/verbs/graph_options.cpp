@@ -9,18 +9,32 @@
 namespace tactor {
 
 void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
-  verb.add_option("--over", over, "Lay a file over the graph, for example one of graphs/methods; comes before --set")
-      ->expected(1, 16)
-      ->allow_extra_args(false);
-  verb.add_option("--set", set, "Replace a value: node.parameter=value, with or without unit")
-      ->expected(1, 1000)
-      ->allow_extra_args(false);
-  if (with_seed) add_seed(verb, "--seed", seed, "Seed of everything random (default: the graph's)");
-  add_duration(verb, "--duration", duration, "Time of the graph's clock to run, as `3 s` (default: the graph's)");
+  // Each is taken where it stands, so that the list has the order of the command line.
+  const auto add = [&](const std::string& name, const char* type, const std::string& doc,
+                       const std::function<Patch(const std::string&)>& patch) {
+    detail::add_text_option(verb, name, type, doc, [this, patch](const std::string& text) {
+      overrides.push_back(patch(text));
+    })->trigger_on_parse();
+  };
+  add("--over", "FILE", "Lay a file over the graph, for example `kalman` of graphs/methods",
+      [](const std::string& text) { return over_patch(text); });
+  add("--set", "PATH=VALUE",
+      "Replace a value, with or without unit: node.parameter=value. Of --over, --set and the others here, a later one "
+      "lies over the earlier",
+      set_patch);
+  if (with_seed) {
+    add("--seed", "SEED", "Seed of everything random (default: the graph's)", [](const std::string& text) {
+      return option_patch("--seed", "seed", std::to_string(option_seed("--seed", text)));
+    });
+  }
+  add("--duration", "TIME", "Time of the graph's clock to run, as `3 s` (default: the graph's)",
+      [](const std::string& text) {
+        return option_patch("--duration", "duration", number_text(option_duration("--duration", text)));
+      });
 }
 
 GraphSpec load(const std::filesystem::path& graph, Registry& registry, const GraphOptions& options) {
-  return load_graph(named_file(graph, graph_files), registry, options.overrides());
+  return load_graph(named_file(graph, graph_files), registry, options.overrides);
 }
 
 void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc) {

@@ -3,9 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "app/results_folder.hpp"
 #include "framework/graph/spec.hpp"
@@ -18,15 +16,12 @@ namespace tactor {
 
 class Registry;
 
-/// What the command line lays over a graph: --over, --set, --seed, --duration.
+/// What the command line lays over a graph: --over, --set, --seed, --duration, in the order in which they stand there.
 struct GraphOptions {
-  std::vector<std::filesystem::path> over;
-  std::vector<std::string> set;
-  std::optional<std::uint64_t> seed;
-  std::optional<double> duration;  ///< s
+  Overrides overrides;
 
+  /// `verb` calls back into this object while it parses.
   void add_to(CLI::App& verb, bool with_seed);
-  [[nodiscard]] Overrides overrides() const { return {set, seed, duration, over}; }
 };
 
 /// The graph of that path or name (see find_file) with these options laid over it.

@@ -44,7 +44,7 @@ void add_lean(CLI::App& app, int& exit_code) {
               "out/NAME_lean.yaml, or the first of out/NAME_lean_2.yaml, ... that is not there)");
   arguments->options.add_to(*verb, true);
   verb->callback([arguments, &exit_code] {
-    arguments->lean.overrides = arguments->options.overrides();
+    arguments->lean.overrides = arguments->options.overrides;
     arguments->lean.graph = named_file(arguments->lean.graph, graph_files);
     arguments->lean.interrupted = is_interrupted;
     exit_code = run_lean(arguments->lean);

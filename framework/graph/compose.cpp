@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "framework/core/text.hpp"
 #include "framework/graph/format.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/values.hpp"
@@ -13,6 +12,9 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 namespace {
+
+// The keys of a graph that a path may begin with; any other first name is that of a node.
+const std::vector<std::string> roots{"title", "clock", "duration", "seed", "rate", "live", "scene", "record", "nodes"};
 
 constexpr std::size_t max_extends = 16;
 constexpr std::size_t max_files = 64;  // in all: files that each extend several could be read without end
@@ -93,41 +95,22 @@ std::vector<std::string> split_dots(const std::string& text) {
   return parts;
 }
 
-// `text` is `path=value`; the value becomes a tree of one branch that is merged over the graph like an extending file.
-void apply_set(Tree& graph, const std::string& text, Diagnostics& diagnostics) {
-  static const std::vector<std::string> roots{"title", "clock", "duration", "seed", "rate",
-                                              "live",  "scene", "record",   "nodes"};
-  const SourceLocation place{"--set " + text, 0, 0};
-  const std::string form = "expected node.parameter=value, scene.bodies.body.key=value, duration=... or seed=...";
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos) {
-    diagnostics.error(place, form + ", found no =");
-    return;
-  }
-  std::vector<std::string> path = split_dots(std::string(trimmed(std::string_view(text).substr(0, equals))));
-  if (std::any_of(path.begin(), path.end(), [](const std::string& part) { return part.empty(); })) {
-    diagnostics.error(place, form + ", found an empty name");
-    return;
-  }
-  Diagnostics of_value;
-  std::optional<Tree> value = parse_yaml(text.substr(equals + 1), place.file, of_value);
-  for (const Diagnostic& d : of_value.list()) diagnostics.error(place, d.message);
-  if (!value || of_value.any()) return;
-  set_places(*value, place);
-  if (std::find(roots.begin(), roots.end(), path[0]) == roots.end()) path.insert(path.begin(), "nodes");
-
+// Whether the path leads to something that may be set: to a node or a body that is there.
+bool check_path(const Tree& graph, const std::vector<std::string>& path, bool is_null, const SourceLocation& place,
+                Diagnostics& diagnostics) {
+  const std::string form = assignment_form;
   if (path[0] == "nodes") {
     const std::vector<std::string> nodes = keys_of(graph.value("nodes"));
-    if (path.size() < 3 && !(path.size() == 2 && value->is_null())) {
+    if (path.size() < 3 && !(path.size() == 2 && is_null)) {
       diagnostics.error(place, form + ", found " + list_of(path) + did_you_mean(path.back(), roots));
-      return;
+      return false;
     }
     if (std::find(nodes.begin(), nodes.end(), path[1]) == nodes.end()) {
       std::vector<std::string> names = nodes;
       names.insert(names.end(), roots.begin(), roots.end());
       diagnostics.error(place, path[1] + ": expected a node of the graph (" + list_of(nodes) +
                                    "), found none of that name" + did_you_mean(path[1], names));
-      return;
+      return false;
     }
   }
   if (path[0] == "scene" && path.size() > 2 && path[1] == "bodies") {
@@ -136,74 +119,82 @@ void apply_set(Tree& graph, const std::string& text, Diagnostics& diagnostics) {
     if (std::find(bodies.begin(), bodies.end(), path[2]) == bodies.end()) {
       diagnostics.error(place, "scene.bodies." + path[2] + ": expected a body of the scene (" + list_of(bodies) +
                                    "), found none of that name" + did_you_mean(path[2], bodies));
-      return;
+      return false;
     }
   }
   if (path.size() + 1 > max_yaml_depth) {
     diagnostics.error(place, form + ", found too many dots");
-    return;
+    return false;
   }
-  Tree branch = std::move(*value);
-  for (auto part = path.rbegin(); part != path.rend(); ++part) {
-    Tree map;
-    map.kind = Tree::Kind::map;
-    map.place = place;
-    map.entries.push_back({*part, place, std::move(branch)});
-    branch = std::move(map);
-  }
-  merge_graph(graph, branch);
+  return true;
 }
 
-void apply_scalar(Tree& graph, const std::string& option, const std::string& key, const std::string& text) {
-  Tree map;
-  map.kind = Tree::Kind::map;
-  Tree value;
-  value.kind = Tree::Kind::scalar;
-  value.text = text;
-  map.entries.push_back({key, {}, std::move(value)});
-  set_places(map, {option + " " + text, 0, 0});
-  merge_graph(graph, map);
+// The value as a tree of one branch. Maps that the graph has keep the places that they have there.
+Tree branch_of(const Tree& graph, const std::vector<std::string>& path, Tree value, const SourceLocation& place) {
+  std::vector<SourceLocation> places;
+  const Tree* at = &graph;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    at = at == nullptr ? nullptr : at->value(path[i]);
+    const bool is_there = at != nullptr && i + 1 < path.size();
+    places.push_back(is_there ? SourceLocation{place.file, 0, 0} : place);
+  }
+  Tree branch = std::move(value);
+  for (std::size_t i = path.size(); i-- > 0;) {
+    Tree map;
+    map.kind = Tree::Kind::map;
+    map.place = i == 0 ? SourceLocation{place.file, 0, 0} : places[i - 1];
+    map.entries.push_back({path[i], places[i], std::move(branch)});
+    branch = std::move(map);
+  }
+  return branch;
+}
+
+// Lays a value over the graph like a file that extends it and says nothing else.
+void assign(Tree& graph, const Assignment& assignment, const SourceLocation& place, Diagnostics& diagnostics) {
+  std::vector<std::string> path = split_dots(assignment.path);
+  if (std::any_of(path.begin(), path.end(), [](const std::string& part) { return part.empty(); })) {
+    diagnostics.error(place, std::string(assignment_form) + ", found an empty name");
+    return;
+  }
+  Diagnostics of_value;
+  std::optional<Tree> value = parse_yaml(assignment.value, place.file, of_value);
+  for (const Diagnostic& d : of_value.list()) diagnostics.error(place, d.message);
+  if (!value || of_value.any()) return;
+  set_places(*value, place);
+  if (std::find(roots.begin(), roots.end(), path[0]) == roots.end()) path.insert(path.begin(), "nodes");
+  if (!check_path(graph, path, value->is_null(), place, diagnostics)) return;
+  merge_graph(graph, branch_of(graph, path, std::move(*value), place));
 }
 
 }  // namespace
+
+FileSearch find_over(const fs::path& over, const fs::path& graph) {
+  // Methods are most often taken from the folder beside the graph, or beside the folder of its scene.
+  std::error_code ignored;
+  const fs::path beside = fs::absolute(graph, ignored).parent_path();
+  return find_file(over, {"", beside, beside / "methods", beside.parent_path() / "methods"}, method_files);
+}
 
 std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Diagnostics& diagnostics) {
   std::size_t files = 0;
   std::optional<Tree> graph = load_chain(file, nullptr, {}, files, diagnostics);
   if (!graph) return std::nullopt;
-  const auto lay_file = [&](const fs::path& over) {
-    // Methods are most often taken from the folder beside the graph, or beside the folder of its scene.
-    std::error_code ignored;
-    const fs::path beside = fs::absolute(file, ignored).parent_path();
-    const FileSearch search =
-        find_file(over, {"", beside, beside / "methods", beside.parent_path() / "methods"}, method_files);
-    if (search.file.empty()) {
-      diagnostics.error({over.string(), 0, 0}, "expected a graph file that exists" + looked_for(search));
-      return false;
-    }
-    const std::optional<Tree> layer = load_chain(search.file, nullptr, {}, files, diagnostics);
-    if (layer) merge_graph(*graph, *layer);
-    return layer.has_value();
-  };
-  const auto lay = [&](const std::vector<Overlay>& layers) {
-    for (const Overlay& layer : layers) {
-      if (layer.tree) {
-        merge_graph(*graph, *layer.tree);
-      } else if (!lay_file(layer.file)) {
-        return false;
+  for (const Patch& patch : overrides) {
+    if (const Assignment* assignment = patch.assignment()) {
+      assign(*graph, *assignment, patch.place, diagnostics);
+    } else if (const fs::path* over = patch.file()) {
+      const FileSearch search = find_over(*over, file);
+      if (search.file.empty()) {
+        diagnostics.error(patch.place, "expected a graph file that exists" + looked_for(search));
+        return std::nullopt;
       }
+      const std::optional<Tree> layer = load_chain(search.file, nullptr, {}, files, diagnostics);
+      if (!layer) return std::nullopt;
+      merge_graph(*graph, *layer);
+    } else {
+      merge_graph(*graph, std::get<Tree>(patch.change));
     }
-    return true;
-  };
-  if (!lay(overrides.layers)) return std::nullopt;
-  for (const fs::path& over : overrides.over) {
-    if (!lay_file(over)) return std::nullopt;
   }
-  for (const std::string& text : overrides.set) apply_set(*graph, text, diagnostics);
-  if (overrides.seed) apply_scalar(*graph, "--seed", "seed", std::to_string(*overrides.seed));
-  if (overrides.duration_s) apply_scalar(*graph, "--duration", "duration", number_text(*overrides.duration_s));
-  if (!lay(overrides.top_layers)) return std::nullopt;
-  for (const std::string& text : overrides.top_set) apply_set(*graph, text, diagnostics);
   return graph;
 }
 

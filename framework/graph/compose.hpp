@@ -5,12 +5,15 @@
 #include <optional>
 
 #include "framework/graph/spec.hpp"
-#include "framework/yaml/yaml_tree.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
-/// The tree of `file` over those it extends, under the overrides. Every value keeps the place it came from; one from
-/// the command line has the option as its file and line 0.
+/// The tree of `file` over those it extends, under the overrides, the later of them over the earlier. Every value keeps
+/// the place it came from; one from the command line has the option as its file and line 0.
 std::optional<Tree> compose(const std::filesystem::path& file, const Overrides& overrides, Diagnostics& diagnostics);
+
+/// Looks for a file that is laid over the graph of that file.
+FileSearch find_over(const std::filesystem::path& over, const std::filesystem::path& graph);
 
 }  // namespace tactor

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/yaml/file_finder.hpp"
 #include "framework/graph/spec.hpp"
+#include "framework/yaml/file_finder.hpp"
 #include "framework/yaml/yaml_tree.hpp"
 
 namespace tactor {

@@ -12,9 +12,9 @@
 
 #include "framework/core/scene.hpp"
 #include "framework/core/time.hpp"
+#include "framework/graph/patch.hpp"
 #include "framework/node/info.hpp"
 #include "framework/yaml/diagnostics.hpp"
-#include "framework/yaml/yaml_tree.hpp"
 
 namespace tactor {
 
@@ -93,32 +93,14 @@ struct GraphSpec {
   [[nodiscard]] const NodeSpec* node(std::string_view name) const;
 };
 
-/// Something to lay over a graph like a file that extends it: such a file, or a map that another file holds.
-struct Overlay {
-  std::string name;            ///< for tables
-  std::filesystem::path file;  ///< absolute; empty where there is a tree
-  std::optional<Tree> tree;    ///< without `extends`; relative paths in it are looked for beside its file
-};
-
-/// What the command line or a study lays over a graph file.
-struct Overrides {
-  std::vector<std::string> set;  ///< `node.parameter=value`, `duration=3 s`, `scene.bodies.tool.mass=50 g`
-  std::optional<std::uint64_t> seed;
-  std::optional<double> duration_s;
-  std::vector<std::filesystem::path> over;  ///< laid over the graph before the rest, like files that extend it
-  std::vector<Overlay> layers;              ///< what a study lays over, before `over`
-  std::vector<Overlay> top_layers;   ///< what is laid over everything above: what makes a reference another graph
-  std::vector<std::string> top_set;  ///< and over that, like `set`
-};
-
 class Registry;
 
 /// The name of a graph: its file's stem. Graphs that share a folder with a `scene.yaml` have the folder's name in
 /// front, so that bunny/refit.yaml is `bunny_refit`; the scene itself has the folder's name alone.
 std::string graph_name(const std::filesystem::path& file);
 
-/// Reads, resolves `extends`, applies overrides and checks a graph against the declarations of its node types.
-/// Throws GraphError with every error there is. Files that it names are looked for as FileFinder does.
+/// Reads a graph, resolves `extends`, applies the overrides in their order and checks it against the declarations of
+/// its node types. Throws GraphError with every error there is. Files that it names are looked for as FileFinder does.
 GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, const Overrides& overrides = {});
 
 /// The graph with `extends` resolved and every parameter written out, as YAML that loads to the same graph.
@@ -126,8 +108,9 @@ GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, cons
 std::string to_yaml(const GraphSpec& spec);
 
 /// What makes `to` of `from`, as a file that extends `extends` (the paths of the files that `from` was loaded from, as
-/// the text is to name them): the rate of the haptic loop, parameters, types, costs and lanes of nodes, edges that are gone, and the motion and
-/// material of bodies. What else differs is not told, so whoever needs all compares what the text loads to.
+/// the text is to name them): the rate of the haptic loop, parameters, types, costs and lanes of nodes, edges that are
+/// gone, and the motion and material of bodies. What else differs is not told, so whoever needs all compares what the
+/// text loads to.
 std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::string& title,
                        const std::vector<std::string>& extends);
 

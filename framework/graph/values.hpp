@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "framework/yaml/file_finder.hpp"
 #include "framework/node/info.hpp"
+#include "framework/yaml/file_finder.hpp"
 #include "framework/yaml/yaml_values.hpp"
 
 namespace tactor {

@@ -93,7 +93,7 @@ BOOST_AUTO_TEST_CASE(short_settings_lie_over_the_rest) {
   BOOST_TEST(study_points(file.load(text)).size() == 6U);
   const StudySpec brief = file.load(text, true);
   BOOST_TEST(brief.seeds == 2);
-  BOOST_TEST(*brief.duration_s == 1.0);
+  BOOST_TEST(brief.duration.value().assignment()->value == "1 s");
   BOOST_TEST(study_points(brief).size() == 2U);
   BOOST_TEST(file.error("seeds: 2\n", true).find("expected the key short, which --short asks for") !=
              std::string::npos);
@@ -111,11 +111,11 @@ BOOST_AUTO_TEST_CASE(nodes_are_swapped_by_files_and_by_maps) {
   BOOST_REQUIRE(spec.methods.size() == 2U);
   BOOST_TEST(spec.methods[0].name == "a");
   BOOST_TEST(spec.methods[1].name == "inline");
-  BOOST_TEST(spec.methods[1].tree->value("nodes") != nullptr);
+  BOOST_TEST(std::get<Tree>(spec.methods[1].patch.change).value("nodes") != nullptr);
   BOOST_REQUIRE(spec.vary.size() == 1U);
   BOOST_TEST(spec.vary[0].swaps());
   BOOST_TEST(spec.vary[0].values[1].text == "two");
-  BOOST_TEST(spec.vary[0].values[1].overlay->tree.has_value());
+  BOOST_TEST(std::holds_alternative<Tree>(spec.vary[0].values[1].swap.value().change));
 }
 
 BOOST_AUTO_TEST_CASE(bad_ranges_designs_and_reports_are_refused_with_their_place) {

@@ -70,6 +70,18 @@ Comparison comparison() {
   return c;
 }
 
+/// What is laid over a graph, in its order: the names of files, and assignments.
+std::vector<std::string> texts(const Overrides& overrides) {
+  std::vector<std::string> found;
+  for (const Patch& patch : overrides) {
+    const Assignment* assignment = patch.assignment();
+    found.push_back(assignment != nullptr     ? assignment->path + "=" + assignment->value
+                    : patch.file() != nullptr ? patch.file()->filename().string()
+                                              : "a map");
+  }
+  return found;
+}
+
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
@@ -80,9 +92,7 @@ BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
   BOOST_TEST(spec.name == "study");
   BOOST_TEST(spec.seeds == 3);
   BOOST_TEST(spec.first_seed == 5U);
-  Overrides overrides;
-  overrides.set = {"x.p=4 mm"};
-  const std::vector<RunCase> cases = study_cases(spec, overrides);
+  const std::vector<RunCase> cases = study_cases(spec, {set_patch("x.p=4 mm")});
   BOOST_REQUIRE(cases.size() == 2U * 2U * 2U * 2U);
   BOOST_TEST(cases[0].graph.filename() == "a.yaml");
   BOOST_TEST(cases[8].graph.filename() == "b.yaml");
@@ -90,10 +100,14 @@ BOOST_AUTO_TEST_CASE(a_study_runs_every_graph_by_every_combination) {
   BOOST_TEST(cases[8].against == 8U);
   // The last axis goes fastest, methods slowest; the command line comes last, so that it wins.
   const RunCase& c = cases[8 + 4 + 2 + 0];
-  BOOST_REQUIRE(c.overrides.layers.size() == 1U);
-  BOOST_TEST(c.overrides.layers[0].file.filename() == "line.yaml");
-  const std::vector<std::string> set{"x.p=3 mm", "x.q='2'", "y.q='2'", "x.r=[1, 2]", "x.p=4 mm"};
-  BOOST_TEST(c.overrides.set == set, boost::test_tools::per_element());
+  const std::vector<std::string> expected{"line.yaml", "x.p=3 mm", "x.q='2'", "y.q='2'", "x.r=[1, 2]", "x.p=4 mm"};
+  BOOST_TEST(texts(c.overrides) == expected, boost::test_tools::per_element());
+  const std::vector<std::string> unvaried{"line.yaml", "x.p=3 mm", "x.p=4 mm"};
+  BOOST_TEST(texts(c.unvaried) == unvaried, boost::test_tools::per_element());
+  // A value of the study is at its place there, one of the command line at its option.
+  BOOST_TEST(c.overrides[1].place.text().ends_with("study.yaml:4:7"), c.overrides[1].place.text());
+  BOOST_TEST(c.overrides[4].place.text().ends_with("study.yaml:7:9"), c.overrides[4].place.text());
+  BOOST_TEST(c.overrides[5].place.text() == "--set x.p=4 mm");
   BOOST_TEST(c.configuration == "line x.q, y.q='2' x.r=[1, 2]");
 }
 
@@ -101,14 +115,14 @@ BOOST_AUTO_TEST_CASE(without_methods_and_values_the_graphs_run_as_they_are) {
   const StudyFile file;
   const std::vector<RunCase> cases = study_cases(file.load("graphs: [a.yaml]\n"), {});
   BOOST_REQUIRE(cases.size() == 1U);
-  BOOST_TEST(cases[0].overrides.layers.empty());
-  BOOST_TEST(cases[0].overrides.set.empty());
+  BOOST_TEST(cases[0].overrides.empty());
 }
 
 BOOST_AUTO_TEST_CASE(a_bad_study_is_refused_with_every_place) {
   const StudyFile file;
-  BOOST_TEST(file.error("graphs: [a.yaml, c.yaml]\n").find("study.yaml:1:18: graphs: expected a graph file that exists") !=
-             std::string::npos);
+  BOOST_TEST(
+      file.error("graphs: [a.yaml, c.yaml]\n").find("study.yaml:1:18: graphs: expected a graph file that exists") !=
+      std::string::npos);
   BOOST_TEST(file.error("graphs: [a.yaml, more/a.yaml]\n").find("1:18: graphs: expected files of different names") !=
              std::string::npos);
   BOOST_TEST(file.error("title: x\n").find("expected the key graphs") != std::string::npos);
@@ -138,18 +152,36 @@ BOOST_AUTO_TEST_CASE(values_that_would_replace_each_other_are_refused_with_every
 BOOST_AUTO_TEST_CASE(the_command_line_lies_over_the_methods_and_may_not_set_what_is_varied) {
   const StudyFile file;
   const StudySpec spec = file.load("graphs: [a.yaml]\nmethods: [hold.yaml]\nvary: {x.p: [1, 2]}\n");
-  Overrides overrides;
-  overrides.over = {"b.yaml"};
-  const std::vector<RunCase> cases = study_cases(spec, overrides);
-  // Layers come before `over`.
-  BOOST_REQUIRE(cases[1].overrides.layers.size() == 1U);
-  BOOST_TEST(cases[1].overrides.layers[0].file.filename() == "hold.yaml");
-  BOOST_REQUIRE(cases[1].overrides.over.size() == 1U);
-  BOOST_TEST(cases[1].overrides.over[0].filename() == "b.yaml");
-  overrides.set = {"x.q=1", "x.p = 3"};
-  BOOST_CHECK_EXCEPTION(study_cases(spec, overrides), InputError, [](const InputError& e) {
-    return std::string(e.what()).find("--set x.p = 3: the study varies x.p") != std::string::npos;
-  });
+  // In the order of the command line, after all that the study says.
+  const std::vector<RunCase> cases = study_cases(spec, {set_patch("x.q=1"), over_patch("b.yaml")});
+  const std::vector<std::string> expected{"hold.yaml", "x.p=2", "x.q=1", "b.yaml"};
+  BOOST_TEST(texts(cases[1].overrides) == expected, boost::test_tools::per_element());
+  const auto refusal = [&](const StudySpec& of, const Patch& patch) {
+    try {
+      study_cases(of, {set_patch("x.q=1"), patch});
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  BOOST_TEST(refusal(spec, set_patch("x.p = 3")) ==
+             "--set x.p = 3: the study varies x.p; take it out of the study's `vary` first");
+  const StudySpec long_and_short = file.load("graphs: [a.yaml]\nvary: {duration: [1, 2]}\n");
+  BOOST_TEST(refusal(long_and_short, option_patch("--duration", "duration", "3")) ==
+             "--duration 3: the study varies duration; take it out of the study's `vary` first");
+  BOOST_TEST(refusal(spec, set_patch("seed=3")) ==
+             "--set seed=3: expected --first-seed and --seeds, which choose the seeds of these runs");
+}
+
+BOOST_AUTO_TEST_CASE(a_duration_of_the_command_line_comes_after_that_of_the_study) {
+  const StudyFile file;
+  const StudySpec spec = file.load("graphs: [a.yaml]\nduration: 300 ms\nreference: {set: {x.k: 9}}\n");
+  const std::vector<RunCase> cases = study_cases(spec, {option_patch("--duration", "duration", "2")});
+  const std::vector<std::string> expected{"duration=300 ms", "duration=2"};
+  BOOST_TEST(texts(cases[0].overrides) == expected, boost::test_tools::per_element());
+  // What makes the reference another graph comes last.
+  const std::vector<std::string> reference{"duration=300 ms", "duration=2", "x.k=9"};
+  BOOST_TEST(texts(cases[0].reference.value()) == reference, boost::test_tools::per_element());
 }
 
 BOOST_AUTO_TEST_CASE(every_row_is_judged_against_the_same_cell_of_all_other_axes) {

@@ -22,6 +22,31 @@ class Values(Refused):
             with self.subTest(text=text):
                 self.assertAlmostEqual(self.run_graph(graph, "--duration", text, out=text)["duration_s"], seconds)
 
+    def test_of_what_is_laid_over_a_graph_the_later_wins(self):
+        graph = self.judged_small_graph()
+        over = self.write("over.yaml", "seed: 5\nduration: 0.4 s\nnodes: {device: {force_max: 5 N}}\n")
+        for arguments, duration, seed in ((("--seed", "7", "--set", "seed=3"), 0.5, 3),
+                                          (("--set", "seed=3", "--seed", "7"), 0.5, 7),
+                                          (("--seed", "1", "--seed", "2"), 0.5, 2),
+                                          (("--over", over, "--duration", "200 ms", "--seed", "7"), 0.2, 7),
+                                          (("--duration", "200 ms", "--seed", "7", "--over", over), 0.4, 5),
+                                          (("--set", "duration=0.1 s", "--duration", "0.3 s"), 0.3, 1)):
+            with self.subTest(arguments=arguments):
+                summary = self.run_graph(graph, *arguments)
+                self.assertAlmostEqual(summary["duration_s"], duration)
+                self.assertEqual(summary["seed"], seed)
+        for arguments, force in ((("--set", "device.force_max=3", "--over", over), 5),
+                                 (("--over", over, "--set", "device.force_max=3"), 3)):
+            self.run_graph(graph, *arguments)
+            self.assertIn(f"force_max: {force}\n", (self.folder / "out/graph.yaml").read_text())
+
+    def test_a_study_and_a_comparison_choose_their_seeds(self):
+        graph = self.judged_small_graph()
+        study = self.write("study.yaml", f"graphs: [{graph}]\n")
+        for verb, file in (("compare", graph), ("study", study)):
+            self.assert_refused(verb, file, "--set", "seed=3", says=["--set seed=3: expected --first-seed and --seeds"])
+            self.assertFalse((self.folder / "out").exists())
+
     def test_a_wrong_number_is_told_with_the_option_and_what_was_expected(self):
         whole = "expected a whole number from"
         for verb, option, text, expected in (

@@ -14,10 +14,11 @@ namespace tactor {
 /// What is run with every seed.
 struct RunCase {
   std::filesystem::path graph;
-  Overrides overrides;                 ///< its seed is replaced
+  Overrides overrides;                 ///< the seed of a run comes after them
   std::string configuration;           ///< how it differs from other cases of the same graph, or empty
   std::size_t against = 0;             ///< the case that it is compared with; itself where there is none
   std::optional<Overrides> reference;  ///< of the graph whose reference run judges it; absent: its own
+  Overrides unvaried;                  ///< the overrides without what a study varies
 };
 
 /// `graph configuration`.

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <map>
 
-#include "framework/core/text.hpp"
-
 namespace tactor {
 
 std::string label(const StudyConfiguration& configuration) {
@@ -44,7 +42,7 @@ void find_counterparts(const StudySpec& spec, std::vector<StudyConfiguration>& c
 std::vector<StudyConfiguration> study_configurations(const StudySpec& spec) {
   std::vector<StudyConfiguration> methods;
   if (spec.methods.empty()) methods.emplace_back();
-  for (const Overlay& method : spec.methods) methods.push_back({.method = method.name, .layers = {method}});
+  for (const Overlay& method : spec.methods) methods.push_back({.method = method.name, .files = {method.patch}});
   const std::vector<StudyPoint> points = study_points(spec);
   std::vector<StudyConfiguration> configurations;
   for (const StudyConfiguration& method : methods) {
@@ -53,8 +51,10 @@ std::vector<StudyConfiguration> study_configurations(const StudySpec& spec) {
       for (std::size_t a = 0; a < spec.vary.size(); ++a) {
         const StudyValue& value = point.values[a];
         configuration.values.emplace_back(spec.vary[a].name, value.text);
-        if (value.overlay) configuration.layers.push_back(*value.overlay);
-        for (const std::string& path : spec.vary[a].paths) configuration.set.push_back(path + "=" + value.text);
+        if (value.swap) configuration.files.push_back(*value.swap);
+        for (const std::string& path : spec.vary[a].paths) {
+          configuration.set.push_back({value.place, Assignment{path, value.text}});
+        }
       }
       configurations.push_back(std::move(configuration));
     }
@@ -81,15 +81,29 @@ std::vector<std::string> shown_metrics(const StudySpec& spec) {
   return metrics;
 }
 
-std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrides) {
+Overrides overrides_of(const StudySpec& spec, const Overrides& files, const Overrides& set,
+                       const Overrides& command_line) {
+  Overrides overrides = files;
+  overrides.insert(overrides.end(), spec.set.begin(), spec.set.end());
+  overrides.insert(overrides.end(), set.begin(), set.end());
+  if (spec.duration) overrides.push_back(*spec.duration);
+  overrides.insert(overrides.end(), command_line.begin(), command_line.end());
+  return overrides;
+}
+
+void refuse_seed(const Overrides& command_line) {
+  if (const Patch* seed = find_assignment(command_line, "seed")) {
+    throw InputError(seed->place.file + ": expected --first-seed and --seeds, which choose the seeds of these runs");
+  }
+}
+
+std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& command_line) {
+  refuse_seed(command_line);
   for (const StudyAxis& axis : spec.vary) {
     for (const std::string& path : axis.paths) {
-      if (overrides.duration_s && path == "duration") {
-        throw InputError("--duration: the study varies duration; take it out of the study's `vary` first");
-      }
-      for (const std::string& set : overrides.set) {
-        if (trimmed(std::string_view(set).substr(0, set.find('='))) != path) continue;
-        throw InputError("--set " + set + ": the study varies " + path + "; take it out of the study's `vary` first");
+      if (const Patch* patch = find_assignment(command_line, path)) {
+        throw InputError(patch->place.file + ": the study varies " + path +
+                         "; take it out of the study's `vary` first");
       }
     }
   }
@@ -98,17 +112,18 @@ std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrid
   for (const auto& graph : spec.graphs) {
     const std::size_t first = cases.size();
     for (const StudyConfiguration& configuration : configurations) {
-      RunCase c{graph, overrides, label(configuration), first + configuration.against, {}};
-      // What the command line says comes last, so that it wins.
-      c.overrides.layers = configuration.layers;
-      std::vector<std::string> set = spec.set;
-      set.insert(set.end(), configuration.set.begin(), configuration.set.end());
-      c.overrides.set.insert(c.overrides.set.begin(), set.begin(), set.end());
-      if (!c.overrides.duration_s) c.overrides.duration_s = spec.duration_s;
-      if (!spec.reference_over.empty() || !spec.reference_set.empty()) {
+      RunCase c{graph,
+                overrides_of(spec, configuration.files, configuration.set, command_line),
+                label(configuration),
+                first + configuration.against,
+                {},
+                {}};
+      Overrides method = configuration.files;
+      method.resize(spec.methods.empty() ? 0 : 1);
+      c.unvaried = overrides_of(spec, method, {}, command_line);
+      if (!spec.reference.empty()) {
         c.reference = c.overrides;
-        c.reference->top_layers = spec.reference_over;
-        c.reference->top_set = spec.reference_set;
+        c.reference->insert(c.reference->end(), spec.reference.begin(), spec.reference.end());
       }
       cases.push_back(std::move(c));
     }

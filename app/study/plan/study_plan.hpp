@@ -15,8 +15,8 @@ namespace tactor {
 struct StudyConfiguration {
   std::string method;                                       ///< its name, or empty
   std::vector<std::pair<std::string, std::string>> values;  ///< by axis
-  std::vector<Overlay> layers;                              ///< method and swaps
-  std::vector<std::string> set;                             ///< `path=value` of the varied parameters
+  Overrides files;                                          ///< the method and what is swapped in
+  Overrides set;                                            ///< the varied parameters
   /// The index of the configuration that it is compared with on the same graph; its own where there is none.
   std::size_t against = 0;
 };
@@ -25,9 +25,15 @@ struct StudyConfiguration {
 std::vector<StudyConfiguration> study_configurations(const StudySpec& spec);
 /// The metrics that the tables of the study show; none: the usual ones.
 std::vector<std::string> shown_metrics(const StudySpec& spec);
-/// What is to be run, in the order of Study's rows; `overrides` are laid over what the study says. Throws
-/// InputError where they set what it varies.
-std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& overrides);
+/// What is laid over a graph: `files` of a configuration, then what the study sets in every run, then `set` of the
+/// configuration, then what the command line says.
+Overrides overrides_of(const StudySpec& spec, const Overrides& files, const Overrides& set,
+                       const Overrides& command_line);
+/// What is to be run, in the order of Study's rows. Throws InputError where the command line sets what the study
+/// varies, or the seed.
+std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& command_line);
+/// Throws InputError where the command line sets the seed, which studies and comparisons choose run by run.
+void refuse_seed(const Overrides& command_line);
 /// How a configuration is called in tables.
 std::string label(const StudyConfiguration& configuration);
 

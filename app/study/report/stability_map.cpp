@@ -159,9 +159,9 @@ std::string record_setting(const Plan& plan, const std::vector<std::string>& ask
 bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry, const fs::path& folder,
                  const std::function<bool()>& interrupted) {
   Overrides overrides = c.overrides;
-  overrides.seed = study.comparison.seeds[cell.seed];
+  overrides.push_back(option_patch("--seed", "seed", std::to_string(study.comparison.seeds[cell.seed])));
   const Plan plain = make_plan(load_graph(c.graph, registry, overrides));
-  overrides.set.push_back(record_setting(plain, study.spec.record));
+  overrides.push_back(set_patch(record_setting(plain, study.spec.record)));
   const Plan plan = make_plan(load_graph(c.graph, registry, overrides));
   const std::string name = file_name(plan.graph.name + "_" + c.configuration);
   const fs::path out = make_folder(folder / "worst" / name);
@@ -186,7 +186,7 @@ bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Regi
 /// What is wrong with what `set` lays over the case's graph; empty where nothing is, or only other things are.
 std::string error_at(const RunCase& c, const std::string& set, Registry& registry) {
   Overrides overrides = c.overrides;
-  overrides.set.push_back(set);
+  overrides.push_back(set_patch(set));
   try {
     static_cast<void>(load_graph(c.graph, registry, overrides));
   } catch (const GraphError& error) {
@@ -309,8 +309,9 @@ bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
         break;
       }
       Overrides with = plain;
-      if (axis.values[i].overlay) with.layers.push_back(*axis.values[i].overlay);
-      for (const std::string& path : axis.paths) with.set.push_back(path + "=" + axis.values[i].text);
+      const StudyValue& value = axis.values[i];
+      if (value.swap) with.push_back(*value.swap);
+      for (const std::string& path : axis.paths) with.push_back({value.place, Assignment{path, value.text}});
       if (graph_text(c, with, registry) == wanted) return i;
     }
     return std::nullopt;
@@ -318,10 +319,8 @@ bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
   for (StabilityMap& map : maps.maps) {
     if (stopped || interrupted()) return false;
     const std::size_t first = map.cells[0][0].row;
-    Overrides plain = cases[first].overrides;
-    plain.seed = study.comparison.seeds.front();
-    plain.layers.resize(study.spec.methods.empty() ? 0 : 1);
-    for (const std::string& set : study.configuration(first).set) std::erase(plain.set, set);
+    Overrides plain = cases[first].unvaried;
+    plain.push_back(option_patch("--seed", "seed", std::to_string(study.comparison.seeds.front())));
     const std::string wanted = graph_text(cases[first], plain, registry);
     if (wanted.empty()) continue;
     map.own_x = find_in(maps.x, cases[first], plain, wanted);

@@ -287,7 +287,7 @@ class StudyRunner {
 
   /// The seed decides nothing but `graph.seed`, so that one plan serves all seeds.
   Plan plan_of(const fs::path& graph, Overrides overrides) {
-    overrides.seed = options_.seeds.front();
+    overrides.push_back(option_patch("--seed", "seed", std::to_string(options_.seeds.front())));
     return make_plan(load_graph(graph, registry_, overrides));
   }
 
@@ -339,9 +339,6 @@ class StudyRunner {
           checks.check(*planned.reference);
         }
         planned.content = content_of(planned);
-      } catch (const GraphError& error) {
-        const GraphError placed = options_.placed ? options_.placed(error) : error;
-        refuse(planned, placed.what(), std::make_exception_ptr(placed));
       } catch (const InputError& error) {
         refuse(planned, error.what(), std::current_exception());
       }

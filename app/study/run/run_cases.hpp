@@ -41,8 +41,6 @@ struct CasesOptions {
   std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts; by one thread at a time
   std::function<void(const std::string& note)> note;  ///< as RunOptions::note, by one thread at a time
   std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once
-  /// Makes the places of an error those of a file that the user wrote.
-  std::function<GraphError(const GraphError&)> placed;
 };
 
 /// What the engine spent, for its overhead; without what processes spent that crashed.

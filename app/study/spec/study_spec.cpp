@@ -89,7 +89,7 @@ class StudyReader {
       diagnostics_.error(tree.place, "study: expected the key graphs, found none");
     }
     if (const Tree* t = tree.value("methods")) study.methods = read_overlays(*t, "methods");
-    if (const Tree* t = tree.value("set")) read_set(*t, "set", named_, study.set, study.set_places);
+    if (const Tree* t = tree.value("set")) read_set(*t, "set", named_, study.set);
     if (const Tree* t = tree.value("vary")) read_vary(*t, study);
     if (const Tree* t = tree.value("design")) read_design(*t, study);
     read_baseline(tree.value("baseline"), study, diagnostics_);
@@ -100,7 +100,7 @@ class StudyReader {
     if (const Tree* t = tree.value("duration")) {
       if (named_.count("duration") > 0) diagnostics_.error(t->place, "duration: named in `set` or `vary` too");
       const auto duration = read_duration(*t, "duration", true, diagnostics_);
-      if (duration) study.duration_s = duration->seconds();
+      if (duration) study.duration = Patch{t->place, Assignment{"duration", yaml_of(*t)}};
     }
     if (const Tree* t = tree.value("run_timeout")) {
       const auto timeout = read_duration(*t, "run_timeout", true, diagnostics_);
@@ -145,7 +145,7 @@ class StudyReader {
     if (!tree.is_map()) {
       const std::optional<fs::path> file = files_.find(tree, path, method_files, diagnostics_);
       if (!file) return std::nullopt;
-      return Overlay{name.empty() ? file->stem().string() : name, *file, {}};
+      return Overlay{name.empty() ? file->stem().string() : name, {tree.place, *file}};
     }
     if (tree.find("extends") != nullptr) {
       diagnostics_.error(tree.find("extends")->place, path +
@@ -153,7 +153,7 @@ class StudyReader {
                                                           "graph; write it to a file of its own and name that");
       return std::nullopt;
     }
-    return Overlay{name, {}, tree};
+    return Overlay{name, {tree.place, tree}};
   }
 
   /// A list of files, and of maps of a name to a file or to what is laid over.
@@ -187,14 +187,12 @@ class StudyReader {
     if (!named.insert(path).second) diagnostics_.error(place, key + "." + path + ": named twice in `set` and `vary`");
   }
 
-  void read_set(const Tree& tree, const std::string& key, std::set<std::string>& named, std::vector<std::string>& set,
-                std::vector<SourceLocation>& places) {
+  void read_set(const Tree& tree, const std::string& key, std::set<std::string>& named, Overrides& set) {
     if (!expect_map(tree, key, "a map of node.parameter to its value", diagnostics_)) return;
     for (const TreeEntry& entry : tree.entries) {
       for (const std::string& path : split_paths(entry.key)) {
         name_path(named, path, entry.value.place, key);
-        set.push_back(path + "=" + yaml_of(entry.value));
-        places.push_back(entry.place);
+        set.push_back({entry.place, Assignment{path, yaml_of(entry.value)}});
       }
     }
   }
@@ -252,7 +250,7 @@ class StudyReader {
     }
     for (const TreeEntry& entry : swaps.entries) {
       const std::optional<Overlay> overlay = read_overlay(entry.key, entry.value, path + ".swap." + entry.key);
-      if (overlay) axis.values.push_back({entry.key, overlay, entry.place});
+      if (overlay) axis.values.push_back({entry.key, overlay->patch, entry.place});
     }
   }
 
@@ -372,11 +370,11 @@ class StudyReader {
     }
     if (!expect_map(tree, "reference", "own, none or a map {over, set}", diagnostics_)) return;
     check_keys(tree, "reference", "key of a reference", {"over", "set"}, diagnostics_);
-    if (const Tree* t = tree.value("over")) study.reference_over = read_overlays(*t, "reference.over");
-    std::set<std::string> named;
-    if (const Tree* t = tree.value("set")) {
-      read_set(*t, "reference.set", named, study.reference_set, study.reference_set_places);
+    if (const Tree* t = tree.value("over")) {
+      for (Overlay& overlay : read_overlays(*t, "reference.over")) study.reference.push_back(std::move(overlay.patch));
     }
+    std::set<std::string> named;
+    if (const Tree* t = tree.value("set")) read_set(*t, "reference.set", named, study.reference);
   }
 
   std::vector<std::string> read_texts(const Tree& tree, const std::string& path) {
@@ -546,27 +544,6 @@ StudySpec load_study(const fs::path& file, bool use_short) {
   study.is_short = use_short;
   study.text = read_input_file(file, max_yaml_bytes);
   return study;
-}
-
-GraphError with_places_of_study(const GraphError& error, const StudySpec& spec) {
-  std::map<std::string, SourceLocation> places;
-  for (std::size_t i = 0; i < spec.set.size() && i < spec.set_places.size(); ++i) {
-    places["--set " + spec.set[i]] = spec.set_places[i];
-  }
-  for (std::size_t i = 0; i < spec.reference_set.size() && i < spec.reference_set_places.size(); ++i) {
-    places["--set " + spec.reference_set[i]] = spec.reference_set_places[i];
-  }
-  for (const StudyAxis& axis : spec.vary) {
-    for (const std::string& path : axis.paths) {
-      for (const StudyValue& value : axis.values) places["--set " + path + "=" + value.text] = value.place;
-    }
-  }
-  std::vector<Diagnostic> moved = error.diagnostics();
-  for (Diagnostic& one : moved) {
-    const auto place = places.find(one.place.file);
-    if (place != places.end()) one.place = place->second;
-  }
-  return GraphError(std::move(moved));
 }
 
 }  // namespace tactor

@@ -11,11 +11,17 @@
 
 namespace tactor {
 
+/// A file or a map that is laid over a graph, by its name in tables.
+struct Overlay {
+  std::string name;
+  Patch patch;
+};
+
 /// One value of an axis.
 struct StudyValue {
-  std::string text;                ///< YAML, as after --set path=; of a swap its name
-  std::optional<Overlay> overlay;  ///< of a swap: what is laid over the graph
-  SourceLocation place;            ///< in the study file
+  std::string text;           ///< YAML, as after --set path=; of a swap its name
+  std::optional<Patch> swap;  ///< of a swap: what is laid over the graph
+  SourceLocation place;       ///< in the study file
 };
 
 /// A range of numbers, which a design may draw from anywhere.
@@ -64,9 +70,8 @@ struct StudySpec {
   std::string text;       ///< of the file, byte by byte
   bool is_short = false;  ///< the settings under `short` were laid over the rest
   std::vector<std::filesystem::path> graphs;
-  std::vector<Overlay> methods;            ///< laid over every graph, one at a time; none: the graphs as they are
-  std::vector<std::string> set;            ///< `path=value` of every run
-  std::vector<SourceLocation> set_places;  ///< of each
+  std::vector<Overlay> methods;  ///< laid over every graph, one at a time; none: the graphs as they are
+  Overrides set;                 ///< values of every run
   std::vector<StudyAxis> vary;
   StudyDesign design = StudyDesign::grid;
   /// Every row is compared with the row that has these values and is like it on all other axes. Empty: against none.
@@ -77,12 +82,10 @@ struct StudySpec {
   std::uint64_t design_seed = 1;  ///< of its draws
   std::int64_t seeds = 20;
   std::uint64_t first_seed = 1001;
-  std::optional<double> duration_s;     ///< of every run; absent: the graphs' own
+  std::optional<Patch> duration;        ///< of every run; absent: the graphs' own
   std::optional<double> run_timeout_s;  ///< of real time, for every run and reference run; absent: none
-  /// Laid over each graph to make its reference run; both empty: the graph's under test own reference run.
-  std::vector<Overlay> reference_over;
-  std::vector<std::string> reference_set;
-  std::vector<SourceLocation> reference_set_places;
+  /// Laid over each graph to make its reference run; empty: the graph's under test own reference run.
+  Overrides reference;
   bool without_reference = false;    ///< no reference run is made, and no metric that needs one
   std::vector<std::string> metrics;  ///< metrics that tables show; none: the usual ones
   StudyReport report = StudyReport::table;
@@ -113,9 +116,5 @@ std::vector<StudyPoint> study_points(const StudySpec& spec);
 
 /// What the rows are compared with, in words: `method hold with the same tool.stiffness`; empty for nothing.
 std::string baseline_text(const StudySpec& spec);
-
-/// Where the study says what an error of a graph is about: errors whose file is `--set path=value` get the place of
-/// that value in the study. Others stay as they are.
-GraphError with_places_of_study(const GraphError& error, const StudySpec& spec);
 
 }  // namespace tactor

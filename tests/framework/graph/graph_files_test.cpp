@@ -229,9 +229,8 @@ BOOST_FIXTURE_TEST_CASE(of_several_files_extended_the_later_lies_over_the_earlie
   BOOST_TEST(std::get<double>(param(spec, "device", "rate")) == 900.0);
   BOOST_TEST(std::get<double>(param(spec, "device", "encoder_step")) == 2e-3);
   // The same by the command line.
-  Overrides over;
-  over.over = {folder.path() / "slow.yaml", folder.path() / "fast.yaml"};
-  const GraphSpec laid = load("base.yaml", over);
+  const GraphSpec laid =
+      load("base.yaml", {over_patch(folder.path() / "slow.yaml"), over_patch(folder.path() / "fast.yaml")});
   BOOST_TEST(laid.name == "base");
   BOOST_TEST(laid.title == "fast");
   BOOST_TEST(laid.duration.ns == 9'000'000'000);
@@ -355,11 +354,13 @@ BOOST_FIXTURE_TEST_CASE(files_are_found_beside_the_text_that_names_them_and_in_t
 }
 
 BOOST_FIXTURE_TEST_CASE(the_command_line_comes_last, Fixture) {
-  Overrides overrides;
-  overrides.set = {"device.rate=2 kHz", "scene.bodies.tool.mass = 90 g", "device.cost.constant=1 ms", "clock=real",
-                   "record=[gate.out]"};
-  overrides.seed = 42;
-  overrides.duration_s = 0.25;
+  const Overrides overrides{set_patch("device.rate=2 kHz"),
+                            set_patch("scene.bodies.tool.mass = 90 g"),
+                            set_patch("device.cost.constant=1 ms"),
+                            set_patch("clock=real"),
+                            set_patch("record=[gate.out]"),
+                            option_patch("--seed", "seed", "42"),
+                            option_patch("--duration", "duration", "0.25")};
   const GraphSpec spec = load_text(folder, base, overrides);
   BOOST_TEST(std::get<double>(param(spec, "device", "rate")) == 2000.0);
   BOOST_TEST(spec.scene.bodies.at(0).mass == 0.09, boost::test_tools::tolerance(1e-15));
@@ -368,6 +369,44 @@ BOOST_FIXTURE_TEST_CASE(the_command_line_comes_last, Fixture) {
   BOOST_TEST(spec.seed == 42U);
   BOOST_TEST(spec.duration.ns == 250'000'000);
   BOOST_TEST(spec.record.size() == 1U);
+}
+
+BOOST_FIXTURE_TEST_CASE(of_several_overrides_the_later_lies_over_the_earlier, Fixture) {
+  const fs::path file = folder.write("slow.yaml", "seed: 5\nduration: 9 s\nnodes:\n  device: {rate: 300}\n");
+  const Patch over = over_patch(file), rate = set_patch("device.rate=600"), seed = option_patch("--seed", "seed", "7"),
+              set_seed = set_patch("seed=8"), duration = option_patch("--duration", "duration", "2");
+  const auto rate_of = [&](const Overrides& overrides) {
+    return std::get<double>(param(load_text(folder, base, overrides), "device", "rate"));
+  };
+  BOOST_TEST(rate_of({over, rate}) == 600.0);
+  BOOST_TEST(rate_of({rate, over}) == 300.0);
+  BOOST_TEST(load_text(folder, base, {over, seed}).seed == 7U);
+  BOOST_TEST(load_text(folder, base, {seed, over}).seed == 5U);
+  BOOST_TEST(load_text(folder, base, {seed, set_seed}).seed == 8U);
+  BOOST_TEST(load_text(folder, base, {set_seed, seed}).seed == 7U);
+  BOOST_TEST(load_text(folder, base, {duration, over}).duration.ns == 9'000'000'000);
+  BOOST_TEST(load_text(folder, base, {over, duration}).duration.ns == 2'000'000'000);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_patch_of_another_file_is_told_at_its_place_there, Fixture) {
+  const SourceLocation place{(folder.path() / "study.yaml").string(), 3, 7};
+  const auto error = [&](const std::string& path, const std::string& value) {
+    return errors_of(folder, base, {{place, Assignment{path, value}}});
+  };
+  BOOST_TEST(error("device.rate", "3 kg") == place.text() + ": nodes.device.rate: expected a rate (Hz), found 3 kg");
+  BOOST_TEST(error("device.rat", "3").starts_with(place.text() + ": nodes.device.rat: expected a parameter"));
+  BOOST_TEST(
+      error("device.cots.constant", "3").starts_with(place.text() + ": nodes.device.cots: expected a parameter"));
+  BOOST_TEST(error("devise.rate", "3").starts_with(place.text() + ": devise: expected a node"));
+  // What the graph itself says wrongly stays where it is.
+  const std::string found = errors_of(folder, "duration: 1 s\nnodes: {v: {type: test.values, flag: 3}}\n",
+                                      {{place, Assignment{"v.count", "4"}}});
+  BOOST_TEST(found == (folder.path() / "graph.yaml").string() + ":2:38: nodes.v.flag: expected true or false, found 3");
+  // A file that it names is looked for beside it.
+  const fs::path data = folder.write("far/data.csv", "1");
+  const Patch patch{{(folder.path() / "far/study.yaml").string(), 3, 7}, Assignment{"v.data", "data.csv"}};
+  const GraphSpec spec = load_text(folder, "duration: 1 s\nnodes: {v: {type: test.values}}\n", {patch});
+  BOOST_TEST(std::get<std::string>(param(spec, "v", "data")) == data.string());
 }
 
 BOOST_FIXTURE_TEST_CASE(errors_of_the_command_line_name_the_option, Fixture) {
@@ -391,9 +430,12 @@ BOOST_FIXTURE_TEST_CASE(errors_of_the_command_line_name_the_option, Fixture) {
       {"seed=-3", "--set seed=-3: seed: expected a whole number"},
   };
   for (const auto& [text, expected] : cases) {
-    Overrides overrides;
-    overrides.set = {text};
-    const std::string found = errors_of(folder, base, overrides);
+    std::string found;
+    try {
+      found = errors_of(folder, base, {set_patch(text)});
+    } catch (const GraphError& error) {
+      found = error.what();
+    }
     BOOST_TEST(found.find(expected) != std::string::npos, text << " gives " << found);
   }
 }

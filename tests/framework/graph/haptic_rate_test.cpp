@@ -63,11 +63,10 @@ BOOST_FIXTURE_TEST_CASE(rates_that_differ_are_refused_with_both_places, Fixture)
 }
 
 BOOST_FIXTURE_TEST_CASE(a_rate_of_the_command_line_is_one_like_any_other, Fixture) {
-  Overrides overrides;
-  overrides.set = {"rate=4 kHz"};
+  Overrides overrides{set_patch("rate=4 kHz")};
   all_have(4000, load_text(folder, graph("", "", ""), overrides));
   all_have(4000, load_text(folder, graph("rate: 1 kHz\n", "", ""), overrides));
-  overrides.set = {"device.rate=4000"};
+  overrides = {set_patch("device.rate=4000")};
   all_have(4000, load_text(folder, graph("", "", ""), overrides));
   all_have(4000, load_text(folder, graph("", ", rate: 1 kHz", ""), overrides));
   const std::string found = errors_of(folder, graph("rate: 1 kHz\n", "", ""), overrides);
@@ -92,9 +91,7 @@ BOOST_FIXTURE_TEST_CASE(a_written_graph_gives_the_rate_once, Fixture) {
   BOOST_TEST(text.find("\n    rate: 4000\n") == std::string::npos, text);
   all_have(4000, load_text(folder, text));
   // So that a graph which was written can be run at another rate.
-  Overrides overrides;
-  overrides.set = {"rate=2 kHz"};
-  all_have(2000, load_text(folder, text, overrides));
+  all_have(2000, load_text(folder, text, {set_patch("rate=2 kHz")}));
 }
 
 BOOST_FIXTURE_TEST_CASE(an_overlay_tells_another_rate_once, Fixture) {

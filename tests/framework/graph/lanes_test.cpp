@@ -26,7 +26,7 @@ struct Fixture {
   Folder folder;
 
   GraphSpec load(const std::string& text, const std::vector<std::string>& set = {}) {
-    return load_text(folder, text, {.set = set, .seed = {}, .duration_s = {}});
+    return load_text(folder, text, settings(set));
   }
   // The scheduling of the node v with these keys.
   Scheduling of(const std::string& keys, const std::vector<std::string>& set = {}) {
@@ -104,7 +104,7 @@ BOOST_FIXTURE_TEST_CASE(the_command_line_sets_lanes_and_says_where_it_is_wrong, 
               on_thread("mine", fifo, 7)));
   BOOST_TEST((of("type: test.motor, priority: 90", {"v.lane=pool"}) == Scheduling{}));
   const auto error = [&](const std::vector<std::string>& set) {
-    return errors_of(folder, three_solvers, {.set = set, .seed = {}, .duration_s = {}});
+    return errors_of(folder, three_solvers, settings(set));
   };
   BOOST_TEST(
       error({"a.lane=realtime"})
@@ -186,12 +186,11 @@ BOOST_FIXTURE_TEST_CASE(an_edge_of_the_realtime_lane_may_block_under_the_virtual
       "duration: 1 s\nnodes:\n  motor: {type: test.motor}\n  solver: {type: test.solver}\n"
       "edges:\n  - motor.state -> solver.device\n  - solver.force -> motor.force: queue(2, block)\n";
   BOOST_TEST(errors_of(folder, graph) == "");
-  const std::string errors = errors_of(folder, graph, {.set = {"clock=real"}, .seed = {}, .duration_s = {}});
+  const std::string errors = errors_of(folder, graph, settings({"clock=real"}));
   BOOST_TEST(errors.find("found block (the default of solver); motor is in the realtime lane") != std::string::npos);
   BOOST_TEST(errors.find("found block; motor is in the realtime lane") != std::string::npos);
   // Off that lane a device may be waited for, and still waits for nobody.
-  const std::string off =
-      errors_of(folder, graph, {.set = {"clock=real", "motor.lane=thread"}, .seed = {}, .duration_s = {}});
+  const std::string off = errors_of(folder, graph, settings({"clock=real", "motor.lane=thread"}));
   BOOST_TEST(off.find("found block (the default of solver); motor drives a device") != std::string::npos);
   BOOST_TEST(off.find("found block; ") == std::string::npos);
 }

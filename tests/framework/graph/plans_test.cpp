@@ -14,7 +14,7 @@ struct Fixture {
   Folder folder;
 
   Plan plan(const std::string& text, const std::vector<std::string>& set = {}) {
-    return make_plan(load_text(folder, text, {.set = set, .seed = {}, .duration_s = {}}));
+    return make_plan(load_text(folder, text, settings(set)));
   }
 };
 
@@ -68,8 +68,7 @@ BOOST_FIXTURE_TEST_CASE(a_scene_that_needs_everything_keeps_everything, Fixture)
 }
 
 BOOST_FIXTURE_TEST_CASE(a_type_that_stands_for_others_becomes_the_one_that_suits_the_scene, Fixture) {
-  GraphSpec graph =
-      load_text(folder, pipeline(rigid_scene), {.set = {"collision.margin=3 mm"}, .seed = {}, .duration_s = {}});
+  GraphSpec graph = load_text(folder, pipeline(rigid_scene), settings({"collision.margin=3 mm"}));
   const auto node =
       std::find_if(graph.nodes.begin(), graph.nodes.end(), [](const NodeSpec& n) { return n.name == "collision"; });
   // The chosen type has a parameter of its own beside the one that is passed on.

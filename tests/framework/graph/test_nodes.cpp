@@ -305,6 +305,12 @@ fs::path Folder::write(const std::string& name, const std::string& text) const {
   return file;
 }
 
+Overrides settings(const std::vector<std::string>& texts) {
+  Overrides overrides;
+  for (const std::string& text : texts) overrides.push_back(set_patch(text));
+  return overrides;
+}
+
 GraphSpec load_text(const Folder& folder, const std::string& text, const Overrides& overrides) {
   // The declarations must outlive the specs that point to them.
   static Registry registry = test_registry();

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "framework/core/temporary_folder.hpp"
 #include "framework/graph/spec.hpp"
@@ -20,6 +21,9 @@ class Folder : public TemporaryFolder {
   /// Writes a file and gives its path.
   [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& text) const;
 };
+
+/// `--set` of each.
+Overrides settings(const std::vector<std::string>& texts);
 
 /// The graph of a text; every call writes `graph.yaml` anew.
 GraphSpec load_text(const Folder& folder, const std::string& text, const Overrides& overrides = {});
