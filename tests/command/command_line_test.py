@@ -1,7 +1,7 @@
 """Words of the command line: verbs, options and values are refused with what was expected, what was found and the nearest name."""
 import unittest
 
-from harness import GRAPHS, CommandTest, needs_meshes, tactor
+from harness import GRAPHS, CommandTest, graph_verbs, needs_meshes, tactor
 
 DUCK = GRAPHS / "duck/off.yaml"
 
@@ -139,9 +139,8 @@ class Names(Refused):
 
     def test_a_graph_that_does_not_exist_names_the_nearest(self):
         small = self.small_graph()
-        for verb in ("run", "check", "lean", "explain"):
-            budget = ["--budget", "1"] if verb == "lean" else []
-            self.assert_refused(verb, self.folder / "smal.yaml", *budget, says=["smal.yaml: expected a graph file that exists; looked for ", f'did you mean "{small.name}"?'])
+        for verb, options in graph_verbs():
+            self.assert_refused(*verb, self.folder / "smal.yaml", *options, says=["smal.yaml: expected a graph file that exists; looked for ", f'did you mean "{small.name}"?'])
         over = self.write("over.yaml", "extends: smal.yaml\n")
         self.assert_refused("check", over, says=["over.yaml:1:10", 'did you mean "small.yaml"?'])
 

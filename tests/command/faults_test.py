@@ -104,6 +104,15 @@ class FaultRun(CommandTest):
         self.environment["TACTOR_NODE_PATH"] = str(FAULT_NODES)
         self.out = self.folder / "out"
 
+    def read_while_running(self):
+        """Times in s and sizes in N of the forces that are on the disk."""
+        try:
+            with h5py.File(self.out / "recording.h5", swmr=True) as file:
+                data = file["streams/device.commanded/data"][...]
+        except (OSError, KeyError):  # not begun yet
+            return numpy.zeros(1), numpy.zeros(1)
+        return data["valid_ns"] * 1e-9, numpy.linalg.norm(data["force"], axis=1)
+
     def start(self, graph, *arguments, **options):
         """The command, started."""
         process = subprocess.Popen([TACTOR, "run", self.write("fault.yaml", graph), "--out", self.out, *arguments],
@@ -297,15 +306,6 @@ class Device(FaultRun):
 
 @needs_live
 class Process(FaultRun):
-    def read_while_running(self):
-        """Times in s and sizes in N of the forces that are on the disk."""
-        try:
-            with h5py.File(self.out / "recording.h5", swmr=True) as file:
-                data = file["streams/device.commanded/data"][...]
-        except (OSError, KeyError):  # not begun yet
-            return numpy.zeros(1), numpy.zeros(1)
-        return data["valid_ns"] * 1e-9, numpy.linalg.norm(data["force"], axis=1)
-
     def start_in_contact(self, *arguments):
         """A run with a force on its device."""
         shutil.rmtree(self.out, ignore_errors=True)
@@ -469,8 +469,7 @@ class Replay(FaultRun):
 
     def test_a_run_that_was_ended_early_is_replayed_up_to_there(self):
         process = self.start(duck(), "--duration", "1000", "--record-costs")
-        self.wait_until((self.out / "recording.h5").exists, process, "the run began")
-        time.sleep(1.5)
+        self.wait_until(lambda: self.read_while_running()[0].max(initial=0) > 1, process, "a second was run")
         process.send_signal(signal.SIGINT)
         self.finish(process, 0)
         summary = self.results()

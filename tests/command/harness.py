@@ -103,6 +103,29 @@ def tactor(*arguments, program=TACTOR, environment=None, cwd=None, timeout=LONGE
                           timeout=timeout, check=False)
 
 
+def verbs(*before):
+    """The verbs of the command, or of the verb `device`, from the refusal of a word that is none."""
+    said = re.search(r"expected a verb \(([^)]*)\)", tactor(*before, "no-such-verb").stderr)
+    return said[1].split(", ")
+
+
+def every_verb():
+    """Every verb as words: `run`, `device test`. `emulate` hands its words on to programs of their own."""
+    for verb in verbs():
+        if verb == "device":
+            yield from ((verb, word) for word in verbs(verb))
+        elif verb != "emulate":
+            yield (verb,)
+
+
+def graph_verbs():
+    """(words, options that it needs) of every verb that takes a graph."""
+    for words in every_verb():
+        shown = tactor(*words, "--help").stdout
+        if re.search(r"^\s+graphs? ", shown, re.MULTILINE):
+            yield words, ["--budget", "1"] if "--budget" in shown else []
+
+
 class CommandTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tactor-test-"))

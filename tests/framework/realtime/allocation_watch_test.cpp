@@ -16,16 +16,12 @@
 #include <string>
 #include <thread>
 
+#include "tests/heap_is_counted.hpp"
+
 using namespace tactor;
 namespace utf = boost::unit_test;
 
 namespace {
-
-boost::test_tools::assertion_result counted(utf::test_unit_id) {
-  boost::test_tools::assertion_result result(heap_calls_are_counted());
-  result.message() << "the heap of a sanitizer is not counted";
-  return result;
-}
 
 /// What `work` adds to the count of this thread.
 template <class Work>
@@ -56,7 +52,7 @@ BOOST_AUTO_TEST_CASE(it_is_available_unless_a_sanitizer_is_in_the_way) {
 #endif
 }
 
-BOOST_AUTO_TEST_CASE(each_function_of_the_c_heap_counts_once, *utf::precondition(counted)) {
+BOOST_AUTO_TEST_CASE(each_function_of_the_c_heap_counts_once, *utf::precondition(test::heap_is_counted)) {
   void* block = nullptr;
   BOOST_TEST(calls_of([&] { block = seen(std::malloc(8)); }) == 1);
   BOOST_TEST(calls_of([&] { block = seen(std::realloc(block, 4096)); }) == 1);
@@ -75,12 +71,12 @@ BOOST_AUTO_TEST_CASE(each_function_of_the_c_heap_counts_once, *utf::precondition
   std::free(block);
 }
 
-BOOST_AUTO_TEST_CASE(freeing_nothing_is_no_call, *utf::precondition(counted)) {
+BOOST_AUTO_TEST_CASE(freeing_nothing_is_no_call, *utf::precondition(test::heap_is_counted)) {
   void* volatile nothing = nullptr;
   BOOST_TEST(calls_of([&] { std::free(nothing); }) == 0);
 }
 
-BOOST_AUTO_TEST_CASE(the_heap_keeps_its_promises, *utf::precondition(counted)) {
+BOOST_AUTO_TEST_CASE(the_heap_keeps_its_promises, *utf::precondition(test::heap_is_counted)) {
   void* block = nullptr;
   BOOST_TEST(posix_memalign(&block, 3, 100) == EINVAL);
   BOOST_TEST(posix_memalign(&block, 4, 100) == EINVAL);
@@ -91,7 +87,7 @@ BOOST_AUTO_TEST_CASE(the_heap_keeps_its_promises, *utf::precondition(counted)) {
   BOOST_CHECK_THROW(seen(::operator new(huge)), std::bad_alloc);
 }
 
-BOOST_AUTO_TEST_CASE(operator_new_and_delete_are_counted, *utf::precondition(counted)) {
+BOOST_AUTO_TEST_CASE(operator_new_and_delete_are_counted, *utf::precondition(test::heap_is_counted)) {
   BOOST_TEST(calls_of([] { delete static_cast<int*>(seen(new int(7))); }) == 2);
   BOOST_TEST(calls_of([] { delete static_cast<Wide*>(seen(new Wide)); }) == 2);
   BOOST_TEST(calls_of([] { static_cast<void>(seen(std::make_shared<std::string>(100, 'x').get())); }) == 4);
@@ -99,14 +95,15 @@ BOOST_AUTO_TEST_CASE(operator_new_and_delete_are_counted, *utf::precondition(cou
   BOOST_TEST(calls_of([&] { std::function<int()>([large] { return large[3]; })(); }) == 2);
 }
 
-BOOST_AUTO_TEST_CASE(what_uses_no_heap_counts_nothing, *utf::precondition(counted)) {
+BOOST_AUTO_TEST_CASE(what_uses_no_heap_counts_nothing, *utf::precondition(test::heap_is_counted)) {
   BOOST_TEST(calls_of([] {
                const std::string small = "short";
                static_cast<void>(seen(const_cast<char*>(small.data())));
              }) == 0);
 }
 
-BOOST_AUTO_TEST_CASE(the_calls_of_a_library_loaded_while_running_are_counted, *utf::precondition(counted)) {
+BOOST_AUTO_TEST_CASE(the_calls_of_a_library_loaded_while_running_are_counted,
+                     *utf::precondition(test::heap_is_counted)) {
   void* module = dlopen(ALLOCATING_MODULE, RTLD_NOW | RTLD_LOCAL);
   BOOST_REQUIRE_MESSAGE(module != nullptr, dlerror());
   for (const char* name : {"use_malloc", "use_vector", "use_strdup"}) {
@@ -117,7 +114,7 @@ BOOST_AUTO_TEST_CASE(the_calls_of_a_library_loaded_while_running_are_counted, *u
   dlclose(module);
 }
 
-BOOST_AUTO_TEST_CASE(each_thread_has_a_count_of_its_own, *utf::precondition(counted)) {
+BOOST_AUTO_TEST_CASE(each_thread_has_a_count_of_its_own, *utf::precondition(test::heap_is_counted)) {
   std::int64_t theirs = 0;
   std::thread other;
   const auto busy = [&] {

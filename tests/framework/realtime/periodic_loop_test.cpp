@@ -20,6 +20,7 @@
 #include "framework/node/edge_queue.hpp"
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/ring.hpp"
+#include "tests/heap_is_counted.hpp"
 
 using namespace tactor;
 namespace utf = boost::unit_test;
@@ -36,10 +37,6 @@ constexpr double fast_rate = 2'000;
 constexpr bool page_faults_are_ours = true;
 constexpr double fast_rate = 20'000;
 #endif
-
-boost::test_tools::assertion_result heap_is_counted(utf::test_unit_id) {
-  return boost::test_tools::assertion_result(heap_calls_are_counted());
-}
 
 boost::test_tools::assertion_result memory_is_ours(utf::test_unit_id) {
   return boost::test_tools::assertion_result(page_faults_are_ours);
@@ -158,7 +155,7 @@ BOOST_AUTO_TEST_CASE(sixty_thousand_ticks_allocate_nothing_and_fault_in_no_page)
                             << metrics.body_time.quantile(0.5).ns << " ns, missed " << metrics.missed.value());
 }
 
-BOOST_AUTO_TEST_CASE(a_body_that_allocates_is_seen, *utf::precondition(heap_is_counted)) {
+BOOST_AUTO_TEST_CASE(a_body_that_allocates_is_seen, *utf::precondition(test::heap_is_counted)) {
   std::unique_ptr<std::vector<double>> kept;
   PeriodicLoop loop({.name = "allocates"}, [&kept](const Tick& tick) {
     if (tick.number % 2 == 0) kept = std::make_unique<std::vector<double>>(100);

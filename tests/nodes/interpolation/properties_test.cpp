@@ -11,6 +11,7 @@
 #include "framework/core/segment.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/realtime/allocation_watch.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
@@ -251,8 +252,7 @@ BOOST_AUTO_TEST_CASE(segments_are_stamped_for_the_sample_they_were_made_from) {
   }
 }
 
-BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
-  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
   for (const Recipe& recipe : recipes()) {
     BOOST_TEST(recipe.info->realtime_safe, recipe.name());
     Arrivals arrivals;

@@ -10,6 +10,7 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/dynamics/translation.hpp"
 #include "nodes/prediction/local.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/dynamics/node_rig.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
@@ -391,8 +392,7 @@ BOOST_AUTO_TEST_CASE(without_curvature_contacts_are_planes) {
   for (std::size_t j = 0; j < 2; ++j) BOOST_TEST((subject.model.contacts.contact[0][j].H_W == std::array<double, 6>{}));
 }
 
-BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
-  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
   Subject subject(default_params<LocalPredictor>(), true, true);
   subject.contacts(wall_around({{0.009, 0, 0}, {0.0088, 0, 0}, {0.0086, 0, 0}}));
   PhysicsState state;

@@ -10,6 +10,7 @@
 
 #include "framework/node/registry.hpp"
 #include "framework/realtime/allocation_watch.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
@@ -432,8 +433,7 @@ BOOST_AUTO_TEST_CASE(a_while_after_trouble_predictions_are_as_good_as_without_it
   }
 }
 
-BOOST_AUTO_TEST_CASE(no_step_calls_the_heap) {
-  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
   for (const Recipe& recipe : recipes()) {
     BOOST_TEST(recipe.predictor->realtime_safe, recipe.name());
     Clock clock;

@@ -1,4 +1,5 @@
 // What holds when a live run ends badly: devices come to rest, and what kept them from it is told.
+#include <atomic>
 #include <boost/test/unit_test.hpp>
 #include <functional>
 #include <memory>
@@ -134,7 +135,11 @@ BOOST_FIXTURE_TEST_CASE(what_is_thrown_and_is_no_exception_ends_the_run_too, Fix
 }
 
 BOOST_FIXTURE_TEST_CASE(a_step_that_is_still_on_its_way_at_the_end_is_told_of, Fixture) {
-  Does::deed = [] { std::this_thread::sleep_for(std::chrono::seconds(3)); };
+  static std::atomic<bool> released{false}, left{false};
+  Does::deed = [] {
+    while (!released) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    left = true;
+  };
   // Its thread still uses them.
   static PlanBuilder b(0.3);
   static LiveRun* run = nullptr;
@@ -150,7 +155,9 @@ BOOST_FIXTURE_TEST_CASE(a_step_that_is_still_on_its_way_at_the_end_is_told_of, F
   BOOST_REQUIRE(run->failure().has_value());
   BOOST_TEST_CONTEXT(*run->failure())
   BOOST_TEST(run->failure()->find("does not come back from its step") != std::string::npos);
-  std::this_thread::sleep_for(std::chrono::seconds(3));
+  released = true;
+  for (int i = 0; i < 10'000 && !left; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  BOOST_TEST(left);
 }
 
 BOOST_FIXTURE_TEST_CASE(a_light_node_in_the_realtime_lane_that_throws_is_named, Fixture) {

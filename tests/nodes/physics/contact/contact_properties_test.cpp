@@ -9,6 +9,7 @@
 #include "nodes/collision/exact.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
@@ -325,8 +326,8 @@ BOOST_AUTO_TEST_CASE(what_is_found_does_not_depend_on_what_was_asked_before) {
   }
 }
 
-BOOST_AUTO_TEST_CASE(queries_allocate_nothing_once_they_have_met_the_most_contacts) {
-  if (!heap_calls_are_counted()) return;
+BOOST_AUTO_TEST_CASE(queries_allocate_nothing_once_they_have_met_the_most_contacts,
+                     *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
   for (const Case& c : cases()) {
     BOOST_TEST_CONTEXT(c) {
       // CGAL's search of all faces keeps its queue on the heap.

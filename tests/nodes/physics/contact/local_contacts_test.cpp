@@ -5,6 +5,7 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
@@ -211,8 +212,8 @@ BOOST_AUTO_TEST_CASE(a_query_is_made_where_the_bodies_are_expected_and_the_ancho
   });
 }
 
-BOOST_AUTO_TEST_CASE(looking_ahead_allocates_nothing_once_it_has_met_the_most) {
-  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+BOOST_AUTO_TEST_CASE(looking_ahead_allocates_nothing_once_it_has_met_the_most,
+                     *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
   const Scene scene = rock_on_floor();
   SdfCollision node(coarse(), context_for(scene));
   LocalContacts local;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "framework/realtime/allocation_watch.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 
 using namespace tactor;
@@ -399,8 +400,7 @@ BOOST_AUTO_TEST_CASE(an_impact_at_10_m_s_stays_within_its_energy) {
   }
 }
 
-BOOST_AUTO_TEST_CASE(steps_allocate_nothing) {
-  if (!heap_calls_are_counted()) return;  // under a sanitizer with a heap of its own
+BOOST_AUTO_TEST_CASE(steps_allocate_nothing, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
   for (const bool rotates : {false, true}) {
     OneBody t(block(0.1, rotates));
     t.coupling = spring(500, 0.1);
