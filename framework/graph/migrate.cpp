@@ -52,7 +52,8 @@ bool is_word(char c) {
 class Rewriter {
  public:
   Rewriter(const std::string& text, const std::vector<const NodeInfo*>& types) : text_(text) {
-    lines_.push_back(0);
+    // Places do not count the mark that tells the order of bytes.
+    lines_.push_back(text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
     for (std::size_t i = 0; i < text.size(); ++i) {
       if (text[i] == '\n') lines_.push_back(i + 1);
     }
@@ -110,16 +111,23 @@ class Rewriter {
       if (entry.key == "nodes" && entry.value.is_map()) {
         for (const TreeEntry& node : entry.value.entries) {
           for (const TreeEntry& param : node.value.entries) {
-            rename(param.place, "", param.key, names_of(node.key).params.now(param.key));
+            rename(param.place, offset_of(param.place), "", param.key, names_of(node.key).params.now(param.key));
           }
         }
       } else if (entry.key == "edges") {
         for (const Tree& edge : entry.value.items) rename_edge(edge);
       } else if (entry.key == "record") {
-        for (const Tree& output : entry.value.items) rename_end(output.place, output.text, false);
+        for (const Tree& output : entry.value.items) {
+          if (is_first_visit(output.place)) rename_end(output.place, offset_of(output.place), output.text, false);
+        }
       } else if (entry.key == "set" || entry.key == "vary") {
         for (const TreeEntry& paths : entry.value.entries) {
-          for (const std::string& path : split(paths.key, ',')) rename_path(paths.place, std::string(trimmed(path)));
+          if (!is_first_visit(paths.place)) continue;
+          std::size_t offset = offset_of(paths.place);
+          for (const std::string& path : split(paths.key, ',')) {
+            rename_path(paths.place, offset, std::string(trimmed(path)));
+            offset = std::min(text_.find(',', offset), text_.size() - 1) + 1;
+          }
         }
         walk(entry.value);
       } else {
@@ -128,6 +136,9 @@ class Rewriter {
     }
     for (const Tree& item : tree.items) walk(item);
   }
+
+  /// False where an alias leads to the same place again.
+  bool is_first_visit(const SourceLocation& place) { return visited_.insert({place.line, place.column}).second; }
 
   static std::vector<std::string> split(const std::string& text, char at) {
     std::vector<std::string> parts(1);
@@ -147,34 +158,39 @@ class Rewriter {
   }
 
   void rename_edge(const Tree& edge) {
+    if (!is_first_visit(edge.place)) return;
     const auto both = [&](const SourceLocation& place, const std::string& text) {
-      const std::size_t arrow = text.find("->");
+      const std::size_t arrow = text.find("->"), offset = offset_of(place);
       if (arrow == std::string::npos) return;
-      rename_end(place, std::string(trimmed(std::string_view(text).substr(0, arrow))), false);
-      rename_end(place, std::string(trimmed(std::string_view(text).substr(arrow + 2))), true);
+      rename_end(place, offset, std::string(trimmed(std::string_view(text).substr(0, arrow))), false);
+      const std::size_t written = text_.find("->", offset);
+      if (written == std::string::npos) return;
+      rename_end(place, written + 2, std::string(trimmed(std::string_view(text).substr(arrow + 2))), true);
     };
     if (edge.is_scalar()) both(edge.place, edge.text);
     for (const TreeEntry& entry : edge.entries) {
       both(entry.place, entry.key);
-      if (entry.key == "from" || entry.key == "to") rename_end(entry.value.place, entry.value.text, entry.key == "to");
+      if (entry.key != "from" && entry.key != "to") continue;
+      const SourceLocation& place = entry.value.place;
+      rename_end(place, offset_of(place), entry.value.text, entry.key == "to");
     }
   }
 
-  /// `node.port` somewhere behind `place`.
-  void rename_end(const SourceLocation& place, const std::string& end, bool is_input) {
+  /// `node.port`, written at that offset.
+  void rename_end(const SourceLocation& place, std::size_t offset, const std::string& end, bool is_input) {
     const std::size_t dot = end.find('.');
     if (dot == std::string::npos) return;
     const NamesOfType& names = names_of(end.substr(0, dot));
     const std::string port = end.substr(dot + 1);
-    rename(place, end.substr(0, dot + 1), port, (is_input ? names.inputs : names.outputs).now(port));
+    rename(place, offset, end.substr(0, dot + 1), port, (is_input ? names.inputs : names.outputs).now(port));
   }
 
-  /// `node.parameter`, perhaps behind `nodes.`.
-  void rename_path(const SourceLocation& place, const std::string& path) {
+  /// `node.parameter`, perhaps behind `nodes.`, written at that offset.
+  void rename_path(const SourceLocation& place, std::size_t offset, const std::string& path) {
     const std::size_t dot = path.rfind('.');
     if (dot == std::string::npos) return;
     const std::vector<std::string> parts = split(path.substr(0, dot), '.');
-    rename(place, path.substr(0, dot + 1), path.substr(dot + 1),
+    rename(place, offset, path.substr(0, dot + 1), path.substr(dot + 1),
            names_of(parts.back()).params.now(path.substr(dot + 1)));
   }
 
@@ -184,21 +200,22 @@ class Rewriter {
     return std::min(lines_[line] + static_cast<std::size_t>(std::max(place.column, 1)) - 1, text_.size());
   }
 
-  /// Replaces `before` behind `prefix` at the first place from `place` on where both stand as whole words.
-  void rename(const SourceLocation& place, const std::string& prefix, const std::string& before,
+  /// Replaces `before` behind `prefix` where they are written at that offset, perhaps behind an anchor, blanks or a
+  /// quote. Where they are spelt otherwise, by escapes for example, nothing is replaced.
+  void rename(const SourceLocation& place, std::size_t offset, const std::string& prefix, const std::string& before,
               const std::optional<std::string>& now) {
     if (!now) return;
+    if (offset < text_.size() && text_[offset] == '&') offset = std::min(text_.find(' ', offset), text_.size());
+    offset = std::min(text_.find_first_not_of(" \t\r\n\"'", offset), text_.size());
     const std::string wanted = prefix + before;
-    for (std::size_t at = text_.find(wanted, offset_of(place)); at != std::string::npos;
-         at = text_.find(wanted, at + 1)) {
-      const std::size_t end = at + wanted.size();
-      const bool whole = (at == 0 || !is_word(text_[at - 1])) && (end == text_.size() || !is_word(text_[end]));
-      const std::size_t offset = at + prefix.size();
-      const bool known = std::any_of(edits_.begin(), edits_.end(), [&](const Edit& e) { return e.offset == offset; });
-      if (!whole || known) continue;
-      edits_.push_back({offset, *now, {place, before, *now}});
-      return;
-    }
+    const std::size_t end = offset + wanted.size(), written = offset + prefix.size();
+    const bool is_there = text_.compare(offset, wanted.size(), wanted) == 0;
+    if (!is_there || (end < text_.size() && is_word(text_[end])) || is_edited(written)) return;
+    edits_.push_back({written, *now, {place, before, *now}});
+  }
+
+  [[nodiscard]] bool is_edited(std::size_t offset) const {
+    return std::any_of(edits_.begin(), edits_.end(), [&](const Edit& e) { return e.offset == offset; });
   }
 
   const std::string& text_;
@@ -207,6 +224,7 @@ class Rewriter {
   std::map<std::string, NamesOfType> by_type_;
   std::map<std::string, std::string> type_of_;  // by node
   std::vector<Edit> edits_;
+  std::set<std::pair<int, int>> visited_;  // lines and columns of what was renamed
 };
 
 }  // namespace
@@ -215,7 +233,16 @@ Migrated migrate(const std::string& text, const std::string& file, const std::ve
                  Diagnostics& diagnostics) {
   const std::optional<Tree> tree = parse_yaml(text, file, diagnostics);
   if (!tree || diagnostics.any()) return {text, {}};
-  return Rewriter(text, types).rewrite(*tree);
+  Migrated result = Rewriter(text, types).rewrite(*tree);
+  // A first key behind a question mark takes no key before it, and a new name may be there beside the former one.
+  Diagnostics broken;
+  const std::optional<Tree> again = parse_yaml(result.text, file, broken);
+  const std::size_t added = tree->find("format") == nullptr && !tree->entries.empty() ? 1 : 0;
+  if (again && !broken.any() && again->entries.size() == tree->entries.size() + added) return result;
+  const std::string why = broken.any() ? broken.list().front().message : "its first key cannot stand behind another";
+  diagnostics.error(tree->place, "expected a file that is valid when it is rewritten, found one that is not (" + why +
+                                     "); write `format: 2` and the new names by hand");
+  return {text, {}};
 }
 
 }  // namespace tactor

@@ -22,7 +22,7 @@ struct Migrated {
 
 /// The file `text` with the names that the declarations in `types` have now, and with the key `format`. All else stays
 /// as it is: comments, order, spaces. A node that says no type here gets the names that all types agree on. Errors of
-/// YAML go to `diagnostics`; the text is then returned as it was.
+/// YAML, and a form that cannot be rewritten, go to `diagnostics`; the text is then returned as it was.
 Migrated migrate(const std::string& text, const std::string& file, const std::vector<const NodeInfo*>& types,
                  Diagnostics& diagnostics);
 

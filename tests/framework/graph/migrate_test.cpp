@@ -105,6 +105,49 @@ BOOST_AUTO_TEST_CASE(a_file_of_one_line_gets_its_format_inside_the_braces) {
   BOOST_TEST(migrated("{nodes: {f: {remove: none}}}\n").text == "{format: 2, nodes: {f: {detrend: none}}}\n");
 }
 
+BOOST_AUTO_TEST_CASE(what_an_alias_repeats_is_replaced_where_it_was_written_and_nowhere_else) {
+  BOOST_TEST(migrated("format: 2\n"
+                      "nodes:\n"
+                      "  f: &f {type: my.filter, remove: none}   # remove\n"
+                      "  g: *f   # remove\n"
+                      "edges: &e [f.law -> g.law]   # f.law\n"
+                      "short: {edges: *e}   # f.law\n")
+                 .text ==
+             "format: 2\n"
+             "nodes:\n"
+             "  f: &f {type: my.filter, detrend: none}   # remove\n"
+             "  g: *f   # remove\n"
+             "edges: &e [f.parameters -> g.law]   # f.law\n"
+             "short: {edges: *e}   # f.law\n");
+}
+
+BOOST_AUTO_TEST_CASE(only_the_key_is_replaced_and_not_a_value_that_reads_like_it) {
+  BOOST_TEST(migrated("format: 2\nnodes:\n  f: {type: my.filter, span: remove, 'remove': remove}\n").text ==
+             "format: 2\nnodes:\n  f: {type: my.filter, span: remove, 'detrend': remove}\n");
+  // A key that is spelt with escapes is left to the user, and nothing else is touched.
+  const std::string spelt = "format: 2\nnodes:\n  f: {type: my.filter, \"rem\\x6fve\": remove}\n";
+  BOOST_TEST(migrated(spelt).text == spelt);
+}
+
+BOOST_AUTO_TEST_CASE(a_mark_of_the_byte_order_stays_in_front) {
+  BOOST_TEST(migrated("\xEF\xBB\xBFnodes: {f: {type: my.filter, remove: none}}\n").text ==
+             "\xEF\xBB\xBF"
+             "format: 2\nnodes: {f: {type: my.filter, detrend: none}}\n");
+}
+
+BOOST_AUTO_TEST_CASE(a_form_that_cannot_be_rewritten_is_refused_and_stays_as_it_is) {
+  for (const char* text : {"? nodes\n: {}\n", "format: 2\nnodes: {f: {type: my.filter, remove: 1, detrend: 2}}\n"}) {
+    const std::vector<NodeInfo> all = types();
+    Diagnostics diagnostics;
+    const Migrated found = migrate(text, "x.yaml", {&all[0], &all[1]}, diagnostics);
+    BOOST_TEST(found.text == text);
+    BOOST_TEST(found.changes.empty());
+    BOOST_REQUIRE(diagnostics.list().size() == 1U);
+    BOOST_TEST(diagnostics.list()[0].place.text().starts_with("x.yaml:1:"));
+    BOOST_TEST(diagnostics.list()[0].message.find("by hand") != std::string::npos);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(what_is_no_yaml_stays_as_it_is) {
   Diagnostics diagnostics;
   BOOST_TEST(migrate("nodes: [", "x.yaml", {}, diagnostics).text == "nodes: [");
