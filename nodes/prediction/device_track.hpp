@@ -1,4 +1,5 @@
-// Where the device was during its last 256 ticks (a quarter of a second at 1 kHz), and what a predictor declares to know it.
+// Where the device was during its last 256 ticks (a quarter of a second at 1 kHz), and what a predictor declares to
+// know it.
 #pragma once
 
 #include "framework/node/declare.hpp"

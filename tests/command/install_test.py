@@ -110,7 +110,7 @@ class Programs(Installed):
 class Graphs(Installed):
     def test_those_of_the_repository_are_there(self):
         def files(folder):
-            return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.suffix in (".yaml", ".csv")}
+            return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.suffix in (".yaml", ".csv", ".md", ".svg")}
         self.assertEqual(files(self.share / "graphs"), files(GRAPHS))
 
     @needs_meshes
@@ -118,7 +118,8 @@ class Graphs(Installed):
     def test_one_of_each_mesh_is_run(self):
         for name in ("bunny", "duck", "peg_in_hole"):
             with self.subTest(graph=name):
-                self.run_ok("run", self.share / f"graphs/{name}/refit.yaml", "--duration", "0.3", "--out", self.folder / name)
+                # By its name, from the folders of the program.
+                self.run_ok("run", f"{name}/refit", "--duration", "0.3", "--out", self.folder / name)
                 summary = json.loads((self.folder / name / "summary.json").read_text())
                 self.assertGreater(summary["physics"]["steps"], 0)
 

@@ -155,8 +155,20 @@ class Text(unittest.TestCase):
                 with self.subTest(file=name, term=pattern.pattern):
                     self.assertIsNone(found, found and f"line {text[:found.start()].count(chr(10)) + 1}: {found.group(0)}")
 
+    def test_the_page_of_a_scene_names_its_graphs_and_no_others(self):
+        scenes = sorted(file.parent for file in (ROOT / "graphs").glob("*/scene.yaml"))
+        self.assertGreater(len(scenes), 5)
+        for scene in scenes:
+            with self.subTest(scene=scene.name):
+                page = (scene / "README.md").read_text()
+                named = re.findall(r"^\| `([^`]+)` \| \S.* \|$", page, re.MULTILINE)
+                self.assertEqual(sorted(named), sorted(file.name for file in scene.glob("*.yaml")))
+                self.assertIn("](scene.svg)", page)
+                self.assertLess((scene / "scene.svg").stat().st_size, 150_000)
+
     def test_links_of_pages_lead_somewhere(self):
-        pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+        pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")),
+                 *sorted((ROOT / "graphs").glob("*/README.md"))]
         headings = {page: {anchor_of(line) for line in page.read_text().splitlines() if line.startswith("#")} for page in pages}
         for page in pages:
             for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
