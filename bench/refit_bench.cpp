@@ -6,6 +6,7 @@
 
 #include "nodes/interpolation/bspline.hpp"
 #include "nodes/prediction/ar.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/autoregression.hpp"
 #include "nodes/prediction/hold.hpp"
 #include "nodes/prediction/kalman.hpp"
@@ -208,7 +209,7 @@ void predictor_node(benchmark::State& state) {
       for (int ms = 0; ms < 10; ++ms) {
         const double s = 1e-3 * static_cast<double>(10 * t + ms);
         const DeviceState device{
-            {{0.01 * std::sin(s), 0.01 * std::cos(s), 0}, from_rotation_vector({0.1 * std::sin(s), 0, 0})}, {}, 0, 0};
+            {{0.01 * std::sin(s), 0.01 * std::cos(s), 0}, from_rotation_vector({0.1 * std::sin(s), 0, 0})}, {}, 0};
         node.device.push(stamp_ms(1e3 * s), &device);
       }
       const Stamp stamp = stamp_ms(10.0 * static_cast<double>(t), static_cast<std::uint64_t>(t));

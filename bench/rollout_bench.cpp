@@ -18,6 +18,7 @@
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/periodic_loop.hpp"
 #include "nodes/interpolation/rollout.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/prediction/local.hpp"
 #include "tests/nodes/defaults.hpp"
 

@@ -91,6 +91,7 @@ function(tactor_node_library prefix)
   tactor_library(nodes_${prefix} SOURCES ${ARG_SOURCES} LIBS tactor_node ${ARG_LIBS} PRECOMPILED_BY ${ARG_PRECOMPILED_BY})
   add_library(tactor_${prefix} MODULE register.cpp)
   target_link_libraries(tactor_${prefix} PRIVATE nodes_${prefix})
+  tactor_states_abi(tactor_${prefix})
   tactor_use_precompiled(tactor_${prefix})
   set_target_properties(tactor_${prefix} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_DIRECTORY}
                                                     INSTALL_RPATH "$ORIGIN/..")

@@ -1,19 +1,36 @@
-// `tactor schema`: graph files for editors.
+// `tactor schema`: graph files for editors, and message types for other programs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 
 #include "app/verbs/verbs.hpp"
+#include "framework/core/message_json.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
 
+namespace {
+
+/// One line a type.
+std::string message_list(Registry& registry) {
+  registry.load_all();
+  std::string text;
+  for (const auto& [name, type] : registry.message_types()) {
+    text += (text.empty() ? "[\n" : ",\n") + to_json(*type);
+  }
+  return text + "\n]";
+}
+
+}  // namespace
+
 void add_schema(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("schema", "Print the JSON Schema of graph files, for editors");
-  verb->callback([&exit_code] {
+  const auto messages = std::make_shared<bool>(false);
+  verb->add_flag("--messages", *messages, "Describe all message types instead: fields, units, frames, enumerations");
+  verb->callback([messages, &exit_code] {
     Registry registry(default_node_folders());
-    fmt::print("{}\n", graph_schema(registry));
+    fmt::print("{}\n", *messages ? message_list(registry) : graph_schema(registry));
     exit_code = 0;
   });
 }

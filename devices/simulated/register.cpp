@@ -1,5 +1,5 @@
 #include "devices/simulated/simulated.hpp"
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 
 TACTOR_NODES(registry) {
   registry.add<tactor::SimulatedDevice>();

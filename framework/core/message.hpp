@@ -1,8 +1,10 @@
-// Stamped messages and the description of a message type that recorders and error texts read.
+// Stamped messages, and message types as data: what recordings, exports and other programs read instead of a C++
+// struct.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <vector>
@@ -25,33 +27,75 @@ struct Stamped {
   T value;
 };
 
-/// How a column of a message is stored.
-enum class FieldKind : std::uint8_t { f64, i64, i32 };
+/// What a field holds.
+enum class FieldKind : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64, record };
 
-/// One column of a message: `count` values of one kind at a byte offset.
+/// A value of an enumeration.
+struct Enumerator {
+  std::string name;
+  std::int64_t value = 0;
+  bool operator==(const Enumerator&) const = default;
+};
+
+/// A field of a message type, or of a record in it.
 struct Field {
-  std::string_view name;
-  std::string_view unit;  ///< "1" for plain numbers
-  FieldKind kind;
-  std::size_t offset;
-  std::size_t count;
+  std::string name;
+  std::string unit = "1";               ///< SI; "1" for plain numbers; "ns" for times
+  std::string frame;                    ///< the frame its vectors are expressed in; empty: that of the message
+  FieldKind kind = FieldKind::f64;      ///< of one element
+  std::vector<std::size_t> shape;       ///< elements by dimension, row-major; empty: one element
+  bool changes_size = false;            ///< a SharedArray of elements, each of `shape`
+  std::vector<Enumerator> enumerators;  ///< of an enumeration: its values; `kind` is then an integer
+  std::string record;                   ///< of kind `record`: the name of its type
+  std::vector<Field> fields;            ///< of kind `record`: its fields
+  std::size_t offset = 0;               ///< bytes from the beginning of the message or record; see `lay_out`
+  bool operator==(const Field&) const = default;
 };
 
-/// The description of a message type: what a recording writes and a replay reads back.
+/// A message type as data. In memory a message is the C struct of these fields in this order.
 struct MessageType {
-  std::string_view name;   ///< as graphs and error texts name it
-  std::string_view frame;  ///< the frame its vectors are expressed in, or empty
-  std::size_t size;        ///< bytes
-  std::size_t alignment;   ///< bytes
-  std::vector<Field> fields;
+  std::string name;           ///< as graphs and error texts name it; a library's own: `library.Name`
+  std::string frame;          ///< the frame its vectors are expressed in, or empty
+  std::vector<Field> fields;  ///< at least one
+  std::size_t size = 0;       ///< bytes
+  std::size_t alignment = 1;  ///< bytes
+  /// Over name, frame and fields: two types of one hash have the same meaning and the same bytes.
+  std::uint64_t layout_hash = 0;
+  std::vector<std::size_t> arrays;  ///< the offset of each SharedArray in a message
 };
 
-/// The description of T; every message type specialises it beside its struct.
+/// The number of elements of a field of fixed size, and of one element of an array.
+std::size_t count_of(const Field& field);
+/// Bytes in memory of one scalar of the kind; 0 for records.
+std::size_t scalar_size(FieldKind kind);
+/// Bytes in memory of one element, without `shape`.
+std::size_t element_size(const Field& field);
+
+/// Sets offsets, size, alignment, hash and arrays as a C++ compiler lays the struct out.
+void lay_out(MessageType& type);
+
+/// The description of T; every message type and every record specialises it beside its struct, by Describe.
 template <class T>
 const MessageType& message_type();
 
-/// True for what may travel on an edge.
+/// True where both describe the same messages, also where they come from two libraries or from a file.
+inline bool same_type(const MessageType& a, const MessageType& b) {
+  return &a == &b || (a.layout_hash == b.layout_hash && a.name == b.name);
+}
+
+/// Stands for the type of an output that is not known yet; of no message.
+const MessageType& any_message();
+
+/// Keeps a description that was read from a file until the process ends; one for all that are the same.
+const MessageType& keep_message_type(MessageType type);
+
+/// True for what may travel on an edge: values of fixed size, and SharedArrays.
 template <class T>
-concept Message = std::is_trivially_copyable_v<T> && std::is_default_constructible_v<T>;
+concept Message = std::is_default_constructible_v<T> && std::is_nothrow_copy_assignable_v<T>;
+
+/// Counts the bytes at `value` as one more copy of the message: its SharedArrays live on.
+void retain(const MessageType& type, const void* value) noexcept;
+/// Ends such a copy, and leaves its SharedArrays empty.
+void release(const MessageType& type, void* value) noexcept;
 
 }  // namespace tactor

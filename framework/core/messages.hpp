@@ -1,4 +1,4 @@
-// The messages that haptic nodes exchange: fixed-size, trivially copyable, SI units, frames in the names.
+// The messages that all stages of haptic rendering share: of fixed size, in SI units, with frames in the names.
 //
 // Frames: W world, D device handle, T tool (the moving body, origin at its centre of mass).
 #pragma once
@@ -13,6 +13,10 @@
 namespace tactor {
 
 template <>
+const MessageType& message_type<Pose>();
+template <>
+const MessageType& message_type<Twist>();
+template <>
 const MessageType& message_type<Wrench>();
 
 /// Where a trajectory wants the hand to be.
@@ -26,7 +30,6 @@ struct DeviceState {
   Pose X_WD;   ///< m, as the encoder shows it
   Twist V_WD;  ///< m/s, rad/s, estimated by the device node
   std::int32_t buttons = 0;
-  std::int32_t reserved = 0;
 };
 
 /// The spring and damper between handle and tool. Force on the device: -k_t (p_WD - p_WT) - b_t (v_WD - v_WT);
@@ -39,7 +42,6 @@ struct CouplingParameters {
   double force_max = 0;       ///< N, by norm
   double torque_max = 0;      ///< N m, by norm
   std::int32_t massless = 0;  ///< 1: the tool is in quasi-static balance, its inertia is left out
-  std::int32_t reserved = 0;
 };
 
 /// The tool and the device at one instant of the simulated time, with what acts on the tool.
@@ -93,66 +95,8 @@ struct ContactSet {
   std::int32_t count = 0;        ///< entries of `contact` and `pair` in use
   std::int32_t penetrating = 0;  ///< those with distance < 0
   std::int32_t truncated = 0;    ///< found and left out because the set was full
-  std::int32_t reserved = 0;
   std::array<Contact, capacity> contact;
   std::array<ContactPair, capacity> pair;
-};
-
-/// The contacts around the moving bodies for some time ahead: each as a query at several poses gives it, the anchors,
-/// so that a surface that bends or ends is known on the way that the bodies are likely to take.
-struct LocalContacts {
-  static constexpr int capacity = 48;
-  static constexpr int max_anchors = 3;
-  std::int32_t anchors = 0;  ///< poses looked at, in the order of time
-  std::int32_t bodies = 0;   ///< moving bodies
-  std::int32_t count = 0;    ///< contacts
-  std::int32_t reserved = 0;
-  std::array<std::array<Pose, BodyStates::capacity>, max_anchors> X_WB;  ///< m, of the moving bodies, by anchor
-  std::array<std::array<Contact, max_anchors>, capacity> contact;        ///< by contact and anchor
-  std::array<ContactPair, capacity> pair;
-};
-
-/// What a local rollout goes on from: the moving bodies a physics result told of, brought on to the newest device
-/// sample, and the contacts around them. Its message is stamped as the physics result.
-struct LocalModel {
-  Time time;           ///< of the device sample that the bodies were brought on to
-  DeviceState device;  ///< that sample
-  BodyStates bodies;   ///< at `time`
-  CouplingParameters coupling;
-  LocalContacts contacts;
-};
-
-/// What an auto-regressive model leaves out of the samples before it weighs them.
-enum class Detrend : std::int32_t {
-  none,        ///< nothing: x_{t+1} = sum_i phi_i x_{t-i+1}
-  mean,        ///< the mean m of the last window: x_{t+1} = m + sum_i phi_i (x_{t-i+1} - m)
-  difference,  ///< the level, by differences d_t = x_t - x_{t-1}: x_{t+1} = x_t + sum_i phi_i d_{t-i+1}
-};
-
-/// What the coefficients of an auto-regressive model multiply.
-enum class ModelStructure : std::int32_t {
-  axes,      ///< one phi_i for the three axes, from scalar products: phi_i in [i - 1]
-  per_axis,  ///< one model an axis: phi_i of axis a in [a max_order + i - 1]
-  vector,    ///< a 3x3 matrix a lag: row r, column c of Phi_i in [9 (i - 1) + 3 r + c], order <= max_vector_order
-};
-
-/// Coefficients phi_i of an auto-regressive predictor, one set for force and one for torque. Order 0: nothing could be
-/// fitted, the reader holds the current value.
-struct ArCoefficients {
-  static constexpr int max_order = 32;
-  static constexpr int max_vector_order = 8;
-  static constexpr int capacity = 3 * max_order;
-  std::int32_t force_order = 0;
-  std::int32_t torque_order = 0;
-  Detrend detrend = Detrend::none;  ///< how they were fitted, and so how they are to be applied
-  std::int32_t window = 0;          ///< samples they were fitted to
-  ModelStructure model_structure = ModelStructure::axes;
-  std::int32_t reserved = 0;
-  double grid_period = 0;  ///< s, the even spacing of the samples they were fitted to; 0: the samples as they came
-  std::array<double, capacity> force{};
-  std::array<double, capacity> torque{};
-  double force_error_variance = 0;   ///< N^2 a sample, of the fit
-  double torque_error_variance = 0;  ///< (N m)^2 a sample, of the fit
 };
 
 /// A physics force and what is expected of it at the next physics samples.
@@ -220,21 +164,16 @@ const MessageType& message_type<PhysicsState>();
 template <>
 const MessageType& message_type<BodyStates>();
 template <>
+const MessageType& message_type<Contact>();
+template <>
+const MessageType& message_type<ContactPair>();
+template <>
 const MessageType& message_type<ContactSet>();
-template <>
-const MessageType& message_type<LocalContacts>();
-template <>
-const MessageType& message_type<LocalModel>();
-template <>
-const MessageType& message_type<ArCoefficients>();
 template <>
 const MessageType& message_type<Forecast>();
 template <>
 const MessageType& message_type<ForceSegment>();
 template <>
 const MessageType& message_type<SafetyState>();
-
-/// The message type of that name, or null.
-const MessageType* find_message_type(std::string_view name);
 
 }  // namespace tactor

@@ -28,7 +28,7 @@ Dispatcher::Dispatcher(PlanNodes& nodes, RunObserver& observer, std::vector<bool
     state.sequence.resize(outputs);
     state.edges_out.resize(outputs);
     state.streams_out.resize(outputs);
-    for (const OutputBase* output : state.outputs) state.held.emplace_back(output->type().size);
+    for (const OutputBase* output : state.outputs) state.held.emplace_back(output->type());
     states_.push_back(std::move(state));
   }
   connect();
@@ -40,11 +40,8 @@ void Dispatcher::connect() {
   for (std::size_t i = 0; i < plan_.edges.size(); ++i) {
     const PlannedEdge& edge = plan_.edges[i];
     const NodeInfo& reader = *plan_.nodes[edge.to].info;
-    EdgeState state;
-    state.input = states_[edge.to].inputs[edge.input];
+    EdgeState state(*states_[edge.to].inputs[edge.input]);
     state.input->configure(edge.spec.queue);
-    state.delayed = HeldMessages(state.input->type().size);
-    state.blocked = HeldMessages(state.input->type().size);
     state.reference = reader.inputs[edge.input].reference;
     state.to_sink = reader.sink;
     if (edge.triggers && edge.spec.queue.policy != QueuePolicy::latest) {

@@ -110,7 +110,8 @@ class Dispatcher {
     std::vector<std::size_t> edges_in;
   };
   struct EdgeState {
-    InputBase* input = nullptr;
+    explicit EdgeState(InputBase& reader) : input(&reader), delayed(reader.type()), blocked(reader.type()) {}
+    InputBase* input;
     bool reference = false;
     bool to_sink = false;
     HeldMessages delayed;             // in order of arrival

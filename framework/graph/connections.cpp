@@ -207,10 +207,12 @@ std::vector<EdgeSpec> read_edges(const Tree& tree, const std::vector<NodeSpec>& 
       fed_from[ends->to] = ends->from;
     }
     if (output == nullptr || input == nullptr) continue;
-    if (output->type->name != input->type->name) {
+    if (output->type != &any_message() && !same_type(*output->type, *input->type)) {
+      const std::string other_layout =
+          output->type->name == input->type->name ? "; both are called so, but their fields differ" : "";
       diagnostics.error(item.place, ends->from + " (" + std::string(output->type->name) + ") cannot feed " + ends->to +
                                         " (" + std::string(input->type->name) + "); inputs of " + to->node->name +
-                                        ": " + ports_text(to->node->info->inputs));
+                                        ": " + ports_text(to->node->info->inputs) + other_layout);
       continue;
     }
     edge.from_node = from->node->name;

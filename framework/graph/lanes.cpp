@@ -66,8 +66,12 @@ std::string types_for_realtime(Registry& registry) {
 
 bool check_realtime(const NodeInfo& info, const Tree& lane, const std::string& path, Registry& registry,
                     Diagnostics& diagnostics) {
-  if (info.realtime_safe && info.rate_parameter) return true;
-  const std::string why = info.realtime_safe ? " has no rate" : " may allocate or wait in a step";
+  const bool changes_size = std::any_of(info.outputs.begin(), info.outputs.end(),
+                                        [](const OutputInfo& output) { return !output.type->arrays.empty(); });
+  if (info.realtime_safe && info.rate_parameter && !changes_size) return true;
+  const std::string why = !info.realtime_safe    ? " may allocate or wait in a step"
+                          : !info.rate_parameter ? " has no rate"
+                                                 : " sends messages that change their size";
   diagnostics.error(lane.place, path + ": realtime expects a node type that steps at a rate and never waits, found " +
                                     info.type + ", which" + why +
                                     "; types for realtime: " + types_for_realtime(registry));

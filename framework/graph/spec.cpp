@@ -130,6 +130,11 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
     if (const Tree* cost = entry.value.value("cost")) {
       node.cost = read_cost(*cost, path + ".cost", files, diagnostics);
     }
+    try {
+      if (!diagnostics.any()) node.info = &with_output_types(*node.info, node.params);
+    } catch (const InputError&) {
+      // The node says so itself when it is checked.
+    }
     spec.nodes.push_back(std::move(node));
   }
   read_lanes(spec.nodes, tree, registry, diagnostics);

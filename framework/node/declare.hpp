@@ -162,6 +162,8 @@ class Declare {
 
   template <class T>
   Declare& input(std::string name, Input<T> N::*port, InputOptions o) {
+    // What a reference run tells is kept as bytes.
+    TACTOR_DEMAND(!o.reference || message_type<T>().arrays.empty());
     info_.inputs.push_back({std::move(name),
                             &message_type<T>(),
                             std::move(o.doc),
@@ -203,6 +205,19 @@ class Declare {
   Declare& output(std::string name, Output<T> N::*port, std::string doc) {
     info_.outputs.push_back({std::move(name), &message_type<T>(), std::move(doc),
                              [port](Node& node) -> OutputBase& { return static_cast<N&>(node).*port; }});
+    return *this;
+  }
+
+  /// An output whose message type `type_of` tells from the parameters.
+  Declare& output(std::string name, AnyOutput N::*port, std::string doc,
+                  std::function<const MessageType&(const P&)> type_of) {
+    OutputInfo output{std::move(name), &any_message(), std::move(doc),
+                      [port](Node& node) -> OutputBase& { return static_cast<N&>(node).*port; }};
+    auto params = params_;
+    output.type_of = [params, type_of](const std::vector<ParamValue>& values) -> const MessageType& {
+      return type_of(assign_all(*params, values));
+    };
+    info_.outputs.push_back(std::move(output));
     return *this;
   }
 

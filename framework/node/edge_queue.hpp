@@ -49,7 +49,9 @@ struct MessageView {
 /// All storage is made and touched by the constructor.
 class EdgeQueue {
  public:
-  /// `size` and `alignment` of the values in bytes. The capacity of a `latest` queue is 1.
+  /// `type` of the messages must outlive the queue. The capacity of a `latest` queue is 1.
+  EdgeQueue(const MessageType& type, Queue queue) : EdgeQueue(type.size, type.alignment, queue) { type_ = &type; }
+  /// For values that are no messages; `size` and `alignment` in bytes.
   EdgeQueue(std::size_t size, std::size_t alignment, Queue queue)
       : queue_(queue),
         capacity_(queue.policy == QueuePolicy::latest ? 1 : queue.capacity),
@@ -67,6 +69,11 @@ class EdgeQueue {
   }
   EdgeQueue(const EdgeQueue&) = delete;
   EdgeQueue& operator=(const EdgeQueue&) = delete;
+  ~EdgeQueue() {
+    for (std::size_t place = 0; type_ != nullptr && place < places_; ++place) {
+      release(*type_, buffers_[place] + offset_);
+    }
+  }
 
   [[nodiscard]] const Queue& queue() const { return queue_; }
 
@@ -92,7 +99,10 @@ class EdgeQueue {
     }
     std::byte* buffer = buffers_[writing_];
     std::memcpy(buffer, &stamp, sizeof stamp);
+    // The arrays of the message that was here go back to their pool now, by the writer.
+    if (type_ != nullptr) release(*type_, buffer + offset_);
     std::memcpy(buffer + offset_, value, size_);
+    if (type_ != nullptr) retain(*type_, value);
     arrived_[tail % capacity_].store(writing_, std::memory_order_relaxed);
     tail_.store(tail + 1, std::memory_order_release);
     writing_ = spare != none ? spare : take_free();
@@ -226,6 +236,8 @@ class EdgeQueue {
     admitted_[(first_ + unread_) % capacity_] = place;
     ++unread_;
   }
+
+  const MessageType* type_ = nullptr;
   Queue queue_;
   std::size_t capacity_;
   std::size_t places_;

@@ -1,6 +1,8 @@
 #include "framework/node/info.hpp"
 
 #include <algorithm>
+#include <deque>
+#include <mutex>
 
 namespace tactor {
 
@@ -38,6 +40,25 @@ std::optional<ParamValue> next_coarser(const ParamInfo& info, const ParamValue& 
   if (at == ladder.end()) return ladder.front();
   if (at + 1 == ladder.end()) return std::nullopt;
   return *(at + 1);
+}
+
+const NodeInfo& with_output_types(const NodeInfo& info, const std::vector<ParamValue>& values) {
+  const auto open = [](const OutputInfo& output) { return output.type_of != nullptr; };
+  if (std::none_of(info.outputs.begin(), info.outputs.end(), open)) return info;
+  static std::mutex mutex;
+  static std::deque<NodeInfo> kept;
+  NodeInfo typed = info;
+  for (OutputInfo& output : typed.outputs) {
+    if (output.type_of) output.type = &output.type_of(values);
+  }
+  const auto same = [&](const NodeInfo& one) {
+    if (one.type != info.type) return false;
+    return std::equal(one.outputs.begin(), one.outputs.end(), typed.outputs.begin(), typed.outputs.end(),
+                      [](const OutputInfo& a, const OutputInfo& b) { return a.type == b.type; });
+  };
+  const std::scoped_lock lock(mutex);
+  const auto known = std::find_if(kept.begin(), kept.end(), same);
+  return known != kept.end() ? *known : kept.emplace_back(std::move(typed));
 }
 
 const InputInfo* NodeInfo::input(std::string_view name) const {

@@ -125,6 +125,9 @@ struct OutputInfo {
   /// What all its messages are beside their type, where some inputs do not take that; a word such as `massless`.
   std::string kind{};
   std::string former{};  ///< what it was called before; empty: always so
+  /// Where `type` is `any_message()`: the type under the parameter values (by index), which lives as long as the
+  /// process. Throws InputError where there is none.
+  std::function<const MessageType&(const std::vector<ParamValue>&)> type_of{};
 };
 
 /// The keys that every node of a graph may have; no parameter has such a name.
@@ -132,6 +135,10 @@ inline constexpr std::array<std::string_view, 7> node_keys{"type",   "cost",    
                                                            "policy", "priority", "cpu"};
 
 struct NodeInfo;
+
+/// The declaration with the types of all outputs, for a node with these parameter values; the same one where it has no
+/// output whose type depends on them. It lives as long as the process. Throws InputError as `type_of` does.
+const NodeInfo& with_output_types(const NodeInfo& info, const std::vector<ParamValue>& values);
 
 /// The type that a scene's nodes of another type become, and why.
 struct Resolution {

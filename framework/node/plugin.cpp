@@ -7,7 +7,7 @@
 #include <system_error>
 
 #include "framework/core/check.hpp"
-#include "framework/core/messages.hpp"
+#include "tactor_abi.hpp"
 
 namespace tactor {
 
@@ -17,7 +17,7 @@ namespace {
 
 fs::path framework_folder() {
   Dl_info info{};
-  const auto* symbol = reinterpret_cast<const void*>(&find_message_type);
+  const auto* symbol = reinterpret_cast<const void*>(&program_abi);
   if (dladdr(symbol, &info) == 0 || info.dli_fname == nullptr) return {};
   return fs::path(info.dli_fname).parent_path();
 }
@@ -29,6 +29,10 @@ std::array<fs::path, 3> library_folders() {
 }
 
 }  // namespace
+
+std::uint64_t program_abi() {
+  return TACTOR_ABI;
+}
 
 bool has_plugin(const std::string& file_name) {
   const std::array<fs::path, 3> folders = library_folders();

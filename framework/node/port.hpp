@@ -30,7 +30,7 @@ class InputBase {
     return queue_->queue().policy == QueuePolicy::block && queue_->unread() == queue_->queue().capacity;
   }
   /// Connects the input with this queue and makes its storage.
-  void configure(Queue queue) { queue_ = std::make_unique<EdgeQueue>(type_->size, type_->alignment, queue); }
+  void configure(Queue queue) { queue_ = std::make_unique<EdgeQueue>(*type_, queue); }
   /// The queue of a connected input.
   [[nodiscard]] EdgeQueue& queue() { return *queue_; }
   [[nodiscard]] const EdgeQueue& queue() const { return *queue_; }
@@ -72,11 +72,11 @@ class Input final : public InputBase {
   [[nodiscard]] std::span<const Stamped<T>> reference() const { return reference_; }
 
   void set_reference(std::span<const Stamp> stamps, std::span<const std::byte> payloads) override {
-    TACTOR_DEMAND(payloads.size() == stamps.size() * sizeof(T));
+    TACTOR_DEMAND(payloads.size() == stamps.size() * sizeof(T) && type_->arrays.empty());
     reference_.resize(stamps.size());
     for (std::size_t i = 0; i < stamps.size(); ++i) {
       reference_[i].stamp = stamps[i];
-      std::memcpy(&reference_[i].value, payloads.data() + i * sizeof(T), sizeof(T));
+      std::memcpy(static_cast<void*>(&reference_[i].value), payloads.data() + i * sizeof(T), sizeof(T));
     }
   }
 
@@ -134,6 +134,35 @@ class Output final : public OutputBase {
 
  private:
   std::vector<T> values_;
+};
+
+/// An output whose message type is known when the node is made, such as that of a recorded stream.
+class AnyOutput final : public OutputBase {
+ public:
+  AnyOutput() : OutputBase(any_message()) {}
+  ~AnyOutput() override { clear_pending(); }
+
+  /// Before anything is sent; `type` outlives the node.
+  void set_type(const MessageType& type) { type_ = &type; }
+  /// Sends a message of the type.
+  void send(Time valid, const void* value) {
+    if (!wanted_) return;
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + type_->size);
+    std::memcpy(bytes_.data() + at, value, type_->size);
+    retain(*type_, value);
+    valid_.push_back(valid);
+  }
+
+  [[nodiscard]] const void* pending_value(std::size_t i) const override { return bytes_.data() + i * type_->size; }
+  void clear_pending() override {
+    for (std::size_t i = 0; i < pending(); ++i) release(*type_, bytes_.data() + i * type_->size);
+    bytes_.clear();
+    valid_.clear();
+  }
+
+ private:
+  std::vector<std::byte> bytes_;
 };
 
 }  // namespace tactor

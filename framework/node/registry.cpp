@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "framework/core/check.hpp"
+#include "tactor_abi.hpp"
 
 namespace tactor {
 
@@ -45,8 +46,19 @@ Registry::Registry(std::vector<fs::path> folders) {
 
 void Registry::add(NodeInfo info) {
   check(info);
+  for (const InputInfo& input : info.inputs) add_message_type(*input.type, info.type);
+  for (const OutputInfo& output : info.outputs) {
+    if (!output.type_of) add_message_type(*output.type, info.type);
+  }
   const std::string type = info.type;
   TACTOR_DEMAND(types_.emplace(type, std::move(info)).second);
+}
+
+void Registry::add_message_type(const MessageType& type, const std::string& node) {
+  const auto [known, added] = message_types_.try_emplace(type.name, &type);
+  if (added || same_type(*known->second, type)) return;
+  throw InputError("the node type " + node + " has ports of the message type " + type.name +
+                   ", and another node type has ports of another type of that name; give one of them another name");
 }
 
 const NodeInfo* Registry::find(std::string_view type) {
@@ -116,15 +128,14 @@ void Registry::load(const std::string& prefix, const fs::path& file) {
   // A library that is no node library (it registers nothing) is told apart by the missing symbols.
   void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) throw InputError("cannot load the node library " + file.string() + ": " + dlerror());
-  const auto abi = reinterpret_cast<int (*)()>(dlsym(handle, "tactor_node_abi"));
+  const auto abi = reinterpret_cast<std::uint64_t (*)()>(dlsym(handle, "tactor_node_abi"));
   const auto register_nodes = reinterpret_cast<void (*)(Registry&)>(dlsym(handle, "tactor_register_nodes"));
   if (abi == nullptr || register_nodes == nullptr) {
     throw InputError(file.string() +
                      " is no node library: it does not export tactor_register_nodes (see TACTOR_NODES)");
   }
-  if (abi() != TACTOR_NODE_ABI) {
-    throw InputError(file.string() + " was built for node interface " + std::to_string(abi()) + ", this program has " +
-                     std::to_string(TACTOR_NODE_ABI) + "; build it again");
+  if (abi() != TACTOR_ABI) {
+    throw InputError(file.string() + " was built with headers of another version of tactor; build it again");
   }
   libraries_[prefix] = true;
   register_nodes(*this);

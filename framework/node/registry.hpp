@@ -18,8 +18,9 @@ class Registry {
  public:
   explicit Registry(std::vector<std::filesystem::path> folders);
 
-  /// Adds a node type; a second one of the same name aborts. Throws InputError where a parameter has the name of a key
-  /// that every node has, or where the lane is `realtime` and the type is not made for it.
+  /// Adds a node type, and the message types of its ports; a second node type of the same name aborts. Throws
+  /// InputError where a parameter has the name of a key that every node has, where the lane is `realtime` and the type
+  /// is not made for it, and where another node type has ports of another message type of the same name.
   void add(NodeInfo info);
   /// Makes a type known without a library, for tests and for programs that carry their own nodes.
   template <class N>
@@ -36,6 +37,10 @@ class Registry {
 
   /// The types known so far, by name.
   [[nodiscard]] std::vector<const NodeInfo*> types() const;
+  /// The message types of all ports known so far, by name.
+  [[nodiscard]] const std::map<std::string, const MessageType*, std::less<>>& message_types() const {
+    return message_types_;
+  }
   /// Why the types of `prefix` are not known: where its library was looked for, and whether this build leaves it out.
   [[nodiscard]] std::string why_missing(std::string_view prefix) const;
   /// The prefixes whose libraries are loaded.
@@ -44,10 +49,12 @@ class Registry {
   [[nodiscard]] const std::vector<std::filesystem::path>& folders() const { return folders_; }
 
  private:
+  void add_message_type(const MessageType& type, const std::string& node);
   void load(const std::string& prefix, const std::filesystem::path& file);
 
   std::vector<std::filesystem::path> folders_;
   std::map<std::string, NodeInfo, std::less<>> types_;
+  std::map<std::string, const MessageType*, std::less<>> message_types_;
   std::map<std::string, bool, std::less<>> libraries_;  // prefix -> found
 };
 
@@ -55,15 +62,3 @@ class Registry {
 std::vector<std::filesystem::path> default_node_folders();
 
 }  // namespace tactor
-
-/// What a node library exports: `TACTOR_NODES(registry) { registry.add<MyNode>(); }` in one of its source files.
-/// The version keeps a library built against other headers out: it grows with every change of what the libraries and
-/// the program share (messages, ports, declarations, the scene).
-#define TACTOR_NODE_ABI 5
-// NOLINTBEGIN(bugprone-macro-parentheses): a parameter name cannot stand in parentheses.
-#define TACTOR_NODES(registry)                                              \
-  extern "C" __attribute__((visibility("default"))) int tactor_node_abi() { \
-    return TACTOR_NODE_ABI;                                                 \
-  }                                                                         \
-  extern "C" __attribute__((visibility("default"))) void tactor_register_nodes(::tactor::Registry& registry)
-// NOLINTEND(bugprone-macro-parentheses)

@@ -1,27 +1,103 @@
 #include "framework/record/hdf5_layout.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <utility>
+
+#include "framework/core/check.hpp"
+#include "framework/record/packed_layout.hpp"
 
 namespace tactor::layout {
 
 namespace {
 
-struct FieldTypes {
-  hid_t file;
-  hid_t memory;
+Handle copied(hid_t type) {
+  return {H5Tcopy(type), H5Tclose};
+}
+
+Handle scalar_type(FieldKind kind, bool in_file) {
+  switch (kind) {
+    case FieldKind::i8:
+      return copied(in_file ? H5T_STD_I8LE : H5T_NATIVE_INT8);
+    case FieldKind::u8:
+      return copied(in_file ? H5T_STD_U8LE : H5T_NATIVE_UINT8);
+    case FieldKind::i16:
+      return copied(in_file ? H5T_STD_I16LE : H5T_NATIVE_INT16);
+    case FieldKind::u16:
+      return copied(in_file ? H5T_STD_U16LE : H5T_NATIVE_UINT16);
+    case FieldKind::i32:
+      return copied(in_file ? H5T_STD_I32LE : H5T_NATIVE_INT32);
+    case FieldKind::u32:
+      return copied(in_file ? H5T_STD_U32LE : H5T_NATIVE_UINT32);
+    case FieldKind::i64:
+      return copied(in_file ? H5T_STD_I64LE : H5T_NATIVE_INT64);
+    case FieldKind::u64:
+      return copied(in_file ? H5T_STD_U64LE : H5T_NATIVE_UINT64);
+    case FieldKind::f32:
+      return copied(in_file ? H5T_IEEE_F32LE : H5T_NATIVE_FLOAT);
+    case FieldKind::f64:
+      return copied(in_file ? H5T_IEEE_F64LE : H5T_NATIVE_DOUBLE);
+    case FieldKind::record:
+      break;
+  }
+  return {};
+}
+
+/// An enumeration over the integer `base`, whose values it takes as that integer.
+Handle enumeration_type(const Handle& base, const std::vector<Enumerator>& values) {
+  Handle type(H5Tenum_create(base.get()), H5Tclose);
+  for (const Enumerator& one : values) {
+    std::int64_t value = one.value;
+    TACTOR_DEMAND(H5Tconvert(H5T_NATIVE_INT64, base.get(), 1, &value, nullptr, H5P_DEFAULT) >= 0);
+    TACTOR_DEMAND(H5Tenum_insert(type.get(), one.name.c_str(), &value) >= 0);
+  }
+  return type;
+}
+
+/// A compound under construction, without padding.
+class Compound {
+ public:
+  void add(const std::string& name, Handle type) {
+    size_ += H5Tget_size(type.get());
+    members_.push_back({name, std::move(type)});
+  }
+  [[nodiscard]] Handle type() const {
+    Handle compound(H5Tcreate(H5T_COMPOUND, size_), H5Tclose);
+    std::size_t offset = 0;
+    for (const Member& member : members_) {
+      TACTOR_DEMAND(H5Tinsert(compound.get(), member.name.c_str(), offset, member.type.get()) >= 0);
+      offset += H5Tget_size(member.type.get());
+    }
+    return compound;
+  }
+
+ private:
+  struct Member {
+    std::string name;
+    Handle type;
+  };
+  std::vector<Member> members_;
+  std::size_t size_ = 0;
 };
 
-FieldTypes types_of(FieldKind kind) {
-  switch (kind) {
-    case FieldKind::f64:
-      return {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
-    case FieldKind::i64:
-      return {H5T_STD_I64LE, H5T_NATIVE_INT64};
-    case FieldKind::i32:
-      return {H5T_STD_I32LE, H5T_NATIVE_INT32};
+Handle field_type(const Field& field, bool in_file) {
+  if (field.changes_size) {
+    Compound range;
+    range.add("first", scalar_type(FieldKind::u64, in_file));
+    range.add("count", scalar_type(FieldKind::u64, in_file));
+    return range.type();
   }
-  return {-1, -1};
+  Handle one;
+  if (field.kind == FieldKind::record) {
+    Compound record;
+    for (const Field& part : field.fields) record.add(part.name, field_type(part, in_file));
+    one = record.type();
+  } else {
+    one = scalar_type(field.kind, in_file);
+    if (!field.enumerators.empty()) one = enumeration_type(one, field.enumerators);
+  }
+  if (field.shape.empty()) return one;
+  const std::vector<hsize_t> dimensions(field.shape.begin(), field.shape.end());
+  return {H5Tarray_create2(one.get(), static_cast<unsigned>(dimensions.size()), dimensions.data()), H5Tclose};
 }
 
 /// Fixed-length, so that no heap with bytes of its own is in the file.
@@ -46,81 +122,27 @@ bool write_scalar(hid_t object, const char* name, hid_t file_type, hid_t memory_
 
 }  // namespace
 
-std::size_t field_size(const Field& field) {
-  return field.count * (field.kind == FieldKind::i32 ? 4 : 8);
+std::uint64_t chunk_rows(std::size_t row_bytes) {
+  return std::clamp<std::uint64_t>(chunk_bytes / row_bytes, 1, 1024);
 }
 
-std::size_t record_size(const MessageType& type) {
-  std::size_t size = stamp_size;
-  for (const Field& field : type.fields) size += field_size(field);
-  return size;
+Handle row_type(const MessageType& type, bool in_file) {
+  Compound row;
+  row.add("valid_ns", scalar_type(FieldKind::i64, in_file));
+  row.add("produced_ns", scalar_type(FieldKind::i64, in_file));
+  row.add("sequence", scalar_type(FieldKind::u64, in_file));
+  for (const Field& field : type.fields) row.add(field.name, field_type(field, in_file));
+  return row.type();
 }
 
-std::uint64_t chunk_rows(const MessageType& type) {
-  return std::clamp<std::uint64_t>(chunk_bytes / record_size(type), 1, 1024);
-}
-
-Handle record_type(const MessageType& type, bool in_file) {
-  Handle record(H5Tcreate(H5T_COMPOUND, record_size(type)), H5Tclose);
-  H5Tinsert(record.get(), "valid_ns", 0, in_file ? H5T_STD_I64LE : H5T_NATIVE_INT64);
-  H5Tinsert(record.get(), "produced_ns", 8, in_file ? H5T_STD_I64LE : H5T_NATIVE_INT64);
-  H5Tinsert(record.get(), "sequence", 16, in_file ? H5T_STD_U64LE : H5T_NATIVE_UINT64);
-  std::size_t offset = stamp_size;
-  for (const Field& field : type.fields) {
-    const hid_t scalar = in_file ? types_of(field.kind).file : types_of(field.kind).memory;
-    const std::string name(field.name);
-    if (field.count == 1) {
-      H5Tinsert(record.get(), name.c_str(), offset, scalar);
-    } else {
-      const hsize_t count = field.count;
-      const Handle array(H5Tarray_create2(scalar, 1, &count), H5Tclose);
-      H5Tinsert(record.get(), name.c_str(), offset, array.get());
-    }
-    offset += field_size(field);
-  }
-  return record;
-}
-
-void pack(const MessageType& type, const Stamp& stamp, const void* payload, std::vector<std::byte>& records) {
-  std::size_t at = records.size();
-  records.resize(at + record_size(type));
-  const auto put = [&](const void* from, std::size_t size) {
-    std::memcpy(records.data() + at, from, size);
-    at += size;
-  };
-  put(&stamp.valid.ns, 8);
-  put(&stamp.produced.ns, 8);
-  put(&stamp.sequence, 8);
-  for (const Field& field : type.fields) put(static_cast<const std::byte*>(payload) + field.offset, field_size(field));
-}
-
-void unpack(const MessageType& type, const std::byte* record, Stamp& stamp, std::byte* payload) {
-  const auto take = [&record](void* to, std::size_t size) {
-    std::memcpy(to, record, size);
-    record += size;
-  };
-  take(&stamp.valid.ns, 8);
-  take(&stamp.produced.ns, 8);
-  take(&stamp.sequence, 8);
-  std::memset(payload, 0, type.size);
-  for (const Field& field : type.fields) take(payload + field.offset, field_size(field));
+Handle element_type(const Field& field, bool in_file) {
+  return field_type(element_of(field), in_file);
 }
 
 bool write_text(hid_t object, const char* name, std::string_view text) {
   const Handle type = text_type(text.size());
   const std::string padded = text.empty() ? std::string(1, '\0') : std::string(text);
   return write_scalar(object, name, type.get(), type.get(), padded.data());
-}
-
-bool write_texts(hid_t object, const char* name, const std::vector<std::string_view>& texts) {
-  std::size_t width = 1;
-  for (const std::string_view text : texts) width = std::max(width, text.size());
-  std::string padded;
-  for (const std::string_view text : texts) padded.append(text).append(width - text.size(), '\0');
-  const Handle type = text_type(width);
-  const hsize_t count = texts.size();
-  const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  return write_attribute(object, name, type.get(), type.get(), space.get(), padded.data());
 }
 
 bool write_integer(hid_t object, const char* name, std::int64_t value) {

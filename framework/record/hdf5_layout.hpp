@@ -1,8 +1,11 @@
 // The layout of recordings in HDF5, shared by writer and reader: names, record types, attributes.
 //
-// /                         attributes: tactor_recording (format version), graph, seed, tactor_version, complete
-// /streams/<node.port>      attributes: message_type, frame, time_unit, fields, units
-// /streams/<node.port>/data one row a message: valid_ns, produced_ns, sequence, then the fields of the message
+// /                                  attributes: tactor_recording (format version), graph, seed, tactor_version,
+// complete /streams/<node.port>               attributes: message_type, frame, time_unit, description (see
+// message_json.hpp) /streams/<node.port>/data          one row a message: valid_ns, produced_ns, sequence, then the
+// fields of the message /streams/<node.port>/arrays/<path> the elements of a field that changes size, of all messages
+// one after the other; the
+//                                    row holds `first` and `count`
 #pragma once
 
 #include <cstdint>
@@ -16,7 +19,7 @@
 
 namespace tactor::layout {
 
-inline constexpr std::int64_t format_version = 1;
+inline constexpr std::int64_t format_version = 2;
 inline constexpr const char* version_attribute = "tactor_recording";
 inline constexpr const char* graph_attribute = "graph";
 inline constexpr const char* seed_attribute = "seed";
@@ -26,31 +29,25 @@ inline constexpr const char* streams_group = "streams";
 inline constexpr const char* type_attribute = "message_type";
 inline constexpr const char* frame_attribute = "frame";
 inline constexpr const char* time_unit_attribute = "time_unit";
-inline constexpr const char* fields_attribute = "fields";
-inline constexpr const char* units_attribute = "units";
+inline constexpr const char* description_attribute = "description";
 inline constexpr const char* dataset = "data";
+inline constexpr const char* arrays_group = "arrays";
 
 /// Bytes of the stamps at the front of a record.
 inline constexpr std::size_t stamp_size = 24;
 
-/// Bytes of a field in a record.
-std::size_t field_size(const Field& field);
-/// Bytes of a record: the stamps and the fields, without the padding of the struct.
-std::size_t record_size(const MessageType& type);
-constexpr std::size_t chunk_bytes = std::size_t{128} << 10U;  ///< the most that a chunk of several messages has
-/// Messages in a chunk: about `chunk_bytes`, at most 1024 messages.
-std::uint64_t chunk_rows(const MessageType& type);
+constexpr std::size_t chunk_bytes = std::size_t{128} << 10U;  ///< the most that a chunk of several rows has
+/// Rows of `row_bytes` in a chunk: about `chunk_bytes`, at most 1024.
+std::uint64_t chunk_rows(std::size_t row_bytes);
 
-/// The compound type of a record; little-endian in the file, native in memory, otherwise the same.
-Handle record_type(const MessageType& type, bool in_file);
-
-/// Appends the record of a message to `records`, and the other way round.
-void pack(const MessageType& type, const Stamp& stamp, const void* payload, std::vector<std::byte>& records);
-void unpack(const MessageType& type, const std::byte* record, Stamp& stamp, std::byte* payload);
+/// The compound type of a row of messages; little-endian in the file, native in memory, otherwise the same.
+/// Enumerations have their names in it.
+Handle row_type(const MessageType& type, bool in_file);
+/// The type of a row of elements of a field that changes size.
+Handle element_type(const Field& field, bool in_file);
 
 /// Write an attribute; false where HDF5 could not.
 bool write_text(hid_t object, const char* name, std::string_view text);
-bool write_texts(hid_t object, const char* name, const std::vector<std::string_view>& texts);
 bool write_integer(hid_t object, const char* name, std::int64_t value);
 bool write_unsigned(hid_t object, const char* name, std::uint64_t value);
 

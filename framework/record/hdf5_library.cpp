@@ -3,6 +3,7 @@
 #include "framework/record/hdf5_table.hpp"
 #include "framework/record/hdf5_writer.hpp"
 #include "framework/record/recorder.hpp"
+#include "tactor_abi.hpp"
 
 namespace {
 
@@ -21,6 +22,7 @@ constexpr RecordLibrary library{
 
 }  // namespace
 
-extern "C" __attribute__((visibility("default"))) const tactor::RecordLibrary* tactor_record_library(int abi) {
-  return abi == TACTOR_RECORD_ABI ? &library : nullptr;
+extern "C" __attribute__((visibility("default"))) const tactor::RecordLibrary* tactor_record_library(
+    std::uint64_t abi) {
+  return abi == TACTOR_ABI ? &library : nullptr;
 }

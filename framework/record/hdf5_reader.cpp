@@ -2,13 +2,15 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstring>
 #include <fstream>
 #include <limits>
 
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
-#include "framework/core/messages.hpp"
+#include "framework/core/message_json.hpp"
 #include "framework/record/hdf5_writer.hpp"
 
 namespace tactor {
@@ -27,13 +29,12 @@ bool marked_as_being_written(const fs::path& path) {
 }
 
 /// The most rows that the bytes of a dataset in the file can hold.
-std::uint64_t rows_with_room(hid_t data, const MessageType& type, std::uint64_t file_size) {
+std::uint64_t rows_with_room(hid_t data, std::uint64_t record, std::uint64_t file_size) {
   // What a writer that was killed had given out and not written yet.
   constexpr std::uint64_t unwritten = std::uint64_t{16} << 20U;
   if (H5Dget_storage_size(data) > file_size + unwritten) return 0;
   // What HDF5 unpacks at once; ours are an eighth of a megabyte.
   constexpr std::uint64_t most_chunk_bytes = std::uint64_t{64} << 20U;
-  const std::uint64_t record = layout::record_size(type);
   const Handle properties(H5Dget_create_plist(data), H5Pclose);
   if (!properties || H5Pget_external_count(properties.get()) != 0) return 0;
   switch (H5Pget_layout(properties.get())) {
@@ -52,9 +53,59 @@ std::uint64_t rows_with_room(hid_t data, const MessageType& type, std::uint64_t 
   }
 }
 
-}  // namespace
+/// True where a field, or one of a record, is an enumeration.
+bool has_enumerations(const std::vector<Field>& fields) {
+  return std::any_of(fields.begin(), fields.end(),
+                     [](const Field& f) { return !f.enumerators.empty() || has_enumerations(f.fields); });
+}
 
-namespace {
+std::int64_t integer_at(FieldKind kind, const std::byte* at) {
+  const auto read = [at]<class T>(T value) {
+    std::memcpy(&value, at, sizeof value);
+    return static_cast<std::int64_t>(value);
+  };
+  switch (kind) {
+    case FieldKind::i8:
+      return read(std::int8_t{});
+    case FieldKind::u8:
+      return read(std::uint8_t{});
+    case FieldKind::i16:
+      return read(std::int16_t{});
+    case FieldKind::u16:
+      return read(std::uint16_t{});
+    case FieldKind::i32:
+      return read(std::int32_t{});
+    case FieldKind::u32:
+      return read(std::uint32_t{});
+    default:
+      return read(std::int64_t{});
+  }
+}
+
+/// The first field of an enumeration whose value is none of its own; null where there is none.
+const Field* field_without_name(const std::vector<Field>& fields, const std::byte* value) {
+  for (const Field& field : fields) {
+    const std::byte* at = value + field.offset;
+    std::size_t count = count_of(field);
+    if (field.changes_size) {
+      const auto& elements = *reinterpret_cast<const SharedBytes*>(at);
+      at = elements.elements();
+      count *= elements.count();
+    }
+    if (field.enumerators.empty() && !has_enumerations(field.fields)) continue;
+    const std::size_t size = element_size(field);
+    for (std::size_t i = 0; i < count; ++i, at += size) {
+      if (field.kind == FieldKind::record) {
+        if (const Field* found = field_without_name(field.fields, at)) return found;
+        continue;
+      }
+      const std::int64_t number = integer_at(field.kind, at);
+      const auto named = [number](const Enumerator& one) { return one.value == number; };
+      if (std::none_of(field.enumerators.begin(), field.enumerators.end(), named)) return &field;
+    }
+  }
+  return nullptr;
+}
 
 /// How a file is opened that a writer may be at. HDF5 reads what fails its checksum again, because it may be half
 /// written, 100 times and each time after twice the wait: on a damaged file for ever. 24 times are 17 ms.
@@ -119,58 +170,137 @@ void Hdf5Reader::read_header() {
   }
 }
 
-void Hdf5Reader::add_stream(hid_t parent, const std::string& name) {
-  const Handle group(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose);
-  if (!group) refuse(hdf5_error());
-  const std::optional<std::string> type_name = layout::read_text(group.get(), layout::type_attribute);
-  if (!type_name) refuse("stream " + name + " does not name its message type");
-  const MessageType* type = find_message_type(*type_name);
-  if (type == nullptr)
-    refuse("stream " + name + " holds messages " + *type_name + ", which this program does not know");
-  Handle data(H5Dopen2(group.get(), layout::dataset, H5P_DEFAULT), H5Dclose);
-  if (!data) refuse("stream " + name + ": " + hdf5_error());
-  const Handle found(H5Dget_type(data.get()), H5Tclose);
-  const Handle expected = layout::record_type(*type, true);
-  if (!found || H5Tequal(found.get(), expected.get()) <= 0) {
-    refuse("stream " + name + " has other fields than " + *type_name + " of this program");
+Hdf5Reader::Rows Hdf5Reader::open_rows(hid_t group, const std::string& path, const std::string& stream,
+                                       Handle file_type, Handle memory_type) const {
+  Rows rows{.data = Handle(H5Dopen2(group, path.c_str(), H5P_DEFAULT), H5Dclose),
+            .memory_type = std::move(memory_type)};
+  if (!rows.data) refuse("stream " + stream + ": " + hdf5_error());
+  const Handle found(H5Dget_type(rows.data.get()), H5Tclose);
+  if (!found || H5Tequal(found.get(), file_type.get()) <= 0) {
+    refuse("stream " + stream + ": its " + path + " has other fields than its description says");
   }
-  const Handle space(H5Dget_space(data.get()), H5Sclose);
+  rows.row_bytes = H5Tget_size(rows.memory_type.get());
+  const Handle space(H5Dget_space(rows.data.get()), H5Sclose);
   hsize_t count = 0;
   if (!space || H5Sget_simple_extent_ndims(space.get()) != 1 ||
       H5Sget_simple_extent_dims(space.get(), &count, nullptr) < 0) {
-    refuse("stream " + name + " is no list of messages");
+    refuse("stream " + stream + ": its " + path + " is no list");
   }
   // A file of a few bytes may say that it holds any number; what was never written would be read as zeros.
-  const std::uint64_t room = rows_with_room(data.get(), *type, fs::file_size(path_));
+  const std::uint64_t room = rows_with_room(rows.data.get(), rows.row_bytes, fs::file_size(path_));
   if (count > room) {
-    refuse("stream " + name + " says that it holds " + std::to_string(count) + " messages, and the file has room for " +
-           std::to_string(room));
+    refuse("stream " + stream + " says that it holds " + std::to_string(count) +
+           " messages, and the file has room for " + std::to_string(room));
   }
-  streams_.push_back({name, type, count});
-  data_.push_back(std::move(data));
+  rows.count = count;
+  return rows;
 }
 
-void Hdf5Reader::read(std::size_t stream, std::uint64_t first, std::uint64_t count, std::vector<Stamp>& stamps,
-                      std::vector<std::byte>& payloads) {
-  TACTOR_DEMAND(stream < streams_.size() && first + count <= streams_[stream].count);
-  const MessageType& type = *streams_[stream].type;
-  const std::size_t size = layout::record_size(type);
-  stamps.resize(count);
-  payloads.resize(count * type.size);
-  records_.resize(count * size);
+void Hdf5Reader::add_stream(hid_t parent, const std::string& name) {
+  const Handle group(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose);
+  if (!group) refuse(hdf5_error());
+  const std::optional<std::string> description = layout::read_text(group.get(), layout::description_attribute);
+  if (!description) refuse("stream " + name + " does not describe its messages");
+  MessageType type;
+  try {
+    type = message_type_from_json(*description);
+  } catch (const InputError& error) {
+    refuse("stream " + name + ": " + error.what());
+  }
+  // The layouts point at the fields of the type, which stay where they are when the list grows.
+  static_assert(std::is_nothrow_move_constructible_v<RecordedStream>);
+  streams_.push_back({name, std::move(type), 0});
+  const MessageType& messages = streams_.back().type;
+  Stream stream{.messages = open_rows(group.get(), layout::dataset, name, layout::row_type(messages, true),
+                                      layout::row_type(messages, false)),
+                .layout = PackedLayout(messages.fields),
+                .has_enumerations = has_enumerations(messages.fields)};
+  for (std::size_t i = 0; i < stream.layout.arrays().size(); ++i) {
+    const Field& field = *stream.layout.arrays()[i];
+    const std::string path = std::string(layout::arrays_group) + "/" + stream.layout.array_paths()[i];
+    stream.arrays.push_back(
+        {open_rows(group.get(), path, name, layout::element_type(field, true), layout::element_type(field, false)),
+         PackedLayout({element_of(field)}), count_of(field) * element_size(field)});
+  }
+  streams_.back().count = whole_messages(name, stream);
+  open_.push_back(std::move(stream));
+}
+
+std::uint64_t Hdf5Reader::whole_messages(const std::string& name, const Stream& stream) {
+  std::uint64_t count = stream.messages.count;
+  if (complete_ || stream.arrays.empty()) return count;
+  std::vector<std::byte> message(streams_.back().type.size);
+  for (; count > 0; --count) {
+    read_rows(name, stream.messages, count - 1, 1, bytes_);
+    bool whole = true;
+    const auto check = [&](std::size_t array, std::uint64_t first, std::uint64_t elements) {
+      const std::uint64_t there = stream.arrays[array].rows.count;
+      whole = whole && first <= there && elements <= there - first;
+      return SharedBytes();
+    };
+    stream.layout.unpack(bytes_.data() + layout::stamp_size, message.data(), check);
+    if (whole) break;
+  }
+  return count;
+}
+
+void Hdf5Reader::read_rows(const std::string& name, const Rows& rows, std::uint64_t first, std::uint64_t count,
+                           std::vector<std::byte>& bytes) const {
+  bytes.resize(count * rows.row_bytes);
   if (count == 0) return;
   const hsize_t start = first;
-  const hsize_t rows = count;
-  const Handle memory_type = layout::record_type(type, false);
-  const Handle in_file(H5Dget_space(data_[stream].get()), H5Sclose);
-  const Handle in_memory(H5Screate_simple(1, &rows, nullptr), H5Sclose);
-  if (H5Sselect_hyperslab(in_file.get(), H5S_SELECT_SET, &start, nullptr, &rows, nullptr) < 0 ||
-      H5Dread(data_[stream].get(), memory_type.get(), in_memory.get(), in_file.get(), H5P_DEFAULT, records_.data()) <
-          0) {
-    refuse("stream " + streams_[stream].name + ": " + hdf5_error());
+  const hsize_t length = count;
+  const Handle in_file(H5Dget_space(rows.data.get()), H5Sclose);
+  const Handle in_memory(H5Screate_simple(1, &length, nullptr), H5Sclose);
+  if (H5Sselect_hyperslab(in_file.get(), H5S_SELECT_SET, &start, nullptr, &length, nullptr) < 0 ||
+      H5Dread(rows.data.get(), rows.memory_type.get(), in_memory.get(), in_file.get(), H5P_DEFAULT, bytes.data()) < 0) {
+    refuse("stream " + name + ": " + hdf5_error());
   }
+}
+
+SharedBytes Hdf5Reader::read_array(const std::string& name, const ArrayRows& array, std::uint64_t first,
+                                   std::uint64_t count) const {
+  if (first > array.rows.count || count > array.rows.count - first) {
+    refuse("stream " + name + ": a message has elements " + std::to_string(first) + " to " +
+           std::to_string(first + count) + " of " + std::to_string(array.rows.count));
+  }
+  if (count == 0) return {};
+  std::vector<std::byte> packed;
+  read_rows(name, array.rows, first, count, packed);
+  ArrayBlock* block = allocate_array(count, array.stride);
+  SharedBytes elements(block);
+  const auto no_array = [](std::size_t, std::uint64_t, std::uint64_t) { return SharedBytes(); };
   for (std::uint64_t i = 0; i < count; ++i) {
-    layout::unpack(type, records_.data() + i * size, stamps[i], payloads.data() + i * type.size);
+    // Padding is zero.
+    std::memset(block->elements() + i * array.stride, 0, array.stride);
+    array.element.unpack(packed.data() + i * array.rows.row_bytes, block->elements() + i * array.stride, no_array);
+  }
+  return elements;
+}
+
+void Hdf5Reader::read(std::size_t index, std::uint64_t first, std::uint64_t count, MessageBatch& out) {
+  TACTOR_DEMAND(index < streams_.size() && first + count <= streams_[index].count);
+  const RecordedStream& info = streams_[index];
+  const Stream& stream = open_[index];
+  TACTOR_DEMAND(same_type(out.type(), info.type));
+  read_rows(info.name, stream.messages, first, count, bytes_);
+  out.reserve(out.size() + count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::byte* row = bytes_.data() + i * stream.messages.row_bytes;
+    Stamp stamp;
+    std::memcpy(&stamp.valid.ns, row, 8);
+    std::memcpy(&stamp.produced.ns, row + 8, 8);
+    std::memcpy(&stamp.sequence, row + 16, 8);
+    out.add(stamp);
+    std::byte* value = out.value(out.size() - 1);
+    stream.layout.unpack(row + layout::stamp_size, value,
+                         [&](std::size_t array, std::uint64_t begin, std::uint64_t elements) {
+                           return read_array(info.name, stream.arrays[array], begin, elements);
+                         });
+    if (!stream.has_enumerations) continue;
+    if (const Field* field = field_without_name(info.type.fields, value)) {
+      refuse("stream " + info.name + ": " + field->name + " has a value that is none of its enumeration");
+    }
   }
 }
 

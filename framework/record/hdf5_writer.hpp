@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "framework/record/hdf5_layout.hpp"
+#include "framework/record/packed_layout.hpp"
 #include "framework/record/recorder.hpp"
 
 namespace tactor {
@@ -24,26 +25,41 @@ class Hdf5Recorder final : public Recorder {
   void close() override;
 
  private:
+  /// A dataset to which rows are appended.
+  struct Rows {
+    std::string path;               // in the file
+    Handle file_type, memory_type;  // of a row
+    std::size_t row_bytes = 0;
+    Handle data;                   // the dataset of the file being written
+    std::vector<std::byte> bytes;  // taken in and not yet written
+    std::uint64_t buffered = 0;    // rows in `bytes`
+    std::uint64_t written = 0;     // rows in the dataset
+  };
   struct Stream {
     std::string name;
     const MessageType* type;
-    Handle memory_type;
-    Handle data;                     // the dataset of the file being written
-    std::vector<std::byte> records;  // taken in and not yet written
-    std::uint64_t buffered = 0;      // messages in `records`
-    std::uint64_t written = 0;       // messages in the dataset
+    PackedLayout layout;
+    Rows messages;
+    std::vector<Rows> arrays;            // by index into the layout's arrays
+    std::vector<PackedLayout> elements;  // of each
   };
   enum class State { declaring, writing, closed };
 
   [[noreturn]] void fail(const char* doing) const;
-  /// Makes an empty recording at `path`, with the datasets' handles in the streams.
+  /// Makes an empty recording at `path`.
   Handle make_file(const std::filesystem::path& path, bool final) const;
-  Handle make_data(hid_t file, const Stream& stream, bool final) const;
+  void make_groups(hid_t file, const Stream& stream) const;
+  Handle make_data(hid_t file, const Rows& rows, bool final) const;
   void start();
+  /// Takes the elements of an array in; returns the number of the first.
+  static std::uint64_t add_elements(Rows& rows, const PackedLayout& layout, std::size_t stride,
+                                    const SharedBytes& elements);
   /// Asks the file system for room behind the file's end for so many bytes more, before HDF5 takes them in. Throws
   /// RunError where it has none: a write that fails half way would leave a file that cannot be opened.
   void reserve(std::uint64_t more);
   void write_buffered(Stream& stream);
+  void write_rows(Rows& rows);
+  void copy_rows(hid_t from, hid_t to, Rows& rows) const;
   void rewrite_compressed(const std::filesystem::path& to);
 
   std::filesystem::path path_;

@@ -7,7 +7,7 @@ namespace tactor {
 
 const RecordLibrary& load_record_library() {
   static const RecordLibrary& library = load_plugin<RecordLibrary>(
-      "libtactor_record.so", "tactor_record_library", TACTOR_RECORD_ABI,
+      "libtactor_record.so", "tactor_record_library",
       "this build has no HDF5, so it can neither record nor replay .h5 files (configure with -DTACTOR_WITH_HDF5=ON, or "
       "leave the recording out of the graph)");
   return library;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "framework/core/message.hpp"
+#include "framework/core/message_batch.hpp"
 #include "framework/record/table.hpp"
 
 namespace tactor {
@@ -43,9 +44,9 @@ class Recorder {
 
 /// A stream of a recording.
 struct RecordedStream {
-  std::string name;                   ///< `node.port`
-  const MessageType* type = nullptr;  ///< one of `find_message_type`
-  std::uint64_t count = 0;            ///< messages
+  std::string name;         ///< `node.port`
+  MessageType type;         ///< as the file describes it
+  std::uint64_t count = 0;  ///< messages
 };
 
 /// Reads one recording. Every function throws InputError, with the path, where the file is damaged.
@@ -58,9 +59,8 @@ class RecordingReader {
   [[nodiscard]] virtual bool complete() const = 0;
   /// The streams by name.
   [[nodiscard]] virtual const std::vector<RecordedStream>& streams() const = 0;
-  /// Reads `count` messages from the `first` on: their stamps, and their values one struct after the other.
-  virtual void read(std::size_t stream, std::uint64_t first, std::uint64_t count, std::vector<Stamp>& stamps,
-                    std::vector<std::byte>& payloads) = 0;
+  /// Adds `count` messages from the `first` on to `out`, whose type is that of the stream.
+  virtual void read(std::size_t stream, std::uint64_t first, std::uint64_t count, MessageBatch& out) = 0;
 
   /// The index of the stream `name`; throws InputError naming those there are.
   [[nodiscard]] std::size_t find(std::string_view name) const;
@@ -85,6 +85,5 @@ const RecordLibrary& load_record_library();
 
 }  // namespace tactor
 
-/// The one symbol that libtactor_record.so exports, and the version that keeps another build's library out.
-#define TACTOR_RECORD_ABI 2
-extern "C" const tactor::RecordLibrary* tactor_record_library(int abi);
+/// The one symbol that libtactor_record.so exports; null where the caller is of another build.
+extern "C" const tactor::RecordLibrary* tactor_record_library(std::uint64_t abi);

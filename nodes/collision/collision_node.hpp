@@ -3,6 +3,7 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/contact/materials.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "nodes/collision/collision_node.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/contact/scene_contacts.hpp"
 
 namespace tactor {

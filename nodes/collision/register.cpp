@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/collision/auto.hpp"
 #include "nodes/collision/exact.hpp"
 #include "nodes/collision/none.hpp"

@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/coupling/adaptive.hpp"
 #include "nodes/coupling/dynamic.hpp"
 #include "nodes/coupling/static.hpp"

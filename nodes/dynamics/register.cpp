@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/dynamics/quasistatic.hpp"
 #include "nodes/dynamics/rigid.hpp"
 #include "nodes/dynamics/translation.hpp"

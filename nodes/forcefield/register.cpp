@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/forcefield/grid.hpp"
 #include "nodes/forcefield/rbf.hpp"
 

@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/interpolation/blend.hpp"
 #include "nodes/interpolation/bspline.hpp"
 #include "nodes/interpolation/catmull_rom.hpp"

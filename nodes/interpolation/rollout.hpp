@@ -7,6 +7,7 @@
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
 #include "nodes/interpolation/force_state.hpp"
+#include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
 
 namespace tactor {

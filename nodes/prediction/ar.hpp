@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/predictor.hpp"
 #include "nodes/prediction/sample_window.hpp"
 

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/autoregression.hpp"
 #include "nodes/prediction/least_squares.hpp"
 #include "nodes/prediction/sample_window.hpp"

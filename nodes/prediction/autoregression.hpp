@@ -8,6 +8,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/messages.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 
 namespace tactor {
 

@@ -1,4 +1,5 @@
 #include "nodes/prediction/burg.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 
 #include <cmath>
 

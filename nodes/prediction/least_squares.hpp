@@ -1,6 +1,7 @@
 // Linear regression on normal equations, of every order at once, and the two ways here to come by them.
 #pragma once
 
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/autoregression.hpp"
 
 namespace tactor {

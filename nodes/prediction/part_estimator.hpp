@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/ar_estimator.hpp"
 
 namespace tactor {

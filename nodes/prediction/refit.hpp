@@ -4,6 +4,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/part_estimator.hpp"
 #include "nodes/prediction/uniform_grid.hpp"
 

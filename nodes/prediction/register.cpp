@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/prediction/ar.hpp"
 #include "nodes/prediction/hold.hpp"
 #include "nodes/prediction/kalman.hpp"

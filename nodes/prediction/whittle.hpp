@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/autoregression.hpp"
 
 namespace tactor {

@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/sink/metrics.hpp"
 
 TACTOR_NODES(registry) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 
 #include "framework/core/input_file.hpp"
 #include "framework/core/value_error.hpp"
@@ -18,30 +19,26 @@ namespace {
 /// All of them are held, some 0.2 kB each.
 constexpr std::uint64_t most_messages = csv_limits::rows;
 
+/// The messages of one type, in the order in which they became visible.
 template <class T>
-std::vector<Stamped<T>> read_stream(RecordingReader& reader, std::size_t stream) {
-  constexpr std::uint64_t block = 1024;
-  std::vector<Stamped<T>> messages;
-  std::vector<Stamp> stamps;
-  std::vector<std::byte> payloads;
-  const std::uint64_t count = reader.streams()[stream].count;
-  messages.reserve(count);
-  for (std::uint64_t first = 0; first < count; first += block) {
-    reader.read(stream, first, std::min(block, count - first), stamps, payloads);
-    for (std::size_t i = 0; i < stamps.size(); ++i) {
-      Stamped<T> message{stamps[i], {}};
-      std::memcpy(&message.value, payloads.data() + i * sizeof(T), sizeof(T));
-      messages.push_back(message);
-    }
+std::vector<Stamped<T>> as_messages(const MessageBatch& batch, const std::vector<std::size_t>& order) {
+  std::vector<Stamped<T>> messages(batch.size());
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    messages[i].stamp = batch.stamp(order[i]);
+    std::memcpy(&messages[i].value, batch.value(order[i]), sizeof(T));
   }
-  // Messages of one output become visible in order; a file of another origin need not keep to it.
-  std::stable_sort(messages.begin(), messages.end(),
-                   [](const Stamped<T>& a, const Stamped<T>& b) { return a.stamp.produced < b.stamp.produced; });
   return messages;
 }
 
 bool is_hdf5(const std::filesystem::path& file) {
   return file.extension() == ".h5" || file.extension() == ".hdf5";
+}
+
+/// The type of the stream that is to be played.
+const MessageType& type_of_stream(const RecordingSource::Params& params) {
+  if (!is_hdf5(params.file) || params.stream.empty()) return any_message();
+  const std::unique_ptr<RecordingReader> reader = load_record_library().open(params.file);
+  return keep_message_type(reader->streams()[reader->find(params.stream)].type);
 }
 
 }  // namespace
@@ -56,15 +53,22 @@ void RecordingSource::read_recording(const Params& params, const std::string& na
                                    std::to_string(found.count) + " messages; at most " + std::to_string(most_messages) +
                                    " can be played back");
   }
-  if (found.type == &message_type<Wrench>()) {
-    force_.messages = read_stream<Wrench>(*reader, stream);
-  } else if (found.type == &message_type<DeviceState>()) {
-    device_.messages = read_stream<DeviceState>(*reader, stream);
-  } else if (found.type == &message_type<Target>()) {
-    target_.messages = read_stream<Target>(*reader, stream);
-  } else {
-    throw ValueError("stream", name + ": stream " + params.stream + " holds " + std::string(found.type->name) +
-                                   "; only Wrench, DeviceState and Target can be played back");
+  const MessageType& type = keep_message_type(found.type);
+  messages_.emplace(type);
+  reader->read(stream, 0, found.count, *messages_);
+  // Messages of one output become visible in order; a file of another origin need not keep to it.
+  order_.resize(messages_->size());
+  std::iota(order_.begin(), order_.end(), std::size_t{0});
+  std::stable_sort(order_.begin(), order_.end(), [this](std::size_t a, std::size_t b) {
+    return messages_->stamp(a).produced < messages_->stamp(b).produced;
+  });
+  message.set_type(type);
+  if (same_type(type, message_type<Wrench>())) {
+    force_.messages = as_messages<Wrench>(*messages_, order_);
+  } else if (same_type(type, message_type<DeviceState>())) {
+    device_.messages = as_messages<DeviceState>(*messages_, order_);
+  } else if (same_type(type, message_type<Target>())) {
+    target_.messages = as_messages<Target>(*messages_, order_);
   }
 }
 
@@ -100,18 +104,14 @@ RecordingSource::RecordingSource(const Params& params, const NodeContext& contex
     force_.messages = about(
         "decimate", [&] { return decimated(std::move(force_.messages), params.decimate, context.name + ".decimate"); });
   }
-  if (params.begin == Begin::at_zero) {
-    begin_at_zero(force_);
-    begin_at_zero(device_);
-    begin_at_zero(target_);
-  }
+  if (params.begin == Begin::at_zero) begin_at_zero();
 }
 
 NodeInfo RecordingSource::declare() {
   return Declare<RecordingSource>("source.recording", "Plays a recording or a CSV file back with its own stamps.")
       .details(
-          "An .h5 file needs `stream`, the recorded output such as coupling.force; it is sent at the output of its "
-          "type. "
+          "An .h5 file needs `stream`, the recorded output such as coupling.force. Its messages, of whatever type, are "
+          "sent at the output message; wrenches also at force, device states at device and targets at target. "
           "A CSV file (plain or .gz) needs `columns`, which maps fields to `heading [unit]` with optional factors "
           "(`force.x: minus_Fh_Nm * -1 / 0.075 m`). Fields: time; force and torque for the output force; position, "
           "rotation (a rotation vector), velocity and angular_velocity for the outputs device and target; each with .x "
@@ -120,6 +120,7 @@ NodeInfo RecordingSource::declare() {
       .output("force", &RecordingSource::force, "the recorded wrenches")
       .output("device", &RecordingSource::device, "the recorded device states")
       .output("target", &RecordingSource::target, "the recorded motion as a target of the hand")
+      .output("message", &RecordingSource::message, "the messages of the stream, of its type", type_of_stream)
       .haptic_rate(&Params::rate, {.doc = "how often it looks for messages that are due", .in_reference = 10000})
       .file("file", &Params::file, true, "the recording: .h5, or comma-separated values, plain or .gz")
       .text("stream", &Params::stream, "", "the stream of an .h5 file, `node.port`")
@@ -135,13 +136,23 @@ NodeInfo RecordingSource::declare() {
       .info();
 }
 
-template <class T>
-void RecordingSource::begin_at_zero(Track<T>& track) {
-  if (track.messages.empty()) return;
-  const Duration shift = track.messages.front().stamp.valid - Time{};
-  for (Stamped<T>& message : track.messages) {
-    message.stamp.valid = message.stamp.valid - shift;
-    message.stamp.produced = message.stamp.produced - shift;
+void RecordingSource::begin_at_zero() {
+  const auto shift = [](auto& messages) {
+    if (messages.empty()) return;
+    const Duration begin = messages.front().stamp.valid - Time{};
+    for (auto& one : messages) {
+      one.stamp.valid = one.stamp.valid - begin;
+      one.stamp.produced = one.stamp.produced - begin;
+    }
+  };
+  shift(force_.messages);
+  shift(device_.messages);
+  shift(target_.messages);
+  if (order_.empty()) return;
+  const Duration begin = messages_->stamp(order_.front()).valid - Time{};
+  for (std::size_t i = 0; i < messages_->size(); ++i) {
+    messages_->stamp(i).valid = messages_->stamp(i).valid - begin;
+    messages_->stamp(i).produced = messages_->stamp(i).produced - begin;
   }
 }
 
@@ -157,6 +168,9 @@ void RecordingSource::step(StepContext& context) {
   play(force_, force, context.now());
   play(device_, device, context.now());
   play(target_, target, context.now());
+  for (; next_ < order_.size() && messages_->stamp(order_[next_]).produced <= context.now(); ++next_) {
+    message.send(messages_->stamp(order_[next_]).valid, messages_->value(order_[next_]));
+  }
 }
 
 }  // namespace tactor

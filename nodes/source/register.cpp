@@ -1,4 +1,4 @@
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "nodes/source/physics.hpp"
 #include "nodes/source/recording.hpp"
 #include "nodes/source/trajectory.hpp"

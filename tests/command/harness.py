@@ -27,6 +27,15 @@ def built(*places):
     return any((pathlib.Path(TACTOR).resolve().parent / place).exists() for place in places)
 
 
+def columns(rows, path=""):
+    """(path, numbers) of each field of a recorded stream, and of each field of a record in it."""
+    for name in rows.dtype.names or ():
+        if rows.dtype[name].base.names:
+            yield from columns(rows[name], f"{path}{name}.")
+        else:
+            yield path + name, rows[name]
+
+
 # The shipped graphs need the generated meshes, which a build without CGAL lacks.
 HAS_MESHES = built("../meshes/bunny.off", "../share/tactor/meshes/duck.off")
 HAS_DEVICES = all(built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so") for kind in ("modbus", "usb"))

@@ -4,7 +4,7 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, CommandTest, built, needs_meshes, needs_hdf5
+from harness import GRAPHS, CommandTest, built, columns, needs_meshes, needs_hdf5
 
 HAS_LIVE = built("../lib/libtactor_live.so")
 STREAMS = ["collision.contacts", "dynamics.state", "coupling.force", "refit.coefficients", "prediction.forecast",
@@ -14,8 +14,8 @@ DURATION_NS = 2_000_000_000
 
 def flat(data):
     """The values of a stream's rows, without its stamps, as one array of doubles."""
-    names = [n for n in data.dtype.names if n not in ("valid_ns", "produced_ns", "sequence")]
-    return numpy.concatenate([data[n].reshape(len(data), -1).astype(float) for n in names], axis=1)
+    values = [numbers for path, numbers in columns(data) if path not in ("valid_ns", "produced_ns", "sequence")]
+    return numpy.concatenate([numbers.reshape(len(data), -1).astype(float) for numbers in values], axis=1)
 
 
 @needs_hdf5

@@ -1,5 +1,5 @@
 // The entry of libtactor_fault.so.
-#include "framework/node/registry.hpp"
+#include "framework/node/register_nodes.hpp"
 #include "tests/fault_nodes/device.hpp"
 
 TACTOR_NODES(registry) {

@@ -28,16 +28,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   testing::write_bytes(file, fuzz::patched(good, data, size));
   try {
     const auto reader = load_record_library().open(file);
-    std::vector<Stamp> stamps;
-    std::vector<std::byte> payloads;
     for (std::size_t s = 0; s < reader->streams().size(); ++s) {
       const RecordedStream& stream = reader->streams()[s];
       fuzz::require(stream.count < 100'000'000, "a small file holds few messages");
       const std::uint64_t some = std::min<std::uint64_t>(stream.count, 1000);
-      reader->read(s, 0, some, stamps, payloads);
-      fuzz::require(stamps.size() == some && payloads.size() == some * stream.type->size,
-                    "each message has its payload");
-      reader->read(s, stream.count - some, some, stamps, payloads);
+      MessageBatch messages(stream.type);
+      reader->read(s, 0, some, messages);
+      fuzz::require(messages.size() == some, "each message is there");
+      reader->read(s, stream.count - some, some, messages);
     }
   } catch (const InputError& error) {
     fuzz::require(error.what()[0] != '\0', "a refusal says why");

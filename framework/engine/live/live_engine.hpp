@@ -53,6 +53,5 @@ const LiveLibrary& load_live_library();
 
 }  // namespace tactor
 
-/// The one symbol that libtactor_live.so exports, and the version that keeps another build's library out.
-#define TACTOR_LIVE_ABI 1
-extern "C" const tactor::LiveLibrary* tactor_live_library(int abi);
+/// The one symbol that libtactor_live.so exports; null where the caller is of another build.
+extern "C" const tactor::LiveLibrary* tactor_live_library(std::uint64_t abi);

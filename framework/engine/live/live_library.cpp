@@ -7,7 +7,7 @@ namespace tactor {
 
 const LiveLibrary& load_live_library() {
   static const LiveLibrary& library =
-      load_plugin<LiveLibrary>("libtactor_live.so", "tactor_live_library", TACTOR_LIVE_ABI,
+      load_plugin<LiveLibrary>("libtactor_live.so", "tactor_live_library",
                                "clock: real: there is no live engine; build it with scripts/build release tactor "
                                "(options: -DTACTOR_WITH_CAF=ON), or use clock: virtual");
   return library;

@@ -1,9 +1,10 @@
 // What libtactor_live.so exports.
 #include "framework/engine/live/live_run.hpp"
+#include "tactor_abi.hpp"
 
-extern "C" __attribute__((visibility("default"))) const tactor::LiveLibrary* tactor_live_library(int abi) {
+extern "C" __attribute__((visibility("default"))) const tactor::LiveLibrary* tactor_live_library(std::uint64_t abi) {
   static const tactor::LiveLibrary library{[](const tactor::Plan& plan) -> std::unique_ptr<tactor::LiveEngine> {
     return std::make_unique<tactor::LiveRun>(plan);
   }};
-  return abi == TACTOR_LIVE_ABI ? &library : nullptr;
+  return abi == TACTOR_ABI ? &library : nullptr;
 }

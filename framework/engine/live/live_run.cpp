@@ -123,7 +123,7 @@ void LiveRun::Engine::start_threads() {
 
 void LiveRun::Engine::on_message(std::size_t stream, const Stamp& stamp, const void* payload) {
   const PlannedStream& planned = plan_.streams[stream];
-  record_.put_message(stream, stamp, payload, plan_.nodes[planned.node].info->outputs[planned.output].type->size);
+  record_.put_message(stream, stamp, payload, *plan_.nodes[planned.node].info->outputs[planned.output].type);
 }
 
 void LiveRun::Engine::on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) {

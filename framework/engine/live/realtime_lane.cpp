@@ -41,6 +41,7 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
   for (const OutputInfo& output : info.outputs) {
     outputs_.push_back(&output.access(nodes[node]));
     largest = std::max(largest, output.type->size);
+    TACTOR_DEMAND(output.type->arrays.empty());
   }
   out_ = std::make_unique<Ring>(ticks_held * (outputs_.size() + 1), largest);
   out_payload_.resize(largest);

@@ -1,28 +1,36 @@
 #include "framework/engine/live/record_queue.hpp"
 
 #include <cstring>
+#include <exception>
 #include <mutex>
 
 namespace tactor {
 
-void RecordQueue::put_message(std::size_t stream, const Stamp& stamp, const void* payload, std::size_t size) {
-  put({stream, stamp, size, false}, payload);
+RecordQueue::~RecordQueue() {
+  hand_on(bytes_, nullptr);
+}
+
+void RecordQueue::put_message(std::size_t stream, const Stamp& stamp, const void* payload, const MessageType& type) {
+  put({stream, stamp, &type}, payload);
 }
 
 void RecordQueue::put_step(std::size_t node, Time now, Duration cost) {
-  put({node, {now, now + cost, 0}, 0, true}, nullptr);
+  put({node, {now, now + cost, 0}, nullptr}, nullptr);
 }
 
 void RecordQueue::put(const Head& head, const void* payload) {
+  const std::size_t size = head.type == nullptr ? 0 : head.type->size;
   const std::scoped_lock lock(mutex_);
   const std::size_t begin = bytes_.size();
-  if (begin + sizeof head + head.size > capacity_) {
+  if (begin + sizeof head + size > capacity_) {
     ++dropped_;
     return;
   }
-  bytes_.resize(begin + sizeof head + head.size);
+  bytes_.resize(begin + sizeof head + size);
   std::memcpy(bytes_.data() + begin, &head, sizeof head);
-  if (head.size > 0) std::memcpy(bytes_.data() + begin + sizeof head, payload, head.size);
+  if (head.type == nullptr) return;
+  std::memcpy(bytes_.data() + begin + sizeof head, payload, size);
+  retain(*head.type, payload);
 }
 
 void RecordQueue::drain(RunObserver& observer) {
@@ -31,18 +39,31 @@ void RecordQueue::drain(RunObserver& observer) {
     taken_.swap(bytes_);
     bytes_.clear();
   }
-  for (std::size_t at = 0; at < taken_.size();) {
+  hand_on(taken_, &observer);
+}
+
+void RecordQueue::hand_on(std::vector<std::byte>& bytes, RunObserver* observer) {
+  std::exception_ptr failed;
+  for (std::size_t at = 0; at < bytes.size();) {
     Head head;
-    std::memcpy(&head, taken_.data() + at, sizeof head);
+    std::memcpy(&head, bytes.data() + at, sizeof head);
     at += sizeof head;
-    if (head.step) {
-      observer.on_step(head.index, head.stamp.valid, head.stamp.produced - head.stamp.valid);
-    } else {
-      observer.on_message(head.index, head.stamp, taken_.data() + at);
-    }
-    at += head.size;
+    std::byte* payload = bytes.data() + at;
+    if (observer != nullptr && failed == nullptr) try {
+        if (head.type == nullptr) {
+          observer->on_step(head.index, head.stamp.valid, head.stamp.produced - head.stamp.valid);
+        } else {
+          observer->on_message(head.index, head.stamp, payload);
+        }
+      } catch (...) {
+        failed = std::current_exception();
+      }
+    if (head.type == nullptr) continue;
+    release(*head.type, payload);
+    at += head.type->size;
   }
-  taken_.clear();
+  bytes.clear();
+  if (failed) std::rethrow_exception(failed);
 }
 
 std::uint64_t RecordQueue::dropped() {

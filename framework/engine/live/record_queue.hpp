@@ -21,7 +21,10 @@ class RecordQueue {
     taken_.reserve(bytes);
   }
 
-  void put_message(std::size_t stream, const Stamp& stamp, const void* payload, std::size_t size);
+  ~RecordQueue();
+
+  /// `type` outlives the queue.
+  void put_message(std::size_t stream, const Stamp& stamp, const void* payload, const MessageType& type);
   void put_step(std::size_t node, Time now, Duration cost);
   /// Hands everything that is there to the observer; its exceptions pass, and what they cut off is lost.
   void drain(RunObserver& observer);
@@ -30,12 +33,13 @@ class RecordQueue {
 
  private:
   struct Head {
-    std::uint64_t index = 0;  // of the stream, or of the node
-    Stamp stamp;              // of a step: valid is its time, produced when it had passed
-    std::size_t size = 0;
-    bool step = false;
+    std::uint64_t index = 0;            // of the stream, or of the node
+    Stamp stamp;                        // of a step: valid is its time, produced when it had passed
+    const MessageType* type = nullptr;  // null: a step
   };
   void put(const Head& head, const void* payload);
+  /// Hands what is in `bytes` to the observer, or to nobody, and empties it.
+  static void hand_on(std::vector<std::byte>& bytes, RunObserver* observer);
 
   const std::size_t capacity_;
   PriorityMutex mutex_;

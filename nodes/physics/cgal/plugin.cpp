@@ -2,13 +2,14 @@
 #include "nodes/physics/cgal/exact_distance.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
 #include "nodes/physics/mesh/cgal_plugin.hpp"
+#include "tactor_abi.hpp"
 
-extern "C" const tactor::CgalPlugin* tactor_cgal_plugin(int abi) {
+extern "C" const tactor::CgalPlugin* tactor_cgal_plugin(std::uint64_t abi) {
   static const tactor::CgalPlugin plugin = {
       tactor::repaired_solid,
       [](const tactor::TriangleMesh& mesh) -> std::unique_ptr<tactor::SignedDistance> {
         return std::make_unique<tactor::ExactDistance>(mesh);
       },
   };
-  return abi == TACTOR_CGAL_ABI ? &plugin : nullptr;
+  return abi == TACTOR_ABI ? &plugin : nullptr;
 }

@@ -8,6 +8,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/node.hpp"
 #include "nodes/physics/contact/body_pair.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 
 namespace tactor {
 

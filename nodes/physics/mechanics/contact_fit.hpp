@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "framework/core/messages.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 
 namespace tactor {
 

@@ -14,7 +14,7 @@ bool has_cgal_plugin() {
 
 const CgalPlugin& load_cgal_plugin(const std::string& what_for) {
   return load_plugin<CgalPlugin>(
-      file_name, "tactor_cgal_plugin", TACTOR_CGAL_ABI,
+      file_name, "tactor_cgal_plugin",
       what_for + " needs the plugin tactor_cgal (package tactor-cgal, or a build with -DTACTOR_WITH_CGAL=ON)");
 }
 

@@ -8,9 +8,6 @@
 #include "nodes/physics/mesh/mesh_report.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
 
-/// Counts the changes of CgalPlugin and of the types in it.
-#define TACTOR_CGAL_ABI 1
-
 namespace tactor {
 
 class SignedDistance;

@@ -1,4 +1,5 @@
 #include "test_nodes.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 
 #include <fstream>
 

@@ -1,5 +1,7 @@
 // An edge's queue against a model of each policy, in one thread and in two.
 #include "framework/node/edge_queue.hpp"
+#include "framework/core/describe.hpp"
+#include "tests/scan_nodes/scan.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,6 +18,15 @@ namespace {
 
 /// Large enough that a torn copy shows.
 using Payload = std::array<std::uint64_t, 31>;
+
+struct Block {
+  Payload numbers;
+};
+
+const MessageType& payload_type() {
+  static const MessageType type = Describe<Block>("test.Block").field("numbers", "1", &Block::numbers).type();
+  return type;
+}
 
 Payload payload_of(std::uint64_t sequence) {
   Payload payload;
@@ -118,7 +129,7 @@ constexpr std::array policies{QueuePolicy::latest, QueuePolicy::drop_oldest, Que
 
 BOOST_AUTO_TEST_CASE(an_empty_queue_gives_nothing) {
   for (const QueuePolicy policy : policies) {
-    EdgeQueue queue(sizeof(Payload), alignof(Payload), {policy, 1});
+    EdgeQueue queue(payload_type(), {policy, 1});
     queue.admit();
     BOOST_TEST(!queue.newest());
     BOOST_TEST(!queue.take());
@@ -128,7 +139,7 @@ BOOST_AUTO_TEST_CASE(an_empty_queue_gives_nothing) {
 }
 
 BOOST_AUTO_TEST_CASE(what_has_arrived_is_seen_once_it_is_admitted) {
-  EdgeQueue queue(sizeof(Payload), alignof(Payload), {QueuePolicy::drop_oldest, 4});
+  EdgeQueue queue(payload_type(), {QueuePolicy::drop_oldest, 4});
   push(queue, 1);
   BOOST_TEST(queue.unread() == 0U);
   BOOST_TEST(!queue.newest());
@@ -142,7 +153,7 @@ BOOST_AUTO_TEST_CASE(what_has_arrived_is_seen_once_it_is_admitted) {
 }
 
 BOOST_AUTO_TEST_CASE(a_message_that_is_too_new_waits_and_nothing_replaces_it) {
-  EdgeQueue queue(sizeof(Payload), alignof(Payload), {QueuePolicy::latest, 1});
+  EdgeQueue queue(payload_type(), {QueuePolicy::latest, 1});
   push(queue, 3);
   queue.admit(Time{29});
   BOOST_TEST(!queue.newest());
@@ -161,7 +172,7 @@ BOOST_AUTO_TEST_CASE(every_policy_does_what_its_model_does) {
       for (std::uint64_t seed = 1; seed <= 20; ++seed) {
         boost::random::mt19937_64 random(seed);
         const auto draw = [&random](int most) { return boost::random::uniform_int_distribution<int>(0, most)(random); };
-        EdgeQueue queue(sizeof(Payload), alignof(Payload), {policy, capacity});
+        EdgeQueue queue(payload_type(), {policy, capacity});
         Model model({policy, capacity});
         std::uint64_t sequence = 0;
         // Seeds differ in how much of each is done.
@@ -197,7 +208,7 @@ BOOST_AUTO_TEST_CASE(two_threads_lose_what_the_policy_says_and_count_it_once) {
   for (const QueuePolicy policy : policies) {
     for (const std::uint32_t capacity : {1U, 8U}) {
       if (policy == QueuePolicy::latest && capacity > 1) continue;
-      EdgeQueue queue(sizeof(Payload), alignof(Payload), {policy, capacity});
+      EdgeQueue queue(payload_type(), {policy, capacity});
       std::uint64_t refused = 0;
       std::thread writer([&] {
         for (std::uint64_t i = 1; i <= messages; ++i) {
@@ -249,4 +260,58 @@ BOOST_AUTO_TEST_CASE(two_threads_lose_what_the_policy_says_and_count_it_once) {
       if (policy == QueuePolicy::drop_newest) BOOST_TEST(queue.dropped() >= refused);
     }
   }
+}
+
+BOOST_AUTO_TEST_CASE(arrays_come_through_whole_and_go_back_to_their_pool) {
+  for (const QueuePolicy policy :
+       {QueuePolicy::latest, QueuePolicy::drop_oldest, QueuePolicy::drop_newest, QueuePolicy::block}) {
+    constexpr std::uint32_t capacity = 3;
+    // As many arrays as the queue may keep, and one that is being made. make() would throw where there were too few.
+    ScanMaker maker(2 * capacity + 4 + 1, 5);
+    {
+      EdgeQueue queue(message_type<Scan>(), {policy, capacity});
+      std::int64_t expected = 0;
+      for (std::int64_t n = 0; n < 200; ++n) {
+        const Scan scan = maker.make(n);
+        queue.push(stamp_of(static_cast<std::uint64_t>(n)), &scan);
+        if (n % 5 != 4) continue;
+        queue.admit();
+        while (const MessageView view = queue.take()) {
+          const auto number = static_cast<std::int64_t>(view.stamp->sequence);
+          BOOST_REQUIRE(number >= expected);
+          expected = number + 1;
+          BOOST_REQUIRE(same_scan(*reinterpret_cast<const Scan*>(view.value), ScanMaker(1, 5).make(number)));
+        }
+      }
+      BOOST_TEST(expected > 150);
+    }
+    std::vector<Scan> all;
+    for (std::size_t i = 0; i < 2 * capacity + 5; ++i) all.push_back(maker.make(1));
+    BOOST_CHECK_THROW(maker.make(1), std::bad_optional_access);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(two_threads_pass_arrays_on) {
+  ScanMaker maker(2 * 4 + 4 + 1, 5);
+  EdgeQueue queue(message_type<Scan>(), {QueuePolicy::drop_oldest, 4});
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    for (std::int64_t n = 0; n < 20000; ++n) {
+      const Scan scan = maker.make(n);
+      queue.push(stamp_of(static_cast<std::uint64_t>(n)), &scan);
+    }
+    done = true;
+  });
+  ScanMaker again(1, 5);
+  int wrong = 0;
+  for (bool last = false; !last;) {
+    last = done;
+    queue.admit();
+    while (const MessageView view = queue.take()) {
+      const Scan expected = again.make(static_cast<std::int64_t>(view.stamp->sequence));
+      if (!same_scan(*reinterpret_cast<const Scan*>(view.value), expected)) ++wrong;
+    }
+  }
+  writer.join();
+  BOOST_TEST(wrong == 0);
 }

@@ -4,6 +4,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/registry.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 
 using namespace tactor;
 
@@ -142,18 +143,4 @@ BOOST_AUTO_TEST_CASE(a_blocking_queue_says_when_it_is_full) {
   Stamped<Wrench> m;
   BOOST_TEST(in.pop(m));
   BOOST_TEST(!in.full());
-}
-
-BOOST_AUTO_TEST_CASE(every_message_type_describes_bytes_within_itself) {
-  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingParameters", "PhysicsState", "BodyStates",
-                           "ContactSet", "ArCoefficients", "Forecast", "ForceSegment"}) {
-    const MessageType* type = find_message_type(name);
-    BOOST_REQUIRE(type != nullptr);
-    std::size_t end = 0;
-    for (const Field& f : type->fields) {
-      BOOST_TEST(f.offset >= end);
-      end = f.offset + f.count * (f.kind == FieldKind::i32 ? 4 : 8);
-      BOOST_TEST(end <= type->size);
-    }
-  }
 }

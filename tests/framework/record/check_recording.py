@@ -2,6 +2,7 @@
 
 usage: check_recording.py FILE MIN_ROWS MAX_ROWS plain|swmr COMPLETE
 """
+import json
 import sys
 
 import h5py
@@ -14,7 +15,7 @@ def text(attribute):
 
 path, least, most, mode, complete = sys.argv[1:]
 with h5py.File(path, "r", swmr=mode == "swmr") as f:
-    assert f.attrs["tactor_recording"] == 1
+    assert f.attrs["tactor_recording"] == 2
     assert text(f.attrs["graph"]) == "clock: virtual\nname: \u00fc\n", f.attrs["graph"]
     assert f.attrs["seed"] == np.uint64(0xFEDCBA9876543210)
     assert text(f.attrs["tactor_version"]) == "0.1.0"
@@ -24,8 +25,9 @@ with h5py.File(path, "r", swmr=mode == "swmr") as f:
     g = f["streams/coupling.force"]
     assert text(g.attrs["message_type"]) == "Wrench" and text(g.attrs["frame"]) == "W"
     assert text(g.attrs["time_unit"]) == "ns"
-    assert [text(x) for x in g.attrs["fields"]] == ["force", "torque"]
-    assert [text(x) for x in g.attrs["units"]] == ["N", "N m"]
+    assert json.loads(text(g.attrs["description"])) == {"name": "Wrench", "frame": "W", "fields": [
+        {"name": "force", "unit": "N", "kind": "f64", "shape": [3]},
+        {"name": "torque", "unit": "N m", "kind": "f64", "shape": [3]}]}
     d = g["data"]
     assert d.dtype.names == ("valid_ns", "produced_ns", "sequence", "force", "torque")
     n = d.shape[0]

@@ -124,7 +124,7 @@ BOOST_AUTO_TEST_CASE(a_full_disk_is_a_run_error_with_the_path_and_keeps_what_cam
     std::uint64_t kept = 0;
     for (const RecordedStream& stream : reader->streams()) {
       std::size_t record = 24;
-      for (const Field& field : stream.type->fields) record += field.count * (field.kind == FieldKind::i32 ? 4 : 8);
+      for (const Field& field : stream.type.fields) record += count_of(field) * element_size(field);
       kept += stream.count * record;
     }
     BOOST_TEST(kept + 4 * 131'072 + 65'536 > bytes);

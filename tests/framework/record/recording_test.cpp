@@ -8,10 +8,13 @@
 #include <boost/test/unit_test.hpp>
 #include <csignal>
 #include <cstdlib>
+#include <map>
 #include <sstream>
 
 #include "framework/core/check.hpp"
+#include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "recording_fixture.hpp"
 
 using namespace tactor;
@@ -81,32 +84,45 @@ BOOST_AUTO_TEST_CASE(what_was_written_is_read_back) {
 BOOST_AUTO_TEST_CASE(every_message_type_survives_byte_for_byte) {
   const Folder folder;
   const auto recorder = load_record_library().create(folder / "a.h5", header);
-  std::vector<const MessageType*> types;
-  for (const char* name : {"Wrench", "Target", "DeviceState", "CouplingParameters", "PhysicsState", "BodyStates",
-                           "ContactSet", "ArCoefficients", "Forecast", "ForceSegment"}) {
-    types.push_back(find_message_type(name));
-    BOOST_REQUIRE(types.back() != nullptr);
-    recorder->add_stream(name, *types.back());
-  }
-  // Every byte of a field different from its neighbours, nothing between the fields.
+  // The types of all ports that there are.
+  Registry registry({std::filesystem::path(TACTOR_BINARY_DIR) / "bin/nodes"});
+  registry.load_all();
+  BOOST_REQUIRE(registry.message_types().size() >= 13U);
+  // Every byte of a field different from its neighbours; an enumeration has its last value.
   const auto payload_of = [](const MessageType& type) {
     std::vector<std::byte> payload(type.size);
-    for (const Field& field : type.fields) {
-      const std::size_t size = field.count * (field.kind == FieldKind::i32 ? 4 : 8);
-      for (std::size_t i = 0; i < size; ++i) payload[field.offset + i] = std::byte((field.offset + 7 * i) % 251);
-    }
+    const auto fill = [&](const auto& self, const std::vector<Field>& fields, std::size_t begin) -> void {
+      for (const Field& field : fields) {
+        const std::size_t size = element_size(field);
+        for (std::size_t i = 0; i < count_of(field); ++i) {
+          const std::size_t at = begin + field.offset + i * size;
+          if (field.kind == FieldKind::record) {
+            self(self, field.fields, at);
+          } else if (!field.enumerators.empty()) {
+            payload[at] = std::byte(field.enumerators.back().value);
+          } else {
+            for (std::size_t k = 0; k < size; ++k) payload[at + k] = std::byte((at + 7 * k) % 251);
+          }
+        }
+      }
+    };
+    fill(fill, type.fields, 0);
     return payload;
   };
-  for (std::size_t s = 0; s < types.size(); ++s) recorder->write(s, stamp_of(3), payload_of(*types[s]).data());
+  std::map<std::string, std::size_t> streams;
+  for (const auto& [name, type] : registry.message_types()) streams[name] = recorder->add_stream(name, *type);
+  for (const auto& [name, type] : registry.message_types()) {
+    recorder->write(streams[name], stamp_of(3), payload_of(*type).data());
+  }
   recorder->close();
   const auto reader = load_record_library().open(folder / "a.h5");
-  for (const MessageType* type : types) {
-    std::vector<Stamp> stamps;
-    std::vector<std::byte> payloads;
-    const std::size_t stream = reader->find(type->name);
-    BOOST_TEST(reader->streams()[stream].type == type);
-    reader->read(stream, 0, 1, stamps, payloads);
-    BOOST_TEST((payloads == payload_of(*type)), std::string(type->name));
+  for (const auto& [name, type] : registry.message_types()) {
+    const std::size_t stream = reader->find(name);
+    BOOST_TEST(same_type(reader->streams()[stream].type, *type), name);
+    MessageBatch messages(*type);
+    reader->read(stream, 0, 1, messages);
+    const std::vector<std::byte> expected = payload_of(*type);
+    BOOST_TEST(std::equal(expected.begin(), expected.end(), messages.value(0)), name);
   }
 }
 

@@ -10,7 +10,9 @@
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/interpolation/rollout.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/defaults.hpp"
@@ -56,7 +58,7 @@ class Subject {
     if (with_forecast) node_.forecast.configure({});
   }
   void sample(double ms, const DeviceState& state) { node_.device.push({at_ms(ms), at_ms(ms), samples_++}, &state); }
-  void sample(double ms, const Vec3& p, const Vec3& v = {}) { sample(ms, {{p, {}}, {v, {}}, 0, 0}); }
+  void sample(double ms, const Vec3& p, const Vec3& v = {}) { sample(ms, {{p, {}}, {v, {}}, 0}); }
   /// A model that comes at `ms`, of a result of `stamp_ms`.
   void model(double stamp_ms, double ms, const LocalModel& m) {
     node_.model.push({at_ms(stamp_ms), at_ms(ms), models_++}, &m);
@@ -300,7 +302,7 @@ BOOST_AUTO_TEST_CASE(a_first_model_whose_step_fails_shows_no_force) {
 BOOST_AUTO_TEST_CASE(after_a_gap_a_tick_takes_four_steps_at_most) {
   Subject subject;
   const LocalContacts wall = wall_around({{0.009, 0, 0}});
-  const auto state = [](int ms) { return DeviceState{{{0.0095 - 4e-5 * ms, 0, 0}, {}}, {{-0.04, 0, 0}, {}}, 0, 0}; };
+  const auto state = [](int ms) { return DeviceState{{{0.0095 - 4e-5 * ms, 0, 0}, {}}, {{-0.04, 0, 0}, {}}, 0}; };
   const LocalModel model = model_at(0, one_body({0.0095, 0, 0}), state(0).X_WD.p, wall, {-0.04, 0, 0});
   const Scene scene = ball_scene(0.1);
   SystemModel system = scene_model("test", scene, nullptr);
@@ -354,8 +356,7 @@ BOOST_AUTO_TEST_CASE(whatever_comes_the_force_is_finite_and_bounded_and_soon_rig
     Subject troubled, calm;
     for (int ms = 0; ms < 600; ++ms) {
       const double t = 1e-3 * ms;
-      const DeviceState clean{
-          {{0.009 + 0.001 * std::sin(9 * t), 0, 0}, {}}, {{0.009 * std::cos(9 * t), 0, 0}, {}}, 0, 0};
+      const DeviceState clean{{{0.009 + 0.001 * std::sin(9 * t), 0, 0}, {}}, {{0.009 * std::cos(9 * t), 0, 0}, {}}, 0};
       const bool hostile = ms < 300 && dice(0, 1) < 0.05;
       const double value = odd[static_cast<int>(dice(0, 7.999))];
       DeviceState state = clean;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "nodes/prediction/ar.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/refit.hpp"
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"

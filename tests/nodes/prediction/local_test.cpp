@@ -9,6 +9,8 @@
 
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/dynamics/translation.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
+#include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/prediction/local.hpp"
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/dynamics/node_rig.hpp"
@@ -29,7 +31,6 @@ DeviceState handle(double ms) {
   const double t = 1e-3 * ms;
   return {{{0.010 - 0.003 * std::sin(20 * t), 0.004 * std::sin(13 * t), 0}, {}},
           {{-0.06 * std::cos(20 * t), 0.052 * std::cos(13 * t), 0}, {}},
-          0,
           0};
 }
 Stamp stamped(double ms, std::uint64_t sequence = 0) {

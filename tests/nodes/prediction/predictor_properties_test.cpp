@@ -151,7 +151,7 @@ class Subject {
     const Wrench turned{rotate(frame_, wrench.force), rotate(frame_, wrench.torque)};
     for (; device_ != nullptr && device_ms_ <= ms + latency_ms; ++device_ms_) {
       const Pose X = path(device_ms_ * 1e-3);
-      const DeviceState state{{rotate(frame_, X.p), frame_ * X.R}, {}, 0, 0};
+      const DeviceState state{{rotate(frame_, X.p), frame_ * X.R}, {}, 0};
       device_->push(stamp_ms(device_ms_), &state);
     }
     const Stamp stamp = stamp_ms(ms, sequence_++);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "nodes/prediction/ar.hpp"
+#include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/hold.hpp"
 #include "nodes/prediction/linear.hpp"
 #include "nodes/prediction/linear_position.hpp"
@@ -346,7 +347,7 @@ struct Handled : Driven<N> {
   }
   void see_device_until(double ms) {
     for (; device_ms <= ms; ++device_ms) {
-      const DeviceState state{path(device_ms), {}, 0, 0};
+      const DeviceState state{path(device_ms), {}, 0};
       this->node.device.push(stamp_ms(device_ms), &state);
     }
   }
@@ -373,7 +374,7 @@ BOOST_AUTO_TEST_CASE(linear_position_meets_a_spring_along_a_straight_way) {
   for (int t = 0; t < 60; ++t) {
     ms += std::round(draw.uniform(6, 10));
     for (; node.device_ms <= ms + 10; ++node.device_ms) {
-      const DeviceState state{Straight::path(node.device_ms), {}, 0, 0};
+      const DeviceState state{Straight::path(node.device_ms), {}, 0};
       node.node.device.push(stamp_ms(node.device_ms), &state);
     }
     const Forecast f = node.feed(ms, spring(ms));

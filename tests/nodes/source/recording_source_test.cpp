@@ -201,7 +201,12 @@ BOOST_AUTO_TEST_CASE(a_recorded_stream_is_sent_at_its_output_when_it_had_been_vi
   params.stream = "coupling.forces";
   BOOST_CHECK_THROW(RecordingSource(params, context_of()), InputError);
   params.stream = "ar.forecast";
-  BOOST_CHECK_THROW(RecordingSource(params, context_of()), InputError);
+  RecordingSource forecasts(params, context_of());
+  BOOST_TEST(same_type(forecasts.message.type(), message_type<Forecast>()));
+  StepContext now(Time{});
+  forecasts.step(now);
+  BOOST_TEST(forecasts.message.pending() == 1U);
+  BOOST_TEST(forecasts.force.pending() == 0U);
   params.stream = "coupling.force";
   RecordingSource source(params, context_of());
   BOOST_TEST(step(source, source.force, 7'999'999).empty());

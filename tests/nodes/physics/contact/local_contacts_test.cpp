@@ -5,6 +5,7 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "framework/core/messages.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 
 namespace tactor::test {
 

@@ -6,7 +6,9 @@
 #include <limits>
 
 #include "framework/realtime/allocation_watch.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"

@@ -1,0 +1,17 @@
+# cmake -D LIST=FILE -D OUTPUT=HEADER -D COMPILER=TEXT -P write_abi.cmake: writes TACTOR_ABI, a hash over the files that LIST names.
+file(STRINGS ${LIST} headers)
+set(all "${COMPILER}")
+foreach(header ${headers})
+  file(SHA256 ${header} hash)
+  string(APPEND all " ${hash}")
+endforeach()
+string(SHA256 hash "${all}")
+string(SUBSTRING ${hash} 0 16 number)
+set(text "// Made by cmake/write_abi.cmake.\n#pragma once\n\n#define TACTOR_ABI 0x${number}ULL\n")
+if(EXISTS ${OUTPUT})
+  file(READ ${OUTPUT} before)
+endif()
+# An unchanged file is left alone, so that nothing is compiled for it.
+if(NOT "${before}" STREQUAL "${text}")
+  file(WRITE ${OUTPUT} "${text}")
+endif()

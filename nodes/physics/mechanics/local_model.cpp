@@ -1,0 +1,19 @@
+#include "nodes/physics/mechanics/local_model.hpp"
+
+#include "framework/core/describe.hpp"
+
+namespace tactor {
+
+template <>
+const MessageType& message_type<LocalModel>() {
+  static const MessageType type = Describe<LocalModel>("LocalModel", "W")
+                                      .field("time", &LocalModel::time)
+                                      .field("device", &LocalModel::device)
+                                      .field("bodies", &LocalModel::bodies)
+                                      .field("coupling", &LocalModel::coupling)
+                                      .field("contacts", &LocalModel::contacts)
+                                      .type();
+  return type;
+}
+
+}  // namespace tactor

@@ -1,0 +1,22 @@
+// What a local rollout goes on from, as the predictor sends it to the interpolation.
+#pragma once
+
+#include "framework/core/messages.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
+
+namespace tactor {
+
+/// What a local rollout goes on from: the moving bodies a physics result told of, brought on to the newest device
+/// sample, and the contacts around them. Its message is stamped as the physics result.
+struct LocalModel {
+  Time time;           ///< of the device sample that the bodies were brought on to
+  DeviceState device;  ///< that sample
+  BodyStates bodies;   ///< at `time`
+  CouplingParameters coupling;
+  LocalContacts contacts;
+};
+
+template <>
+const MessageType& message_type<LocalModel>();
+
+}  // namespace tactor
