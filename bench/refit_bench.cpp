@@ -177,6 +177,7 @@ void refit_node(benchmark::State& state) {
   Refitter node(p, context());
   step_node(state, node, node.force, node.coefficients, textured(4096));
   Report report;
+  report.begin("refit", Refitter::declare().metrics);
   node.report(report);
   for (const auto& [name, value] : report.metrics()) {
     if (name == "refit.force_order_mean") state.counters["order"] = value;

@@ -167,7 +167,7 @@ std::optional<GraphSpec> with_rotation(GraphSpec graph, const Registry& registry
   if (moving.empty()) return std::nullopt;
   graph.scene.bodies[moving.front()].motion = Motion::rigid;
   for (NodeSpec& node : graph.nodes) {
-    const NodeInfo* other = node.info->type.starts_with("dynamics.") ? dearer(*node.info, registry) : nullptr;
+    const NodeInfo* other = node.info->role == Role::dynamics ? dearer(*node.info, registry) : nullptr;
     if (other != nullptr) node.info = other;
   }
   return graph;

@@ -1,5 +1,7 @@
 #include "app/lean/lean_measure.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,11 +9,11 @@
 #include <vector>
 
 #include "app/run/references.hpp"
-#include "app/run/run.hpp"
+#include "app/run/run_metrics.hpp"
 #include "app/run/timed_run.hpp"
 #include "app/statistics.hpp"
 #include "framework/engine/virtual_clock.hpp"
-#include "framework/graph/plan.hpp"
+#include "framework/graph/plan_metrics.hpp"
 
 namespace tactor {
 
@@ -22,6 +24,18 @@ std::optional<double> value_of(const Report& report, const std::string& name) {
     if (key == name) return value;
   }
   return std::nullopt;
+}
+
+/// The name of one of the metrics that are looked at: `delivered.force.rms_error_N`.
+std::string error_name(LeanMetric metric, const char* error) {
+  return fmt::format("{}.{}", word(metric), error);
+}
+
+std::string without_error(const GraphSpec& graph, LeanMetric metric) {
+  return fmt::format(
+      "{}: nothing tells the error of the {} force; expected a sink.metrics with edges into `commanded` and `force`, "
+      "and a run that is longer than its `settle`",
+      graph.file.string(), word(metric));
 }
 
 }  // namespace
@@ -36,7 +50,14 @@ LeanMeasure::LeanMeasure(GraphSpec original, LeanMeasureOptions options)
     throw InputError(original_.file.string() +
                      ": expected clock: virtual, which repeats a run, found clock: real; add --set clock=virtual");
   }
-  if (must_be_followed(PlanNodes(make_plan(prepared(original_, original_.seed))))) {
+  const Plan plan = make_plan(prepared(original_, original_.seed));
+  const MetricMap reported = run_metrics(plan, true).reported;
+  for (const char* error : {"force.rms_error_N", "force.max_error_N"}) {
+    if (!reported.contains(error_name(options_.metric, error))) {
+      throw InputError(without_error(original_, options_.metric));
+    }
+  }
+  if (must_be_followed(PlanNodes(plan))) {
     throw InputError(original_.file.string() +
                      ": expected a hand whose path does not depend on the forces, found a device in closed loop; add "
                      "--set NODE.loop=open");
@@ -75,24 +96,19 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
   set_reference(engine.nodes(), reference);
   Report report;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    report.begin(plan.nodes[n].name);
-    if (plan.nodes[n].info->sink) engine.nodes()[n].report(report);
+    if (!plan.nodes[n].info->sink) continue;
+    report.begin(plan.nodes[n].name, node_metrics(plan, n, true).reported);
+    engine.nodes()[n].report(report);
   }
-  const std::string metric = word(options_.metric);
-  const auto error = value_of(report, metric + ".force.rms_error_N");
-  const auto most = value_of(report, metric + ".force.max_error_N");
-  if (!error || !most) {
-    throw InputError(
-        graph.file.string() + ": nothing tells the error of the " + metric +
-        " force; expected a sink.metrics with edges into `commanded` and `force`, and a run that is longer "
-        "than its `settle`");
-  }
+  const auto error = value_of(report, error_name(options_.metric, "force.rms_error_N"));
+  const auto most = value_of(report, error_name(options_.metric, "force.max_error_N"));
+  if (!error || !most) throw InputError(without_error(graph, options_.metric));
   Run result{.error = *error, .max_error = *most};
   const std::vector<double> costs = node_costs(engine, plan.nodes.size());
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->sink) result.cost += costs[n];
   }
-  result.torque_error = value_of(report, metric + ".torque.rms_error_Nm");
+  result.torque_error = value_of(report, error_name(options_.metric, "torque.rms_error_Nm"));
   result.reference_torque = value_of(report, "reference.torque.rms_Nm");
   return result;
 }

@@ -15,9 +15,13 @@ namespace {
 std::string metrics_table(const RunResult& run) {
   std::string rows;
   for (const auto& [name, value] : run.metrics) {
-    rows += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escape(name), pretty(value));
+    const MetricInfo* info = run.info(name);
+    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(name),
+                        pretty(value), info == nullptr ? "" : escape(unit_text(info->unit)),
+                        info == nullptr ? "" : better_text(info->better), info == nullptr ? "" : escape(info->doc));
   }
-  return "<table><thead><tr><th>metric</th><th>value</th></tr></thead><tbody>\n" + rows + "</tbody></table>\n";
+  return "<table><thead><tr><th>metric</th><th>value</th><th>unit</th><th>better</th><th></th></tr></thead><tbody>\n" +
+         rows + "</tbody></table>\n";
 }
 
 std::string cost_table(const RunResult& run) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/output.hpp"
+#include "app/run/run_metrics.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -106,7 +107,7 @@ void set_latency(Report& report, const std::string& name, const LatencyStatistic
 
 void report_live(const Plan& plan, const LiveStatus& status, Report& report) {
   for (const LiveDevice& device : status.devices) {
-    report.begin(plan.nodes[device.node].name);
+    report.begin(plan.nodes[device.node].name, lane_metrics());
     report.set("device.ticks", static_cast<double>(device.ticks));
     report.set("device.missed", static_cast<double>(device.missed));
     set_latency(report, "device.wakeup_us", device.wake_latency, true);
@@ -116,6 +117,7 @@ void report_live(const Plan& plan, const LiveStatus& status, Report& report) {
     report.set("device.dropped", static_cast<double>(device.dropped));
     if (device.end_to_end.count > 0) set_latency(report, "end_to_end_us", device.end_to_end, false);
   }
+  report.begin("", live_metrics());
   report.set("record_drops", static_cast<double>(status.record_dropped));
   report.set("stalled", static_cast<double>(std::count_if(status.nodes.begin(), status.nodes.end(),
                                                           [](const LiveNode& node) { return node.stalled; })));

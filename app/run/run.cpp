@@ -12,6 +12,7 @@
 #include "app/run/references.hpp"
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/virtual_clock.hpp"
+#include "framework/graph/plan_metrics.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/record/recorder.hpp"
 
@@ -72,6 +73,7 @@ NodeCost node_cost(const NodeSpec& spec, const NodeStatistics& metrics) {
   NodeCost cost;
   cost.node = spec.name;
   cost.type = spec.info->type;
+  cost.role = spec.info->role;
   cost.steps = metrics.steps;
   cost.missed_ticks = metrics.missed_ticks;
   cost.median_us = metrics.cpu.quantile(0.5).microseconds();
@@ -104,6 +106,16 @@ void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& node
   cost.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
 }
 
+/// Does what may fail while running; the first failure is the run's, which keeps what it has up to there.
+template <class Work>
+void attempt(RunResult& result, const Work& work) {
+  try {
+    work();
+  } catch (const RunError& error) {
+    if (!result.failure) result.failure = error.what();
+  }
+}
+
 /// What the nodes report, where they can be asked, and the metrics of nodes and edges.
 void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
   if (nodes != nullptr && !result.interrupted && !result.failure && !options.without_reference) {
@@ -115,29 +127,21 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
     }
   }
   Report report;
+  report.begin("", program_metrics());
   report.set("refits", 0);
-  report.set("fallbacks", 0);
+  report.add("fallbacks", 0);
   for (std::size_t i = 0; nodes != nullptr && i < plan.nodes.size(); ++i) {
-    report.begin(plan.nodes[i].name);
-    (*nodes)[i].report(report);
+    report.begin(plan.nodes[i].name, node_metrics(plan, i, !options.without_reference).reported);
+    attempt(result, [&] { (*nodes)[i].report(report); });
   }
   if (result.live) report_live(plan, *result.live, report);
   double drops = 0;
   for (const EdgeResult& edge : result.edges) drops += static_cast<double>(edge.metrics.dropped);
+  report.begin("", program_metrics());
   report.set("drops", drops);
   result.metrics = report.metrics();
   result.series = report.series();
   result.remarks = report.remarks();
-}
-
-/// Does what may fail while running; the first failure is the run's, which keeps what it has up to there.
-template <class Work>
-void attempt(RunResult& result, const Work& work) {
-  try {
-    work();
-  } catch (const RunError& error) {
-    if (!result.failure) result.failure = error.what();
-  }
 }
 
 void pass_notes(const PlanNodes& nodes, const RunOptions& options) {
@@ -240,6 +244,11 @@ double RunResult::metric(std::string_view name) const {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+const MetricInfo* RunResult::info(std::string_view name) const {
+  const auto found = declared.find(name);
+  return found == declared.end() ? nullptr : &found->second;
+}
+
 const Series* RunResult::curve(std::string_view name) const {
   for (const Series& s : series) {
     if (s.name == name) return &s;
@@ -256,6 +265,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
   result.planned_s = plan.graph.duration.seconds();
+  result.declared = run_metrics(plan, !options.without_reference).reported;
   if (plan.graph.clock == Clock::real) {
     execute_live(plan, options, result);
   } else {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/run_metrics.hpp"
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/reference.hpp"
@@ -18,6 +19,7 @@ namespace tactor {
 struct NodeCost {
   std::string node;
   std::string type;
+  Role role = Role::other;
   std::uint64_t steps = 0;
   std::uint64_t missed_ticks = 0;
   double median_us = 0;
@@ -55,6 +57,7 @@ struct RunResult {
   std::optional<LiveStatus> live;      ///< how it ended, where its clock was real
   ReferenceCost reference;
   std::vector<std::pair<std::string, double>> metrics;  ///< by dotted name
+  MetricMap declared;                                   ///< what the run may report, reported or not
   std::vector<Series> series;
   std::vector<std::string> remarks;  ///< of the nodes, in words
   std::vector<NodeCost> nodes;
@@ -65,6 +68,8 @@ struct RunResult {
 
   /// The metric of that name, or NaN.
   [[nodiscard]] double metric(std::string_view name) const;
+  /// The declaration of a metric, or null.
+  [[nodiscard]] const MetricInfo* info(std::string_view name) const;
   /// The curve of that name, or null.
   [[nodiscard]] const Series* curve(std::string_view name) const;
 };

@@ -113,8 +113,12 @@ std::string summary_table(const RunResult& result, std::size_t columns) {
   std::string out = "\n";
   for (const std::string& text : result.remarks) out += fmt::format("  {}\n", text);
   if (!result.remarks.empty()) out += "\n";
-  TextTable metrics({{""}, {"", right}});
-  for (const auto& [name, value] : result.metrics) metrics.add({name, pretty(value)});
+  TextTable metrics({{"metric"}, {"", right}, {"unit"}, {"better"}});
+  for (const auto& [name, value] : result.metrics) {
+    const MetricInfo* info = result.info(name);
+    metrics.add({name, pretty(value), info == nullptr ? "" : unit_text(info->unit),
+                 info == nullptr ? "" : better_text(info->better)});
+  }
   out += metrics.text(columns) + "\n";
   TextTable nodes({{"node"}, {"type"}, {"steps", right}, {"median us", right}, {"p99 us", right}, {"CPU s", right}});
   for (const NodeCost& node : result.nodes) {

@@ -17,6 +17,7 @@
 #include "app/study/report/text_tables.hpp"
 #include "app/study/report/work_precision.hpp"
 #include "app/study/run/run_cases.hpp"
+#include "app/study/run/study_metrics.hpp"
 #include "app/study/run/supervisor.hpp"
 #include "app/study/table/study.hpp"
 #include "app/study/table/study_csv.hpp"
@@ -89,20 +90,15 @@ int told_failures(const Comparison& comparison) {
   return 1;
 }
 
-/// Names of metrics that no run reports, as a line for standard error, or empty.
+/// A line for standard error for each metric asked for that no run has reported, because of what happened in them.
 std::string missing_metrics(const Study& study) {
   std::string out;
   for (const std::string& metric : study.spec.metrics) {
     const auto& columns = study.comparison.columns;
     if (std::any_of(columns.begin(), columns.end(), [&](const Column& c) { return c.metric == metric; })) continue;
-    std::vector<std::string> names;
-    for (const CompareRow& row : study.comparison.rows) {
-      for (const RunResult& run : row.runs) {
-        for (const auto& [name, value] : run.metrics) names.push_back(name);
-      }
-      if (!names.empty()) break;
-    }
-    out += fmt::format("tactor: metrics: {}: no run reports it{}\n", metric, did_you_mean(metric, names));
+    const MetricInfo* info = study.comparison.info(metric);
+    const std::string why = info == nullptr || info->missing.empty() ? "" : "; it is missing where " + info->missing;
+    out += fmt::format("tactor: metrics: {}: no run has reported it{}\n", metric, why);
   }
   return out;
 }
@@ -154,6 +150,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
                       options_text(request, spec),
                       {}};
   Registry registry(default_node_folders());
+  options.planned = [&](const RunMetrics& metrics) { check_metrics(spec, metrics, registry); };
   // A process that goes on after a crash need not.
   const bool first = console.supervisor == nullptr || console.supervisor->crashes() == 0;
   if (first && spec.report == StudyReport::stability && !spec.record.empty()) check_record(spec, cases, registry);
@@ -163,8 +160,8 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
                   outcome.records.size(), cases.size() * options.seeds.size(), options.table.string());
   if (outcome.interrupted) throw RunError(interrupted);
   const nlohmann::ordered_json runner = to_json(outcome);
-  const Study study =
-      make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records), shown_metrics(spec)));
+  const Study study = make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records),
+                                                       shown_metrics(spec), std::move(outcome.declared)));
   write_file(folder / "study.csv", study_csv(study));
   write_file(folder / "run_times.csv", run_times_csv(study));
   write_study_hdf5(folder / "study.h5", study);
@@ -217,7 +214,8 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   Registry registry(default_node_folders());
   CasesOutcome outcome = run_watched(cases, registry, options, console);
   if (outcome.interrupted) throw RunError("interrupted");
-  Comparison comparison = make_comparison(cases, options.seeds, std::move(outcome.records));
+  Comparison comparison =
+      make_comparison(cases, options.seeds, std::move(outcome.records), {}, std::move(outcome.declared));
   tell_scenes_apart(comparison, cases, registry);
   const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", comparison_table(comparison, timing, terminal_columns()));

@@ -10,6 +10,8 @@ namespace tactor {
 
 /// One line a type.
 std::string node_list(const std::vector<const NodeInfo*>& types);
+/// Everything about a metric, for the terminal.
+std::string metric_help(const MetricInfo& metric);
 /// Everything about one type, for the terminal.
 std::string node_help(const NodeInfo& info);
 /// Everything about all types, as Markdown.

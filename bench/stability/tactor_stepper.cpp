@@ -11,13 +11,14 @@ namespace {
 class TactorStepper final : public Stepper {
  public:
   TactorStepper(const Trial& trial, Duration period, bool as_made)
-      : trial_(trial), context_{.name = "dynamics", .scene = &trial.scene, .torque = trial.scene.rotates()} {
-    const NodeInfo info = context_.torque ? RigidDynamics::declare() : TranslationDynamics::declare();
+      : trial_(trial),
+        context_{.name = "dynamics", .scene = &trial.scene, .torque = trial.scene.rotates()},
+        info_(context_.torque ? RigidDynamics::declare() : TranslationDynamics::declare()) {
     std::vector<ParamValue> values;
-    for (const ParamInfo& p : info.params) {
+    for (const ParamInfo& p : info_.params) {
       values.push_back(as_made && p.name == "dissipate_above" ? ParamValue(1e6) : p.default_value.value());
     }
-    node_ = info.create(values, context_);
+    node_ = info_.create(values, context_);
     dynamics_ = static_cast<DynamicsNode*>(node_.get());
     dynamics_->contacts.configure({});
     dynamics_->device.configure({QueuePolicy::drop_oldest, 4096});
@@ -42,6 +43,7 @@ class TactorStepper final : public Stepper {
 
   void report(Finding& finding) const override {
     Report report;
+    report.begin("dynamics", info_.metrics);
     dynamics_->report(report);
     for (const auto& [name, value] : report.metrics()) {
       if (name == "dynamics_damped_steps") finding.damped_steps = static_cast<std::int64_t>(value);
@@ -67,6 +69,7 @@ class TactorStepper final : public Stepper {
 
   const Trial& trial_;
   NodeContext context_;
+  NodeInfo info_;
   std::unique_ptr<Node> node_;
   DynamicsNode* dynamics_ = nullptr;
   Duration sample_;

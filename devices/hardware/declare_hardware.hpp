@@ -6,8 +6,8 @@
 
 namespace tactor {
 
-/// Adds the ports of DeviceNode and the parameters of HardwareParams to the declaration of device N; `defaults` are
-/// those of the device. Marks N as hardware.
+/// Adds the ports of DeviceNode, the parameters of HardwareParams and the metrics of HardwareDevice to the declaration
+/// of device N; `defaults` are those of the device. Marks N as hardware.
 template <class N>
 void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = {}) {
   using P = typename N::Params;
@@ -58,6 +58,29 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
              .min = 0,
              .max = 10,
              .above_min = true});
+  const auto count = [&declaration](const std::string& name, const std::string& doc, Better better) {
+    declaration.metric("device." + name, "1", doc, better);
+  };
+  count("link.cycles", "cycles of the line", Better::neither);
+  count("link.reconnects", "times that the line was opened anew", Better::lower);
+  count("link.skipped", "cycles that were skipped because an earlier one took too long", Better::lower);
+  for (int i = 1; i < link_error_count; ++i) {
+    const std::string error(name_of(static_cast<LinkError>(i)));
+    count("link.errors." + error, "failures of the line: " + error, Better::lower);
+  }
+  const auto latency = [&declaration](const std::string& name, const std::string& of, const char* missing) {
+    for (const auto& [end, which] : {std::pair{"p50", "median"}, {"p99", "99th percentile"}, {"max", "largest"}}) {
+      declaration.metric("device.link." + name + "." + end, "us", of + ", " + which, Better::lower)
+          .missing_where(missing);
+    }
+  };
+  latency("age_us", "age of the sample in use at a tick", "no sample comes");
+  latency("cycle_us", "time of a cycle of the line", "no cycle ends");
+  count("jumps", "samples in which an encoder jumped, which are not believed", Better::lower);
+  count("stuck", "times that an encoder stood still under a force", Better::lower);
+  count("limited_ticks", "ticks whose efforts were shortened to the device's own limits", Better::lower);
+  declaration.metric("device.velocity_cutoff_Hz", "Hz", "cutoff of the filter that estimates the handle's velocity",
+                     Better::neither);
 }
 
 }  // namespace tactor

@@ -60,6 +60,18 @@ NodeInfo SimulatedDevice::declare() {
           "path of the run under test.")
       .input("target", &D::target, {.doc = "where the hand is to be"});
   declare_device(declaration);
+  const auto not_closed = [](const Params& params, const MetricUse&) {
+    return std::string(params.loop == Loop::closed ? "" : "loop is open");
+  };
+  declaration
+      .metric("device.energy_generated_J", "J", "most energy that the commanded wrench had given to the handle, net",
+              Better::lower)
+      .left_out_when(not_closed)
+      .metric("device.max_speed_m_per_s", "m/s", "largest speed of the handle", Better::neither)
+      .left_out_when(not_closed)
+      .metric("device.unkept_path_samples", "1", "ticks beyond those whose path is kept for the reference run",
+              Better::lower)
+      .left_out_when(not_closed);
   declaration.output("truth", &D::truth, "the handle as it is")
       .choice("loop", &Params::loop, {{"open", Loop::open}, {"closed", Loop::closed}}, std::optional(Loop::open),
               "whether the commanded force moves the handle")

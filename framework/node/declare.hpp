@@ -60,9 +60,14 @@ class Declare {
     info_.details = std::move(text);
     return *this;
   }
+  /// What it does in the pipeline; sinks and actuators have theirs by being so.
+  Declare& role(Role role) {
+    info_.role = role;
+    return *this;
+  }
   Declare& sink() {
     info_.sink = true;
-    return *this;
+    return role(Role::sink);
   }
   Declare& unneeded(std::function<std::string(const Scene&)> reason) {
     info_.unneeded = std::move(reason);
@@ -72,7 +77,7 @@ class Declare {
   Declare& actuator() {
     info_.actuator = true;
     info_.lane = Lane::realtime;
-    return realtime_safe();
+    return role(Role::device).realtime_safe();
   }
   /// It talks to hardware, so that it runs with `clock: real` alone.
   Declare& hardware() {
@@ -229,6 +234,30 @@ class Declare {
       return *this;
     }
     TACTOR_DEMAND(!"the output is declared");
+    return *this;
+  }
+
+  /// A metric that the node's report() sets. `unit` is that of the value, which the name carries too.
+  Declare& metric(std::string name, std::string unit, std::string doc, Better better) {
+    info_.metrics.push_back({std::move(name), std::move(unit), std::move(doc), better});
+    return *this;
+  }
+  /// Nodes add to the metric just declared (Report::add) instead of setting it.
+  Declare& summed() {
+    info_.metrics.back().summed = true;
+    return *this;
+  }
+  /// Runs in which that happens do not report the metric just declared: `contact is never lost`.
+  Declare& missing_where(std::string event) {
+    info_.metrics.back().missing = std::move(event);
+    return *this;
+  }
+  /// The metric just declared is not reported where `test(params, use)` gives a reason.
+  Declare& left_out_when(std::function<std::string(const P&, const MetricUse&)> test) {
+    auto params = params_;
+    info_.metrics.back().left_out = [params, test](const std::vector<ParamValue>& values, const MetricUse& use) {
+      return test(assign_all(*params, values), use);
+    };
     return *this;
   }
 

@@ -23,7 +23,25 @@ std::optional<double> number_of(const ParamValue& value) {
   return std::nullopt;
 }
 
+constexpr std::array<std::string_view, role_count> role_names{"other",       "source",   "device",     "collision",
+                                                              "dynamics",    "coupling", "prediction", "interpolation",
+                                                              "force_field", "sink"};
+
 }  // namespace
+
+std::string_view name_of(Better better) {
+  constexpr std::array<std::string_view, 3> names{"lower", "higher", "neither"};
+  return names[static_cast<std::size_t>(better)];
+}
+
+std::string_view name_of(Role role) {
+  return role_names[static_cast<std::size_t>(role)];
+}
+
+Role role_of(std::string_view name) {
+  const auto* const found = std::find(role_names.begin(), role_names.end(), name);
+  return found == role_names.end() ? Role::other : static_cast<Role>(found - role_names.begin());
+}
 
 std::optional<ParamValue> next_coarser(const ParamInfo& info, const ParamValue& value) {
   const std::vector<ParamValue>& ladder = info.coarser;

@@ -130,6 +130,53 @@ struct OutputInfo {
   std::function<const MessageType&(const std::vector<ParamValue>&)> type_of{};
 };
 
+/// Which of two values of a metric is the better one.
+enum class Better : std::uint8_t { lower, higher, neither };
+/// `lower`, `higher` or `neither`.
+std::string_view name_of(Better better);
+
+/// What a node meets in a run, as far as it decides which of its metrics it reports.
+struct MetricUse {
+  bool torque = true;                    ///< the tool of the scene turns
+  bool reference = true;                 ///< the run is compared with its reference run
+  std::vector<std::string_view> inputs;  ///< those that something feeds
+  [[nodiscard]] bool is_fed(std::string_view input) const {
+    return std::find(inputs.begin(), inputs.end(), input) != inputs.end();
+  }
+};
+
+/// A metric that runs report.
+struct MetricInfo {
+  std::string name;        ///< dotted, and carries the unit; no name is the beginning of another
+  std::string unit = "1";  ///< of the value as it is reported
+  std::string doc;         ///< one line
+  Better better = Better::neither;
+  bool summed = false;  ///< nodes add to one value; else the second node's has the node's name in front
+  /// The runs that do not report it because of what happens in them: `contact is never lost`; empty: none.
+  std::string missing{};
+  /// Why the node does not report it, given the values of its parameters, or empty where it does; null: it does.
+  std::function<std::string(const std::vector<ParamValue>&, const MetricUse&)> left_out{};
+};
+
+/// What a node does in the pipeline.
+enum class Role : std::uint8_t {
+  other,
+  source,         ///< makes motion or force, or plays it back
+  device,         ///< what the hand holds
+  collision,      ///< finds contacts
+  dynamics,       ///< moves the bodies
+  coupling,       ///< makes the force on the device from tool and handle
+  prediction,     ///< expects the next forces, or learns how
+  interpolation,  ///< makes the force between results of the physics
+  force_field,    ///< makes the force from where the device is
+  sink,           ///< what a run is made for
+};
+inline constexpr std::size_t role_count = 10;
+/// `force_field`.
+std::string_view name_of(Role role);
+/// The role of that name; Role::other where there is none.
+Role role_of(std::string_view name);
+
 /// The keys that every node of a graph may have; no parameter has such a name.
 inline constexpr std::array<std::string_view, 7> node_keys{"type",   "cost",     "lane", "thread",
                                                            "policy", "priority", "cpu"};
@@ -160,6 +207,8 @@ struct NodeInfo {
   std::vector<InputInfo> inputs;
   std::vector<OutputInfo> outputs;
   std::vector<ParamInfo> params;
+  std::vector<MetricInfo> metrics;  ///< all that the node's report() may set or add to
+  Role role = Role::other;
   bool sink = false;                          ///< it is what a run is made for; never left out for lack of readers
   bool needs_torque = false;                  ///< it makes no sense in a translation-only scene
   bool actuator = false;                      ///< it drives a device: a run starts and stops around it

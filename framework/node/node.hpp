@@ -1,17 +1,14 @@
 // The node contract: a plain class with no thread, no lock and no clock of its own; an engine decides when it steps.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
-#include <map>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "framework/core/scene.hpp"
 #include "framework/core/time.hpp"
 #include "framework/node/port.hpp"
+#include "framework/node/report.hpp"
 
 namespace tactor {
 
@@ -62,56 +59,6 @@ class StepContext {
   std::int64_t work_ = 0;
 };
 
-/// A curve for plots: one value over time.
-struct Series {
-  std::string name;  ///< for example `commanded.x`
-  std::string unit;
-  std::vector<double> time;  ///< s
-  std::vector<double> value;
-};
-
-/// What nodes have to say after a run: metrics under dotted names, and curves.
-class Report {
- public:
-  /// What follows is said by this node. A metric or curve that another node has set already gets the node's name in
-  /// front.
-  void begin(std::string node) { node_ = std::move(node); }
-  /// Sets a metric. The name carries the unit (`delivered.force.rms_error_N`); no name is the beginning of another.
-  void set(std::string_view name, double value) {
-    const auto owner = owners_.try_emplace(std::string(name), node_).first;
-    if (owner->second.empty()) owner->second = node_;
-    slot(owner->second == node_ ? std::string(name) : node_ + "." + std::string(name)) = value;
-  }
-  /// Adds to a count that several nodes share (`fallbacks`).
-  void add(std::string_view name, double value) { slot(name) += value; }
-  void add_series(Series series) {
-    const auto same = [&series](const Series& s) { return s.name == series.name; };
-    if (std::any_of(series_.begin(), series_.end(), same)) series.name = node_ + "." + series.name;
-    series_.push_back(std::move(series));
-  }
-
-  /// Says something in words (`iris_orca at ...: 3 timeouts, the last ...`); a remark names what it is about.
-  void remark(std::string text) { remarks_.push_back(std::move(text)); }
-
-  [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }
-  [[nodiscard]] const std::vector<std::pair<std::string, double>>& metrics() const { return metrics_; }
-  [[nodiscard]] const std::vector<Series>& series() const { return series_; }
-
- private:
-  double& slot(std::string_view name) {
-    for (auto& [key, value] : metrics_) {
-      if (key == name) return value;
-    }
-    return metrics_.emplace_back(name, 0.0).second;
-  }
-
-  std::string node_;
-  std::map<std::string, std::string> owners_;  // metric -> the node that set it
-  std::vector<std::pair<std::string, double>> metrics_;
-  std::vector<Series> series_;
-  std::vector<std::string> remarks_;
-};
-
 /// A node. Its ports are members of the derived class; its constructor gets checked parameters and throws InputError
 /// on what only it can check (a broken mesh).
 class Node {
@@ -129,7 +76,8 @@ class Node {
   virtual void follow(const Node& tested) { static_cast<void>(tested); }
   /// True where a reference run depends on what this node did in the run under test (see `follow`).
   [[nodiscard]] virtual bool must_be_followed() const { return false; }
-  /// Called once after the run, with the reference set on the inputs that asked for it.
+  /// Called once after the run, with the reference set on the inputs that asked for it. Reports no metric that the
+  /// node's type does not declare.
   virtual void report(Report& report) const { static_cast<void>(report); }
 };
 

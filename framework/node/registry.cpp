@@ -25,6 +25,14 @@ void check(const NodeInfo& info) {
     throw InputError("the node type " + info.type + " declares the parameter \"" + param.name +
                      "\", which is a key of every node; give it another name");
   }
+  std::vector<std::string_view> metrics;
+  for (const MetricInfo& metric : info.metrics) {
+    if (std::find(metrics.begin(), metrics.end(), metric.name) != metrics.end()) {
+      throw InputError("the node type " + info.type + " declares the metric " + metric.name +
+                       " twice; declare it once");
+    }
+    metrics.push_back(metric.name);
+  }
   if (info.lane == Lane::realtime && (!info.realtime_safe || !info.rate_parameter)) {
     throw InputError("the node type " + info.type +
                      " declares the lane realtime, which expects steps that are real-time safe and a rate, found " +

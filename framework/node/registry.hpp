@@ -19,8 +19,9 @@ class Registry {
   explicit Registry(std::vector<std::filesystem::path> folders);
 
   /// Adds a node type, and the message types of its ports; a second node type of the same name aborts. Throws
-  /// InputError where a parameter has the name of a key that every node has, where the lane is `realtime` and the type
-  /// is not made for it, and where another node type has ports of another message type of the same name.
+  /// InputError where a parameter has the name of a key that every node has, where a metric is declared twice, where
+  /// the lane is `realtime` and the type is not made for it, and where another node type has ports of another message
+  /// type of the same name.
   void add(NodeInfo info);
   /// Makes a type known without a library, for tests and for programs that carry their own nodes.
   template <class N>

@@ -6,8 +6,8 @@
 
 namespace tactor {
 
-/// Adds the ports of DeviceNode and the parameters of DeviceParams to the declaration of device N, whose Params derive
-/// from it; `defaults` are those of the device. Marks N as an actuator.
+/// Adds the ports and metrics of DeviceNode and the parameters of DeviceParams to the declaration of device N, whose
+/// Params derive from it; `defaults` are those of the device. Marks N as an actuator.
 template <class N>
 void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) {
   using P = typename N::Params;
@@ -82,6 +82,21 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
        .default_value = defaults.dead_man_button,
        .min = 0,
        .max = 31});
+  const auto count = [&declaration](const std::string& name, const std::string& doc, Better better) {
+    declaration.metric("device." + name, "1", doc, better);
+  };
+  count("rejected_forces", "ticks whose wrench was not finite", Better::lower);
+  count("rejected_segments", "messages that were no fresh segments", Better::lower);
+  count("faults", "times that the safety gate went into fault", Better::lower);
+  count("stale", "times that no fresh segment came for stale_after", Better::lower);
+  count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max", Better::lower);
+  count("slewed_ticks", "ticks whose wrench changed faster than force_slew or torque_slew", Better::lower);
+  declaration.metric("device.engaged_share", "1", "share of the ticks at which the gate was engaged", Better::higher);
+  for (const SafetyCause cause : reported_causes) {
+    const std::string name(name_of(cause));
+    count("causes." + name, "times that the cause " + name + " came up", Better::lower);
+    declaration.missing_where("it never came up");
+  }
 }
 
 }  // namespace tactor

@@ -137,9 +137,7 @@ void DeviceNode::report(Report& report) const {
   set("slewed_ticks", gate_.slewed_ticks());
   const auto ticks = static_cast<double>(gate_.ticks());
   report.set("device.engaged_share", ticks > 0 ? static_cast<double>(gate_.engaged_ticks()) / ticks : 0.0);
-  for (const SafetyCause cause :
-       {SafetyCause::not_finite, SafetyCause::overspeed, SafetyCause::read_failed, SafetyCause::write_failed,
-        SafetyCause::time_reversed, SafetyCause::dead_man, SafetyCause::time_gap}) {
+  for (const SafetyCause cause : reported_causes) {
     if (gate_.count(cause) > 0) set("causes." + std::string(name_of(cause)), gate_.count(cause));
   }
 }

@@ -1,6 +1,7 @@
 // What every device does at a tick: read, evaluate the segment, pass the safety gate, write, and tell what happened.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "framework/core/messages.hpp"
@@ -22,6 +23,11 @@ struct DeviceSample {
   DeviceState state;
   Time time;  ///< of the state
 };
+
+/// The causes that each have a metric of their own.
+inline constexpr std::array<SafetyCause, 7> reported_causes{
+    SafetyCause::not_finite,    SafetyCause::overspeed, SafetyCause::read_failed, SafetyCause::write_failed,
+    SafetyCause::time_reversed, SafetyCause::dead_man,  SafetyCause::time_gap};
 
 enum class ReadResult : std::uint8_t {
   sample,   ///< there is a sample

@@ -16,10 +16,10 @@ Handle text_type() {
   return type;
 }
 
-bool write_attribute(hid_t file, const std::string& name, const std::string& value) {
+bool write_attribute(hid_t object, const std::string& name, const std::string& value) {
   const Handle type = text_type();
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-  const Handle attribute(H5Acreate2(file, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const Handle attribute(H5Acreate2(object, name.c_str(), type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   const char* text = value.c_str();
   return attribute && H5Awrite(attribute.get(), type.get(), &text) >= 0;
 }
@@ -39,6 +39,9 @@ bool write_column(hid_t file, const TableColumn& column) {
   const Handle data(H5Dcreate2(file, name.c_str(), type, space.get(), H5P_DEFAULT, settings.get(), H5P_DEFAULT),
                     H5Dclose);
   if (!data) return false;
+  for (const auto& [key, value] : column.attributes) {
+    if (!write_attribute(data.get(), key, value)) return false;
+  }
   const void* values = texts ? static_cast<const void*>(pointers.data()) : column.numbers.data();
   return H5Dwrite(data.get(), texts ? strings.get() : H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0;
 }

@@ -7,11 +7,12 @@
 
 namespace tactor {
 
-/// A column: texts or numbers, one a row; the other is empty.
+/// A column with what it says of itself: texts or numbers, one a row; the other is empty.
 struct TableColumn {
   std::string name;
   std::vector<std::string> texts;
   std::vector<double> numbers;  ///< NaN where there is none
+  std::vector<std::pair<std::string, std::string>> attributes{};
 };
 
 /// A table with what it says of itself. Every column has the same length.

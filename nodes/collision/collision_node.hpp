@@ -85,6 +85,7 @@ void declare_collision(Declare<N>& declaration) {
                               .default_value = 0.002,
                               .min = 0,
                               .max = 0.1})
+      .role(Role::collision)
       .on_thread("physics")
       .unneeded(nothing_to_hit);
 }

@@ -27,7 +27,8 @@ void declare_coupling(Declare<N>& declaration) {
           "torque_max", &P::torque_max,
           {.doc = "largest torque on the device, by norm", .unit = "N m", .default_value = 0.3, .min = 0})
       .formerly("parameters", "law")
-      .unneeded(nothing_moves);
+      .unneeded(nothing_moves)
+      .role(Role::coupling);
 }
 
 }  // namespace tactor

@@ -10,7 +10,7 @@
 
 namespace tactor {
 
-/// Adds the ports and the parameters that all kinds have to the declaration of dynamics N.
+/// Adds the ports, the parameters and the metrics that all kinds have to the declaration of dynamics N.
 template <class N>
 void declare_dynamics(Declare<N>& declaration) {
   using P = typename N::Params;
@@ -55,10 +55,29 @@ void declare_dynamics(Declare<N>& declaration) {
                "start the tool at the handle's first pose, so that the spring is slack")
       .coarser("substep", {2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2})
       .coarser("iterations", {std::int64_t{20}, std::int64_t{10}, std::int64_t{5}})
-      .unneeded(nothing_moves);
+      .unneeded(nothing_moves)
+      .role(Role::dynamics);
+  declaration.metric("dynamics_steps", "1", "sub-steps", Better::neither)
+      .summed()
+      .metric("dynamics_damped_steps", "1", "sub-steps that Newton's method did not solve: a damped step was taken",
+              Better::lower)
+      .summed()
+      .metric("dynamics_stopped_steps", "1", "sub-steps that nothing solved: the bodies were stopped", Better::lower)
+      .summed()
+      .metric("dynamics_contacts_left_out", "1", "contacts that could not be used", Better::lower)
+      .summed()
+      .metric("dynamics_rejected_samples", "1", "samples of the handle that were not finite", Better::lower)
+      .summed()
+      .metric("dynamics_energy_generated_J", "J", "energy that steps and new contacts made out of nothing",
+              Better::lower)
+      .metric("dynamics_energy_generated_max_J", "J", "most energy that one step or new contact made out of nothing",
+              Better::lower)
+      .metric("dynamics_energy_dissipated_J", "J", "energy that the steps dissipated", Better::neither)
+      .metric("dynamics_energy_taken_J", "J", "energy that `dissipate_above` took out of the velocities",
+              Better::neither);
 }
 
-/// Adds the parameters of the kinds whose bodies all have mass.
+/// Adds the parameters and metrics of the kinds whose bodies all have mass.
 template <class N>
 void declare_inertial(Declare<N>& declaration) {
   using P = typename N::Params;
@@ -91,6 +110,17 @@ void declare_inertial(Declare<N>& declaration) {
            .max = 1e6})
       .coarser("error_estimate", {false})
       .coarser("substep_tolerance", {1e-7, 1e-6, 1e-5, 1e-4});
+  const auto not_estimated = [](const P& params, const MetricUse&) {
+    const bool is_estimated = params.error_estimate || params.substep_tolerance > 0;
+    return std::string(is_estimated ? "" : "error_estimate is false and substep_tolerance is 0");
+  };
+  declaration
+      .metric("dynamics_position_error_max_m", "m",
+              "largest position error of the tool that a sample of the handle adds, estimated", Better::lower)
+      .left_out_when(not_estimated)
+      .metric("dynamics_position_error_mean_m", "m",
+              "mean position error of the tool that a sample of the handle adds, estimated", Better::lower)
+      .left_out_when(not_estimated);
 }
 
 }  // namespace tactor

@@ -68,7 +68,16 @@ NodeInfo GridForceField::declare() {
              .default_value = 8,
              .min = 0,
              .above_min = true})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"});
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .role(Role::force_field)
+      .metric("forcefield.nodes_stored", "1", "grid nodes that were stored", Better::neither)
+      .metric("forcefield.nodes_evicted", "1", "grid nodes that had to make room for others", Better::lower)
+      .metric("forcefield.memory_bytes", "byte", "memory of the grid", Better::lower)
+      .metric("forcefield.stored_ticks", "1", "ticks at which all nodes around the device were stored", Better::higher)
+      .metric("forcefield.extrapolated_ticks", "1", "ticks at which some nodes around the device were extrapolated",
+              Better::lower)
+      .metric("forcefield.held_ticks", "1", "ticks that held the newest physics force", Better::lower)
+      .metric("forcefield.rejected_samples", "1", "forces that could not be stored", Better::lower);
   return d.info();
 }
 

@@ -159,7 +159,17 @@ NodeInfo RbfForceField::declare() {
                 .max = 100'000'000})
       .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .formerly("coupling", "law")
-      .check(check);
+      .check(check)
+      .role(Role::force_field)
+      .metric("forcefield.centres", "1", "basis functions", Better::neither)
+      .metric("forcefield.memory_bytes", "byte", "memory of the field", Better::lower)
+      .metric("forcefield.solver_residual", "1", "residual of the fit's linear system, relative", Better::lower)
+      .metric("forcefield.residual_median_N", "N", "median error at points that were not fitted", Better::lower)
+      .metric("forcefield.residual_rms_N", "N", "RMS error at points that were not fitted", Better::lower)
+      .metric("forcefield.residual_max_N", "N", "largest error at points that were not fitted", Better::lower)
+      .metric("forcefield.unsettled_samples", "1", "lattice points at which no balance was found", Better::lower)
+      .metric("forcefield.outside_ticks", "1", "ticks at which the device was outside the region", Better::neither)
+      .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower);
   return d.info();
 }
 

@@ -36,6 +36,8 @@ NodeInfo Blend::declare() {
       .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
+      .role(Role::interpolation)
+      .metric("interpolation.late", "1", "forecasts that came after the last step of the one before", Better::lower)
       .info();
 }
 

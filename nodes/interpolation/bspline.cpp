@@ -49,7 +49,13 @@ NodeInfo BSpline::declare() {
               {{"paper", Join::paper}, {"hermite", Join::hermite}, {"continuous", Join::continuous}},
               std::optional(Join::hermite),
               "the segment as printed in the paper, or one that goes on from the displayed curve with C1 or with C2");
-  return declare_period(node).cheaper("interpolation.linear").cheaper("interpolation.none").info();
+  return declare_period(node)
+      .cheaper("interpolation.linear")
+      .cheaper("interpolation.none")
+      .role(Role::interpolation)
+      .metric("interpolation.late", "1", "forecasts that came after the end of the segment", Better::lower)
+      .metric("interpolation.early", "1", "forecasts that came before the end of the segment", Better::neither)
+      .info();
 }
 
 BSpline::BSpline(const Params& params, const NodeContext& context)

@@ -24,6 +24,7 @@ NodeInfo CatmullRom::declare() {
               std::optional(Start::predicted), "the force that the segment starts at: F_t, or the first step predicted")
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
+      .role(Role::interpolation)
       .info();
 }
 

@@ -42,6 +42,9 @@ NodeInfo declare_hermite(const char* type, const char* summary, const std::strin
               "between the steps of the forecast: straight lines, or the cubic through the nearest four")
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
+      .role(Role::interpolation)
+      .metric("interpolation.late", "1", "forecasts that came after the end of the segment", Better::lower)
+      .metric("interpolation.early", "1", "forecasts that came before the end of the segment", Better::neither)
       .info();
 }
 

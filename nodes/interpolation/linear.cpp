@@ -15,7 +15,7 @@ NodeInfo LinearInterpolation::declare() {
       .realtime_safe()
       .input("forecast", &LinearInterpolation::forecast, {.doc = "the force to go to", .trigger = Trigger::yes})
       .output("segment", &LinearInterpolation::segment, "a line over one estimated period");
-  return declare_period(node).cheaper("interpolation.none").info();
+  return declare_period(node).cheaper("interpolation.none").role(Role::interpolation).info();
 }
 
 LinearInterpolation::LinearInterpolation(const Params& params, const NodeContext&) : period_(params) {}

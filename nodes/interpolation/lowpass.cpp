@@ -23,6 +23,7 @@ NodeInfo LowPass::declare() {
       .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
+      .role(Role::interpolation)
       .info();
 }
 

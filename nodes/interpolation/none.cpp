@@ -10,6 +10,7 @@ NodeInfo NoInterpolation::declare() {
       .realtime_safe()
       .input("forecast", &NoInterpolation::forecast, {.doc = "the force to display", .trigger = Trigger::yes})
       .output("segment", &NoInterpolation::segment, "a constant")
+      .role(Role::interpolation)
       .info();
 }
 

@@ -80,7 +80,17 @@ NodeInfo Rollout::declare() {
       .unneeded(nothing_moves)
       .haptic_rate(&Params::rate, {.doc = "ticks a second"});
   declare_rollout(node);
-  return node.info();
+  return node.role(Role::interpolation)
+      .metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
+      .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
+      .metric("rollout.forecast_ticks", "1", "ticks that fell back to the forecast", Better::lower)
+      .metric("rollout.held_ticks", "1", "ticks that held the force of the newest result", Better::lower)
+      .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower)
+      .summed()
+      .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower)
+      .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
+      .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower)
+      .info();
 }
 
 Rollout::Rollout(const Params& params, const NodeContext& context)

@@ -18,6 +18,7 @@ NodeInfo KalmanPredictor::declare() {
       "the sample itself.\n"
       "Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), 6.2.");
   declare_predictor(node)
+      .metric("prediction.restarts", "1", "times that a sample beyond `gate` started the filter anew", Better::neither)
       .choice(
           "model", &Params::model,
           {{"constant_velocity", Trend::constant_velocity}, {"constant_acceleration", Trend::constant_acceleration}},

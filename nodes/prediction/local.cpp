@@ -8,6 +8,36 @@
 
 namespace tactor {
 
+namespace {
+
+void declare_metrics(Declare<LocalPredictor>& node) {
+  node.metric("prediction.resimulated_samples", "1", "samples of the handle simulated anew, mean of a result",
+              Better::neither)
+      .metric("prediction.rejected_results", "1", "physics results that were not usable", Better::lower)
+      .summed()
+      .metric("prediction.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
+      .summed()
+      .metric("prediction.failed_steps", "1", "steps that were not solved", Better::lower)
+      .summed();
+  const auto fit = [&node](const char* name, const char* doc, Better better) {
+    node.metric(std::string("local.fit.") + name, "1", doc, better)
+        .left_out_when([](const LocalPredictor::Params& params, const MetricUse& use) {
+          if (!params.fit) return std::string("fit is false");
+          return std::string(use.is_fed("state") ? "" : "nothing feeds the input state");
+        });
+  };
+  fit("stiffness_scale", "scale of stiffness and damping of contacts at the end", Better::neither);
+  fit("friction_excess", "excess of the friction of contacts at the end", Better::neither);
+  fit("results", "physics results that the fit used", Better::neither);
+  fit("friction_results", "physics results that told the fit of the friction", Better::neither);
+  fit("left_out", "physics results that the fit could not use", Better::neither);
+  fit("silent", "physics results whose force no contact known explains", Better::lower);
+  fit("surprises", "physics results beyond three standard deviations", Better::lower);
+  fit("resets", "times that the fit began anew", Better::lower);
+}
+
+}  // namespace
+
 NodeInfo LocalPredictor::declare() {
   Declare<LocalPredictor> node("prediction.local",
                                "Simulates the tool from each physics result to now, against the contacts around it.");
@@ -59,8 +89,10 @@ NodeInfo LocalPredictor::declare() {
              .max = 100})
       .real("friction_scale", &Params::friction_scale,
             {.doc = "multiplies the friction of contacts, likewise", .default_value = 1, .min = 0, .max = 100})
-      .unneeded(nothing_moves);
+      .unneeded(nothing_moves)
+      .role(Role::prediction);
   declare_rollout(node);
+  declare_metrics(node);
   return node.formerly("coupling", "law").coarser("curvature", {false}).coarser("resimulate", {false}).info();
 }
 

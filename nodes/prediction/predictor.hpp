@@ -55,12 +55,14 @@ class Predictor : public Node {
   NewMessages<Wrench> samples_;
 };
 
-/// Adds the input `force`, the output `forecast`, the device's limits and the period estimate.
+/// Adds the input `force`, the output `forecast`, the device's limits, the period estimate and the guard's metrics.
 template <class N>
 Declare<N>& declare_predictor(Declare<N>& node) {
   using P = typename N::Params;
+  ForecastGuard::declare(node);
   // A pointer to a member of the base does not deduce as one of N.
-  node.realtime_safe()
+  node.role(Role::prediction)
+      .realtime_safe()
       .input(
           "force", static_cast<Input<Wrench> N::*>(&N::force),
           {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})

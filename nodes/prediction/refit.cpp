@@ -141,6 +141,18 @@ NodeInfo Refitter::declare() {
       .coarser("period", {std::int64_t{2}, std::int64_t{4}, std::int64_t{8}, std::int64_t{16}})
       .formerly("detrend", "remove")
       .formerly("model_structure", "products")
+      .role(Role::prediction)
+      .metric("refits", "1", "fits of the coefficients", Better::neither)
+      .metric("refit.rejected", "1", "fits of force or torque of samples that hold no energy: order 0 was sent",
+              Better::lower)
+      .metric("refit.rejected_samples", "1", "samples that were not finite", Better::lower)
+      .metric("refit.unstable", "1", "fits that were not stable, and were replaced or shrunk", Better::lower)
+      .metric("refit.force_order_mean", "1", "order of the model of force, mean of the fits", Better::neither)
+      .missing_where("no fit is made")
+      .metric("refit.spectral_radius_median", "1", "spectral radius of the models of force, median", Better::neither)
+      .missing_where("no fit is made")
+      .metric("refit.spectral_radius_max", "1", "spectral radius of the models of force, largest", Better::neither)
+      .missing_where("no fit is made")
       .info();
 }
 

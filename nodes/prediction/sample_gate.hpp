@@ -5,7 +5,7 @@
 #include <span>
 
 #include "framework/core/spatial.hpp"
-#include "framework/node/node.hpp"
+#include "framework/node/declare.hpp"
 
 namespace tactor {
 
@@ -61,6 +61,25 @@ class ForecastGuard {
   /// Counts a prediction that was held because the history is still too short.
   void count_warm_up() { ++warm_up_; }
 
+  /// Declares what `report` adds to.
+  template <class N>
+  static void declare(Declare<N>& node) {
+    node.metric("fallbacks", "1", "predictions that were repaired, or held because nothing better could be computed",
+                Better::lower)
+        .summed()
+        .metric("prediction.rejected_samples", "1", "samples that were not finite, or too late to be used",
+                Better::lower)
+        .summed()
+        .metric("prediction.not_finite", "1", "parts of predictions that were not finite: a step was held",
+                Better::lower)
+        .summed()
+        .metric("prediction.clamped", "1", "parts of predictions that were shortened to the device's limit",
+                Better::lower)
+        .summed()
+        .metric("prediction.warm_up", "1", "predictions that were held because too little had been seen",
+                Better::neither)
+        .summed();
+  }
   void report(Report& report) const {
     report.add("fallbacks", static_cast<double>(fallbacks_));
     report.add("prediction.rejected_samples", static_cast<double>(rejected_));

@@ -45,12 +45,142 @@ void drain(NewMessages<T>& messages, Input<T>& in, Of of) {
   while (messages.next(in, m)) of(m);
 }
 
+constexpr const char* too_short = "fewer than three commands come after `settle`";
+
+std::string without_reference(const MetricUse& use) {
+  return use.reference ? "" : "no reference run is made";
+}
+std::string without_torque(const MetricUse& use) {
+  return use.torque ? "" : "the scene is translation-only";
+}
+std::string without_input(const MetricUse& use, const char* input) {
+  return use.is_fed(input) ? "" : string("nothing feeds the input ") + input;
+}
+
+/// Declares the metrics of one part of a wrench.
+class PartMetrics {
+ public:
+  /// `name` and `suffix` as the metrics' names have them, `unit` as tables show it.
+  PartMetrics(Declare<Metrics>& node, const char* name, string suffix, string unit)
+      : node_(node), name_(name), suffix_(std::move(suffix)), unit_(std::move(unit)) {}
+
+  void declare() {
+    const string delivered = "delivered." + name_ + ".", reference = "reference." + name_ + ".";
+    const string first = unit_ + "/ms", second = unit_ + "/ms^2";
+    add(delivered + "rms_d1_" + suffix_ + "_per_ms", first, "RMS first difference", Better::neither, false);
+    add(delivered + "rms_d2_" + suffix_ + "_per_ms2", second, "RMS second difference", Better::lower, false);
+    add(delivered + "max_step_" + suffix_, unit_, "largest step between two commands", Better::lower, false);
+    add(reference + "rms_" + suffix_, unit_, "RMS of the reference", Better::neither, true);
+    add(reference + "rms_d1_" + suffix_ + "_per_ms", first, "RMS first difference of the reference", Better::neither,
+        true);
+    add(reference + "rms_d2_" + suffix_ + "_per_ms2", second, "RMS second difference of the reference", Better::neither,
+        true);
+    add(reference + "max_step_" + suffix_, unit_, "largest step of the reference between two commands", Better::neither,
+        true);
+    add(delivered + "rms_d2_excess_" + suffix_ + "_per_ms2", second, "RMS second difference less that of the reference",
+        Better::lower, true);
+    add(delivered + "rms_error_" + suffix_, unit_, "RMS error against the reference", Better::lower, true);
+    add(delivered + "max_error_" + suffix_, unit_, "largest error against the reference", Better::lower, true);
+    add(delivered + "error_above_30hz_" + suffix_, unit_, "RMS of the error above 30 Hz", Better::lower, true,
+        string(too_short) + ", or commands come at 60 Hz or slower");
+    add(delivered + "delay_ms", "ms", "delay behind the reference; positive: late", Better::lower, true,
+        string(too_short) + ", or the cross-correlation has no peak");
+    add(delivered + "share_beyond_jnd", "1", "share of the time in which the error can be felt", Better::lower, true);
+    const string no_loss = string(too_short) + ", or contact is never lost";
+    add(delivered + "overshoot_after_loss_" + suffix_, unit_,
+        "largest pull towards the surface after contact was lost, beyond the reference's", Better::lower, true,
+        no_loss);
+    add(delivered + "ghost_after_loss_" + suffix_, unit_,
+        "largest push away from the surface late after contact was lost", Better::lower, true, no_loss);
+
+    const string one_step = "one_step." + name_ + ".";
+    add_one_step(one_step + "rms_error_" + suffix_, "RMS error of the first step predicted", Better::lower);
+    add_one_step(one_step + "rms_error_hold_" + suffix_, "RMS error that a hold would have", Better::neither);
+
+    const string physics = "physics." + name_ + ".";
+    const string no_result = "no physics result comes after `settle` and before the end of the reference run";
+    add(physics + "rms_error_" + suffix_, unit_, "RMS error of the physics results at their stamps", Better::lower,
+        true, no_result);
+    add(physics + "max_error_" + suffix_, unit_, "largest error of the physics results at their stamps", Better::lower,
+        true, no_result);
+  }
+
+ private:
+  void add(string name, string unit, string doc, Better better, bool needs_reference, string missing = too_short) {
+    const bool is_torque = name_ == "torque";
+    node_.metric(std::move(name), std::move(unit), std::move(doc), better)
+        .missing_where(std::move(missing))
+        .left_out_when([is_torque, needs_reference](const Metrics::Params&, const MetricUse& use) {
+          string why = is_torque ? without_torque(use) : string();
+          return !why.empty() || !needs_reference ? why : without_reference(use);
+        });
+  }
+  void add_one_step(string name, string doc, Better better) {
+    const bool is_torque = name_ == "torque";
+    node_.metric(std::move(name), unit_, std::move(doc), better)
+        .missing_where("no physics result comes after a forecast that comes after `settle`")
+        .left_out_when([is_torque](const Metrics::Params&, const MetricUse& use) {
+          string why = is_torque ? without_torque(use) : string();
+          return why.empty() ? without_input(use, "forecast") : why;
+        });
+  }
+
+  Declare<Metrics>& node_;
+  string name_, suffix_, unit_;
+};
+
+void declare_metrics(Declare<Metrics>& node) {
+  PartMetrics(node, "force", "N", "N").declare();
+  PartMetrics(node, "torque", "Nm", "N m").declare();
+  const char* const no_rate = "fewer than two physics results come, or none after `settle`";
+  node.metric("physics.steps", "1", "physics results", Better::neither)
+      .metric("physics.rate_hz_min", "Hz", "lowest rate of the physics over ten intervals", Better::neither)
+      .missing_where(no_rate)
+      .metric("physics.rate_hz_max", "Hz", "highest rate of the physics over ten intervals", Better::neither)
+      .missing_where(no_rate)
+      .metric("physics.rate_hz_median", "Hz", "median rate of the physics over ten intervals", Better::neither)
+      .missing_where(no_rate);
+  const auto without_state = [](const Metrics::Params&, const MetricUse& use) { return without_input(use, "state"); };
+  const char* const no_state = "no state comes after `settle`";
+  node.metric("contacts.max", "1", "most contacts that carried force", Better::neither)
+      .missing_where(no_state)
+      .left_out_when(without_state)
+      .metric("contacts.median", "1", "median number of contacts that carried force", Better::neither)
+      .missing_where(no_state)
+      .left_out_when(without_state);
+  const auto unwatched = [](const Metrics::Params&, const MetricUse& use) {
+    return use.is_fed("state") ? string() : without_input(use, "device");
+  };
+  const auto without_rest = [unwatched](const Metrics::Params& params, const MetricUse& use) {
+    return params.rest.ns == 0 ? string("rest is 0") : unwatched(params, use);
+  };
+  const char* const unseen = "fewer than two samples of handle and tool come";
+  node.metric("stability.verdict", "1", "0 stable, 1 limit cycle, 3 energy from nowhere, 4 not finite", Better::lower)
+      .missing_where(unseen)
+      .left_out_when(unwatched)
+      .metric("stability.peak_energy_J", "J", "most energy that the tool had at a time", Better::neither)
+      .missing_where(unseen)
+      .left_out_when(unwatched)
+      .metric("stability.passivity_violation_J", "J", "most energy that the hand got beyond what it had given",
+              Better::lower)
+      .missing_where(unseen)
+      .left_out_when(unwatched)
+      .metric("stability.oscillation_amplitude_m", "m", "amplitude of the tool's oscillation over `rest`",
+              Better::lower)
+      .missing_where(unseen)
+      .left_out_when(without_rest)
+      .metric("stability.oscillation_frequency_Hz", "Hz", "frequency of the tool's oscillation over `rest`",
+              Better::neither)
+      .missing_where(unseen)
+      .left_out_when(without_rest);
+}
+
 }  // namespace
 
 NodeInfo Metrics::declare() {
   const Queue every{QueuePolicy::drop_oldest, 64};
-  return Declare<Metrics>("sink.metrics", "Judges the delivered force: error, delay and smoothness.")
-      .sink()
+  Declare<Metrics> node("sink.metrics", "Judges the delivered force: error, delay and smoothness.");
+  node.sink()
       .details(
           "delivered.*: `commanded` against the physics force of the reference run at the same time: RMS and largest "
           "error, RMS of the error above 30 Hz (Butterworth of fourth order forwards and backwards, so without a "
@@ -125,8 +255,9 @@ NodeInfo Metrics::declare() {
              .unit = "m",
              .default_value = 1e-4,
              .min = 0})
-      .formerly("rest_peak_to_peak", "rest_swing")
-      .info();
+      .formerly("rest_peak_to_peak", "rest_swing");
+  declare_metrics(node);
+  return node.info();
 }
 
 Metrics::Metrics(const Params& params, const NodeContext& context) : params_(params), torque_(context.torque) {

@@ -13,6 +13,7 @@ NodeInfo PhysicsSource::declare() {
       .input("recorded", &PhysicsSource::recorded,
              {.doc = "the true force, at a higher rate", .trigger = Trigger::yes, .queue = {QueuePolicy::latest, 1}})
       .output("force", &PhysicsSource::force, "the newest of them")
+      .role(Role::source)
       .info();
 }
 

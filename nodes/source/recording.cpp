@@ -133,6 +133,7 @@ NodeInfo RecordingSource::declare() {
            .default_value = 1,
            .min = 1,
            .max = 100})
+      .role(Role::source)
       .info();
 }
 

@@ -147,6 +147,7 @@ NodeInfo TrajectorySource::declare() {
             {.doc = "upper end of the tremor's band", .unit = "Hz", .default_value = 12, .min = 0, .max = 500})
       .integer("tremor_components", &Params::tremor_components,
                {.doc = "sinusoids on each axis", .default_value = 16, .min = 1, .max = 256})
+      .role(Role::source)
       .info();
 }
 

@@ -53,6 +53,8 @@ class Judge final : public Node {
     return Declare<Judge>("test.judge", "Finds no error.")
         .sink()
         .input("in", &Judge::in, {.trigger = Trigger::yes})
+        .metric("delivered.force.rms_error_N", "N", "none", Better::lower)
+        .metric("delivered.force.max_error_N", "N", "none", Better::lower)
         .info();
   }
   void step(StepContext&) override {}

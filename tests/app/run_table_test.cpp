@@ -28,7 +28,8 @@ RunRecord record(std::size_t number) {
   r.result.duration_s = 2;
   r.result.cpu_s = 0.375;
   r.result.metrics = {{"z.last_N", 0.1}, {"a.first", std::numeric_limits<double>::quiet_NaN()}, {"inf", INFINITY}};
-  r.result.nodes = {{"device", "device.simulated", 2000, 1, 0.5, 0.75, 0.001}};
+  r.result.nodes = {{"device", "device.simulated", Role::device, 2000, 1, 0.5, 0.75, 0.001}};
+  r.result.declared.emplace("z.last_N", MetricInfo{"z.last_N", "N", "the last", Better::lower});
   r.result.series = {{"one_step_error", "N", {0, 1}, {0.25, -0.5}}};
   r.result.chosen = {{"collision", "collision.auto", "collision.sdf", "it is a mesh"}};
   r.result.left_out = {{"torque", "nothing turns"}};
@@ -73,7 +74,12 @@ BOOST_AUTO_TEST_CASE(runs_are_read_as_they_were_added) {
   BOOST_TEST(std::isnan(whole.result.metrics[1].second));
   BOOST_TEST(std::isinf(whole.result.metrics[2].second));
   BOOST_TEST(whole.result.nodes[0].steps == 2000U);
+  BOOST_CHECK(whole.result.nodes[0].role == Role::device);
   BOOST_TEST(whole.result.nodes[0].p99_us == 0.75);
+  BOOST_TEST(table.declared().size() == 1U);
+  BOOST_TEST(table.declared().at("z.last_N").unit == "N");
+  BOOST_TEST(table.declared().at("z.last_N").doc == "the last");
+  BOOST_CHECK(table.declared().at("z.last_N").better == Better::lower);
   BOOST_TEST(whole.result.series[0].value == record(1).result.series[0].value, boost::test_tools::per_element());
   BOOST_TEST(whole.result.chosen[0].why == "it is a mesh");
   BOOST_TEST(whole.result.left_out[0].what == "torque");

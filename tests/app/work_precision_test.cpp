@@ -83,6 +83,17 @@ BOOST_AUTO_TEST_CASE(points_are_on_the_curve_of_their_method_and_swaps) {
   BOOST_CHECK(front_of(all) == std::vector<bool>({false, false, true, true}));
 }
 
+BOOST_AUTO_TEST_CASE(the_direction_and_the_unit_of_the_error_are_those_that_are_declared) {
+  Study study = two_methods({}, StudyTime::both);
+  MetricInfo& error = study.comparison.declared["delivered.force.rms_error_N"];
+  error = {"delivered.force.rms_error_N", "N/ms^2", "something", Better::higher};
+  const WorkPrecision found = work_precision(study);
+  BOOST_TEST(found.error_label == "something, N/ms²");
+  BOOST_CHECK(front_of(found.graphs[0].points) == std::vector<bool>({true, false, false, false}));
+  error.better = Better::lower;
+  BOOST_CHECK(front_of(work_precision(study).graphs[0].points) == std::vector<bool>({false, false, true, true}));
+}
+
 BOOST_AUTO_TEST_CASE(bounds_are_on_no_front_and_undercut_nothing) {
   const WorkPrecision found = work_precision(two_methods({"line"}, StudyTime::both));
   const std::vector<WorkPoint>& all = found.graphs[0].points;

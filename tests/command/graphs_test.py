@@ -1,5 +1,6 @@
 """Every shipped graph is checked, and run for a while."""
 import math
+import re
 import unittest
 
 import yaml
@@ -49,6 +50,19 @@ class ShippedGraphs(CommandTest):
                 summary = self.run_graph(graph, "--duration", "0.4")
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
                 self.assertEqual(summary["drops"], 0)
+                self.assert_has_metrics(summary, graph)
+
+    def assert_has_metrics(self, summary, graph):
+        """Of the metrics told before the run, those are in the summary that no event in it decides. (Of others than
+        these that a run reports, the run itself fails.)"""
+        said = self.run_ok("check", "--metrics", graph).stdout.partition("\nmetrics\n")[2].partition("\n\n")[0]
+        told = [name for name, what in re.findall(r"(?m)^  (\S+) \(.*\)\n      (.*)$", said) if "missing where" not in what]
+        self.assertGreater(len(told), 5)
+        for name in told:
+            at = summary
+            for part in name.split("."):
+                self.assertIn(part, at, name)
+                at = at[part]
 
     def test_live_graphs_say_their_clock_lanes_and_settings(self):
         graphs = list(shipped(clock="real"))

@@ -169,6 +169,8 @@ class Table(StudyTest):
             self.assertEqual(list(file["delivered.force.rms_error_N"]),
                              [float(line["delivered.force.rms_error_N"]) for line in lines])
             self.assertTrue((file["cpu_ms_per_s"][...] > 0).all())
+            attributes = file["delivered.force.rms_error_N"].attrs
+            self.assertEqual((attributes["unit"], attributes["better"]), ("N", "lower"))
 
 
 class Designs(StudyTest):
@@ -238,9 +240,43 @@ class Failures(StudyTest):
         self.bad(graph + "reference: none\nreport: work_precision\n", "study.yaml:3:12: ", "reference: none: expected another report")
         self.bad(graph + "reference: nobody\n", "study.yaml:3:12: ", "own, none")
 
-    def test_a_metric_that_nothing_reports_is_told(self):
-        result = self.study(f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\nmetrics: [delivered.force.rms_eror_N]\n", "out")
-        self.assertIn('delivered.force.rms_eror_N: no run reports it; did you mean "delivered.force.rms_error_N"?', result.stderr)
+    def test_a_metric_that_no_run_reports_is_refused_before_the_first(self):
+        graph = f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\n"
+        self.bad(graph + "metrics: [delivered.force.rms_eror_N]\n", "study.yaml:4:11: metrics: expected a metric that a run",
+                 'found delivered.force.rms_eror_N; did you mean "delivered.force.rms_error_N"?')
+        self.bad(graph + "metrics: [drops, delivered.torque.rms_error_Nm]\n", "study.yaml:4:18: ",
+                 "delivered.torque.rms_error_Nm, which no run reports: the scene is translation-only")
+        self.bad(graph + "metrics: [rollout.ticks]\n", "no graph has a node of the type interpolation.rollout")
+        self.bad(graph + "reference: none\nmetrics: [delivered.force.delay_ms]\n", "study.yaml:5:11: ", "no reference run is made")
+        self.bad(graph + "report: {kind: work_precision, error: physics.force.rms_eror_N}\n", "study.yaml:4:39: report.error: ",
+                 'did you mean "physics.force.rms_error_N"?')
+        self.bad(graph + "report: {kind: work_precision, error: physics.steps}\n", "of which neither is")
+        self.assertFalse((self.folder / "bad" / "study.sqlite").exists())
+
+    def test_a_metric_of_some_configurations_alone_is_shown(self):
+        refit = GRAPHS / "methods/refit.yaml"
+        text = f"graphs: [{RECORDED}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {refit}]\nseeds: 1\nduration: 0.6 s\nmetrics: [refit.unstable, delivered.force.rms_error_N]\n"
+        self.study(text, "out")
+        hold, other = self.lines("out")
+        self.assertEqual(hold["refit.unstable"], "")
+        self.assertGreaterEqual(float(other["refit.unstable"]), 0)
+        self.bad(text.replace(f", {refit}", ""), "refit.unstable, which no run reports: no graph has a node of the type prediction.refit")
+
+    def test_units_and_directions_are_those_that_the_nodes_declare(self):
+        self.study(f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\nmetrics: [delivered.force.rms_d2_N_per_ms2, physics.steps]\n", "out")
+        metrics = json.loads(self.bytes_of("out", "study.json"))["rows"][0]["metrics"]
+        for name, unit, better in (("delivered.force.rms_d2_N_per_ms2", "N/ms^2", "lower"), ("physics.steps", "1", "neither"),
+                                   ("cpu_ms_per_s", "ms/s", "lower"), ("cost_us.prediction.median", "us", "lower")):
+            self.assertEqual((metrics[name]["unit"], metrics[name]["better"]), (unit, better), name)
+        declared = dict((name, (unit, better)) for name, unit, better in self.table("out", "SELECT name, unit, better FROM declared"))
+        self.assertEqual(declared["delivered.force.delay_ms"], ("ms", "lower"))
+        page = self.bytes_of("out", "report.html").decode()
+        self.assertIn('<th title="RMS second difference">delivered.force.rms_d2_N_per_ms2 ↓</th>', page)
+        self.assertIn('<th title="physics results">physics.steps</th>', page)
+
+    def test_a_metric_that_did_not_come_up_is_told(self):
+        result = self.study(f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\nmetrics: [device.causes.dead_man, drops]\n", "out")
+        self.assertIn("device.causes.dead_man: no run has reported it; it is missing where it never came up", result.stderr)
 
 
 # A node behind the coupling that fails from then on.

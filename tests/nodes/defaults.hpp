@@ -35,6 +35,15 @@ inline NodeContext context_for(const Scene& scene) {
   return context;
 }
 
+/// What the node reports.
+template <class N>
+Report report_of(const N& node) {
+  Report report;
+  report.begin("test", N::declare().metrics);
+  node.report(report);
+  return report;
+}
+
 /// The message number i that the running step has sent.
 template <class T>
 const T& sent(const Output<T>& out, std::size_t i = 0) {

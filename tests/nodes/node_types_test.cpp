@@ -1,4 +1,5 @@
-// Every node type there is: its check refuses what its constructor refuses, and nothing else.
+// Every node type there is: its check refuses what its constructor refuses, and nothing else; its metrics and its role
+// are declared.
 #include <algorithm>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_int_distribution.hpp>
@@ -247,4 +248,65 @@ BOOST_FIXTURE_TEST_CASE(the_check_of_every_type_refuses_what_its_constructor_ref
   for (const char* type : {"collision.primitive", "collision.sdf", "forcefield.rbf", "modbus.actuator", "usb.device"}) {
     BOOST_TEST(refusals.contains(type) == checked.contains(type), type << " refused nothing that was tried");
   }
+}
+
+BOOST_FIXTURE_TEST_CASE(every_type_has_a_role, Fixture) {
+  std::map<Role, std::size_t> count;
+  for (const NodeInfo* info : registry.types()) {
+    BOOST_TEST((info->role != Role::other), info->type);
+    BOOST_TEST((info->role == Role::sink) == info->sink, info->type);
+    BOOST_TEST((info->role == Role::device) == info->actuator, info->type);
+    ++count[info->role];
+  }
+  BOOST_TEST(count.size() == role_count - 1);
+}
+
+BOOST_FIXTURE_TEST_CASE(types_that_report_the_same_metric_declare_it_alike, Fixture) {
+  std::map<std::string, const MetricInfo*> known;
+  for (const NodeInfo* info : registry.types()) {
+    for (const MetricInfo& metric : info->metrics) {
+      BOOST_TEST_CONTEXT(info->type << ": " << metric.name) {
+        BOOST_TEST(!metric.doc.empty());
+        BOOST_TEST(!metric.unit.empty());
+        const MetricInfo& first = *known.try_emplace(metric.name, &metric).first->second;
+        BOOST_TEST(metric.unit == first.unit);
+        BOOST_TEST((metric.better == first.better));
+        BOOST_TEST(metric.summed == first.summed);
+      }
+    }
+  }
+  BOOST_TEST(known.size() > 100U);
+  // Dotted names become nested objects in the summary, so a value cannot have others below it.
+  for (const auto& [name, metric] : known) {
+    const auto next = known.upper_bound(name + ".");
+    BOOST_TEST((next == known.end() || !next->first.starts_with(name + ".")), name);
+  }
+}
+
+BOOST_FIXTURE_TEST_CASE(the_unit_in_a_metrics_name_is_the_one_declared, Fixture) {
+  const std::map<std::string, std::string> units{{"_N", "N"},
+                                                 {"_Nm", "N m"},
+                                                 {"_m", "m"},
+                                                 {"_J", "J"},
+                                                 {"_Hz", "Hz"},
+                                                 {"_ms", "ms"},
+                                                 {"_N_per_ms", "N/ms"},
+                                                 {"_N_per_ms2", "N/ms^2"},
+                                                 {"_m_per_s", "m/s"},
+                                                 {"_Nm_per_ms", "N m/ms"},
+                                                 {"_Nm_per_ms2", "N m/ms^2"}};
+  std::size_t found = 0;
+  for (const NodeInfo* info : registry.types()) {
+    for (const MetricInfo& metric : info->metrics) {
+      // The longest one counts.
+      std::string suffix;
+      for (const auto& [end, unit] : units) {
+        if (metric.name.ends_with(end) && end.size() > suffix.size()) suffix = end;
+      }
+      if (suffix.empty()) continue;
+      ++found;
+      BOOST_TEST(metric.unit == units.at(suffix), info->type << ": " << metric.name);
+    }
+  }
+  BOOST_TEST(found > 30U);
 }

@@ -18,6 +18,8 @@ NodeInfo Judge::declare() {
       .sink()
       .input("scan", &Judge::scan,
              {.doc = "the scans", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
+      .metric("good_scans", "1", "scans that hold what the source sends", Better::higher)
+      .metric("bad_scans", "1", "scans that do not", Better::lower)
       .info();
 }
 

@@ -143,13 +143,12 @@ std::string record_setting(const Plan& plan, const std::vector<std::string>& ask
   if (!asked.empty()) return "record=" + flow_list(asked);
   std::vector<std::string> found;
   for (const NodeSpec& node : plan.nodes) {
-    const std::string stage = node.info->type.substr(0, node.info->type.find('.'));
-    for (const auto& [of, output] : {std::pair{"dynamics", "state"},
-                                     {"coupling", "force"},
-                                     {"device", "state"},
-                                     {"device", "commanded"},
-                                     {"collision", "contacts"}}) {
-      if (stage == of && node.info->output(output) != nullptr) found.push_back(node.name + "." + output);
+    for (const auto& [role, output] : {std::pair{Role::dynamics, "state"},
+                                       {Role::coupling, "force"},
+                                       {Role::device, "state"},
+                                       {Role::device, "commanded"},
+                                       {Role::collision, "contacts"}}) {
+      if (node.info->role == role && node.info->output(output) != nullptr) found.push_back(node.name + "." + output);
     }
   }
   return "record=" + flow_list(found);

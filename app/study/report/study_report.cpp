@@ -24,6 +24,13 @@ std::string ratio_cells(const Study& study, const ErrorRatio& ratio) {
   return "<td>" + ratio_text(ratio.delivered, seeds) + "</td><td>" + ratio_text(ratio.one_step, seeds) + "</td>";
 }
 
+/// A cell of a table's head, which tells what the metric is where the pointer rests on it.
+std::string head_cell(const Comparison& comparison, const Column& column, const char* tag) {
+  const MetricInfo* info = comparison.info(column.metric);
+  const std::string title = info == nullptr ? "" : " title=\"" + escape(info->doc) + "\"";
+  return fmt::format("<{0}{1}>{2}</{0}>", tag, title, escape(head_of(comparison, column)));
+}
+
 /// The deviation of the values, which fewer than two do not have.
 std::string deviation(const std::vector<double>& values) {
   return values.size() < 2 ? "-" : pretty(standard_deviation(values));
@@ -32,7 +39,7 @@ std::string deviation(const std::vector<double>& values) {
 std::string study_head(const Study& study, bool metrics) {
   std::string head = "<tr><th></th><th>delivered RMS, ratio</th><th>one-step RMS, ratio</th>";
   for (const Column& column : study.comparison.columns) {
-    if (metrics) head += "<th>" + escape(column.label) + "</th>";
+    if (metrics) head += head_cell(study.comparison, column, "th");
   }
   return "<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n";
 }
@@ -76,7 +83,7 @@ std::string study_chart(const Study& study) {
 }
 
 std::string compare_row_html(const Comparison& comparison, std::size_t c) {
-  std::string row = fmt::format("<tr><td>{}</td>", escape(comparison.columns[c].label));
+  std::string row = "<tr>" + head_cell(comparison, comparison.columns[c], "td");
   for (const CompareRow& graph : comparison.rows) {
     const std::vector<double> values = graph.done(graph.values[c]);
     row += fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)), deviation(values));
@@ -115,6 +122,10 @@ std::string significance_table(const Comparison& comparison, const std::string& 
       "<th>effect d</th><th>Wilcoxon p</th><th>delivered RMS N</th><th>95 %</th><th>effect d</th><th>Wilcoxon p</th>"
       "</tr></thead><tbody>\n{}</tbody></table></div>\n",
       escape(against), rows);
+}
+
+std::string arrows_html() {
+  return fmt::format("<p>{}</p>\n", arrows_text);
 }
 
 std::string failures_html(const Comparison& comparison) {
@@ -156,8 +167,8 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
     }
     rows += compare_row_html(comparison, c);
   }
-  body += "<h2>Error and run time</h2>\n<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n" + rows +
-          "</tbody></table></div>\n" + timing_html(timing);
+  body += "<h2>Error and run time</h2>\n" + arrows_html() + "<div class=\"wide\"><table><thead>" + head +
+          "</tr></thead><tbody>\n" + rows + "</tbody></table></div>\n" + timing_html(timing);
   body += significance_table(comparison, comparison.rows.front().graph) + failures_html(comparison);
 
   // Curves are kept of the first seed alone.
@@ -233,7 +244,7 @@ std::string study_report(const Study& study) {
       comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(),
       ratios.empty() ? "" : escape(ratios) + ", by the geometric mean, with their 95 % confidence interval over seeds",
       TACTOR_VERSION);
-  body += warnings_html(comparison);
+  body += warnings_html(comparison) + arrows_html();
   if (study.spec.graphs.size() > 1) {
     body += "<h2>All graphs</h2>\n" + study_head(study, false);
     for (std::size_t s = 0; s < configurations; ++s) {

@@ -59,11 +59,12 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
       table.add({"run time (CPU)"});
       in_run_times = true;
     }
-    std::vector<std::string> cells{comparison.columns[c].label};
+    std::vector<std::string> cells{head_of(comparison, comparison.columns[c])};
     for (const CompareRow& row : comparison.rows) cells.push_back(pretty(mean(row.done(row.values[c]))));
     table.add(std::move(cells));
   }
   out += table.text(columns);
+  out += fmt::format("\n  {}\n", arrows_text);
   out += lines_of(timing, "  ");
   out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
   out += judged_text(comparison);
@@ -99,12 +100,15 @@ std::string study_table(const Study& study, std::size_t columns) {
                metric("method_us_per_result"), metric("method_us_per_tick")});
   };
   using enum TextTable::Align;
+  const auto head = [&comparison](const char* text, std::string_view metric) {
+    return TextTable::Column{with_unit(comparison, text, metric), right};
+  };
   const TextTable empty({{""},
-                         {"RMS err N", right},
+                         head("RMS err", delivered_error),
                          {"ratio [95 %]", right},
-                         {"delay ms", right},
+                         head("delay", "delivered.force.delay_ms"),
                          {"2nd diff", right},
-                         {"1-step N", right},
+                         head("1-step", one_step_error),
                          {"ratio [95 %]", right},
                          {"us/result", right},
                          {"us/tick", right}});

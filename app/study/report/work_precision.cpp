@@ -92,10 +92,11 @@ WorkGraph points_of(const Study& study, std::string name, const std::vector<std:
   return out;
 }
 
-void mark_fronts(WorkGraph& graph, StudyTime time) {
+void mark_fronts(WorkGraph& graph, StudyTime time, Better better) {
   std::vector<double> error, run, tick;
+  const double sign = better == Better::higher ? -1 : 1;
   for (const WorkPoint& p : graph.points) {
-    error.push_back(p.bound || p.incomplete() ? std::nan("") : p.error.centre);  // pareto_front leaves it out
+    error.push_back(p.bound || p.incomplete() ? std::nan("") : sign * p.error.centre);  // pareto_front leaves it out
     run.push_back(p.ms_per_s.centre);
     tick.push_back(p.us_per_tick.centre);
   }
@@ -105,13 +106,6 @@ void mark_fronts(WorkGraph& graph, StudyTime time) {
     graph.points[p].front_run = time != StudyTime::tick && of_run[p];
     graph.points[p].front_tick = time != StudyTime::run && of_tick[p];
   }
-}
-
-/// The unit behind the last `_` of a metric's name.
-std::string label_of(const std::string& metric) {
-  const std::size_t at = metric.rfind('_');
-  if (at == std::string::npos || metric.size() - at > 6) return metric;
-  return metric.substr(0, at) + ", " + metric.substr(at + 1);
 }
 
 /// Marks of one curve: those with bars, and those of one seed alone, which has none.
@@ -140,7 +134,7 @@ struct Marks {
 
 Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPoint::*time, bool WorkPoint::*front,
                const std::string& y_label) {
-  Chart chart{graph.graph, label_of(found.error), y_label, {}, {}};
+  Chart chart{graph.graph, found.error_label, y_label, {}, {}};
   chart.log_x = chart.log_y = chart.close = true;
   std::vector<std::string> names;
   for (const WorkPoint& p : graph.points) {
@@ -225,7 +219,7 @@ std::string front_text(const WorkPoint& p) {
 
 std::string table_html(const WorkPrecision& found, const WorkGraph& graph) {
   std::string html =
-      "<div class=\"wide\"><table><thead><tr><th></th><th>" + escape(label_of(found.error)) +
+      "<div class=\"wide\"><table><thead><tr><th></th><th>" + escape(found.error_label) +
       "</th><th>CPU ms a simulated second</th><th>methods, µs a tick</th><th>not undercut by</th></tr></thead>"
       "<tbody>\n";
   for (const WorkPoint& p : graph.points) {
@@ -258,7 +252,12 @@ std::vector<bool> pareto_front(std::span<const double> x, std::span<const double
 }
 
 WorkPrecision work_precision(const Study& study) {
-  WorkPrecision found{study.spec.error, study.spec.time, {}};
+  WorkPrecision found{study.spec.error, study.spec.error, Better::lower, study.spec.time, {}};
+  if (const MetricInfo* info = study.comparison.info(study.spec.error)) {
+    const std::string unit = unit_text(info->unit);
+    found.error_label = info->doc + (unit.empty() ? "" : ", ") + unit;
+    found.better = info->better;
+  }
   const std::size_t count = study.spec.graphs.size();
   std::vector<std::size_t> all;
   for (std::size_t g = 0; g < count; ++g) {
@@ -266,7 +265,7 @@ WorkPrecision work_precision(const Study& study) {
     found.graphs.push_back(points_of(study, study.comparison.rows[g * study.configurations.size()].graph, {g}));
   }
   if (count > 1) found.graphs.push_back(points_of(study, fmt::format("all {} graphs", count), all));
-  for (WorkGraph& graph : found.graphs) mark_fronts(graph, study.spec.time);
+  for (WorkGraph& graph : found.graphs) mark_fronts(graph, study.spec.time, found.better);
   return found;
 }
 
@@ -319,10 +318,11 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
   std::string body = fmt::format(
       "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>Marks are geometric means over the seeds, bars reach "
       "one geometric standard deviation over the seeds to each side; {}both axes are logarithmic. A ring marks what "
-      "nothing undercuts: no other method has a smaller error in as little time. {}{}{}</p>\n",
+      "nothing undercuts: no other method has a {} error in as little time. {}{}{}</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION,
       found.graphs.size() > 1 ? "over all graphs, each seed has the geometric mean of theirs; " : "",
+      found.better == Better::higher ? "larger" : "smaller",
       study.spec.bounds.empty() ? "" : "Hollow marks are bounds, which no method can be asked to undercut. ",
       incomplete
           ? "A cross marks what lacks seeds, because runs failed: it shows the seeds that are there, has no ring "

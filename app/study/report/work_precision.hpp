@@ -48,6 +48,8 @@ struct WorkGraph {
 
 struct WorkPrecision {
   std::string error;                 ///< the metric
+  std::string error_label;           ///< what it is, with its unit
+  Better better = Better::lower;     ///< of it; where higher is better, the largest errors are on the front
   StudyTime time = StudyTime::both;  ///< which are shown, and have a front
   std::vector<WorkGraph> graphs;
 };

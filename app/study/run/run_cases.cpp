@@ -151,6 +151,7 @@ class StudyRunner {
     outcome.cost = {clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu, run_cpu_s_, reference_cpu_s_, waited_for_core_s_,
                     clock_seconds(CLOCK_MONOTONIC) - wall};
     outcome.records = table.read();
+    outcome.declared = table.declared();
     outcome.interrupted = outcome.records.size() < finished.size();
     if (options_.progress && !outcome.interrupted) options_.progress(1.0, "done");
     for (RunRecord& record : outcome.records) {
@@ -347,6 +348,18 @@ class StudyRunner {
       if (!options_.refused_are_results) std::rethrow_exception(planned.why);
     }
     if (refused == cases_.size() && refused > 0) std::rethrow_exception(planned_.front().why);
+    // A process that goes on after a crash plans some cases alone; the one before it has asked.
+    if (!begun_ && options_.planned) options_.planned(metrics_of_all());
+  }
+
+  [[nodiscard]] RunMetrics metrics_of_all() const {
+    RunMetrics metrics;
+    for (const Planned& planned : planned_) {
+      if (!planned.plan) continue;
+      metrics.add(run_metrics(*planned.plan, !options_.without_reference));
+      metrics.add(run_times(*planned.plan));
+    }
+    return metrics;
   }
 
   /// Whether it is given up, because its planning crashed a process.

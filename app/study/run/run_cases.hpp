@@ -41,6 +41,8 @@ struct CasesOptions {
   std::function<bool(double share, const std::string& what)> progress;  ///< false interrupts; by one thread at a time
   std::function<void(const std::string& note)> note;  ///< as RunOptions::note, by one thread at a time
   std::function<bool()> interrupted;                  ///< true interrupts; may be asked by several threads at once
+  /// Called once before the first run, with what the runs report and the run times that tables show; may throw.
+  std::function<void(const RunMetrics&)> planned;
 };
 
 /// What the engine spent, for its overhead; without what processes spent that crashed.
@@ -55,6 +57,7 @@ struct CasesCost {
 /// All runs of the cases, one a case and seed: number = case * seeds + seed.
 struct CasesOutcome {
   std::vector<RunRecord> records;  ///< by number; with all runs there unless interrupted
+  MetricMap declared;              ///< what the runs that are done may report
   std::size_t found = 0;           ///< runs that the table had before the command
   std::size_t crashes = 0;         ///< of processes before this one
   bool interrupted = false;

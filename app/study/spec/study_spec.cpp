@@ -107,7 +107,10 @@ class StudyReader {
       if (timeout) study.run_timeout_s = timeout->seconds();
     }
     if (const Tree* t = tree.value("reference")) read_reference(*t, study);
-    if (const Tree* t = tree.value("metrics")) study.metrics = read_texts(*t, "metrics");
+    if (const Tree* t = tree.value("metrics")) {
+      study.metrics = read_texts(*t, "metrics");
+      for (const Tree& item : t->items) study.metric_places.push_back(item.place);
+    }
     if (const Tree* t = tree.value("report")) read_report(*t, study);
     if (study.report == StudyReport::work_precision) study.repeats = 3, study.warm_up = 1;
     if (const Tree* t = tree.value("timing")) read_timing(*t, study);
@@ -417,7 +420,10 @@ class StudyReader {
         diagnostics_.error(tree.place, "report: expected the key kind, found none");
         return;
       }
-      if (const Tree* t = tree.value("error")) study.error = read_text(*t, "report.error", diagnostics_).value_or("");
+      if (const Tree* t = tree.value("error")) {
+        study.error = read_text(*t, "report.error", diagnostics_).value_or("");
+        study.error_place = t->place;
+      }
       if (const Tree* t = tree.value("time")) {
         const std::string time = read_choice(*t, "report.time", {"both", "run", "tick"}, diagnostics_).value_or("both");
         study.time = time == "run" ? StudyTime::run : time == "tick" ? StudyTime::tick : StudyTime::both;
@@ -430,6 +436,7 @@ class StudyReader {
       }
     }
     const std::string name = read_choice(*kind, "report", kinds, diagnostics_).value_or("table");
+    study.report_place = kind->place;
     study.report = name == "work_precision" ? StudyReport::work_precision
                    : name == "stability"    ? StudyReport::stability
                                             : StudyReport::table;

@@ -86,10 +86,13 @@ struct StudySpec {
   std::optional<double> run_timeout_s;  ///< of real time, for every run and reference run; absent: none
   /// Laid over each graph to make its reference run; empty: the graph's under test own reference run.
   Overrides reference;
-  bool without_reference = false;    ///< no reference run is made, and no metric that needs one
-  std::vector<std::string> metrics;  ///< metrics that tables show; none: the usual ones
+  bool without_reference = false;             ///< no reference run is made, and no metric that needs one
+  std::vector<std::string> metrics;           ///< metrics that tables show; none: the usual ones
+  std::vector<SourceLocation> metric_places;  ///< of each
   StudyReport report = StudyReport::table;
+  SourceLocation report_place;
   std::string error = "delivered.force.rms_error_N";  ///< the metric that work-precision diagrams show as error
+  std::optional<SourceLocation> error_place;          ///< absent: the study does not name it
   StudyTime time = StudyTime::both;                   ///< the run times that they show
   std::vector<std::string> bounds;  ///< methods that tell what no method can be asked for: not on the Pareto front
   std::int64_t worst = 3;           ///< cells of a map of stability that are run anew with a recording

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
+#include "app/run/run_metrics.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/table/warnings.hpp"
 #include "framework/graph/text_table.hpp"
@@ -17,23 +17,24 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
+/// What tables show where nobody asks for anything else; the labels without units.
 const std::vector<Column>& error_columns() {
   static const std::vector<Column> columns{
-      {"delivered.force.rms_error_N", "RMS error N"},
-      {"delivered.force.max_error_N", "max error N"},
-      {"delivered.force.delay_ms", "delay ms"},
-      {"delivered.force.rms_d1_N_per_ms", "RMS 1st diff N/ms"},
-      {"delivered.force.rms_d2_N_per_ms2", "RMS 2nd diff N/ms²"},
-      {"delivered.force.max_step_N", "largest step N"},
-      {"delivered.force.error_above_30hz_N", "error above 30 Hz N"},
+      {"delivered.force.rms_error_N", "RMS error"},
+      {"delivered.force.max_error_N", "max error"},
+      {"delivered.force.delay_ms", "delay"},
+      {"delivered.force.rms_d1_N_per_ms", "RMS 1st diff"},
+      {"delivered.force.rms_d2_N_per_ms2", "RMS 2nd diff"},
+      {"delivered.force.max_step_N", "largest step"},
+      {"delivered.force.error_above_30hz_N", "error above 30 Hz"},
       {"delivered.force.share_beyond_jnd", "beyond JND"},
-      {"delivered.force.overshoot_after_loss_N", "pull-in after loss N"},
-      {"delivered.torque.rms_error_Nm", "torque RMS error N m"},
-      {"one_step.force.rms_error_N", "one-step RMS N"},
-      {"one_step.force.rms_error_hold_N", "one-step RMS of hold N"},
-      {"reference.force.rms_N", "reference RMS N"},
-      {"physics.force.rms_error_N", "physics RMS error N"},
-      {"physics.rate_hz_median", "physics Hz"},
+      {"delivered.force.overshoot_after_loss_N", "pull-in after loss"},
+      {"delivered.torque.rms_error_Nm", "torque RMS error"},
+      {"one_step.force.rms_error_N", "one-step RMS"},
+      {"one_step.force.rms_error_hold_N", "one-step RMS of hold"},
+      {"reference.force.rms_N", "reference RMS"},
+      {"physics.force.rms_error_N", "physics RMS error"},
+      {"physics.rate_hz_median", "physics"},
       {"contacts.median", "contacts"},
       {"contacts.max", "most contacts"},
       {"fallbacks", "fallbacks"},
@@ -42,16 +43,14 @@ const std::vector<Column>& error_columns() {
   return columns;
 }
 
-/// CPU time in us of all steps that predict and interpolate, for each message of the physics force, or for each tick of
-/// the device.
+/// CPU time in us of all steps of the method, for each message of the physics force, or for each tick of the device.
 double method_us(const RunResult& run, bool per_tick) {
   double total_s = 0;
   double ticks = 0;
   if (run.nodes.empty()) return std::nan("");
   for (const NodeCost& node : run.nodes) {
-    const std::string_view stage = std::string_view(node.type).substr(0, node.type.find('.'));
-    if (stage == "prediction" || stage == "interpolation" || stage == "forcefield") total_s += node.total_s;
-    if (stage == "device") ticks += static_cast<double>(node.steps);
+    if (is_method(node.role)) total_s += node.total_s;
+    if (node.role == Role::device) ticks += static_cast<double>(node.steps);
   }
   return 1e6 * total_s / (per_tick ? ticks : run.metric("physics.steps"));
 }
@@ -64,7 +63,7 @@ double value_of(const RunResult& run, const std::string& name) {
   constexpr std::string_view cost = "cost_us.";
   if (name.starts_with(cost)) {
     for (const NodeCost& node : run.nodes) {
-      if (name == fmt::format("cost_us.{}.median", node.node)) return node.median_us;
+      if (name == step_time_metric(node.node).name) return node.median_us;
     }
     return std::nan("");
   }
@@ -179,10 +178,29 @@ std::string CompareRow::name() const {
   return case_name(graph, configuration) + (seeds.empty() ? "" : " (" + seeds + ")");
 }
 
+const MetricInfo* Comparison::info(std::string_view metric) const {
+  const auto found = declared.find(metric);
+  return found == declared.end() ? nullptr : &found->second;
+}
+
+std::string with_unit(const Comparison& comparison, const std::string& text, std::string_view metric) {
+  const MetricInfo* info = comparison.info(metric);
+  const std::string unit = info == nullptr ? std::string() : unit_text(info->unit);
+  return unit.empty() ? text : text + " " + unit;
+}
+
+std::string head_of(const Comparison& comparison, const Column& column) {
+  const MetricInfo* info = comparison.info(column.metric);
+  return info == nullptr ? column.label : fmt::format("{}{}", column.label, direction_mark(info->better));
+}
+
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
-                           std::vector<RunRecord> records, const std::vector<std::string>& metrics) {
+                           std::vector<RunRecord> records, const std::vector<std::string>& metrics,
+                           MetricMap declared) {
   Comparison comparison;
   comparison.seeds = seeds;
+  comparison.declared = std::move(declared);
+  for (const MetricInfo& metric : run_time_metrics()) comparison.declared.emplace(metric.name, metric);
   for (const RunCase& c : cases) {
     CompareRow row;
     row.graph = graph_name(c.graph);
@@ -206,16 +224,22 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
     row.runs[s] = std::move(record.result);
   }
   for (const std::string& metric : metrics) comparison.columns.push_back({metric, metric});
-  if (metrics.empty()) comparison.columns = error_columns();
-  comparison.columns.push_back({"cpu_ms_per_s", "CPU ms per s", true});
-  comparison.columns.push_back({"method_us_per_result", "method us a result", true});
-  comparison.columns.push_back({"method_us_per_tick", "method us a tick", true});
-  std::set<std::string> seen;
+  if (metrics.empty()) {
+    for (const Column& column : error_columns()) {
+      comparison.columns.push_back({column.metric, with_unit(comparison, column.label, column.metric)});
+    }
+  }
+  const auto add_run_time = [&comparison](const std::string& metric, const std::string& what, const char* each) {
+    comparison.columns.push_back({metric, with_unit(comparison, what, metric) + each, true});
+  };
+  add_run_time("cpu_ms_per_s", "CPU", "");
+  add_run_time("method_us_per_result", "method", " a result");
+  add_run_time("method_us_per_tick", "method", " a tick");
   for (const CompareRow& row : comparison.rows) {
     for (const RunResult& run : row.runs) {
       for (const NodeCost& node : run.nodes) {
-        if (!seen.insert(node.node).second) continue;
-        comparison.columns.push_back({fmt::format("cost_us.{}.median", node.node), node.node + " us", true});
+        const MetricInfo metric = step_time_metric(node.node);
+        if (comparison.declared.emplace(metric.name, metric).second) add_run_time(metric.name, node.node, "");
       }
     }
   }
@@ -330,6 +354,10 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     const double centre = mean(values);
     metric = {{"mean", number_json(centre)},
               {"sd", std::isfinite(centre) && values.size() > 1 ? Json(standard_deviation(values)) : Json()}};
+    if (const MetricInfo* info = comparison.info(comparison.columns[c].metric)) {
+      metric["unit"] = info->unit;
+      metric["better"] = name_of(info->better);
+    }
     metric["by_seed"] = by_seed(row.values[c]);
   }
   json["spread_of_repeats"] = by_seed(row.spread);

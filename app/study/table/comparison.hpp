@@ -62,12 +62,24 @@ struct Comparison {
   std::vector<std::uint64_t> seeds;  ///< of every row
   std::vector<Column> columns;
   std::vector<CompareRow> rows;
+  MetricMap declared{};  ///< the metrics of the runs, and the run times derived from them
+
+  /// The declaration of a metric, or null.
+  [[nodiscard]] const MetricInfo* info(std::string_view metric) const;
 };
 
 /// Puts the runs of the cases side by side. Runs that are not there, or failed, have no metrics. `metrics`: the metrics
-/// that columns show beside the run times; none: the usual ones.
+/// that columns show beside the run times; none: the usual ones. `declared`: what the runs may report.
 Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<std::uint64_t>& seeds,
-                           std::vector<RunRecord> records, const std::vector<std::string>& metrics = {});
+                           std::vector<RunRecord> records, const std::vector<std::string>& metrics = {},
+                           MetricMap declared = {});
+
+/// `text` with the unit of the metric behind it.
+std::string with_unit(const Comparison& comparison, const std::string& text, std::string_view metric);
+/// The column's label, and an arrow down where lower is better, up where higher is.
+std::string head_of(const Comparison& comparison, const Column& column);
+/// What the arrows of head_of say, for readers.
+inline constexpr const char* arrows_text = "↓: lower is better; ↑: higher is better";
 
 /// Of all runs that are done. `warning` names the rows with a run whose repeats spread too far, the worst first.
 TimingNote timing_note(const Comparison& comparison, Repeats repeats);

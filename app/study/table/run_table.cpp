@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr const char* layout = "2";  // of the tables below
+constexpr const char* layout = "3";  // of the tables below
 
 constexpr const char* schema = R"(
 CREATE TABLE identity(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -32,8 +32,11 @@ CREATE TABLE runs(run INTEGER PRIMARY KEY REFERENCES names, status TEXT NOT NULL
 CREATE TABLE repeats(run INTEGER NOT NULL, repeat INTEGER NOT NULL, cpu_s REAL, PRIMARY KEY(run, repeat)) WITHOUT ROWID;
 CREATE TABLE metrics(run INTEGER NOT NULL, place INTEGER NOT NULL, name TEXT NOT NULL, value REAL,
                      PRIMARY KEY(run, place)) WITHOUT ROWID;
-CREATE TABLE costs(run INTEGER NOT NULL, place INTEGER NOT NULL, node TEXT NOT NULL, type TEXT NOT NULL, steps INTEGER,
-                   missed_ticks INTEGER, median_us REAL, p99_us REAL, total_s REAL, PRIMARY KEY(run, place)) WITHOUT ROWID;
+CREATE TABLE declared(name TEXT PRIMARY KEY, unit TEXT NOT NULL, better TEXT NOT NULL, doc TEXT NOT NULL,
+                      missing TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE costs(run INTEGER NOT NULL, place INTEGER NOT NULL, node TEXT NOT NULL, type TEXT NOT NULL,
+                   role TEXT NOT NULL, steps INTEGER, missed_ticks INTEGER, median_us REAL, p99_us REAL, total_s REAL,
+                   PRIMARY KEY(run, place)) WITHOUT ROWID;
 CREATE TABLE curves(run INTEGER NOT NULL, name TEXT NOT NULL, time BLOB, value BLOB, PRIMARY KEY(run, name)) WITHOUT ROWID;
 )";
 
@@ -280,11 +283,16 @@ void RunTable::add(const RunRecord& record) {
     Statement metric(db_->db, path_, "INSERT INTO metrics VALUES(?, ?, ?, ?)");
     std::int64_t place = 0;
     for (const auto& [name, value] : result.metrics) metric.run(run, place++, name, value);
-    Statement cost(db_->db, path_, "INSERT INTO costs VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    Statement declared(db_->db, path_, "INSERT OR IGNORE INTO declared VALUES(?, ?, ?, ?, ?)");
+    for (const auto& [name, info] : result.declared) {
+      declared.run(name, info.unit, std::string(name_of(info.better)), info.doc, info.missing);
+    }
+    Statement cost(db_->db, path_, "INSERT INTO costs VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
     place = 0;
     for (const NodeCost& node : result.nodes) {
-      cost.run(run, place++, node.node, node.type, static_cast<std::int64_t>(node.steps),
-               static_cast<std::int64_t>(node.missed_ticks), node.median_us, node.p99_us, node.total_s);
+      cost.run(run, place++, node.node, node.type, std::string(name_of(node.role)),
+               static_cast<std::int64_t>(node.steps), static_cast<std::int64_t>(node.missed_ticks), node.median_us,
+               node.p99_us, node.total_s);
     }
     Statement curve(db_->db, path_, "INSERT INTO curves VALUES(?, ?, ?, ?)");
     for (const Series& series : result.series) curve.run(run, series.name, series.time, series.value);
@@ -329,17 +337,32 @@ std::vector<RunRecord> RunTable::read() const {
   }
   Statement costs(
       db_->db, path_,
-      "SELECT run, node, type, steps, missed_ticks, median_us, p99_us, total_s FROM costs ORDER BY run, place");
+      "SELECT run, node, type, role, steps, missed_ticks, median_us, p99_us, total_s FROM costs ORDER BY run, place");
   while (costs.step()) {
     records[at.at(costs.integer(0))].result.nodes.push_back(
-        {costs.text(1), costs.text(2), static_cast<std::uint64_t>(costs.integer(3)),
-         static_cast<std::uint64_t>(costs.integer(4)), costs.real(5), costs.real(6), costs.real(7)});
+        {costs.text(1), costs.text(2), role_of(costs.text(3)), static_cast<std::uint64_t>(costs.integer(4)),
+         static_cast<std::uint64_t>(costs.integer(5)), costs.real(6), costs.real(7), costs.real(8)});
   }
   Statement curves(db_->db, path_, "SELECT run, name, time, value FROM curves");
   while (curves.step()) {
     records[at.at(curves.integer(0))].result.series.push_back({curves.text(1), "", curves.reals(2), curves.reals(3)});
   }
   return records;
+}
+
+MetricMap RunTable::declared() const {
+  MetricMap found;
+  Statement rows(db_->db, path_, "SELECT name, unit, better, doc, missing FROM declared");
+  while (rows.step()) {
+    const std::string better = rows.text(2);
+    MetricInfo info{rows.text(0), rows.text(1), rows.text(3)};
+    for (const Better one : {Better::lower, Better::higher, Better::neither}) {
+      if (better == name_of(one)) info.better = one;
+    }
+    info.missing = rows.text(4);
+    found.emplace(rows.text(0), std::move(info));
+  }
+  return found;
 }
 
 }  // namespace tactor

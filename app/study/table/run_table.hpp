@@ -77,8 +77,10 @@ class RunTable {
   [[nodiscard]] std::vector<bool> finished() const;
   /// Adds a run that is not there yet. Throws RunError where the disk refuses.
   void add(const RunRecord& record);
-  /// All runs there are, by number.
+  /// All runs there are, by number; without what they declare.
   [[nodiscard]] std::vector<RunRecord> read() const;
+  /// What the runs that are done may report.
+  [[nodiscard]] MetricMap declared() const;
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:

@@ -13,7 +13,12 @@ TableFile table_of(const Study& study) {
   TableColumn seed{"seed", {}, {}}, spread{"spread_of_repeats", {}, {}}, control{"control_us", {}, {}};
   std::vector<TableColumn> varied, metrics;
   for (const StudyAxis& axis : study.spec.vary) varied.push_back({axis.name, {}, {}});
-  for (const Column& column : comparison.columns) metrics.push_back({column.metric, {}, {}});
+  for (const Column& column : comparison.columns) {
+    metrics.push_back({column.metric, {}, {}});
+    const MetricInfo* info = comparison.info(column.metric);
+    if (info == nullptr) continue;
+    metrics.back().attributes = {{"unit", info->unit}, {"better", std::string(name_of(info->better))}};
+  }
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     const CompareRow& one = comparison.rows[row];
     for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {

@@ -100,7 +100,7 @@ class Bench {
   }
   double metric(const std::string& name) {
     Report report;
-    report.begin("arm");
+    report.begin("arm", TestDevice::declare().metrics);
     device().report(report);
     remarks = report.remarks();
     for (const auto& [key, value] : report.metrics()) {

@@ -30,6 +30,14 @@ class Gain final : public Node {
         .integer("order", &Params::order, {.doc = "order", .default_value = 3, .min = 1, .max = 9})
         .choice("mode", &Params::mode, {{"linear", Mode::linear}, {"squared", Mode::squared}},
                 std::optional(Mode::squared), "how")
+        .role(Role::coupling)
+        .metric("gain.largest_N", "N", "largest output", Better::lower)
+        .missing_where("nothing comes")
+        .left_out_when([](const Params& p, const MetricUse& use) {
+          return std::string(p.gain == 0 ? "gain is 0" : use.is_fed("in") ? "" : "nothing feeds in");
+        })
+        .metric("passed", "1", "messages", Better::neither)
+        .summed()
         .info();
   }
   void step(StepContext&) override {
@@ -143,4 +151,77 @@ BOOST_AUTO_TEST_CASE(a_blocking_queue_says_when_it_is_full) {
   Stamped<Wrench> m;
   BOOST_TEST(in.pop(m));
   BOOST_TEST(!in.full());
+}
+
+BOOST_AUTO_TEST_CASE(metrics_are_declared_with_unit_direction_and_when_they_are_left_out) {
+  const NodeInfo info = Gain::declare();
+  BOOST_TEST(name_of(info.role) == "coupling");
+  BOOST_TEST((role_of("coupling") == Role::coupling));
+  BOOST_TEST((role_of("nothing") == Role::other));
+  BOOST_REQUIRE(info.metrics.size() == 2U);
+  const MetricInfo& largest = info.metrics[0];
+  BOOST_TEST(largest.unit == "N");
+  BOOST_TEST(name_of(largest.better) == "lower");
+  BOOST_TEST(largest.missing == "nothing comes");
+  std::vector<ParamValue> values;
+  for (const ParamInfo& p : info.params) values.push_back(p.default_value.value());
+  BOOST_TEST(largest.left_out(values, {.inputs = {"in"}}) == "");
+  BOOST_TEST(largest.left_out(values, {}) == "nothing feeds in");
+  values[0] = 0.0;
+  BOOST_TEST(largest.left_out(values, {.inputs = {"in"}}) == "gain is 0");
+  BOOST_TEST(info.metrics[1].summed);
+  BOOST_TEST(!info.metrics[1].left_out);
+}
+
+BOOST_AUTO_TEST_CASE(a_report_refuses_metrics_that_the_node_does_not_declare) {
+  const NodeInfo info = Gain::declare();
+  Report report;
+  const auto refusal = [](const auto& work) -> std::string {
+    try {
+      work();
+    } catch (const RunError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  report.begin("gain", info.metrics);
+  report.set("gain.largest_N", 2);
+  BOOST_TEST(refusal([&] { report.set("gain.larges_N", 2); }) ==
+             "node gain reports the metric gain.larges_N, which its type does not declare, or declares as left out "
+             "here; correct the declaration");
+  BOOST_TEST(refusal([&] { report.add("gain.largest_N", 2); }) ==
+             "node gain reports the metric gain.largest_N by adding to it, and its type does not declare it as a sum; "
+             "correct the declaration");
+  BOOST_TEST(refusal([&] { report.set("passed", 2); }) ==
+             "node gain reports the metric passed by setting it, and its type declares it as a sum; correct the "
+             "declaration");
+  report.begin("next", {});
+  BOOST_TEST(refusal([&] { report.set("gain.largest_N", 2); }).starts_with("node next reports"));
+  BOOST_TEST(report.metrics().size() == 1U);
+}
+
+BOOST_AUTO_TEST_CASE(the_metrics_of_a_second_node_have_its_name_and_sums_have_one) {
+  const NodeInfo info = Gain::declare();
+  Report report;
+  report.begin("", info.metrics);
+  report.add("passed", 0);
+  report.set("gain.largest_N", 0);  // the program's, until a node sets it
+  for (const auto& [node, value] : {std::pair{"a", 1.0}, {"b", 2.0}}) {
+    report.begin(node, info.metrics);
+    report.set("gain.largest_N", value);
+    report.add("passed", value);
+  }
+  const std::vector<std::pair<std::string, double>> expected{
+      {"passed", 3}, {"gain.largest_N", 1}, {"b.gain.largest_N", 2}};
+  BOOST_TEST((report.metrics() == expected));
+}
+
+BOOST_AUTO_TEST_CASE(a_type_that_declares_a_metric_twice_is_refused) {
+  NodeInfo info = Gain::declare();
+  info.metrics.push_back(info.metrics.front());
+  Registry registry{{}};
+  BOOST_CHECK_EXCEPTION(registry.add(info), InputError, [](const InputError& error) {
+    return std::string(error.what()) ==
+           "the node type test.gain declares the metric gain.largest_N twice; declare it once";
+  });
 }

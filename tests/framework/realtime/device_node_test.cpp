@@ -88,6 +88,7 @@ class Bench {
   }
   [[nodiscard]] std::map<std::string, double> metrics() const {
     Report report;
+    report.begin("device", ScriptedDevice::declare().metrics);
     node_->report(report);
     return {report.metrics().begin(), report.metrics().end()};
   }

@@ -55,8 +55,7 @@ struct NodeRig {
   [[nodiscard]] const PhysicsState& state() const { return sent(node.state); }
   [[nodiscard]] std::int64_t valid_ms() const { return node.state.pending_valid(0).ns / 1'000'000; }
   [[nodiscard]] std::map<std::string, double> metrics() const {
-    Report report;
-    node.report(report);
+    const Report report = report_of(node);
     return {report.metrics().begin(), report.metrics().end()};
   }
 

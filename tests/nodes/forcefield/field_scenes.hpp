@@ -42,9 +42,9 @@ inline bool step_at(Node& node, Output<ForceSegment>& out, double ms, Stamped<Fo
   return true;
 }
 
-inline std::map<std::string, double> metrics_of(const Node& node) {
-  Report report;
-  node.report(report);
+template <class N>
+std::map<std::string, double> metrics_of(const N& node) {
+  const Report report = report_of(node);
   return {report.metrics().begin(), report.metrics().end()};
 }
 

@@ -7,6 +7,7 @@
 #include "nodes/interpolation/blend.hpp"
 #include "nodes/interpolation/catmull_rom.hpp"
 #include "nodes/interpolation/hermite.hpp"
+#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
 using namespace tactor;
@@ -341,8 +342,7 @@ BOOST_AUTO_TEST_CASE(a_late_forecast_is_held_at_its_last_step_and_counted) {
   ForceSegment g;
   for (int k = 10; k <= 80; ++k) g = tick(node, at_ms(k));
   BOOST_TEST(std::abs(evaluate(g, at_ms(80)).force.x - 3) < 1e-9);
-  Report report;
-  node.report(report);
+  const Report report = report_of(node);
   // From 31 ms to 80 ms.
   BOOST_TEST(report.metrics().at(0).second == 50.0);
 }

@@ -87,8 +87,7 @@ class Subject {
     return norm(evaluate_rate(shown_, shown_.begin).force - displayed(before_, shown_.begin).rate.force);
   }
   [[nodiscard]] double metric(const std::string& name) const {
-    Report report;
-    node_.report(report);
+    const Report report = report_of(node_);
     for (const auto& [key, value] : report.metrics()) {
       if (key == name) return value;
     }

@@ -9,6 +9,7 @@
 #include "nodes/prediction/ar.hpp"
 #include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/refit.hpp"
+#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
@@ -56,8 +57,8 @@ struct Chain {
     return step_with(predictor, predictor.force, stamp, w, predictor.forecast);
   }
   std::map<std::string, double> metrics() const {
-    Report report;
-    predictor.report(report);
+    Report report = report_of(predictor);
+    report.begin("refitter", Refitter::declare().metrics);
     refitter.report(report);
     return {report.metrics().begin(), report.metrics().end()};
   }
@@ -174,8 +175,7 @@ BOOST_AUTO_TEST_CASE(warm_up_is_counted_apart_from_fallbacks) {
     const Forecast f = step_with(ar, ar.force, stamp_ms(t), {{1, 0, 0}, {}}, ar.forecast);
     BOOST_TEST((f.fallback == 1) == (t < 3));
   }
-  Report report;
-  ar.report(report);
+  const Report report = report_of(ar);
   std::map<std::string, double> metrics(report.metrics().begin(), report.metrics().end());
   BOOST_TEST(metrics["prediction.warm_up"] == 3.0);
   BOOST_TEST(metrics["fallbacks"] == 0.0);

@@ -113,8 +113,7 @@ class Subject {
     return any;
   }
   [[nodiscard]] double metric(const std::string& name) const {
-    Report report;
-    node_.report(report);
+    const Report report = report_of(node_);
     for (const auto& [key, value] : report.metrics()) {
       if (key == name) return value;
     }

@@ -129,7 +129,7 @@ const std::vector<Recipe>& recipes() {
 class Subject {
  public:
   explicit Subject(const Recipe& recipe, double limit = 8, Quat frame = {})
-      : predictor_(make(*recipe.predictor, recipe.predictor_choices, limit)), frame_(frame) {
+      : recipe_(&recipe), predictor_(make(*recipe.predictor, recipe.predictor_choices, limit)), frame_(frame) {
     force_ = connect(*recipe.predictor, *predictor_, "force", {QueuePolicy::drop_oldest, 64});
     device_ = connect(*recipe.predictor, *predictor_, "device", {QueuePolicy::drop_oldest, 256});
     forecast_ = &recipe.predictor->output("forecast")->access(*predictor_);
@@ -178,8 +178,12 @@ class Subject {
 
   double metric(const std::string& name) const {
     Report report;
+    report.begin("predictor", recipe_->predictor->metrics);
     predictor_->report(report);
-    if (refitter_) refitter_->report(report);
+    if (refitter_) {
+      report.begin("refitter", recipe_->refitter->metrics);
+      refitter_->report(report);
+    }
     for (const auto& [key, value] : report.metrics()) {
       if (key == name) return value;
     }
@@ -195,6 +199,7 @@ class Subject {
     return &port;
   }
 
+  const Recipe* recipe_;
   std::unique_ptr<Node> predictor_, refitter_;
   Quat frame_;
   InputBase *force_ = nullptr, *device_ = nullptr, *refit_force_ = nullptr, *coefficients_in_ = nullptr;

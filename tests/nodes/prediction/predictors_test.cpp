@@ -12,6 +12,7 @@
 #include "nodes/prediction/linear_position.hpp"
 #include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
+#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
 using namespace tactor;
@@ -187,8 +188,7 @@ BOOST_AUTO_TEST_CASE(a_refitted_predictor_follows_a_known_process) {
   }
   BOOST_TEST(std::sqrt(error / judged) < 0.01 * std::sqrt(3.0) * 1.05);
   // The roots of z^2 - 1.6 z + 0.8 have the modulus sqrt(0.8).
-  Report report;
-  refitter.report(report);
+  const Report report = report_of(refitter);
   const std::map<std::string, double> metrics(report.metrics().begin(), report.metrics().end());
   BOOST_TEST(std::abs(metrics.at("refit.spectral_radius_median") - std::sqrt(0.8)) < 0.02);
   BOOST_TEST(metrics.at("refit.spectral_radius_max") < 1.0);

@@ -59,8 +59,7 @@ class Bench {
     now_ = now_ + period_;
   }
   [[nodiscard]] std::map<std::string, double> metrics() {
-    Report report;
-    device().report(report);
+    const Report report = test::report_of(device());
     return {report.metrics().begin(), report.metrics().end()};
   }
 

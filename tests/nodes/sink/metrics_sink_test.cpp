@@ -7,6 +7,7 @@
 #include <string>
 
 #include "nodes/sink/metrics.hpp"
+#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
 using namespace tactor;
@@ -86,8 +87,7 @@ BOOST_AUTO_TEST_CASE(a_truth_shown_late_is_told_with_its_delay_and_error) {
   Metrics sink(params(), context());
   run(sink);
   set_reference(sink);
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   auto f = metrics(report);
   BOOST_TEST(std::abs(f["delivered.force.delay_ms"] - delay_ms) < 0.1);
   // Two sines of amplitude 1 apart by d differ by 2 sin(pi d) in amplitude; the torque's amplitude is 0.1.
@@ -129,8 +129,7 @@ BOOST_AUTO_TEST_CASE(errors_of_physics_and_fast_ones_are_told_apart) {
     sink.step(c);
   }
   set_reference(sink);
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   auto f = metrics(report);
   const double kept = 1 / (1 + std::pow(std::tan(pi * 0.03) / std::tan(pi * 0.1), 8));
   BOOST_TEST(std::abs(f["delivered.force.error_above_30hz_N"] - 0.3 * kept) < 2e-3);
@@ -142,8 +141,7 @@ BOOST_AUTO_TEST_CASE(errors_of_physics_and_fast_ones_are_told_apart) {
 BOOST_AUTO_TEST_CASE(one_step_errors_are_against_the_next_physics_force) {
   Metrics sink(params(), context());
   run(sink);
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   auto f = metrics(report);
   BOOST_TEST(std::abs(f["one_step.force.rms_error_N"] - 0.03) < 1e-12);
   BOOST_TEST(std::abs(f["one_step.force.rms_error_hold_N"] - std::sqrt(2.0) * std::sin(pi * 0.01)) < 2e-4);
@@ -153,8 +151,7 @@ BOOST_AUTO_TEST_CASE(one_step_errors_are_against_the_next_physics_force) {
 BOOST_AUTO_TEST_CASE(physics_and_contacts_are_told_from_their_streams) {
   Metrics sink(params(), context());
   run(sink);
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   auto f = metrics(report);
   BOOST_TEST(f["physics.steps"] == 300.0);
   for (const char* name : {"physics.rate_hz_min", "physics.rate_hz_median", "physics.rate_hz_max"}) {
@@ -176,8 +173,7 @@ BOOST_AUTO_TEST_CASE(a_result_of_physics_that_comes_late_makes_no_rate_that_phys
     StepContext c(stamp.produced);
     sink.step(c);
   }
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   auto f = metrics(report);
   // Ten intervals take 10 ms, or 0.95 ms less or more.
   BOOST_TEST(std::abs(f["physics.rate_hz_min"] - 10 / 10.95e-3) < 1e-6);
@@ -188,8 +184,7 @@ BOOST_AUTO_TEST_CASE(a_result_of_physics_that_comes_late_makes_no_rate_that_phys
 BOOST_AUTO_TEST_CASE(without_a_reference_only_what_is_known_is_told) {
   Metrics sink(params(), context());
   run(sink);
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   auto f = metrics(report);
   BOOST_TEST(f.contains("delivered.force.rms_d1_N_per_ms"));
   for (const auto& [name, value] : f) {
@@ -203,8 +198,7 @@ BOOST_AUTO_TEST_CASE(series_have_one_time_for_each_value) {
   Metrics sink(params(), context());
   run(sink);
   set_reference(sink);
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   std::map<std::string, const Series*> series;
   for (const Series& s : report.series()) {
     BOOST_TEST(s.time.size() == s.value.size());
@@ -223,8 +217,7 @@ BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
   Metrics sink(params(), context(false));
   run(sink);
   set_reference(sink);
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   for (const auto& [name, value] : report.metrics()) {
     BOOST_TEST(name.find("torque") == std::string::npos, name << " " << value);
   }
@@ -232,7 +225,6 @@ BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
 
 BOOST_AUTO_TEST_CASE(a_run_that_never_began_reports_nothing_wrong) {
   Metrics sink(params(), context());
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   BOOST_TEST(metrics(report)["physics.steps"] == 0.0);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nodes/sink/metrics.hpp"
+#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
 using namespace tactor;
@@ -179,8 +180,7 @@ BOOST_AUTO_TEST_CASE(the_sink_tells_it_with_figures) {
     StepContext c(now.produced);
     sink.step(c);
   }
-  Report report;
-  sink.report(report);
+  const Report report = report_of(sink);
   std::map<std::string, double> f(report.metrics().begin(), report.metrics().end());
   const double expected = most_given_back(0.0105);
   BOOST_TEST(f.at("stability.verdict") == 3.0);
