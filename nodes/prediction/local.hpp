@@ -4,7 +4,6 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
-#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"

@@ -101,7 +101,7 @@ class ForeignMessages(CommandTest):
     def test_bad_imports_leave_nothing_behind(self):
         csv = self.write("bad.csv", "valid_s,produced_s,sequence,force_x [N]\n0,0,0,1\n")
         again = self.folder / "again.h5"
-        self.assertIn("did you mean Wrench", self.bad("import", csv, again, "--type", "Wrenhc", "--stream", "a.b"))
+        self.assertIn('did you mean "Wrench"', self.bad("import", csv, again, "--type", "Wrenhc", "--stream", "a.b"))
         self.assertIn("bad.csv:1: messages Wrench need a column", self.bad("import", csv, again, "--type", "Wrench", "--stream", "a.b"))
         self.assertIn("--stream", self.bad("import", csv, again, "--type", "Wrench", "--stream", "a/b"))
         self.assertFalse(again.exists())

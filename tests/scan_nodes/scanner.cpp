@@ -17,7 +17,7 @@ NodeInfo Judge::declare() {
   return Declare<Judge>("scan.judge", "Compares scans with those that the source sends.")
       .sink()
       .input("scan", &Judge::scan,
-             {.doc = "the scans", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
+             {.doc = "the scans", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 8}})
       .metric("good_scans", "1", "scans that hold what the source sends", Better::higher)
       .metric("bad_scans", "1", "scans that do not", Better::lower)
       .info();

@@ -69,7 +69,7 @@ class Includes(unittest.TestCase):
             "nodes/source": ("framework/core", "framework/node", "framework/record", "nodes/source"),
             # Libraries without nodes; each uses those before it.
             "nodes/physics/mesh": ("framework/core", "framework/node", "nodes/physics/mesh"),
-            "nodes/physics/mechanics": ("framework/core", "framework/node", "nodes/physics/mesh", "nodes/physics/mechanics"),
+            "nodes/physics/mechanics": ("framework/core", "framework/node", "nodes/physics/mesh", "nodes/physics/contact", "nodes/physics/mechanics"),
             "nodes/physics/geometry": ("framework/core", "nodes/physics/mesh", "nodes/physics/geometry"),
             "nodes/physics/contact": ("framework/core", "framework/node", "nodes/physics/mesh", "nodes/physics/geometry",
                                       "nodes/physics/contact"),

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "framework/realtime/allocation_watch.hpp"
-#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 #include "tests/nodes/dice.hpp"
