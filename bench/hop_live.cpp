@@ -3,6 +3,7 @@
 #include "framework/core/check.hpp"
 #include "framework/engine/live/live_run.hpp"
 #include "framework/node/declare.hpp"
+#include "tests/framework/engine/live/drive.hpp"
 #include "tests/framework/engine/live/live_nodes.hpp"
 
 namespace tactor::bench {
@@ -56,8 +57,7 @@ void hop_by_live_run(bool detached, int workers, const ThreadSettings& threads, 
   LiveRun run(b.plan);
   dynamic_cast<Sender&>(run.nodes()[from]).meter = &meter;
   dynamic_cast<Receiver&>(run.nodes()[to]).meter = &meter;
-  RunObserver nobody;
-  run.run(nobody, [](const LiveStatus&) { return true; });
+  sample::drive(run);
   if (run.failure()) throw RunError(*run.failure());
 }
 

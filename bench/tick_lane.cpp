@@ -50,7 +50,7 @@ void feed(RealtimeLane& lane, const DevicePlan& device, Instant origin, Duration
           now, now + Duration{10'000'000}, {Wrench{{1, 2, 0}, {}}, Wrench{{0.1, 0, 0}, {}}, Wrench{}, Wrench{}}};
       lane.put(device.edge_of.at("segment"), stamp, &segment);
     }
-    for (RealtimeLane::Out out; lane.take(out);) {
+    while (lane.take_tick()) {
     }
   }
 }

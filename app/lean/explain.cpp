@@ -15,10 +15,10 @@
 #include "app/run/summary.hpp"
 #include "app/run/timed_run.hpp"
 #include "app/statistics.hpp"
-#include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/text_table.hpp"
 #include "framework/realtime/allocation_watch.hpp"
+#include "framework/session/session.hpp"
 
 namespace tactor {
 
@@ -98,8 +98,8 @@ std::vector<HeapUse> heap_uses(const Plan& plan, const std::function<bool()>& in
   // The same work in a child would count as well, but a thread of its own would find other caches.
   count_thread_heap_bytes(true);
   {
-    VirtualClock engine(watched, false);
-    run_to_end(engine, interrupted);
+    Session session(watched);
+    run_to_end(session, interrupted);
   }
   count_thread_heap_bytes(false);
   return uses;
@@ -121,12 +121,12 @@ struct Timed {
 };
 
 void run_once(Timed& timed, bool counts, const std::function<bool()>& interrupted) {
-  VirtualClock engine(timed.plan, true);
-  run_to_end(engine, interrupted);
+  Session session(timed.plan, {.measure_cpu = true});
+  run_to_end(session, interrupted);
   timed.steps.clear();
-  for (std::size_t n = 0; n < timed.plan.nodes.size(); ++n) timed.steps.push_back(engine.node_statistics(n).steps);
+  for (std::size_t n = 0; n < timed.plan.nodes.size(); ++n) timed.steps.push_back(session.node_statistics(n).steps);
   if (!counts) return;
-  const std::vector<double> costs = node_costs(engine, timed.plan.nodes.size());
+  const std::vector<double> costs = node_costs(session);
   timed.repeats.resize(costs.size());
   for (std::size_t n = 0; n < costs.size(); ++n) timed.repeats[n].push_back(costs[n]);
 }

@@ -12,8 +12,8 @@
 #include "app/run/run_metrics.hpp"
 #include "app/run/timed_run.hpp"
 #include "app/statistics.hpp"
-#include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/plan_metrics.hpp"
+#include "framework/session/session.hpp"
 
 namespace tactor {
 
@@ -91,20 +91,20 @@ const LeanMeasure::Truth& LeanMeasure::truth(std::uint64_t seed) {
 LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference) {
   const Plan plan = make_plan(prepared(graph, seed));
   control_us_.push_back(measure_control());
-  VirtualClock engine(plan, true);
-  run_to_end(engine, options_.interrupted);
-  set_reference(engine.nodes(), reference);
+  Session session(plan, {.measure_cpu = true});
+  run_to_end(session, options_.interrupted);
+  set_reference(session.nodes(), reference);
   Report report;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->sink) continue;
     report.begin(plan.nodes[n].name, node_metrics(plan, n, true).reported);
-    engine.nodes()[n].report(report);
+    session.nodes()[n].report(report);
   }
   const auto error = value_of(report, error_name(options_.metric, "force.rms_error_N"));
   const auto most = value_of(report, error_name(options_.metric, "force.max_error_N"));
   if (!error || !most) throw InputError(without_error(graph, options_.metric));
   Run result{.error = *error, .max_error = *most};
-  const std::vector<double> costs = node_costs(engine, plan.nodes.size());
+  const std::vector<double> costs = node_costs(session);
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->sink) result.cost += costs[n];
   }

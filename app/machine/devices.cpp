@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <cstring>
 #include <numbers>
 
 #include "app/output.hpp"
@@ -20,19 +20,22 @@ namespace tactor {
 
 namespace {
 
-/// What the node below and the command share: there is one trial in a process.
-struct TrialState {
-  std::mutex mutex;
+/// What a device has shown in a trial.
+struct Shown {
   DeviceState newest;
   bool any = false;
   Vec3 least, most;
-  Time moving_since;
-  bool moving = false;
+
+  void add(const DeviceState& state) {
+    const Vec3& p = state.X_WD.p;
+    for (int i = 0; i < 3; ++i) {
+      least[i] = any ? std::min(least[i], p[i]) : p[i];
+      most[i] = any ? std::max(most[i], p[i]) : p[i];
+    }
+    newest = state;
+    any = true;
+  }
 };
-TrialState& trial_state() {
-  static TrialState state;
-  return state;
-}
 
 /// Watches a device and gives it forces: a half sine along x, y and z in turn, to and fro, once the device is engaged.
 class TrialForce final : public Node {
@@ -54,18 +57,6 @@ class TrialForce final : public Node {
   }
 
   void step(StepContext& context) override {
-    const DeviceState& s = state.latest()->value;
-    {
-      TrialState& shared = trial_state();
-      const std::scoped_lock lock(shared.mutex);
-      const Vec3& p = s.X_WD.p;
-      for (int i = 0; i < 3; ++i) {
-        shared.least[i] = shared.any ? std::min(shared.least[i], p[i]) : p[i];
-        shared.most[i] = shared.any ? std::max(shared.most[i], p[i]) : p[i];
-      }
-      shared.newest = s;
-      shared.any = true;
-    }
     if (safety.latest() != nullptr && safety.latest()->value.engagement == Engagement::engaged && !begun_) {
       begun_ = true;
       begin_ = context.now();
@@ -126,20 +117,26 @@ GraphSpec trial_graph(const GraphSpec& graph, const NodeSpec& device, double for
 
 /// Runs it and shows where the device is, ten times a second on a terminal, else once a second. What the device has to
 /// say of itself beforehand is added to `notes`.
-RunResult run_trial(const GraphSpec& graph, const std::atomic<int>& interrupted, std::vector<std::string>& notes) {
+RunResult run_trial(const GraphSpec& graph, const std::atomic<int>& interrupted, Shown& shown,
+                    std::vector<std::string>& notes) {
   const bool terminal = isatty(STDOUT_FILENO) == 1;
-  double shown = -1;
+  double told = -1;
   RunOptions options;
   options.note = [&notes](const std::string& note) { notes.push_back(note); };
-  options.live_progress = [&](const LiveStatus& status) {
-    TrialState& shared = trial_state();
-    const std::scoped_lock lock(shared.mutex);
-    if (!shared.any || status.now.seconds() - shown < (terminal ? 0.1 : 1.0)) return true;
-    shown = status.now.seconds();
-    const Vec3& p = shared.newest.X_WD.p;
-    const Vec3& v = shared.newest.V_WD.v;
+  options.before_start = [&](Session& session) {
+    session.on_message(graph.nodes.front().name + ".state", [&shown](const Stamp&, const void* value) {
+      DeviceState state;
+      std::memcpy(&state, value, sizeof state);
+      shown.add(state);
+    });
+  };
+  options.live_progress = [&](const LiveLook& look) {
+    if (!shown.any || look.status.now.seconds() - told < (terminal ? 0.1 : 1.0)) return true;
+    told = look.status.now.seconds();
+    const Vec3& p = shown.newest.X_WD.p;
+    const Vec3& v = shown.newest.V_WD.v;
     fmt::print("{}  {:6.2f} s  position {:8.2f} {:8.2f} {:8.2f} mm  speed {:7.3f} m/s  buttons {:b}{}",
-               terminal ? "\r" : "", shown, 1e3 * p.x, 1e3 * p.y, 1e3 * p.z, norm(v), shared.newest.buttons,
+               terminal ? "\r" : "", told, 1e3 * p.x, 1e3 * p.y, 1e3 * p.z, norm(v), shown.newest.buttons,
                terminal ? "   " : "\n");
     std::fflush(stdout);
     return true;
@@ -150,23 +147,21 @@ RunResult run_trial(const GraphSpec& graph, const std::atomic<int>& interrupted,
   return result;
 }
 
-int tell_result(const RunResult& result, const std::string& what) {
+int tell_result(const RunResult& result, const Shown& shown, const std::string& what) {
   for (const std::string& remark : result.remarks) fmt::print("  {}\n", remark);
   if (result.failure) {
     tell_note(*result.failure);
     return 1;
   }
-  TrialState& shared = trial_state();
-  const std::scoped_lock lock(shared.mutex);
-  if (!shared.any && result.interrupted) {
+  if (!shown.any && result.interrupted) {
     fmt::print("  ended before the device had shown a position\n");
     return 0;
   }
-  if (!shared.any) {
+  if (!shown.any) {
     tell("tactor: the device has shown no position\n");
     return 1;
   }
-  const Vec3 way = shared.most - shared.least;
+  const Vec3 way = shown.most - shown.least;
   fmt::print("  {}: x {:.2f} y {:.2f} z {:.2f} mm of way; {:.0f} cycles, age of a sample p99 {:.2f} ms\n", what,
              1e3 * way.x, 1e3 * way.y, 1e3 * way.z, result.metric("device.link.cycles"),
              1e-3 * result.metric("device.link.age_us.p99"));
@@ -241,8 +236,9 @@ int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial
   fmt::print("  {} ({}): where it is, without a force\n", device.name, device.info->type);
   const double watch = std::max(trial.seconds, 0.5);
   std::vector<std::string> notes, told_already;
-  const RunResult watched = run_trial(trial_graph(graph, device, 0, 1, watch, registry), interrupted, notes);
-  if (const int code = tell_result(watched, "moved"); code != 0 || watched.interrupted) return code;
+  Shown at_rest, moved;
+  const RunResult watched = run_trial(trial_graph(graph, device, 0, 1, watch, registry), interrupted, at_rest, notes);
+  if (const int code = tell_result(watched, at_rest, "moved"); code != 0 || watched.interrupted) return code;
   for (const std::string& note : notes) fmt::print("  Note: {}\n", note);
   const std::string question = fmt::format(
       "  Give it up to {:g} N, along x, y and z of the scene and back, for {:g} s?", trial.force, 6 * trial.seconds);
@@ -250,13 +246,9 @@ int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial
     fmt::print("  no force was given\n");
     return 0;
   }
-  {
-    TrialState& shared = trial_state();
-    const std::scoped_lock lock(shared.mutex);
-    shared.any = false;
-  }
   const GraphSpec forces = trial_graph(graph, device, trial.force, trial.seconds, 6 * trial.seconds + 2, registry);
-  return tell_result(run_trial(forces, interrupted, told_already), fmt::format("moved by up to {:g} N", trial.force));
+  const RunResult pushed = run_trial(forces, interrupted, moved, told_already);
+  return tell_result(pushed, moved, fmt::format("moved by up to {:g} N", trial.force));
 }
 
 void calibrate_device(const NodeSpec& device, bool yes, const std::atomic<int>& interrupted) {

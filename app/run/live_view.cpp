@@ -71,12 +71,14 @@ std::vector<std::string> fitted(const std::string& block, std::size_t rows, std:
   return lines;
 }
 
-std::string live_block(const Plan& plan, const LiveStatus& before, const LiveStatus& now) {
+std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLook& look) {
+  const LiveStatus& now = look.status;
   const Duration between = now.now - before.now;
   std::string out = fmt::format("  {}  {:.1f} of {} s  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
                                 pretty(plan.graph.duration.seconds()), phase_text(now));
-  for (const LiveDevice& d : now.devices) {
-    out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, d.safety ? safety_text(*d.safety) : "");
+  for (std::size_t i = 0; i < now.devices.size(); ++i) {
+    const LiveDevice& d = now.devices[i];
+    out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, look.safety[i] ? safety_text(*look.safety[i]) : "");
     out += fmt::format("    ticks {}  missed {}  allocations {}  page faults {}\n", d.ticks, d.missed,
                        d.heap_calls ? std::to_string(*d.heap_calls) : "-", d.page_faults);
     out += fmt::format("    wake-up p50 {}  p99 {}  p99.9 {}  max {} us  body p99 {:.1f} us\n", us(d.wake_latency.p50),
@@ -98,7 +100,7 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveSta
     out += fmt::format("  {:<45.45} {:>7} {:>7} {:>7} {:>7}\n", plan.edges[e].spec.name(), age(edge.age.p50),
                        age(edge.age.p99), age(edge.age.max), edge.metrics.dropped);
   }
-  if (now.record_dropped > 0) out += fmt::format("  the recording lost {} messages\n", now.record_dropped);
+  if (look.record_dropped > 0) out += fmt::format("  the recording lost {} messages\n", look.record_dropped);
   std::string cut;
   for (const std::string& row : fitted(out, std::string::npos, 100)) cut += row + "\n";
   return cut;
@@ -106,14 +108,15 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveSta
 
 LiveView::LiveView(const Plan& plan) : plan_(plan), terminal_(isatty(STDERR_FILENO) == 1) {}
 
-void LiveView::draw(const LiveStatus& status) {
+void LiveView::draw(const LiveLook& look) {
+  const LiveStatus& status = look.status;
   // A quarter of a second is often enough to read.
   if (!terminal_ || (rows_ > 0 && status.now - drawn_.now < Duration{250'000'000})) return;
   winsize size{};
   const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 1 && size.ws_col > 0;
   // The row below the block is the cursor's.
   const std::vector<std::string> rows =
-      fitted(live_block(plan_, drawn_, status), known ? size.ws_row - 1U : 23U, known ? size.ws_col : 80U);
+      fitted(live_block(plan_, drawn_, look), known ? size.ws_row - 1U : 23U, known ? size.ws_col : 80U);
   drawn_ = status;
   // Written in one piece over the block before, each row cleared to its end, so that nothing flickers.
   std::string out = back();

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/engine/live/live_status.hpp"
+#include "app/run/live_look.hpp"
 #include "framework/graph/plan.hpp"
 
 namespace tactor {
@@ -13,8 +13,8 @@ namespace tactor {
 class LiveView {
  public:
   explicit LiveView(const Plan& plan);
-  /// Draws `status`.
-  void draw(const LiveStatus& status);
+  /// Draws it.
+  void draw(const LiveLook& look);
   /// Leaves the terminal as it was before the block.
   void clear();
 
@@ -29,7 +29,7 @@ class LiveView {
 };
 
 /// The block for `now`, with rates since `before`. At most 100 columns wide.
-std::string live_block(const Plan& plan, const LiveStatus& before, const LiveStatus& now);
+std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLook& now);
 
 /// The lines of `block` cut to a terminal of so many rows and columns, each at least 1; where rows are missing the last
 /// one tells how many.

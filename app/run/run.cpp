@@ -9,12 +9,12 @@
 
 #include "app/run/cpu_time.hpp"
 #include "app/run/live.hpp"
+#include "app/run/record.hpp"
 #include "app/run/references.hpp"
-#include "framework/engine/live/live_engine.hpp"
-#include "framework/engine/virtual_clock.hpp"
 #include "framework/graph/plan_metrics.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/record/recorder.hpp"
+#include "framework/session/session.hpp"
 
 namespace tactor {
 
@@ -28,45 +28,12 @@ double peak_memory_MB() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
-/// Passes messages to the recorder and progress to the caller.
-class Watch final : public RunObserver {
- public:
-  Watch(const Plan& plan, Recorder* recorder, const RunOptions& options)
-      : plan_(plan), recorder_(recorder), options_(options), last_(clock_seconds(CLOCK_MONOTONIC)) {}
-  void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override {
-    if (recorder_ != nullptr) recorder_->write(stream, stamp, payload);
-  }
-  bool on_progress(Time now) override {
-    const double wall = clock_seconds(CLOCK_MONOTONIC);
-    if (wall - last_ < 0.1) return true;
-    last_ = wall;
-    if (!options_.progress) return true;
-    interrupted_ = !options_.progress(now.seconds() / plan_.graph.duration.seconds(), "run");
-    return !interrupted_;
-  }
-  [[nodiscard]] bool interrupted() const { return interrupted_; }
-
- private:
-  const Plan& plan_;
-  Recorder* recorder_;
-  const RunOptions& options_;
-  double last_;
-  bool interrupted_ = false;
-};
-
 /// Begins to write, where that is asked for: where the run is recorded, with a stream for each of the plan's, by the
 /// same index; null where nothing is.
 std::unique_ptr<Recorder> make_recorder(const Plan& plan, const RunOptions& options, const RunResult& result) {
   if (options.before_writing) options.before_writing();
   if (!options.recording || plan.streams.empty()) return nullptr;
-  std::unique_ptr<Recorder> recorder =
-      load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
-  for (std::size_t i = 0; i < plan.streams.size(); ++i) {
-    const PlannedStream& stream = plan.streams[i];
-    const MessageType& type = *plan.nodes[stream.node].info->outputs[stream.output].type;
-    TACTOR_DEMAND(recorder->add_stream(stream.name, type) == i);
-  }
-  return recorder;
+  return load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
 }
 
 NodeCost node_cost(const NodeSpec& spec, const NodeStatistics& metrics) {
@@ -134,7 +101,7 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
     report.begin(plan.nodes[i].name, node_metrics(plan, i, !options.without_reference).reported);
     attempt(result, [&] { (*nodes)[i].report(report); });
   }
-  if (result.live) report_live(plan, *result.live, report);
+  if (result.live) report_live(plan, *result.live, result.record_dropped, report);
   double drops = 0;
   for (const EdgeResult& edge : result.edges) drops += static_cast<double>(edge.metrics.dropped);
   report.begin("", program_metrics());
@@ -150,45 +117,94 @@ void pass_notes(const PlanNodes& nodes, const RunOptions& options) {
   }
 }
 
+/// What each node and edge did.
+void add_statistics(Session& session, RunResult& result) {
+  const Plan& plan = session.plan();
+  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
+    result.nodes.push_back(node_cost(plan.nodes[i], session.node_statistics(i)));
+  }
+  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
+    const EdgeSpec& edge = plan.edges[i].spec;
+    result.edges.push_back({edge.name(), queue_text(edge.queue), session.edge_statistics(i)});
+  }
+}
+
+void run_virtual(Session& session, const RunOptions& options, RunResult& result) {
+  constexpr Duration slice{10'000'000};
+  const double planned = session.plan().graph.duration.seconds();
+  double asked = clock_seconds(CLOCK_MONOTONIC);
+  session.start();
+  while (session.is_running()) {
+    session.advance(slice);
+    const double wall = clock_seconds(CLOCK_MONOTONIC);
+    if (wall - asked < 0.1 || !options.progress) continue;
+    asked = wall;
+    if (options.progress(session.now().seconds() / planned, "run")) continue;
+    result.interrupted = true;
+    session.stop();
+  }
+  session.finish();
+}
+
 void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& result) {
-  VirtualClock engine(plan, true);
-  pass_notes(engine.nodes(), options);
+  Session session(plan, {.measure_cpu = true});
+  pass_notes(session.nodes(), options);
   {
     const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
-    Watch watch(plan, recorder.get(), options);
+    if (recorder) record(session, *recorder);
+    if (options.before_start) options.before_start(session);
     const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
     const double wall = clock_seconds(CLOCK_MONOTONIC);
-    attempt(result, [&] { engine.run(watch); });
+    attempt(result, [&] { run_virtual(session, options, result); });
     if (recorder) attempt(result, [&] { recorder->close(); });
     result.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
     result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
-    result.interrupted = watch.interrupted();
   }
-  result.duration_s = engine.now().seconds();
-  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
-    result.nodes.push_back(node_cost(plan.nodes[i], engine.node_statistics(i)));
+  result.duration_s = session.now().seconds();
+  add_statistics(session, result);
+  judge(plan, options, &session.nodes(), result);
+}
+
+/// Goes on until the run has ended, and asks ten times a second whether to go on.
+void run_live(Session& session, const RunOptions& options, RunResult& result) {
+  constexpr Duration ask_period{100'000'000};
+  LiveWatch watch(session);
+  session.start();
+  while (session.is_running()) {
+    session.advance(ask_period);
+    if (!session.is_running() || !options.live_progress) continue;
+    try {
+      result.interrupted = !options.live_progress(watch.look());
+    } catch (const std::exception& error) {
+      result.failure = error.what();
+    }
+    if (result.interrupted || result.failure) session.stop();
   }
-  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
-    result.edges.push_back(
-        {plan.edges[i].spec.name(), queue_text(plan.edges[i].spec.queue), engine.edge_statistics(i)});
+  session.finish();
+}
+
+void add_devices(const LiveStatus& status, RunResult& result) {
+  for (const LiveDevice& device : status.devices) {
+    NodeCost& cost = result.nodes[device.node];
+    cost.steps = device.ticks;
+    cost.missed_ticks = device.missed;
+    cost.median_us = device.body_time.p50.microseconds();
+    cost.p99_us = device.body_time.p99.microseconds();
+    cost.total_s = device.body_sum.seconds();
   }
-  judge(plan, options, &engine.nodes(), result);
 }
 
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
-  std::unique_ptr<LiveEngine> engine = load_live_library().make(plan);
-  pass_notes(engine->nodes(), options);
+  Session session(plan);
+  pass_notes(session.nodes(), options);
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
-  LiveWatch watch(plan, recorder.get(), options.replay_folder.has_value());
+  const auto recorder_failed = recorder ? record(session, *recorder) : std::make_shared<bool>(false);
+  if (options.before_start) options.before_start(session);
   const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
   const double wall = clock_seconds(CLOCK_MONOTONIC);
-  const auto go_on = [&](const LiveStatus& status) {
-    result.interrupted = options.live_progress && !options.live_progress(status);
-    return !result.interrupted;
-  };
-  engine->stop_when(options.stop_asked);
+  session.stop_when(options.stop_asked);
   try {
-    engine->run(watch, go_on);
+    run_live(session, options, result);
   } catch (...) {
     // Nothing has run, because of a device that is not there, say: no recording without a message stays behind.
     if (recorder) {
@@ -201,38 +217,18 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   result.interrupted = result.interrupted || options.stop_asked();
   result.cpu_s = clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
   result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
-  LiveEngine& run = *engine;
-  result.abandoned = run.is_abandoned();
-  // A step that never came back still runs in it: nothing may end its life.
-  if (result.abandoned) static_cast<void>(engine.release());
-  result.failure = run.failure();
-  result.live = run.status();
+  result.abandoned = session.is_abandoned();
+  if (!result.failure) result.failure = session.failure();
+  result.live = session.last_status();
+  result.record_dropped = session.dropped();
   // A run may be ended before its time zero.
   result.duration_s = std::clamp(result.live->now, Time{}, Time{} + plan.graph.duration).seconds();
   // A recording that has failed is left as the last flush has it.
-  if (recorder && !watch.failed()) attempt(result, [&] { recorder->close(); });
-  if (options.replay_folder) {
-    attempt(result, [&] {
-      write_replay(plan, watch, *result.live, Duration::from_seconds(result.duration_s), *options.replay_folder);
-    });
-  }
-  for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
-    result.nodes.push_back(node_cost(plan.nodes[i], run.node_statistics(i)));
-  }
-  for (const LiveDevice& device : result.live->devices) {
-    NodeCost& cost = result.nodes[device.node];
-    cost.steps = device.ticks;
-    cost.missed_ticks = device.missed;
-    cost.median_us = device.body_time.p50.microseconds();
-    cost.p99_us = device.body_time.p99.microseconds();
-    cost.total_s = device.body_sum.seconds();
-  }
-  for (std::size_t i = 0; i < plan.edges.size(); ++i) {
-    const PlannedEdge& edge = plan.edges[i];
-    result.edges.push_back({edge.spec.name(), queue_text(edge.spec.queue), result.live->edges[i].metrics});
-  }
+  if (recorder && !*recorder_failed) attempt(result, [&] { recorder->close(); });
+  add_statistics(session, result);
+  add_devices(*result.live, result);
   // The nodes of an abandoned run cannot be asked: one of them is still at work.
-  judge(plan, options, result.abandoned ? nullptr : &run.nodes(), result);
+  judge(plan, options, result.abandoned ? nullptr : &session.nodes(), result);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/live_look.hpp"
 #include "app/run/run_metrics.hpp"
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
@@ -55,6 +56,7 @@ struct RunResult {
   std::optional<std::string> failure;  ///< why it ended before its time, where it did
   bool abandoned = false;              ///< a step never came back: the process must end without cleaning up
   std::optional<LiveStatus> live;      ///< how it ended, where its clock was real
+  std::uint64_t record_dropped = 0;    ///< messages that the recording could not take in time
   ReferenceCost reference;
   std::vector<std::pair<std::string, double>> metrics;  ///< by dotted name
   MetricMap declared;                                   ///< what the run may report, reported or not
@@ -87,12 +89,11 @@ struct RunOptions {
   /// Called a few times a second with the share done in [0, 1] and what is being done; false interrupts.
   std::function<bool(double share, const char* what)> progress;
   /// The same for a run whose clock is real.
-  std::function<bool(const LiveStatus&)> live_progress;
+  std::function<bool(const LiveLook&)> live_progress;
+  /// Called with the session before it starts, for taps.
+  std::function<void(Session&)> before_start;
   /// Ends a run whose clock is real; asked on another thread, about fifty times a second.
   std::function<bool()> stop_asked = [] { return false; };
-  /// Where a run whose clock is real leaves its costs, and a graph that replays it under the virtual clock; absent:
-  /// nowhere.
-  std::optional<std::filesystem::path> replay_folder;
 };
 
 /// Runs the plan by its clock, then its reference run (or takes it from the cache), and judges. What fails while

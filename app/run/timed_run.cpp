@@ -4,22 +4,11 @@
 #include <cstdint>
 
 #include "framework/engine/virtual_clock.hpp"
+#include "framework/session/session.hpp"
 
 namespace tactor {
 
 namespace {
-
-class InterruptWatch final : public RunObserver {
- public:
-  explicit InterruptWatch(const std::function<bool()>& interrupted) : interrupted_(interrupted) {}
-  bool on_progress(Time) override {
-    if (interrupted_()) throw Interrupted();
-    return true;
-  }
-
- private:
-  const std::function<bool()>& interrupted_;
-};
 
 /// ns that a step seems to take where it does nothing: the least between two readings of the clock.
 std::uint32_t clock_cost_ns() {
@@ -33,17 +22,21 @@ std::uint32_t clock_cost_ns() {
 
 }  // namespace
 
-void run_to_end(VirtualClock& engine, const std::function<bool()>& interrupted) {
-  InterruptWatch watch(interrupted);
-  engine.run(watch);
+void run_to_end(Session& session, const std::function<bool()>& interrupted) {
+  constexpr Duration period{10'000'000};
+  session.start();
+  while (session.is_running()) {
+    session.advance(period);
+    if (interrupted()) throw Interrupted();
+  }
 }
 
-std::vector<double> node_costs(const VirtualClock& engine, std::size_t nodes) {
+std::vector<double> node_costs(Session& session) {
   static const std::uint32_t reading = clock_cost_ns();
-  const double seconds = engine.now().seconds();
-  std::vector<double> costs(nodes, 0.0);
-  for (std::size_t n = 0; n < nodes; ++n) {
-    const NodeStatistics& metrics = engine.node_statistics(n);
+  const double seconds = session.now().seconds();
+  std::vector<double> costs(session.plan().nodes.size(), 0.0);
+  for (std::size_t n = 0; n < costs.size(); ++n) {
+    const NodeStatistics metrics = session.node_statistics(n);
     const double ns = static_cast<double>(metrics.cpu_total.ns) - reading * static_cast<double>(metrics.cpu.count());
     costs[n] = 1e-3 * std::max(ns, 0.0) / seconds;
   }

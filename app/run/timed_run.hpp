@@ -9,7 +9,7 @@
 
 namespace tactor {
 
-class VirtualClock;
+class Session;
 
 /// The work was interrupted by the user.
 class Interrupted : public std::runtime_error {
@@ -18,10 +18,10 @@ class Interrupted : public std::runtime_error {
 };
 
 /// Runs to the end. Asks `interrupted` every 10 ms of simulated time and throws Interrupted where it says true; throws
-/// RunError as VirtualClock::run does.
-void run_to_end(VirtualClock& engine, const std::function<bool()>& interrupted);
+/// RunError as Session::advance does.
+void run_to_end(Session& session, const std::function<bool()>& interrupted);
 
 /// us of CPU time a simulated second of the first `nodes` nodes of the plan, of a run that measured them.
-std::vector<double> node_costs(const VirtualClock& engine, std::size_t nodes);
+std::vector<double> node_costs(Session& session);
 
 }  // namespace tactor

@@ -33,7 +33,6 @@ struct RunArguments {
   fs::path graph;
   GraphOptions options;
   ResultsRequest results;
-  bool record_costs = false;
   bool all = false;  // print every metric
 };
 
@@ -65,19 +64,12 @@ int run_graph(const RunArguments& arguments) {
     return !is_interrupted();
   };
   LiveView view(plan);
-  run_options.live_progress = [&view](const LiveStatus& status) {
-    view.draw(status);
+  run_options.live_progress = [&view](const LiveLook& look) {
+    view.draw(look);
     return true;
   };
   run_options.stop_asked = is_interrupted;
   if (plan.graph.clock == Clock::real) end_instead_of_stopping();
-  if (arguments.record_costs) {
-    if (plan.graph.clock != Clock::real) {
-      throw InputError(
-          "--record-costs: expected a graph with clock: real, found clock: virtual, whose costs it says itself");
-    }
-    run_options.replay_folder = folder;
-  }
   const RunResult result = execute(plan, run_options);
   view.clear();
   bar.clear();
@@ -110,8 +102,6 @@ void add_run(CLI::App& app, int& exit_code) {
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
               "out/NAME_3, ... that holds none)");
   verb->add_flag("--all", arguments->all, "Print every metric, and what each node took");
-  verb->add_flag("--record-costs", arguments->record_costs,
-                 "With clock: real, also write what each step took and replay.yaml, which repeats the run");
   verb->callback([arguments, &exit_code] { exit_code = run_graph(*arguments); });
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -139,6 +140,28 @@ void lay_out(MessageType& type) {
 const MessageType& any_message() {
   static const MessageType type{.name = "any"};
   return type;
+}
+
+namespace {
+struct KnownTypes {
+  std::mutex mutex;
+  std::map<std::string, const MessageType*, std::less<>> types;
+};
+KnownTypes& known_types() {
+  static KnownTypes known;
+  return known;
+}
+}  // namespace
+
+void make_known(const MessageType& type) {
+  const std::scoped_lock lock(known_types().mutex);
+  known_types().types.try_emplace(type.name, &type);
+}
+
+const MessageType* known_message_type(std::string_view name) {
+  const std::scoped_lock lock(known_types().mutex);
+  const auto found = known_types().types.find(name);
+  return found == known_types().types.end() ? nullptr : found->second;
 }
 
 const MessageType& keep_message_type(MessageType type) {

@@ -86,6 +86,11 @@ inline bool same_type(const MessageType& a, const MessageType& b) {
 /// Stands for the type of an output that is not known yet; of no message.
 const MessageType& any_message();
 
+/// Lets `known_message_type` find the type, which outlives the process; the first of a name stays.
+void make_known(const MessageType& type);
+/// The message type of that name among those of the node types that were declared so far; null where there is none.
+const MessageType* known_message_type(std::string_view name);
+
 /// Keeps a description that was read from a file until the process ends; one for all that are the same.
 const MessageType& keep_message_type(MessageType type);
 

@@ -13,21 +13,21 @@ bool Dispatcher::Later::operator()(const Event& a, const Event& b) const {
   return a_ticks != b_ticks ? a_ticks : a.count > b.count;
 }
 
-Dispatcher::Dispatcher(PlanNodes& nodes, RunObserver& observer, std::vector<bool> external, ExternalInputs* inputs)
-    : nodes_(nodes), plan_(nodes.plan()), observer_(observer), external_(inputs) {
+Dispatcher::Dispatcher(PlanNodes& nodes, std::vector<bool> external, ExternalInputs* inputs)
+    : nodes_(nodes), plan_(nodes.plan()), external_(inputs) {
   external.resize(nodes.size(), false);
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const NodeSpec& spec = plan_.nodes[n];
     NodeState state;
-    state.external = external[n];
-    TACTOR_DEMAND(!state.external || external_ != nullptr);
+    state.external = external[n] || spec.info->fed;
+    TACTOR_DEMAND(!state.external || external_ != nullptr || spec.info->inputs.empty());
     if (spec.info->rate_parameter) state.rate = std::get<double>(spec.params[*spec.info->rate_parameter]);
     for (const InputInfo& input : spec.info->inputs) state.inputs.push_back(&input.access(nodes_[n]));
     for (const OutputInfo& output : spec.info->outputs) state.outputs.push_back(&output.access(nodes_[n]));
     const std::size_t outputs = state.outputs.size();
     state.sequence.resize(outputs);
     state.edges_out.resize(outputs);
-    state.streams_out.resize(outputs);
+    state.taps.resize(outputs);
     for (const OutputBase* output : state.outputs) state.held.emplace_back(output->type());
     states_.push_back(std::move(state));
   }
@@ -42,7 +42,6 @@ void Dispatcher::connect() {
     const NodeInfo& reader = *plan_.nodes[edge.to].info;
     EdgeState state(*states_[edge.to].inputs[edge.input]);
     state.input->configure(edge.spec.queue);
-    state.reference = reader.inputs[edge.input].reference;
     state.to_sink = reader.sink;
     if (edge.triggers && edge.spec.queue.policy != QueuePolicy::latest) {
       states_[edge.to].trigger_queues.push_back(state.input);
@@ -51,14 +50,53 @@ void Dispatcher::connect() {
     states_[edge.to].edges_in.push_back(i);
     edges_.push_back(std::move(state));
   }
-  for (std::size_t i = 0; i < plan_.streams.size(); ++i) {
-    states_[plan_.streams[i].node].streams_out[plan_.streams[i].output].push_back(i);
+  for (NodeState& state : states_) {
+    for (std::size_t o = 0; o < state.outputs.size(); ++o) find_wanted(state, o);
   }
+}
+
+void Dispatcher::find_wanted(NodeState& state, std::size_t output) {
+  state.outputs[output]->set_wanted(!state.edges_out[output].empty() || !state.taps[output].empty());
+}
+
+void Dispatcher::add_tap(std::size_t node, std::size_t output, Tap& tap) {
+  NodeState& state = states_[node];
+  TACTOR_DEMAND(same_type(tap.type(), state.outputs[output]->type()));
+  state.taps[output].push_back(&tap);
+  find_wanted(state, output);
+}
+
+void Dispatcher::add_arrival_tap(std::size_t edge, Tap& tap) {
+  TACTOR_DEMAND(same_type(tap.type(), edges_[edge].input->type()));
+  edges_[edge].taps.push_back(&tap);
+}
+
+void Dispatcher::remove_tap(const Tap& tap) {
+  std::erase(step_taps_, &tap);
+  std::erase(tick_taps_, &tap);
+  std::erase(stop_taps_, &tap);
+  for (EdgeState& edge : edges_) std::erase(edge.taps, &tap);
   for (NodeState& state : states_) {
     for (std::size_t o = 0; o < state.outputs.size(); ++o) {
-      state.outputs[o]->set_wanted(!state.edges_out[o].empty() || !state.streams_out[o].empty());
+      if (std::erase(state.taps[o], &tap) > 0) find_wanted(state, o);
     }
   }
+}
+
+void Dispatcher::tell_step(std::size_t node) {
+  if (step_taps_.empty()) return;
+  const NodeState& state = states_[node];
+  const StepEvent event{static_cast<std::int32_t>(node)};
+  const Stamp stamp{state.begun, now_, state.steps - 1};
+  for (Tap* tap : step_taps_) tap->put(stamp, &event);
+}
+
+void Dispatcher::passed(std::size_t node, Time begun) {
+  NodeState& state = states_[node];
+  state.begun = begun;
+  ++state.steps;
+  tell_step(node);
+  first_step_passed(state);
 }
 
 void Dispatcher::find_groups() {
@@ -83,7 +121,7 @@ void Dispatcher::find_awaited() {
     todo.pop_back();
     if (seen[n]) continue;
     seen[n] = true;
-    if (!plan_.nodes[n].info->actuator) {
+    if (!plan_.nodes[n].info->actuator && !plan_.nodes[n].info->fed) {
       states_[n].awaited = true;
       ++awaited_;
     }
@@ -116,8 +154,10 @@ void Dispatcher::start() {
   for (std::size_t n = 0; n < states_.size(); ++n) schedule_tick(n);
 }
 
-void Dispatcher::stop() {
+void Dispatcher::stop(bool failed) {
   set_phase(Phase::stopping);
+  const StopEvent event{failed ? 1 : 0};
+  for (Tap* tap : stop_taps_) tap->put({now_, now_, 0}, &event);
 }
 
 void Dispatcher::set_phase(Phase phase) {
@@ -125,9 +165,18 @@ void Dispatcher::set_phase(Phase phase) {
   if (external_ != nullptr) external_->on_phase(phase);
 }
 
+void Dispatcher::tell_tick(Time deadline, Time now, const TickEvent& event) {
+  const Stamp stamp{deadline, now, states_[static_cast<std::size_t>(event.node)].steps};
+  for (Tap* tap : tick_taps_) tap->put(stamp, &event);
+}
+
 std::optional<Time> Dispatcher::next_event() const {
   if (events_.empty()) return std::nullopt;
   return events_.front().time;
+}
+
+bool Dispatcher::has_event_at(Time t) const {
+  return std::any_of(events_.begin(), events_.end(), [t](const Event& event) { return event.time == t; });
 }
 
 void Dispatcher::move_to(Time t) {
@@ -199,6 +248,7 @@ std::optional<Dispatcher::StepRequest> Dispatcher::next_request() {
   next->tick_due = false;
   next->triggered = false;
   next->busy = true;
+  next->begun = now_;
   ++next->steps;
   if (next->group) group_busy_[*next->group] = 1;
   next->unread_before = 0;
@@ -226,6 +276,7 @@ void Dispatcher::complete(std::size_t node) {
   NodeState& state = states_[node];
   state.busy = false;
   state.completed = now_;
+  tell_step(node);
   if (state.group) group_busy_[*state.group] = 0;
   for (InputBase* input : state.inputs) {
     if (input->connected()) input->queue().mark_seen();
@@ -259,7 +310,7 @@ void Dispatcher::release(std::size_t node) {
   for (std::size_t o = 0; o < state.outputs.size(); ++o) {
     for (HeldMessages& held = state.held[o]; !held.empty(); held.pop()) {
       held.stamp().produced = now_;
-      for (const std::size_t stream : state.streams_out[o]) observer_.on_message(stream, held.stamp(), held.value());
+      for (Tap* tap : state.taps[o]) tap->put(held.stamp(), held.value());
       for (const std::size_t edge : state.edges_out[o]) deliver(edge, held.stamp(), held.value());
     }
   }
@@ -268,7 +319,7 @@ void Dispatcher::release(std::size_t node) {
 void Dispatcher::publish(std::size_t node, std::size_t output, Time valid, const void* payload) {
   NodeState& state = states_[node];
   const Stamp stamp{valid, now_, state.sequence[output]++};
-  for (const std::size_t stream : state.streams_out[output]) observer_.on_message(stream, stamp, payload);
+  for (Tap* tap : state.taps[output]) tap->put(stamp, payload);
   for (const std::size_t edge : state.edges_out[output]) {
     deliver(edge, stamp, static_cast<const std::byte*>(payload));
   }
@@ -306,7 +357,7 @@ void Dispatcher::arrive(std::size_t edge, const Stamp& stamp, const std::byte* p
     return;
   }
   ++state.delivered;
-  if (state.reference) observer_.on_reference(edge, stamp, payload);
+  for (Tap* tap : state.taps) tap->put(stamp, payload);
   if (planned.triggers) reader.triggered = true;
   state.input->queue().push(stamp, payload);
   // A step under way sees what had arrived when it began.
@@ -326,7 +377,7 @@ void Dispatcher::flush_blocked(std::size_t reader) {
     while (!state.blocked.empty() && !state.input->full()) {
       HeldMessages& blocked = state.blocked;
       ++state.delivered;
-      if (state.reference) observer_.on_reference(edge, blocked.stamp(), blocked.value());
+      for (Tap* tap : state.taps) tap->put(blocked.stamp(), blocked.value());
       if (plan_.edges[edge].triggers) states_[reader].triggered = true;
       state.input->queue().push(blocked.stamp(), blocked.value());
       admit(edge);

@@ -15,7 +15,9 @@
 
 #include "framework/engine/held_messages.hpp"
 #include "framework/engine/plan_nodes.hpp"
-#include "framework/engine/run_observer.hpp"
+#include "framework/engine/run_events.hpp"
+#include "framework/engine/run_statistics.hpp"
+#include "framework/engine/tap.hpp"
 
 namespace tactor {
 
@@ -41,8 +43,20 @@ class Dispatcher {
 
   /// Connects the nodes. `external[i]`: node i steps outside; what it sends comes by `publish`, and `inputs` gets what
   /// is for it. All arguments must outlive the dispatcher.
-  Dispatcher(PlanNodes& nodes, RunObserver& observer, std::vector<bool> external = {},
-             ExternalInputs* inputs = nullptr);
+  explicit Dispatcher(PlanNodes& nodes, std::vector<bool> external = {}, ExternalInputs* inputs = nullptr);
+
+  /// The messages of an output from now on, as they become visible.
+  void add_tap(std::size_t node, std::size_t output, Tap& tap);
+  /// The messages that arrive at the input of an edge from now on.
+  void add_arrival_tap(std::size_t edge, Tap& tap);
+  /// A StepEvent for each step that passes from now on.
+  void add_step_tap(Tap& tap) { step_taps_.push_back(&tap); }
+  /// A TickEvent for each tick of a node in the real-time lane from now on.
+  void add_tick_tap(Tap& tap) { tick_taps_.push_back(&tap); }
+  /// A StopEvent.
+  void add_stop_tap(Tap& tap) { stop_taps_.push_back(&tap); }
+  /// Ends one of these.
+  void remove_tap(const Tap& tap);
 
   /// Calls `start` of every node at time zero and delivers what they send. Once, before anything else.
   void start();
@@ -52,10 +66,11 @@ class Dispatcher {
   /// The names of the nodes that keep the run from leaving Phase::starting.
   [[nodiscard]] std::vector<std::string> waiting_for() const;
   /// Devices ramp down from now on, and sinks get nothing more.
-  void stop();
+  void stop(bool failed = false);
 
   /// The time of the next tick, delayed arrival or end of a step; none where nothing is due.
   [[nodiscard]] std::optional<Time> next_event() const;
+  [[nodiscard]] bool has_event_at(Time t) const;
   /// Moves the time on, to no later than the next event.
   void move_to(Time t);
   /// Handles everything that is due at `now`.
@@ -70,10 +85,12 @@ class Dispatcher {
   void complete_at(std::size_t node, Time t);
   /// The step of `node` has failed: it never steps again, but the others on its thread may.
   void failed(std::size_t node);
+  /// A tick of an external node, due at `deadline`, was told at `now`.
+  void tell_tick(Time deadline, Time now, const TickEvent& event);
   /// An external node sent a message.
   void publish(std::size_t node, std::size_t output, Time valid, const void* payload);
-  /// A step of an external node has passed, and what it sent was published.
-  void passed(std::size_t node) { first_step_passed(states_[node]); }
+  /// A step of an external node that began at `begun` has passed, and what it sent was published.
+  void passed(std::size_t node, Time begun);
 
   [[nodiscard]] bool busy(std::size_t node) const { return states_[node].busy; }
   /// The steps that have begun.
@@ -92,6 +109,7 @@ class Dispatcher {
     std::int64_t next_tick = 0;
     std::optional<std::size_t> group;  // of nodes that share a thread
     bool busy = false;
+    Time begun;          // when its last step began
     Time completed{-1};  // when it last became free
     bool tick_due = false;
     bool triggered = false;
@@ -100,19 +118,19 @@ class Dispatcher {
     std::size_t unread_before = 0;  // of its trigger queues, when the step began
     std::uint64_t steps = 0;
     std::uint64_t missed_ticks = 0;
-    std::vector<InputBase*> inputs;                     // by index into NodeInfo::inputs
-    std::vector<InputBase*> trigger_queues;             // inputs whose unread messages ask for a step
-    std::vector<OutputBase*> outputs;                   // by index into NodeInfo::outputs
-    std::vector<std::uint64_t> sequence;                // by output
-    std::vector<std::vector<std::size_t>> edges_out;    // by output
-    std::vector<std::vector<std::size_t>> streams_out;  // by output
-    std::vector<HeldMessages> held;                     // by output: what becomes visible when the node is free again
+    std::vector<InputBase*> inputs;                   // by index into NodeInfo::inputs
+    std::vector<InputBase*> trigger_queues;           // inputs whose unread messages ask for a step
+    std::vector<OutputBase*> outputs;                 // by index into NodeInfo::outputs
+    std::vector<std::uint64_t> sequence;              // by output
+    std::vector<std::vector<std::size_t>> edges_out;  // by output
+    std::vector<std::vector<Tap*>> taps;              // by output
+    std::vector<HeldMessages> held;                   // by output: what becomes visible when the node is free again
     std::vector<std::size_t> edges_in;
   };
   struct EdgeState {
     explicit EdgeState(InputBase& reader) : input(&reader), delayed(reader.type()), blocked(reader.type()) {}
     InputBase* input;
-    bool reference = false;
+    std::vector<Tap*> taps;
     bool to_sink = false;
     HeldMessages delayed;             // in order of arrival
     HeldMessages blocked;             // waiting for room in a `block` queue
@@ -142,6 +160,8 @@ class Dispatcher {
   void release(std::size_t node);
   void first_step_passed(NodeState& state);
   void set_phase(Phase phase);
+  void tell_step(std::size_t node);
+  void find_wanted(NodeState& state, std::size_t output);
   void deliver(std::size_t edge, const Stamp& stamp, const std::byte* payload);
   void arrive(std::size_t edge, const Stamp& stamp, const std::byte* payload);
   void admit(std::size_t edge);
@@ -149,8 +169,8 @@ class Dispatcher {
 
   PlanNodes& nodes_;
   const Plan& plan_;
-  RunObserver& observer_;
   ExternalInputs* external_;
+  std::vector<Tap*> step_taps_, tick_taps_, stop_taps_;
   std::vector<NodeState> states_;
   std::vector<EdgeState> edges_;
   std::vector<char> group_busy_;

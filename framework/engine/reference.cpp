@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <deque>
 #include <limits>
 
 #include "framework/core/check.hpp"
@@ -99,27 +100,25 @@ void add_scene(KeyText& text, const Scene& scene) {
   }
 }
 
-class Capture final : public RunObserver {
+/// Keeps what arrives at one reference input.
+class Capture {
  public:
-  Capture(const Plan& plan, Reference& reference, const std::function<bool(double)>& go_on)
-      : plan_(plan), reference_(reference), go_on_(go_on) {}
-  bool on_progress(Time now) override {
-    if (go_on_ && !go_on_(now.seconds() / plan_.graph.duration.seconds())) throw RunError("interrupted");
-    return true;
+  Capture(Dispatcher& dispatcher, std::size_t edge, const MessageType& type, ReferenceStream& stream)
+      : tap_(type, {QueuePolicy::drop_newest, 256}), stream_(stream) {
+    tap_.when_full([this] { take(); });
+    dispatcher.add_arrival_tap(edge, tap_);
   }
-  void on_reference(std::size_t edge, const Stamp& stamp, const void* payload) override {
-    const PlannedEdge& planned = plan_.edges[edge];
-    ReferenceStream& stream = reference_[planned.spec.to_node + "." + planned.spec.to_port];
-    const std::size_t size = plan_.nodes[planned.to].info->inputs[planned.input].type->size;
-    const auto* bytes = static_cast<const std::byte*>(payload);
-    stream.stamps.push_back(stamp);
-    stream.payloads.insert(stream.payloads.end(), bytes, bytes + size);
+
+  void take() {
+    while (const MessageView message = tap_.take()) {
+      stream_.stamps.push_back(*message.stamp);
+      stream_.payloads.insert(stream_.payloads.end(), message.value, message.value + tap_.type().size);
+    }
   }
 
  private:
-  const Plan& plan_;
-  Reference& reference_;
-  const std::function<bool(double)>& go_on_;
+  Tap tap_;
+  ReferenceStream& stream_;
 };
 
 void put(std::string& out, const void* data, std::size_t size) {
@@ -183,8 +182,21 @@ Reference run_reference(const Plan& plan, const PlanNodes* tested, const std::fu
   VirtualClock engine(plan, false);
   if (tested != nullptr) engine.nodes().follow(*tested);
   Reference reference;
-  Capture capture(plan, reference, go_on);
-  engine.run(capture);
+  std::deque<Capture> captures;
+  for (std::size_t e = 0; e < plan.edges.size(); ++e) {
+    const PlannedEdge& edge = plan.edges[e];
+    const InputInfo& input = plan.nodes[edge.to].info->inputs[edge.input];
+    if (!input.reference) continue;
+    captures.emplace_back(engine.dispatcher(), e, *input.type, reference[edge.spec.to_node + "." + edge.spec.to_port]);
+  }
+  constexpr Duration progress_period{10'000'000};
+  const Time end = Time{} + plan.graph.duration;
+  engine.start();
+  while (engine.now() < end) {
+    engine.advance_to(std::min(engine.now() + progress_period, end));
+    if (go_on && !go_on(engine.now().seconds() / plan.graph.duration.seconds())) throw RunError("interrupted");
+  }
+  for (Capture& capture : captures) capture.take();
   return reference;
 }
 

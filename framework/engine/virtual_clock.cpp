@@ -1,6 +1,8 @@
 #include "framework/engine/virtual_clock.hpp"
 
+#include <algorithm>
 #include <ctime>
+#include <utility>
 
 namespace tactor {
 
@@ -10,60 +12,41 @@ std::int64_t thread_cpu_ns() {
   return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
 }
 
-VirtualClock::VirtualClock(const Plan& plan, bool measure_cpu)
+VirtualClock::VirtualClock(const Plan& plan, bool measure_cpu, std::vector<bool> external, ExternalInputs* inputs)
     : plan_(plan),
       measure_cpu_(measure_cpu),
       nodes_(plan),
-      node_statistics_(plan.nodes.size()),
-      edge_statistics_(plan.edges.size()) {
+      dispatcher_(nodes_, std::move(external), inputs),
+      node_statistics_(plan.nodes.size()) {
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
 }
 
-void VirtualClock::run(RunObserver& observer) {
-  Dispatcher dispatcher(nodes_, observer);
-  try {
-    run_to_end(dispatcher, observer);
-  } catch (...) {
-    keep_statistics(dispatcher);
-    throw;
-  }
-  keep_statistics(dispatcher);
+NodeStatistics VirtualClock::node_statistics(std::size_t index) const {
+  NodeStatistics statistics = node_statistics_[index];
+  statistics.steps = dispatcher_.steps(index);
+  statistics.missed_ticks = dispatcher_.missed_ticks(index);
+  return statistics;
 }
 
-void VirtualClock::keep_statistics(const Dispatcher& dispatcher) {
-  now_ = dispatcher.now();
-  for (std::size_t n = 0; n < node_statistics_.size(); ++n) {
-    node_statistics_[n].steps = dispatcher.steps(n);
-    node_statistics_[n].missed_ticks = dispatcher.missed_ticks(n);
-  }
-  for (std::size_t e = 0; e < edge_statistics_.size(); ++e) edge_statistics_[e] = dispatcher.edge_statistics(e);
+void VirtualClock::start() {
+  dispatcher_.start();
 }
 
-void VirtualClock::run_to_end(Dispatcher& dispatcher, RunObserver& observer) {
-  const Time end = Time{} + plan_.graph.duration;
-  constexpr Duration progress_period{10'000'000};
-  Time next_progress = Time{} + progress_period;
-  // What the starts sent at time zero may have made nodes ready before any event.
-  dispatcher.start();
-  for (;;) {
-    dispatcher.handle_due();
-    if (const auto request = dispatcher.next_request()) {
-      step(dispatcher, *request, observer);
+void VirtualClock::advance_to(Time t) {
+  TACTOR_DEMAND(t >= now());
+  while (now() < t) {
+    // What was sent at this instant, by a start or from outside, may have made nodes ready before any event.
+    dispatcher_.handle_due();
+    if (const auto request = dispatcher_.next_request()) {
+      step(*request);
       continue;
     }
-    const std::optional<Time> next = dispatcher.next_event();
-    if (!next || *next >= end) break;
-    dispatcher.move_to(*next);
-    if (dispatcher.now() >= next_progress) {
-      if (!observer.on_progress(dispatcher.now())) return;
-      next_progress = dispatcher.now() + progress_period;
-    }
+    const std::optional<Time> next = dispatcher_.next_event();
+    dispatcher_.move_to(next ? std::min(*next, t) : t);
   }
-  dispatcher.move_to(end);
-  observer.on_progress(end);
 }
 
-void VirtualClock::step(Dispatcher& dispatcher, const Dispatcher::StepRequest& request, RunObserver& observer) {
+void VirtualClock::step(const Dispatcher::StepRequest& request) {
   StepContext context(request.now, request.phase);
   const std::int64_t cpu_begin = measure_cpu_ ? thread_cpu_ns() : 0;
   nodes_.step(request.node, context);
@@ -71,11 +54,10 @@ void VirtualClock::step(Dispatcher& dispatcher, const Dispatcher::StepRequest& r
     node_statistics_[request.node].add_cpu({thread_cpu_ns() - cpu_begin});
   }
   const Duration cost = costs_[request.node].next(context.work());
-  observer.on_step(request.node, request.now, cost);
   if (cost.ns > 0) {
-    dispatcher.complete_at(request.node, request.now + cost);
+    dispatcher_.complete_at(request.node, request.now + cost);
   } else {
-    dispatcher.complete(request.node);
+    dispatcher_.complete(request.node);
   }
 }
 

@@ -17,31 +17,39 @@ class VirtualClock {
  public:
   /// Makes the nodes. Throws InputError with the node's name where a node refuses its input.
   /// `measure_cpu`: time every step by the thread's CPU clock.
-  VirtualClock(const Plan& plan, bool measure_cpu);
+  /// `external` and `inputs`: see Dispatcher.
+  VirtualClock(const Plan& plan, bool measure_cpu, std::vector<bool> external = {}, ExternalInputs* inputs = nullptr);
 
-  /// Runs from time zero to the graph's duration. Throws RunError with the node's name where a step throws, and what
-  /// the observer throws; the metrics are then of the run up to there. Once only.
-  void run(RunObserver& observer);
+  /// Where taps are added; they may be before the start and between two advances.
+  [[nodiscard]] Dispatcher& dispatcher() { return dispatcher_; }
+  /// Starts the nodes at time zero. Once, before the first advance.
+  void start();
+  /// Makes the steps that begin before `t`, which is not before `now`, and moves the time there. What happens at `t`
+  /// itself is left to the next advance. Throws RunError with the node's name where a step throws; the metrics are then
+  /// of the run up to there.
+  void advance_to(Time t);
+  /// Both, to the graph's duration.
+  void run() {
+    start();
+    advance_to(Time{} + plan_.graph.duration);
+  }
 
   [[nodiscard]] PlanNodes& nodes() { return nodes_; }
   [[nodiscard]] const PlanNodes& nodes() const { return nodes_; }
-  [[nodiscard]] const NodeStatistics& node_statistics(std::size_t index) const { return node_statistics_[index]; }
-  [[nodiscard]] const EdgeStatistics& edge_statistics(std::size_t index) const { return edge_statistics_[index]; }
-  /// The time at which the run ended.
-  [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] NodeStatistics node_statistics(std::size_t index) const;
+  [[nodiscard]] EdgeStatistics edge_statistics(std::size_t index) const { return dispatcher_.edge_statistics(index); }
+  /// The time up to which it has run.
+  [[nodiscard]] Time now() const { return dispatcher_.now(); }
 
  private:
-  void step(Dispatcher& dispatcher, const Dispatcher::StepRequest& request, RunObserver& observer);
-  void run_to_end(Dispatcher& dispatcher, RunObserver& observer);
-  void keep_statistics(const Dispatcher& dispatcher);
+  void step(const Dispatcher::StepRequest& request);
 
   const Plan& plan_;
   const bool measure_cpu_;
   PlanNodes nodes_;
   std::vector<CostDraw> costs_;
-  std::vector<NodeStatistics> node_statistics_;
-  std::vector<EdgeStatistics> edge_statistics_;
-  Time now_;
+  Dispatcher dispatcher_;
+  std::vector<NodeStatistics> node_statistics_;  // without what the dispatcher counts
 };
 
 /// The CPU time of the calling thread in ns.

@@ -130,12 +130,15 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
     if (const Tree* cost = entry.value.value("cost")) {
       node.cost = read_cost(*cost, path + ".cost", files, diagnostics);
     }
+    spec.nodes.push_back(std::move(node));
+  }
+  // When the libraries of all nodes are loaded, whose message types may be asked for.
+  for (NodeSpec& node : spec.nodes) {
     try {
       if (!diagnostics.any()) node.info = &with_output_types(*node.info, node.params);
     } catch (const InputError&) {
       // The node says so itself when it is checked.
     }
-    spec.nodes.push_back(std::move(node));
   }
   read_lanes(spec.nodes, tree, registry, diagnostics);
 }
@@ -157,6 +160,19 @@ const NodeSpec* GraphSpec::node(std::string_view wanted) const {
     if (spec.name == wanted) return &spec;
   }
   return nullptr;
+}
+
+ParamValue parse_parameter(const NodeSpec& node, std::size_t param, const std::string& text, const std::string& where) {
+  Diagnostics diagnostics;
+  const std::optional<Tree> tree = parse_yaml(text, where, diagnostics);
+  diagnostics.throw_if_any();
+  const ParamInfo& info = node.info->params[param];
+  Tree value = tree.value_or(Tree{});
+  set_places(value, {where, 0, 0});
+  const FileFinder files(fs::current_path());
+  std::optional<ParamValue> read = read_param(value, node.name + "." + info.name, info, files, diagnostics);
+  diagnostics.throw_if_any();
+  return std::move(read).value();
 }
 
 std::string graph_name(const fs::path& file) {

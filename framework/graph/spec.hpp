@@ -55,6 +55,10 @@ struct NodeSpec {
   SourceLocation place;
 };
 
+/// The value of the node's parameter at index `param` that such a text in a graph file means (`1200 N/m`). Throws
+/// YamlError with `where` as the place.
+ParamValue parse_parameter(const NodeSpec& node, std::size_t param, const std::string& text, const std::string& where);
+
 /// How nodes of a type are scheduled where their graph says nothing: in the lane of the type; `realtime` with policy
 /// fifo and priority 80, `thread` with policy other, `pool` as the pool is.
 Scheduling default_scheduling(const NodeInfo& info);

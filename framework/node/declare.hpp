@@ -114,6 +114,28 @@ class Declare {
     };
     return *this;
   }
+  /// Its messages come from outside of the run (Session::feed); it never steps.
+  Declare& fed() {
+    info_.fed = true;
+    return *this;
+  }
+  /// The parameters `names` may be set while a session runs. N has `void tune(const Params&)`, which is called between
+  /// two steps, on the thread that makes them, with all parameters; in the real-time lane it allocates, locks and waits
+  /// for nothing. What would step a force goes there over some time.
+  Declare& tunable(std::initializer_list<std::string_view> names) {
+    for (const std::string_view name : names) {
+      const auto param =
+          std::find_if(info_.params.begin(), info_.params.end(), [&](const auto& p) { return p.name == name; });
+      TACTOR_DEMAND(param != info_.params.end());
+      param->tunable = true;
+    }
+    auto params = params_;
+    info_.typed = [params](const std::vector<ParamValue>& values) -> std::shared_ptr<const void> {
+      return std::make_shared<const P>(assign_all(*params, values));
+    };
+    info_.tune = [](Node& node, const void* values) { static_cast<N&>(node).tune(*static_cast<const P*>(values)); };
+    return *this;
+  }
   /// Its steps allocate, lock and wait for nothing, so that a graph may put it into the real-time lane.
   Declare& realtime_safe() {
     info_.realtime_safe = true;

@@ -80,6 +80,7 @@ struct ParamInfo {
   std::string doc;                         ///< one line
   std::string former;                      ///< what it was called before; empty: always so
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
+  bool tunable = false;                    ///< it may be set while a session runs
   std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
   /// Why the node does not read it, given the values of all its parameters, or empty where it does; null: it always
   /// reads it.
@@ -213,6 +214,7 @@ struct NodeInfo {
   bool needs_torque = false;                  ///< it makes no sense in a translation-only scene
   bool actuator = false;                      ///< it drives a device: a run starts and stops around it
   bool hardware = false;                      ///< it talks to hardware: it needs `clock: real`
+  bool fed = false;                           ///< its messages come from outside of the run; it never steps
   bool realtime_safe = false;                 ///< its steps allocate, lock and wait for nothing
   Lane lane = Lane::pool;                     ///< where it steps when the clock is real, unless the graph says
   std::string thread;                         ///< for Lane::thread: the thread it shares, unless the graph says
@@ -237,6 +239,9 @@ struct NodeInfo {
   /// Of hardware: does what the device needs to know where it is, asks before anything moves, and returns what was
   /// done. Throws InputError or RunError. Empty: the device needs none.
   std::function<std::string(const std::vector<ParamValue>&, const Ask&)> calibrate{};
+  /// The parameters as the node's struct, and what gives them to a node between two steps; null where none is tunable.
+  std::function<std::shared_ptr<const void>(const std::vector<ParamValue>&)> typed{};
+  std::function<void(Node&, const void* params)> tune{};
   /// Makes the node from values in the order of `params`; null where there is `resolve`. Devices are opened when the
   /// node starts, not here.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;

@@ -1,6 +1,7 @@
 // The typed ends of edges: inputs that hold what arrived, outputs that collect what a step sends.
 #pragma once
 
+#include <atomic>
 #include <cstring>
 #include <memory>
 #include <span>
@@ -101,13 +102,14 @@ class OutputBase {
   [[nodiscard]] virtual const void* pending_value(std::size_t i) const = 0;
   virtual void clear_pending() = 0;
   /// False where no edge, recording or sink wants this output; a node may skip the work for it.
-  [[nodiscard]] bool wanted() const { return wanted_; }
-  void set_wanted(bool wanted) { wanted_ = wanted; }
+  [[nodiscard]] bool wanted() const { return wanted_.load(std::memory_order_relaxed); }
+  /// From any thread, while the node steps.
+  void set_wanted(bool wanted) { wanted_.store(wanted, std::memory_order_relaxed); }
 
  protected:
   const MessageType* type_;
   std::vector<Time> valid_;
-  bool wanted_ = true;
+  std::atomic<bool> wanted_{true};
 };
 
 /// An output of messages T.
@@ -121,7 +123,7 @@ class Output final : public OutputBase {
 
   /// Sends a value that holds for the time `valid`; it becomes visible when the step's cost has passed.
   void send(Time valid, const T& value) {
-    if (!wanted_) return;
+    if (!wanted()) return;
     values_.push_back(value);
     valid_.push_back(valid);
   }
@@ -146,7 +148,7 @@ class AnyOutput final : public OutputBase {
   void set_type(const MessageType& type) { type_ = &type; }
   /// Sends a message of the type.
   void send(Time valid, const void* value) {
-    if (!wanted_) return;
+    if (!wanted()) return;
     const std::size_t at = bytes_.size();
     bytes_.resize(at + type_->size);
     std::memcpy(bytes_.data() + at, value, type_->size);

@@ -63,6 +63,7 @@ void Registry::add(NodeInfo info) {
 }
 
 void Registry::add_message_type(const MessageType& type, const std::string& node) {
+  make_known(type);
   const auto [known, added] = message_types_.try_emplace(type.name, &type);
   if (added || same_type(*known->second, type)) return;
   throw InputError("the node type " + node + " has ports of the message type " + type.name +

@@ -22,6 +22,8 @@ struct Fixture {
   NodeInfo info = Declare<Idle>("test.idle", "Does nothing.").info();
   Plan plan;
   LiveStatus before, now;
+  std::optional<SafetyState> safety = SafetyState{Engagement::ramping, SafetyCause::stale, 0.37, {}};
+  std::uint64_t record_dropped = 0;
 
   Fixture() {
     plan.graph.name = "duck";
@@ -50,11 +52,12 @@ struct Fixture {
     device.end_to_end = {1400, us(8600), us(19400), us(20000), us(20000), us(20000)};
     device.heap_calls = 17;
     device.page_faults = 23;
-    device.safety = SafetyState{Engagement::ramping, SafetyCause::stale, 0.37, {}};
     now.devices.push_back(device);
   }
   static Duration us(std::int64_t n) { return Duration{n * 1000}; }
-  [[nodiscard]] std::string block() const { return live_block(plan, before, now); }
+  [[nodiscard]] std::string block() const {
+    return live_block(plan, before, {now, std::vector(now.devices.size(), safety), record_dropped});
+  }
   /// The row that has `word`.
   [[nodiscard]] std::string row(const std::string& word) const {
     std::istringstream in(block());
@@ -98,7 +101,7 @@ BOOST_FIXTURE_TEST_CASE(a_run_that_starts_says_what_it_waits_for, Fixture) {
 BOOST_FIXTURE_TEST_CASE(without_a_state_before_there_are_no_rates_and_nothing_breaks, Fixture) {
   before = {};
   now.now = Time{};
-  now.devices[0].safety.reset();
+  safety.reset();
   now.devices[0].heap_calls.reset();
   has("thread physics", {" - "});
   has("ticks", {"allocations -"});
@@ -106,7 +109,7 @@ BOOST_FIXTURE_TEST_CASE(without_a_state_before_there_are_no_rates_and_nothing_br
 
 BOOST_FIXTURE_TEST_CASE(a_recording_that_lost_messages_is_told, Fixture) {
   BOOST_TEST(row("recording lost").empty());
-  now.record_dropped = 31;
+  record_dropped = 31;
   has("recording lost", {"31"});
 }
 

@@ -89,11 +89,6 @@ class ExitCodes(CommandTest):
             self.assertEqual(result.returncode, 2, result.stderr)
             self.assertIn("--out /proc/nowhere: cannot make this folder", result.stderr)
 
-    def test_costs_are_recorded_of_the_live_clock_alone(self):
-        result = tactor("run", self.judged_small_graph(), "--record-costs", "--out", self.folder / "out")
-        self.assertEqual(result.returncode, 2)
-        self.assertIn("--record-costs: expected a graph with clock: real", result.stderr)
-
     @needs_meshes
     def test_an_interrupt_ends_the_run_with_code_1_and_keeps_what_there_is(self):
         out = self.folder / "out"

@@ -17,7 +17,6 @@
 #include "framework/engine/live/lane_scheduler.hpp"
 #include "framework/engine/live/live_run.hpp"
 #include "framework/engine/live/realtime_lane.hpp"
-#include "framework/engine/live/record_queue.hpp"
 #include "framework/engine/live/stall_watch.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/realtime/allocation_watch.hpp"
@@ -27,19 +26,29 @@
 
 namespace tactor {
 
-class LiveRun::Engine final : public RunObserver, public ExternalInputs {
+class LiveRun::Engine final : public ExternalInputs {
   /// Between making the threads and time zero.
   static constexpr Duration head_start{20'000'000};
-  /// How often the calling thread writes the recording, and the timer thread watches for stalls.
+  /// How often the timer thread watches for stalls, and the calling thread does what it has to do at the end.
   static constexpr Duration watch_period{20'000'000};
   /// How long steps may take to come back at the end.
   static constexpr Duration longest_step_at_end{1'000'000'000};
-  /// What the recording may lag behind before messages are dropped.
-  static constexpr std::size_t record_queue_bytes = std::size_t{64} << 20;
 
  public:
   explicit Engine(const Plan& plan);
-  void run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on);
+  void start();
+  [[nodiscard]] bool is_running();
+  void stop(const std::string& why);
+  [[nodiscard]] LiveStatus look();
+  void feed(std::size_t node, std::optional<Time> valid, const void* value);
+  Time tune(std::size_t node, std::shared_ptr<const void> params);
+  void finish(const std::function<void()>& while_waiting);
+  /// Calls `work(dispatcher)` under the lock.
+  template <class Work>
+  void with_dispatcher(const Work& work) {
+    const std::scoped_lock lock(mutex_);
+    work(*dispatcher_);
+  }
 
   PlanNodes nodes;
   std::optional<std::string> failure;
@@ -56,7 +65,6 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   };
 
   // What the dispatcher tells, under the lock.
-  void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override;
   void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) override;
   void on_phase(Phase phase) override;
 
@@ -70,12 +78,14 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
 
   [[nodiscard]] Time clock() const { return Time{} + (MonotonicClock::now() - origin_); }
   // Under the lock:
-  [[nodiscard]] Time next_instant() const { return std::max(clock(), dispatcher_->now() + Duration{1}); }
+  [[nodiscard]] Time next_instant() const;
   void catch_up(Time t);
   void handle_events_before(Time t);
-  void begin_stop();
+  void begin_stop(bool failed);
   void begin_ready();
   void drain_loops();
+  /// What a tick of a loop sent becomes visible.
+  void publish_tick(RealtimeLane& loop);
   [[nodiscard]] Time next_look(Time now) const;
   void fail(const std::string& why);
   void look_for_stalls();
@@ -94,18 +104,16 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   /// Adds the latencies to `counters`; `whole` with their histograms. Takes long and needs no lock.
   void add_latencies(LiveStatus& status, bool whole) const;
   void wake(const std::vector<std::size_t>& nodes_to_step);
+  /// Under the lock: asks the actors of nodes whose steps have begun, and wakes the timer thread for what comes next.
+  void wake_others();
   void step(std::size_t node);
   void keep_time();
-  void watch(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on);
-  /// Keeps the recording going until `done` or the time is over.
-  void attend(RunObserver& observer, Duration longest, const std::function<bool()>& done);
-  void wind_down(RunObserver& observer);
-  void drain_record(RunObserver& observer);
+  /// Waits until `done` or the time is over.
+  void attend(const std::function<void()>& while_waiting, Duration longest, const std::function<bool()>& done);
 
   const Plan& plan_;
   const Time end_;
   LanePlan lanes_;
-  RecordQueue record_{record_queue_bytes};
   std::vector<std::unique_ptr<RealtimeLane>> loops_;    // by node, null outside of the real-time lane
   std::vector<std::unique_ptr<LatencyHistogram>> age_;  // by edge, written by its reader's steps
 
@@ -115,15 +123,17 @@ class LiveRun::Engine final : public RunObserver, public ExternalInputs {
   bool ended_ = false;  // no step begins any more
   bool timer_ended_ = false;
   Time timer_waits_until_;
+  using Params = std::vector<std::shared_ptr<const void>>;
   std::vector<Dispatcher::StepRequest> begun_;  // by node: the step it is making
+  std::vector<Params> tuned_;                   // by node: parameters that hold from its next step on
+  std::vector<Params> to_tune_;                 // by node: those that hold from the step on that it is making
   std::vector<CostDraw> costs_;                 // by node, where the graph imposes what it declares; else empty
   std::vector<Held> held_;                      // the first to pass comes first
   std::vector<bool> at_rest_;                   // by node: of a device outside of the real-time lane
   std::vector<bool> failed_;                    // by node
   StallWatch stalls_;
   std::vector<std::string> missing_;
-  std::vector<std::optional<SafetyState>> safety_;  // by node: what its gate said last
-  std::vector<std::size_t> woken_;                  // nodes whose steps have begun and whose actors are to be asked
+  std::vector<std::size_t> woken_;  // nodes whose steps have begun and whose actors are to be asked
 
   Instant origin_;
   std::optional<MemoryLock> memory_;

@@ -8,6 +8,7 @@
 
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
+#include "framework/engine/tap.hpp"
 
 namespace tactor {
 
@@ -17,14 +18,33 @@ class LiveEngine {
   /// Must not be called where the run `is_abandoned`.
   virtual ~LiveEngine() = default;
 
+  /// As Dispatcher::add_tap and the others. Before the start or while it runs, from any thread.
+  virtual void add_tap(std::size_t node, std::size_t output, Tap& tap) = 0;
+  virtual void add_step_tap(Tap& tap) = 0;
+  virtual void add_tick_tap(Tap& tap) = 0;
+  virtual void add_stop_tap(Tap& tap) = 0;
+  virtual void remove_tap(const Tap& tap) = 0;
+
+  /// A message of the fed node `node`, valid at `valid` or, where that is none, now. While it runs, any thread.
+  virtual void feed(std::size_t node, std::optional<Time> valid, const void* value) = 0;
+  /// New parameters for the node, from its next step on; the time from which they hold. While it runs, any thread.
+  virtual Time tune(std::size_t node, std::shared_ptr<const void> params) = 0;
+
   /// Sets a question whose yes ends the run. It is asked about fifty times a second on a thread of the engine and does
-  /// not wait for anything: it ends the run even while a disk or a terminal keeps the calling thread. Before `run`.
+  /// not wait for anything: it ends the run even while a disk or a terminal keeps the calling thread. Before `start`.
   virtual void stop_when(std::function<bool()> asked) = 0;
 
-  /// Runs until the graph's duration has passed, `go_on` says no (asked about ten times a second, on the calling
-  /// thread), or something fails; then lets the devices ramp down and ends everything. The observer is called on the
-  /// calling thread and may be slow. Once only.
-  virtual void run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) = 0;
+  /// Lets the run begin, and returns. Throws where nothing has moved, because a thread or a device was refused. Once.
+  virtual void start() = 0;
+  /// False from when the graph's duration has passed, the run was stopped, or something has failed.
+  [[nodiscard]] virtual bool is_running() = 0;
+  /// Ends the run now; `why` is its failure, where it is not empty. Any thread.
+  virtual void stop(const std::string& why) = 0;
+  /// The state now, with latencies so far. While it runs.
+  [[nodiscard]] virtual LiveStatus look() = 0;
+  /// Ends the run where it goes on, lets the devices ramp down, and ends everything. Meanwhile it calls
+  /// `while_waiting` about fifty times a second, and once after the last message. Once.
+  virtual void finish(const std::function<void()>& while_waiting) = 0;
 
   /// Why the run ended before its time, with the node's name; none where it did not fail.
   [[nodiscard]] virtual const std::optional<std::string>& failure() const = 0;

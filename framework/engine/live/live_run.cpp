@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <caf/send.hpp>
-#include <cstring>
 #include <exception>
 #include <mutex>
+#include <utility>
 
 #include "framework/engine/live/engine.hpp"
 #include "framework/engine/virtual_clock.hpp"
@@ -18,8 +18,6 @@ namespace {
 /// How long after a tick the engine first looks for what the loop sent, and how often again until it is there.
 constexpr Duration look_after{60'000};
 constexpr Duration look_again{100'000};
-/// Room for half a second of every stream of a large graph, made before the start.
-constexpr std::size_t record_queue_start_bytes = std::size_t{4} << 20;
 /// In the pool the CPU time of every this many steps is read: reading it is a system call, and two of them would take
 /// longer than a message between light nodes. A prime, so that it falls in step with no pattern of a graph.
 constexpr std::uint64_t steps_a_measurement = 7;
@@ -35,11 +33,13 @@ LiveRun::Engine::Engine(const Plan& plan)
       end_(Time{} + plan.graph.duration),
       lanes_(plan_lanes(plan)),
       begun_(plan.nodes.size()),
+      tuned_(plan.nodes.size()),
+      to_tune_(plan.nodes.size()),
       at_rest_(plan.nodes.size(), false),
       failed_(plan.nodes.size(), false),
-      stalls_(plan.nodes.size(), plan.graph.live.stall_timeout),
-      safety_(plan.nodes.size()) {
+      stalls_(plan.nodes.size(), plan.graph.live.stall_timeout) {
   check_privileges(plan_, lanes_, timer_settings);
+  make_lanes();
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
   if (!plan.graph.live.impose_cost) return;
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
@@ -47,8 +47,7 @@ LiveRun::Engine::Engine(const Plan& plan)
 
 // Starting.
 
-void LiveRun::Engine::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
-  make_lanes();
+void LiveRun::Engine::start() {
   dispatcher_->start();
   try {
     make_actors();
@@ -61,8 +60,6 @@ void LiveRun::Engine::run(RunObserver& observer, const std::function<bool(const 
     end_threads();
     throw;
   }
-  watch(observer, go_on);
-  wind_down(observer);
 }
 
 void LiveRun::Engine::make_lanes() {
@@ -71,19 +68,13 @@ void LiveRun::Engine::make_lanes() {
     external.push_back(lanes_.realtime[n].has_value());
     loops_.push_back(nullptr);
   }
-  dispatcher_ = std::make_unique<Dispatcher>(nodes, *this, external, this);
+  dispatcher_ = std::make_unique<Dispatcher>(nodes, external, this);
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     if (lanes_.realtime[n]) loops_[n] = std::make_unique<RealtimeLane>(nodes, n, *lanes_.realtime[n]);
-    // The live view shows the state of every safety gate, recorded or not.
-    const NodeInfo& info = *plan_.nodes[n].info;
-    for (const OutputInfo& output : info.outputs) {
-      if (info.actuator && output.type == &message_type<SafetyState>()) output.access(nodes[n]).set_wanted(true);
-    }
   }
 }
 
 void LiveRun::Engine::make_actors() {
-  record_.reserve(record_queue_start_bytes);
   // Everything that will run is in memory by now.
   memory_.emplace();
   if (memory_->refused()) missing_.push_back(describe(*memory_->refused()));
@@ -121,11 +112,6 @@ void LiveRun::Engine::start_threads() {
 
 // Steps.
 
-void LiveRun::Engine::on_message(std::size_t stream, const Stamp& stamp, const void* payload) {
-  const PlannedStream& planned = plan_.streams[stream];
-  record_.put_message(stream, stamp, payload, *plan_.nodes[planned.node].info->outputs[planned.output].type);
-}
-
 void LiveRun::Engine::on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) {
   loops_[plan_.edges[edge].to]->put(edge, stamp, payload);
 }
@@ -140,7 +126,7 @@ void LiveRun::Engine::catch_up(Time t) {
   if (t >= end_ && dispatcher_->phase() != Phase::stopping) {
     handle_events_before(end_);
     dispatcher_->move_to(end_);
-    begin_stop();
+    begin_stop(false);
   }
   handle_events_before(t);
   dispatcher_->move_to(t);
@@ -155,10 +141,17 @@ void LiveRun::Engine::handle_events_before(Time t) {
   }
 }
 
-void LiveRun::Engine::begin_stop() {
+Time LiveRun::Engine::next_instant() const {
+  Time t = std::max(clock(), dispatcher_->now() + Duration{1});
+  // At no instant at which something is due, so that a replay does not have to know which came first.
+  while (dispatcher_->has_event_at(t)) t = t + Duration{1};
+  return t;
+}
+
+void LiveRun::Engine::begin_stop(bool failed) {
   // What the run is judged by ends here; the ramp-down is not part of it.
   status = counters();
-  dispatcher_->stop();
+  dispatcher_->stop(failed);
   add_latencies(status, true);
 }
 
@@ -166,6 +159,8 @@ void LiveRun::Engine::begin_ready() {
   if (ended_) return;
   while (const auto request = dispatcher_->next_request()) {
     begun_[request->node] = *request;
+    to_tune_[request->node] = std::move(tuned_[request->node]);
+    tuned_[request->node].clear();
     woken_.push_back(request->node);
   }
 }
@@ -177,9 +172,11 @@ void LiveRun::Engine::wake(const std::vector<std::size_t>& nodes_to_step) {
 void LiveRun::Engine::step(std::size_t node) {
   Dispatcher::StepRequest request;
   bool measured = true;
+  Params tuned;
   {
     const std::scoped_lock lock(mutex_);
     request = begun_[node];
+    tuned.swap(to_tune_[node]);
     measured = lanes_.lane_of[node] != 0 || dispatcher_->steps(node) % steps_a_measurement == 1;
   }
   const Time starts = clock();
@@ -190,6 +187,7 @@ void LiveRun::Engine::step(std::size_t node) {
   std::string error;
   const std::int64_t cpu = measured ? thread_cpu_ns() : 0;
   try {
+    for (const auto& params : tuned) plan_.nodes[node].info->tune(nodes[node], params.get());
     nodes.step(node, context);
   } catch (const std::exception& e) {
     error = e.what();
@@ -212,6 +210,10 @@ void LiveRun::Engine::step(std::size_t node) {
     dispatcher_->failed(node);
   }
   begin_ready();
+  wake_others();
+}
+
+void LiveRun::Engine::wake_others() {
   // Under the lock, where whoever waits for it lends this thread its priority: these may be nodes of a higher lane,
   // whose ticks were due, and without the lock this thread may not be let run for a long time.
   wake(woken_);
@@ -219,6 +221,30 @@ void LiveRun::Engine::step(std::size_t node) {
   const auto next = dispatcher_->next_event();
   const bool earlier = (next && *next < timer_waits_until_) || (!held_.empty() && held_[0].until < timer_waits_until_);
   if (earlier) timer_condition_.notify_one();
+}
+
+void LiveRun::Engine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+  const std::scoped_lock lock(mutex_);
+  if (timer_ended_) return;
+  const Time now = next_instant();
+  catch_up(now);
+  dispatcher_->publish(node, 0, valid.value_or(now), value);
+  begin_ready();
+  wake_others();
+}
+
+Time LiveRun::Engine::tune(std::size_t node, std::shared_ptr<const void> params) {
+  const std::scoped_lock lock(mutex_);
+  const Time now = next_instant();
+  if (timer_ended_) return now;
+  catch_up(now);
+  if (!loops_[node]) {
+    tuned_[node].push_back(std::move(params));
+  } else if (!loops_[node]->tune(std::move(params))) {
+    throw RunError("node " + plan_.nodes[node].name + " is given parameters faster than it ticks");
+  }
+  wake_others();
+  return now;
 }
 
 void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
@@ -230,8 +256,6 @@ void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
 
 void LiveRun::Engine::pass(std::size_t node) {
   dispatcher_->complete(node);
-  const Time begun = begun_[node].now;
-  if (dispatcher_->phase() != Phase::stopping) record_.put_step(node, begun, dispatcher_->now() - begun);
 }
 
 void LiveRun::Engine::release_held() {
@@ -252,7 +276,7 @@ bool LiveRun::Engine::is_held(std::size_t node) const {
 void LiveRun::Engine::fail(const std::string& why) {
   if (!failure) failure = why;
   // At once, and not when the calling thread next looks: a disk or a terminal may hold that up.
-  if (dispatcher_->phase() != Phase::stopping) begin_stop();
+  if (dispatcher_->phase() != Phase::stopping) begin_stop(true);
 }
 
 // The timer thread: keeps the time for ticks, and carries out what the loops send.
@@ -266,7 +290,7 @@ void LiveRun::Engine::keep_time() {
     release_held();
     const Time now = next_instant();
     catch_up(now);
-    if (dispatcher_->phase() != Phase::stopping && stop_asked()) begin_stop();
+    if (dispatcher_->phase() != Phase::stopping && stop_asked()) begin_stop(false);
     if (now >= next_watch) {
       // Here, because a step that spins in the pool may keep the calling thread from running.
       look_for_stalls();
@@ -292,24 +316,18 @@ void LiveRun::Engine::keep_time() {
 void LiveRun::Engine::drain_loops() {
   for (const auto& loop : loops_) {
     if (!loop) continue;
-    const std::size_t n = loop->node();
-    RealtimeLane::Out out;
-    while (loop->take(out)) {
-      const Time now = next_instant();
-      catch_up(now);
-      if (out.port == RealtimeLane::step_done) {
-        dispatcher_->passed(n);
-        if (dispatcher_->phase() != Phase::stopping) record_.put_step(n, out.valid, now - out.valid);
-      } else {
-        const auto port = static_cast<std::size_t>(out.port);
-        dispatcher_->publish(n, port, out.valid, out.payload);
-        if (plan_.nodes[n].info->outputs[port].type == &message_type<SafetyState>()) {
-          std::memcpy(&safety_[n].emplace(), out.payload, sizeof(SafetyState));
-        }
-        begin_ready();
-      }
-    }
+    while (loop->take_tick()) publish_tick(*loop);
   }
+}
+
+void LiveRun::Engine::publish_tick(RealtimeLane& loop) {
+  // All that a tick sent becomes visible at one instant, so that a replay knows what came before it and what after.
+  const Time now = next_instant();
+  catch_up(now);
+  for (const RealtimeLane::Out& out : loop.sent()) dispatcher_->publish(loop.node(), out.port, out.valid, out.payload);
+  dispatcher_->tell_tick(loop.deadline(), now, loop.event());
+  dispatcher_->passed(loop.node(), loop.deadline());
+  begin_ready();
 }
 
 Time LiveRun::Engine::next_look(Time now) const {
@@ -334,8 +352,41 @@ LiveRun::~LiveRun() = default;
 void LiveRun::stop_when(std::function<bool()> asked) {
   engine_->stop_asked = std::move(asked);
 }
-void LiveRun::run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
-  engine_->run(observer, go_on);
+void LiveRun::add_tap(std::size_t node, std::size_t output, Tap& tap) {
+  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_tap(node, output, tap); });
+}
+void LiveRun::add_step_tap(Tap& tap) {
+  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_step_tap(tap); });
+}
+void LiveRun::remove_tap(const Tap& tap) {
+  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.remove_tap(tap); });
+}
+void LiveRun::start() {
+  engine_->start();
+}
+bool LiveRun::is_running() {
+  return engine_->is_running();
+}
+void LiveRun::stop(const std::string& why) {
+  engine_->stop(why);
+}
+void LiveRun::add_tick_tap(Tap& tap) {
+  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_tick_tap(tap); });
+}
+void LiveRun::add_stop_tap(Tap& tap) {
+  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_stop_tap(tap); });
+}
+void LiveRun::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+  engine_->feed(node, valid, value);
+}
+Time LiveRun::tune(std::size_t node, std::shared_ptr<const void> params) {
+  return engine_->tune(node, std::move(params));
+}
+LiveStatus LiveRun::look() {
+  return engine_->look();
+}
+void LiveRun::finish(const std::function<void()>& while_waiting) {
+  engine_->finish(while_waiting);
 }
 const std::optional<std::string>& LiveRun::failure() const {
   return engine_->failure;

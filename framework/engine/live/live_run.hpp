@@ -27,8 +27,19 @@ class LiveRun final : public LiveEngine {
   LiveRun(const LiveRun&) = delete;
   LiveRun& operator=(const LiveRun&) = delete;
 
+  void add_tap(std::size_t node, std::size_t output, Tap& tap) override;
+  void add_step_tap(Tap& tap) override;
+  void add_tick_tap(Tap& tap) override;
+  void add_stop_tap(Tap& tap) override;
+  void remove_tap(const Tap& tap) override;
+  void feed(std::size_t node, std::optional<Time> valid, const void* value) override;
+  Time tune(std::size_t node, std::shared_ptr<const void> params) override;
   void stop_when(std::function<bool()> asked) override;
-  void run(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) override;
+  void start() override;
+  [[nodiscard]] bool is_running() override;
+  void stop(const std::string& why) override;
+  [[nodiscard]] LiveStatus look() override;
+  void finish(const std::function<void()>& while_waiting) override;
   [[nodiscard]] const std::optional<std::string>& failure() const override;
   [[nodiscard]] bool is_abandoned() const override;
   [[nodiscard]] PlanNodes& nodes() override;

@@ -6,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "framework/core/messages.hpp"
-#include "framework/engine/run_observer.hpp"
+#include "framework/engine/run_statistics.hpp"
 #include "framework/node/node.hpp"
 #include "framework/realtime/latency_histogram.hpp"
 
@@ -53,8 +52,7 @@ struct LiveDevice {
   LatencyStatistics end_to_end;             ///< device sample to the first commanded force that was made from it
   std::optional<std::uint64_t> heap_calls;  ///< in the loop, after its warm-up; none where they cannot be counted
   std::uint64_t page_faults = 0;
-  std::uint64_t dropped = 0;          ///< messages out of the loop that found its ring full
-  std::optional<SafetyState> safety;  ///< what its safety gate said last; none where it has none
+  std::uint64_t dropped = 0;  ///< messages out of the loop that found its ring full
 };
 
 /// The state of a live run.
@@ -65,7 +63,6 @@ struct LiveStatus {
   std::vector<LiveNode> nodes;           ///< by index into the plan
   std::vector<LiveEdge> edges;           ///< by index into the plan
   std::vector<LiveDevice> devices;
-  std::uint64_t record_dropped = 0;  ///< messages that the recording could not take in time
   std::vector<std::string> missing;  ///< privileges that were asked for and refused, each with its remedy
 };
 

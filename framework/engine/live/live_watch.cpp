@@ -13,8 +13,6 @@ namespace tactor {
 
 namespace {
 
-/// How often `go_on` is asked.
-constexpr Duration ask_period{100'000'000};
 /// How long devices may take to come to rest at the end: more than the longest ramp_down_time that one may have. One
 /// that does not tick any more is not waited for so long.
 constexpr Duration longest_ramp_down{15'000'000'000};
@@ -22,43 +20,34 @@ constexpr Duration longest_without_tick{2'000'000'000};
 
 }  // namespace
 
-void LiveRun::Engine::watch(RunObserver& observer, const std::function<bool(const LiveStatus&)>& go_on) {
-  Time next_ask;
-  attend(observer, plan_.graph.duration + head_start, [&] {
-    LiveStatus now;
-    {
-      const std::scoped_lock lock(mutex_);
-      if (dispatcher_->phase() == Phase::stopping || clock() >= end_) return true;
-      if (clock() < next_ask) return false;
-      now = counters();
-    }
-    add_latencies(now, false);
-    now.record_dropped = record_.dropped();
-    next_ask = now.now + ask_period;
-    try {
-      return !go_on(now);
-    } catch (const std::exception& e) {
-      const std::scoped_lock lock(mutex_);
-      fail(e.what());
-      return true;
-    }
-  });
+bool LiveRun::Engine::is_running() {
+  const std::scoped_lock lock(mutex_);
+  return dispatcher_->phase() != Phase::stopping && clock() < end_;
 }
 
-void LiveRun::Engine::attend(RunObserver& observer, Duration longest, const std::function<bool()>& done) {
+void LiveRun::Engine::stop(const std::string& why) {
+  const std::scoped_lock lock(mutex_);
+  if (!why.empty()) return fail(why);
+  catch_up(next_instant());
+  if (dispatcher_->phase() != Phase::stopping) begin_stop(false);
+}
+
+LiveStatus LiveRun::Engine::look() {
+  LiveStatus now;
+  {
+    const std::scoped_lock lock(mutex_);
+    now = counters();
+  }
+  add_latencies(now, false);
+  return now;
+}
+
+void LiveRun::Engine::attend(const std::function<void()>& while_waiting, Duration longest,
+                             const std::function<bool()>& done) {
   const Time until = clock() + longest;
   while (clock() < until && !done()) {
-    drain_record(observer);
+    while_waiting();
     MonotonicClock::sleep_until(origin_ + (std::min(clock() + watch_period, until) - Time{}));
-  }
-}
-
-void LiveRun::Engine::drain_record(RunObserver& observer) {
-  try {
-    record_.drain(observer);
-  } catch (const std::exception& e) {
-    const std::scoped_lock lock(mutex_);
-    fail(e.what());
   }
 }
 
@@ -110,7 +99,6 @@ LiveStatus LiveRun::Engine::counters() const {
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(metrics.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(metrics.page_faults.value());
     device.dropped = loops_[n]->dropped_out();
-    device.safety = safety_[n];
     s.nodes.back().steps = device.ticks;
     s.nodes.back().missed_ticks = device.missed;
     s.devices.push_back(device);
@@ -159,15 +147,11 @@ std::vector<std::size_t> LiveRun::Engine::busy_nodes() const {
   return busy;
 }
 
-void LiveRun::Engine::wind_down(RunObserver& observer) {
-  {
-    const std::scoped_lock lock(mutex_);
-    catch_up(next_instant());
-    if (dispatcher_->phase() != Phase::stopping) begin_stop();
-  }
+void LiveRun::Engine::finish(const std::function<void()>& while_waiting) {
+  stop("");
   std::vector<std::int64_t> steps(nodes.size(), -1);
   Time ticked = clock();
-  attend(observer, longest_ramp_down, [&] {
+  attend(while_waiting, longest_ramp_down, [&] {
     const std::scoped_lock lock(mutex_);
     const std::vector<std::size_t> moving = devices_not_at_rest();
     for (const std::size_t n : moving) {
@@ -182,7 +166,7 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
     const std::scoped_lock lock(mutex_);
     fail("device node " + plan_.nodes[loop->node()].name + " does not come back from its step");
   }
-  attend(observer, longest_step_at_end, [this] {
+  attend(while_waiting, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
     ended_ = true;
     return busy_nodes().empty();
@@ -199,8 +183,7 @@ void LiveRun::Engine::wind_down(RunObserver& observer) {
     drain_loops();
   }
   end_timer();
-  drain_record(observer);
-  status.record_dropped = record_.dropped();
+  while_waiting();
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     node_statistics[n].steps = status.nodes[n].steps;
     node_statistics[n].missed_ticks = status.nodes[n].missed_ticks;

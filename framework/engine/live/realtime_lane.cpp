@@ -1,8 +1,11 @@
 #include "framework/engine/live/realtime_lane.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <utility>
 
 #include "framework/core/messages.hpp"
+#include "framework/engine/run_events.hpp"
 
 namespace tactor {
 
@@ -10,6 +13,18 @@ namespace {
 
 /// Room for a quarter of a second of a 1 kHz device, should the engine be kept from draining.
 constexpr std::size_t ticks_held = 256;
+/// Changes of parameters that may wait for a tick.
+constexpr std::size_t most_tunings = 64;
+/// Messages that a tick may send.
+constexpr std::size_t most_sent = 16;
+/// The port of what tells that a tick is over.
+constexpr std::int32_t tick_done = -1;
+
+std::size_t largest_payload(const NodeInfo& info) {
+  std::size_t largest = sizeof(TickEvent);
+  for (const OutputInfo& output : info.outputs) largest = std::max(largest, output.type->size);
+  return largest;
+}
 
 double rate_of(const NodeSpec& spec) {
   TACTOR_DEMAND(spec.info->rate_parameter.has_value());
@@ -22,6 +37,8 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
     : nodes_(nodes),
       node_(node),
       schedule_(rate_of(nodes.plan().nodes[node])),
+      tuned_(most_tunings, sizeof(const void*)),
+      sent_payloads_(most_sent, largest_payload(*nodes.plan().nodes[node].info)),
       end_to_end_(std::make_unique<LatencyHistogram>()),
       loop_({.name = nodes.plan().nodes[node].name, .rate = schedule_.rate(), .thread = settings},
             [this](const Tick& t) { tick(t); }) {
@@ -37,10 +54,15 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
     in.age = std::make_unique<LatencyHistogram>();
     inputs_.push_back(std::move(in));
   }
-  std::size_t largest = 0;
+  if (inputs_.size() > TickEvent::most_inputs) {
+    throw InputError("node " + plan.nodes[node].name + ": " + std::to_string(inputs_.size()) +
+                     " edges end there, and " + std::to_string(TickEvent::most_inputs) +
+                     " may in the real-time lane; put it into another lane");
+  }
+  const std::size_t largest = largest_payload(info);
+  sent_.reserve(most_sent);
   for (const OutputInfo& output : info.outputs) {
     outputs_.push_back(&output.access(nodes[node]));
-    largest = std::max(largest, output.type->size);
     TACTOR_DEMAND(output.type->arrays.empty());
   }
   out_ = std::make_unique<Ring>(ticks_held * (outputs_.size() + 1), largest);
@@ -53,16 +75,40 @@ void RealtimeLane::put(std::size_t edge, const Stamp& stamp, const void* payload
   in->input->queue().push(stamp, payload);
 }
 
+bool RealtimeLane::tune(std::shared_ptr<const void> params) {
+  for (const std::uint64_t applied = applied_.load(std::memory_order_acquire); tunings_ended_ < applied;
+       ++tunings_ended_) {
+    tunings_.pop_front();
+  }
+  const void* pointer = params.get();
+  RecordHeader header;
+  header.size = sizeof pointer;
+  if (!tuned_.push(header, &pointer)) return false;
+  tunings_.push_back(std::move(params));
+  return true;
+}
+
 const LatencyHistogram* RealtimeLane::age(std::size_t edge) const {
   const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
   return in == inputs_.end() ? nullptr : in->age.get();
 }
 
-bool RealtimeLane::take(Out& out) {
+bool RealtimeLane::take_tick() {
+  if (std::exchange(tick_taken_, false)) sent_.clear();
   RecordHeader header;
-  if (!out_->pop(header, out_payload_.data())) return false;
-  out = {header.port, header.stamp.valid, out_payload_.data()};
-  return true;
+  while (out_->pop(header, out_payload_.data())) {
+    if (header.port == tick_done) {
+      std::memcpy(&event_, out_payload_.data(), sizeof event_);
+      deadline_ = header.stamp.valid;
+      return tick_taken_ = true;
+    }
+    // More than there is room for are there only where the ring has lost the end of a tick.
+    if (sent_.size() == most_sent) continue;
+    std::byte* payload = sent_payloads_[sent_.size()];
+    std::memcpy(payload, out_payload_.data(), header.size);
+    sent_.push_back({static_cast<std::size_t>(header.port), header.stamp.valid, payload});
+  }
+  return false;
 }
 
 void RealtimeLane::take_in(In& in, Time deadline) {
@@ -78,11 +124,23 @@ void RealtimeLane::take_in(In& in, Time deadline) {
 }
 
 void RealtimeLane::tick(const Tick& tick) {
+  RecordHeader header;
+  for (const void* params = nullptr; tuned_.pop(header, &params);) {
+    nodes_.plan().nodes[node_].info->tune(nodes_[node_], params);
+    applied_.fetch_add(1, std::memory_order_release);
+  }
   for (In& in : inputs_) take_in(in, tick.deadline);
   StepContext context(tick.deadline, phase_.load(std::memory_order_acquire));
   nodes_.step(node_, context);
   for (In& in : inputs_) in.input->queue().mark_seen();
-  RecordHeader header;
+  TickEvent event{.node = static_cast<std::int32_t>(node_),
+                  .inputs = static_cast<std::int32_t>(inputs_.size()),
+                  .tick = tick.number,
+                  .phase = context.phase(),
+                  .sets = applied_.load(std::memory_order_relaxed)};
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (const MessageView newest = inputs_[i].input->queue().newest()) event.seen[i] = newest.stamp->sequence + 1;
+  }
   header.tick = tick.number;
   for (std::size_t o = 0; o < outputs_.size(); ++o) {
     OutputBase& output = *outputs_[o];
@@ -94,10 +152,10 @@ void RealtimeLane::tick(const Tick& tick) {
     }
     output.clear_pending();
   }
-  header.port = step_done;
-  header.size = 0;
+  header.port = tick_done;
+  header.size = sizeof event;
   header.stamp.valid = tick.deadline;
-  out_->push(header, &header);  // no payload
+  out_->push(header, &event);
   if (context.phase() == Phase::stopping && context.at_rest()) at_rest_.store(true, std::memory_order_release);
 }
 

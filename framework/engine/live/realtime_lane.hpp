@@ -3,11 +3,13 @@
 
 #include <atomic>
 #include <cstddef>
+#include <deque>
 #include <memory>
 #include <vector>
 
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
+#include "framework/engine/run_events.hpp"
 #include "framework/realtime/latency_histogram.hpp"
 #include "framework/realtime/periodic_loop.hpp"
 #include "framework/realtime/ring.hpp"
@@ -19,19 +21,20 @@ namespace tactor {
 /// edge, into which the engine writes meanwhile, and what the node sends leaves by one Ring, which the engine drains.
 class RealtimeLane {
  public:
-  /// A message or the end of a step, out of the loop.
+  /// A message out of the loop.
   struct Out {
-    std::int32_t port = 0;  ///< index of the output, or `step_done`
-    Time valid;             ///< of the message; of `step_done` the time of the step
+    std::size_t port = 0;  ///< index of the output
+    Time valid;
     const std::byte* payload = nullptr;
   };
-  static constexpr std::int32_t step_done = -1;
 
   /// `nodes` and its plan must outlive the lane. `settings` are of its thread.
   RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSettings& settings);
 
   /// From the engine, one thread at a time: a message for the input at which `edge` ends.
   void put(std::size_t edge, const Stamp& stamp, const void* payload);
+  /// Parameters that hold from the next tick on; false where more wait than there is room for.
+  [[nodiscard]] bool tune(std::shared_ptr<const void> params);
   void set_phase(Phase phase) { phase_.store(phase, std::memory_order_release); }
 
   /// Starts the thread, which ticks from `origin` on.
@@ -39,8 +42,12 @@ class RealtimeLane {
   /// Ends the loop; false where its body has not come back within `patience`. Then the lane must not be destroyed.
   [[nodiscard]] bool stop(Duration patience) { return loop_.stop(patience); }
 
-  /// Takes the next message out of the loop; false where there is none. One thread.
-  [[nodiscard]] bool take(Out& out);
+  /// Takes what the next tick sent out of the loop; false where no further tick has ended. One thread at a time.
+  [[nodiscard]] bool take_tick();
+  /// What the tick taken last sent, in order; until the next call of `take_tick`.
+  [[nodiscard]] const std::vector<Out>& sent() const { return sent_; }
+  [[nodiscard]] const TickEvent& event() const { return event_; }
+  [[nodiscard]] Time deadline() const { return deadline_; }
 
   [[nodiscard]] std::size_t node() const { return node_; }
   [[nodiscard]] const TickSchedule& schedule() const { return schedule_; }
@@ -71,7 +78,16 @@ class RealtimeLane {
   std::vector<In> inputs_;
   std::vector<OutputBase*> outputs_;
   std::unique_ptr<Ring> out_;
+  Ring tuned_;                                       // pointers to parameters, into the loop
+  std::deque<std::shared_ptr<const void>> tunings_;  // those whose tick has not come back, the oldest first
+  std::uint64_t tunings_ended_ = 0;                  // taken out of `tunings_`
+  std::atomic<std::uint64_t> applied_{0};
   std::vector<std::byte> out_payload_;
+  std::vector<Out> sent_;  // of the tick that is being taken out
+  CacheLines sent_payloads_;
+  bool tick_taken_ = true;
+  TickEvent event_;
+  Time deadline_;
   std::unique_ptr<LatencyHistogram> end_to_end_;
   std::atomic<Phase> phase_{Phase::starting};
   std::atomic<bool> at_rest_{false};

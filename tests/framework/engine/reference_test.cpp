@@ -50,8 +50,7 @@ BOOST_AUTO_TEST_CASE(a_sink_gets_what_arrived_in_the_reference_run) {
   BOOST_TEST(reference.at("keep.in").stamps.size() == 1000U);
 
   VirtualClock engine(sample.plan, false);
-  RunObserver nobody;
-  engine.run(nobody);
+  engine.run();
   set_reference(engine.nodes(), reference);
   const auto truth = dynamic_cast<const Keep&>(engine.nodes()[2]).in.reference();
   BOOST_REQUIRE(truth.size() == 1000U);

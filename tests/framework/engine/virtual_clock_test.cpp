@@ -1,9 +1,11 @@
 // The semantics of the virtual clock on plans small enough to work out by hand.
 #include "framework/engine/virtual_clock.hpp"
 
+#include <algorithm>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 
+#include "tests/framework/engine/engine_log.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
 using namespace tactor;
@@ -19,15 +21,6 @@ CostModel constant(std::int64_t ns) {
   cost.base = {ns};
   return cost;
 }
-
-/// Records what happened as text, so that two runs can be compared whole.
-class Log final : public RunObserver {
- public:
-  void on_step(std::size_t node, Time now, Duration cost) override {
-    text += std::to_string(node) + "@" + std::to_string(now.ns) + "+" + std::to_string(cost.ns) + "\n";
-  }
-  std::string text;
-};
 
 /// Sends the number of its step, and notes what came back of the numbers sent before.
 class Asker final : public Node {
@@ -59,8 +52,7 @@ const Keep& kept(VirtualClock& engine) {
 BOOST_AUTO_TEST_CASE(without_costs_a_message_passes_the_whole_chain_in_one_instant) {
   const SamplePlan sample({}, 0.005);
   VirtualClock engine(sample.plan, false);
-  RunObserver nobody;
-  engine.run(nobody);
+  engine.run();
   const auto& entries = kept(engine).kept;
   BOOST_REQUIRE(entries.size() == 5U);
   for (std::size_t i = 0; i < 5; ++i) {
@@ -76,8 +68,7 @@ BOOST_AUTO_TEST_CASE(a_result_becomes_visible_after_its_cost_and_a_busy_node_run
   // Counter at 0, 1, 2, ... ms; the relay takes 2.5 ms: it starts at 0, 2.5, 5, ... on the newest count there is.
   const SamplePlan sample(constant(5 * ms / 2), 0.011);
   VirtualClock engine(sample.plan, false);
-  RunObserver nobody;
-  engine.run(nobody);
+  engine.run();
   const auto& entries = kept(engine).kept;
   const double newest[] = {0, 2, 5, 7};
   BOOST_REQUIRE(entries.size() == 4U);
@@ -95,8 +86,7 @@ BOOST_AUTO_TEST_CASE(a_queue_keeps_order_and_drops_what_its_policy_says) {
   for (const QueuePolicy policy : {QueuePolicy::drop_oldest, QueuePolicy::drop_newest}) {
     const SamplePlan sample(constant(5 * ms / 2), 0.011, {policy, 2});
     VirtualClock engine(sample.plan, false);
-    RunObserver nobody;
-    engine.run(nobody);
+    engine.run();
     std::vector<double> values;
     for (const auto& e : kept(engine).kept) values.push_back(e.value);
     // At 2.5 ms {1, 2} wait, at 5 ms of {2, 3, 4, 5} two fit, and so on.
@@ -110,8 +100,7 @@ BOOST_AUTO_TEST_CASE(a_queue_keeps_order_and_drops_what_its_policy_says) {
 BOOST_AUTO_TEST_CASE(a_blocking_queue_loses_nothing_and_makes_its_writer_miss_ticks) {
   const SamplePlan sample(constant(5 * ms / 2), 0.050, {QueuePolicy::block, 2});
   VirtualClock engine(sample.plan, false);
-  RunObserver nobody;
-  engine.run(nobody);
+  engine.run();
   const auto& entries = kept(engine).kept;
   BOOST_REQUIRE(entries.size() > 10U);
   for (std::size_t i = 0; i < entries.size(); ++i) BOOST_TEST(entries[i].value == static_cast<double>(i));
@@ -123,8 +112,7 @@ BOOST_AUTO_TEST_CASE(a_node_whose_cost_is_its_period_misses_no_tick) {
   SamplePlan sample({}, 0.010);
   sample.plan.nodes[0].cost = constant(ms);
   VirtualClock engine(sample.plan, false);
-  RunObserver nobody;
-  engine.run(nobody);
+  engine.run();
   BOOST_TEST(engine.node_statistics(0).missed_ticks == 0U);
   BOOST_TEST(engine.node_statistics(0).steps == 10U);
 }
@@ -145,8 +133,7 @@ BOOST_AUTO_TEST_CASE(a_node_that_is_triggered_while_busy_sees_the_answer_to_what
   answer.triggers = false;
   sample.plan.edges.push_back(answer);
   VirtualClock engine(sample.plan, false);
-  RunObserver nobody;
-  engine.run(nobody);
+  engine.run();
   const std::vector<double>& answers = dynamic_cast<const Asker&>(engine.nodes()[1]).answers;
   BOOST_REQUIRE(answers.size() > 10U);
   for (std::size_t i = 0; i < answers.size(); ++i) BOOST_TEST(answers[i] == static_cast<double>(i) - 1);
@@ -156,8 +143,7 @@ BOOST_AUTO_TEST_CASE(an_edge_delay_adds_to_the_cost) {
   SamplePlan sample(constant(ms / 2), 0.010);
   sample.plan.edges[1].spec.delay = {3 * ms};
   VirtualClock engine(sample.plan, false);
-  RunObserver nobody;
-  engine.run(nobody);
+  engine.run();
   const auto& entries = kept(engine).kept;
   BOOST_REQUIRE(entries.size() == 7U);
   BOOST_TEST(entries[0].now.ns == 7 * ms / 2);
@@ -169,21 +155,21 @@ BOOST_AUTO_TEST_CASE(costs_follow_their_models) {
   per_item.kind = CostModel::Kind::per_item;
   per_item.base = {ms};
   per_item.each = {ms / 4};
-  Log log;
   const SamplePlan sample(per_item, 0.004);
   VirtualClock engine(sample.plan, false);
-  engine.run(log);
-  BOOST_TEST(log.text.find("1@0+1500000\n") != std::string::npos);
+  EngineLog log(engine.dispatcher(), sample.plan, true);
+  engine.run();
+  BOOST_TEST(log.text().find("1@0+1500000\n") != std::string::npos);
 
   CostModel trace;
   trace.kind = CostModel::Kind::trace;
   trace.trace = {{ms}, {2 * ms}, {3 * ms}};
-  Log traced;
   const SamplePlan traced_sample(trace, 0.013);
   VirtualClock second(traced_sample.plan, false);
-  second.run(traced);
+  EngineLog traced(second.dispatcher(), traced_sample.plan, true);
+  second.run();
   for (const char* step : {"1@0+1000000\n", "1@1000000+2000000\n", "1@3000000+3000000\n", "1@6000000+1000000\n"}) {
-    BOOST_TEST(traced.text.find(step) != std::string::npos);
+    BOOST_TEST(traced.text().find(step) != std::string::npos);
   }
 }
 
@@ -194,8 +180,7 @@ BOOST_AUTO_TEST_CASE(jitter_has_the_stated_spread_and_is_the_seeds_alone) {
     SamplePlan sample(cost, 20.0);
     sample.plan.graph.seed = seed;
     VirtualClock engine(sample.plan, false);
-    RunObserver nobody;
-    engine.run(nobody);
+    engine.run();
     std::vector<double> result;
     for (const auto& e : kept(engine).kept) result.push_back(e.now.seconds());
     return result;
@@ -220,10 +205,10 @@ BOOST_AUTO_TEST_CASE(the_same_plan_gives_the_same_sequence_of_steps) {
   for (int i = 0; i < 3; ++i) {
     const SamplePlan sample(cost, 2.0);
     VirtualClock engine(sample.plan, i == 1);
-    Log log;
-    engine.run(log);
-    if (first.empty()) first = log.text;
-    BOOST_TEST((first == log.text));
+    EngineLog log(engine.dispatcher(), sample.plan, true);
+    engine.run();
+    if (first.empty()) first = log.text();
+    BOOST_TEST((first == log.text()));
   }
 }
 
@@ -254,21 +239,52 @@ BOOST_AUTO_TEST_CASE(a_node_that_throws_ends_the_run_with_its_name_and_the_time)
   plan.graph.duration = Duration::from_seconds(1);
   plan.nodes = {{"wire", &info, {100.0}, {}, {}, {}}};
   VirtualClock engine(plan, false);
-  RunObserver nobody;
-  BOOST_CHECK_EXCEPTION(engine.run(nobody), RunError, [](const RunError& error) {
+  BOOST_CHECK_EXCEPTION(engine.run(), RunError, [](const RunError& error) {
     return std::string(error.what()).find("node wire failed at 0.01") == 0 &&
            std::string(error.what()).find("the wire came off") != std::string::npos;
   });
 }
 
-BOOST_AUTO_TEST_CASE(an_observer_can_end_a_run) {
-  class Stop final : public RunObserver {
-   public:
-    bool on_progress(Time now) override { return now.seconds() < 0.1; }
-  } stop;
-  const SamplePlan sample({}, 10.0);
+BOOST_AUTO_TEST_CASE(a_run_that_is_advanced_in_pieces_is_the_same_run) {
+  CostModel cost = constant(3 * ms);
+  cost.jitter = 0.3;
+  const SamplePlan sample(cost, 1.0);
+  VirtualClock whole(sample.plan, false);
+  EngineLog all(whole.dispatcher(), sample.plan, true);
+  whole.run();
+  VirtualClock cut(sample.plan, false);
+  EngineLog pieces(cut.dispatcher(), sample.plan, true);
+  cut.start();
+  // Pieces of all sizes, most of which end at no event, some at ticks, some of no length.
+  for (std::int64_t i = 0; cut.now().seconds() < 1; ++i) {
+    const Time next = cut.now() + Duration{i % 5 == 0 ? 0 : (i % 7) * 700'001 + (i % 3) * 1'000'000};
+    cut.advance_to(std::min(next, Time{1'000'000'000}));
+  }
+  BOOST_TEST((all.text() == pieces.text()));
+  BOOST_TEST(all.steps.size() > 1000U);
+  BOOST_TEST(cut.node_statistics(1).steps == whole.node_statistics(1).steps);
+}
+
+BOOST_AUTO_TEST_CASE(a_tap_tells_from_when_it_is_added_until_it_is_taken_away) {
+  const SamplePlan sample({}, 1.0);
   VirtualClock engine(sample.plan, false);
-  engine.run(stop);
-  BOOST_TEST(engine.now().seconds() < 0.2);
-  BOOST_TEST(engine.node_statistics(0).steps < 200U);
+  engine.start();
+  engine.advance_to(Time{100 * ms});
+  Tap tap(message_type<Wrench>(), {QueuePolicy::drop_oldest, 100});
+  Tap small(message_type<Wrench>(), {QueuePolicy::drop_newest, 10});
+  engine.dispatcher().add_tap(0, 0, tap);
+  engine.dispatcher().add_tap(0, 0, small);
+  engine.advance_to(Time{150 * ms});
+  engine.dispatcher().remove_tap(tap);
+  engine.dispatcher().remove_tap(small);
+  engine.advance_to(Time{300 * ms});
+  for (std::uint64_t i = 100; i < 150; ++i) {
+    const MessageView view = tap.take();
+    BOOST_REQUIRE(static_cast<bool>(view));
+    BOOST_REQUIRE(view.stamp->sequence == i);
+  }
+  BOOST_TEST(!tap.take());
+  BOOST_TEST(tap.dropped() == 0U);
+  BOOST_TEST(small.dropped() == 40U);
+  BOOST_TEST(small.take().stamp->sequence == 100U);
 }

@@ -6,8 +6,8 @@
 #include <ctime>
 #include <tuple>
 
-#include "framework/engine/live/live_run.hpp"
 #include "framework/engine/virtual_clock.hpp"
+#include "tests/framework/engine/live/drive.hpp"
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
@@ -15,23 +15,6 @@ using namespace tactor;
 using namespace tactor::sample;
 
 namespace {
-
-using Step = std::tuple<std::int64_t, std::size_t, std::int64_t>;                    // now, node, cost
-using Message = std::tuple<std::size_t, std::uint64_t, std::int64_t, std::int64_t>;  // stream, sequence, stamps
-
-struct Log final : RunObserver {
-  void on_step(std::size_t node, Time now, Duration cost) override { steps.emplace_back(now.ns, node, cost.ns); }
-  void on_message(std::size_t stream, const Stamp& stamp, const void* payload) override {
-    Wrench w;
-    std::memcpy(&w, payload, sizeof w);
-    messages.emplace_back(stream, stamp.sequence, stamp.valid.ns, stamp.produced.ns);
-    values.push_back(w.force.x);
-    values.push_back(w.force.y);
-  }
-  std::vector<Step> steps;
-  std::vector<Message> messages;
-  std::vector<double> values;
-};
 
 struct Infos {
   NodeInfo counter = Counter::declare();
@@ -70,7 +53,7 @@ Plan contract_plan(const Infos& infos, double duration_s) {
 }
 
 /// The plan with the costs that `log` tells, in the order of each node's steps.
-Plan with_costs(Plan plan, const Log& log) {
+Plan with_costs(Plan plan, const EngineLog& log) {
   plan.graph.clock = Clock::virtual_;
   for (NodeSpec& node : plan.nodes) {
     node.cost = {};
@@ -94,12 +77,12 @@ std::vector<Step> passed(std::vector<Step> steps, const Plan& plan) {
 }
 
 struct Sorted {
-  std::vector<Message> messages;
+  std::vector<LoggedMessage> messages;
   std::vector<double> values;
 };
 
 /// The messages that were visible before the end, by stream and sequence.
-Sorted visible(const Log& log, const Plan& plan) {
+Sorted visible(const EngineLog& log, const Plan& plan) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < log.messages.size(); ++i) {
     if (std::get<3>(log.messages[i]) < plan.graph.duration.ns) order.push_back(i);
@@ -116,16 +99,19 @@ Sorted visible(const Log& log, const Plan& plan) {
 
 /// Runs the plan live and again under the virtual clock with the costs it had: the same steps and values; what the live
 /// run told.
-Log check_contract(const Plan& plan) {
-  Log live;
+std::vector<Step> check_contract(const Plan& plan) {
   LiveRun run(plan);
-  run.run(live, [](const LiveStatus&) { return true; });
+  EngineLog live(run, plan, false);
+  drive(
+      run, [](const LiveStatus&) { return true; }, [&] { live.take(); });
+  BOOST_TEST(live.dropped() == 0U);
   BOOST_REQUIRE_MESSAGE(!run.failure(), run.failure().value_or(""));
 
   const Plan again = with_costs(plan, live);
-  Log replay;
   VirtualClock clock(again, false);
-  clock.run(replay);
+  EngineLog replay(clock.dispatcher(), again, true);
+  clock.run();
+  replay.take();
 
   const auto live_steps = passed(live.steps, plan);
   const auto replay_steps = passed(replay.steps, plan);
@@ -145,7 +131,7 @@ Log check_contract(const Plan& plan) {
   for (std::size_t i = 0; i < a.values.size(); ++i) BOOST_REQUIRE_SMALL(a.values[i] - b.values[i], 1e-12);
   // The lossy queue lost the same in both.
   BOOST_TEST(run.status().edges[4].metrics.dropped > 0U);
-  return live;
+  return live.steps;
 }
 
 }  // namespace
@@ -172,9 +158,8 @@ BOOST_AUTO_TEST_CASE(a_live_run_that_imposes_costs_is_the_same_run_under_the_vir
     }
     declared.emplace_back(node.cost, plan.graph.seed, node.name);
   }
-  const Log live = check_contract(plan);
   // No step passes before the cost that the virtual clock would have drawn for it, be it long or short.
-  std::vector<Step> steps = live.steps;
+  std::vector<Step> steps = check_contract(plan);
   std::sort(steps.begin(), steps.end());
   std::vector<std::size_t> count(plan.nodes.size());
   for (const auto& [now, node, cost] : steps) {
@@ -195,14 +180,13 @@ BOOST_AUTO_TEST_CASE(results_that_are_held_back_take_no_time_of_a_core_and_are_n
   sample.plan.graph.live.impose_cost = true;
   sample.plan.graph.live.stall_timeout = Duration{100'000'000};
   LiveRun run(sample.plan);
-  RunObserver nobody;
   const auto cpu = [] {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
   };
   const double before = cpu();
-  run.run(nobody, [](const LiveStatus&) { return true; });
+  drive(run);
   BOOST_TEST(!run.failure().has_value());
   BOOST_TEST(run.status().nodes[1].steps >= 2U);
   BOOST_TEST(run.status().nodes[1].steps <= 3U);
@@ -222,8 +206,7 @@ BOOST_AUTO_TEST_CASE(costs_are_not_imposed_unless_the_graph_says_so_and_outlast_
     SamplePlan sample(cost, 0.3);
     sample.plan.graph.live.impose_cost = imposed;
     LiveRun run(sample.plan);
-    RunObserver nobody;
-    run.run(nobody, [](const LiveStatus&) { return true; });
+    drive(run);
     BOOST_TEST(!run.failure().has_value());
     BOOST_TEST(!run.is_abandoned());
     BOOST_TEST((run.status().nodes[1].steps == 1U) == imposed);

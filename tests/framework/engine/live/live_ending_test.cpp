@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "framework/engine/live/live_run.hpp"
+#include "tests/framework/engine/live/drive.hpp"
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
@@ -12,8 +12,6 @@ using namespace tactor;
 using namespace tactor::sample;
 
 namespace {
-
-const auto go_on = [](const LiveStatus&) { return true; };
 
 /// A device that comes to rest after it has ticked `ticks` times while the run stops.
 class Ramp final : public Node {
@@ -64,15 +62,21 @@ struct Fixture {
   NodeInfo ramp = Ramp::declare();
   NodeInfo counter = Counter::declare();
   NodeInfo does = Does::declare();
-  RunObserver nobody;
 };
 
-/// A disk that hangs for two seconds.
-struct Hangs final : RunObserver {
-  void on_message(std::size_t, const Stamp&, const void*) override {
-    if (++count == 20) std::this_thread::sleep_for(std::chrono::seconds(2));
+/// A disk that hangs for two seconds: it takes the steps that a run tells, and sleeps at the twentieth.
+class Hangs {
+ public:
+  explicit Hangs(LiveRun& run) { run.add_step_tap(tap_); }
+  void take() {
+    while (tap_.take()) {
+      if (++count_ == 20) std::this_thread::sleep_for(std::chrono::seconds(2));
+    }
   }
-  int count = 0;
+
+ private:
+  Tap tap_{message_type<StepEvent>(), {QueuePolicy::drop_newest, 60000}};
+  int count_ = 0;
 };
 
 const Ramp& ramp_of(LiveRun& run, std::size_t node) {
@@ -86,7 +90,7 @@ BOOST_FIXTURE_TEST_CASE(a_device_gets_all_the_time_that_its_ramp_to_zero_takes, 
     PlanBuilder b(0.1);
     b.node("device", ramp, {1000.0, std::int64_t{3000}}, {lane, "", SchedulingPolicy::other, {}, {}});
     LiveRun run(b.plan);
-    run.run(nobody, go_on);
+    drive(run);
     BOOST_TEST(!run.failure().has_value());
     BOOST_TEST(ramp_of(run, 0).stopping >= 3000);
   }
@@ -101,7 +105,7 @@ BOOST_FIXTURE_TEST_CASE(a_device_that_does_not_come_to_rest_is_told_of, Fixture)
   const auto culprit = b.node("culprit", does, {}, shared);
   b.edge(device, culprit, 0, {}, true);
   LiveRun run(b.plan);
-  run.run(nobody, go_on);
+  drive(run);
   BOOST_TEST(!run.is_abandoned());
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("device node device has not come to rest") != std::string::npos);
@@ -115,7 +119,7 @@ BOOST_FIXTURE_TEST_CASE(a_node_that_throws_does_not_keep_a_device_on_its_thread_
   const auto culprit = b.node("culprit", does, {}, shared);
   b.edge(device, culprit, 0, {}, true);
   LiveRun run(b.plan);
-  run.run(nobody, go_on);
+  drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("it broke") != std::string::npos);
   BOOST_TEST(ramp_of(run, device).stopping >= 50);
@@ -129,7 +133,7 @@ BOOST_FIXTURE_TEST_CASE(what_is_thrown_and_is_no_exception_ends_the_run_too, Fix
   b.edge(source, culprit, 0, {}, true);
   b.plan.graph.live.stall_timeout = Duration{5'000'000'000};
   LiveRun run(b.plan);
-  run.run(nobody, go_on);
+  drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("node culprit failed at") != std::string::npos);
 }
@@ -150,7 +154,7 @@ BOOST_FIXTURE_TEST_CASE(a_step_that_is_still_on_its_way_at_the_end_is_told_of, F
   b.edge(source, culprit, 0, {}, true);
   b.plan.graph.live.on_stall = OnStall::recover;
   run = new LiveRun(b.plan);
-  run->run(nobody, go_on);
+  drive(*run);
   BOOST_TEST(run->is_abandoned());
   BOOST_REQUIRE(run->failure().has_value());
   BOOST_TEST_CONTEXT(*run->failure())
@@ -177,7 +181,7 @@ BOOST_FIXTURE_TEST_CASE(a_light_node_in_the_realtime_lane_that_throws_is_named, 
   PlanBuilder b(30);
   b.node("filter", bad, {100.0}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
   LiveRun run(b.plan);
-  run.run(nobody, go_on);
+  drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("node filter failed at") != std::string::npos);
 }
@@ -206,7 +210,7 @@ BOOST_FIXTURE_TEST_CASE(a_node_of_the_realtime_lane_that_sends_nothing_has_stepp
     b.edge(source, device, 0, {}, false);
     LiveRun run(b.plan);
     Phase last = Phase::starting;
-    run.run(nobody, [&last](const LiveStatus& s) {
+    drive(run, [&last](const LiveStatus& s) {
       last = s.phase;
       return true;
     });
@@ -236,8 +240,9 @@ BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_a_failure_from_the_devic
   b.edge(device, culprit, 0, {}, true);
   b.record(device);
   LiveRun run(b.plan);
-  Hangs observer;
-  run.run(observer, go_on);
+  Hangs disk(run);
+  drive(
+      run, [](const LiveStatus&) { return true; }, [&disk] { disk.take(); });
   BOOST_REQUIRE(run.failure().has_value());
   // It broke half a second after the start, and the disk came back a second and a half later.
   BOOST_TEST(run.status().now.seconds() < 1.5);
@@ -252,8 +257,9 @@ BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_the_run_from_being_stopp
   LiveRun run(b.plan);
   const auto begin = std::chrono::steady_clock::now();
   run.stop_when([begin] { return std::chrono::steady_clock::now() - begin > std::chrono::milliseconds(500); });
-  Hangs observer;
-  run.run(observer, go_on);
+  Hangs disk(run);
+  drive(
+      run, [](const LiveStatus&) { return true; }, [&disk] { disk.take(); });
   BOOST_TEST(!run.failure().has_value());
   BOOST_TEST(run.status().now.seconds() < 1.5);
   BOOST_TEST(ramp_of(run, device).stopping > 500);

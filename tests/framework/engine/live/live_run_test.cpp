@@ -1,10 +1,11 @@
 // Starting, stopping, failing and stalling of live runs, and what the real-time lane sees.
-#include "framework/engine/live/live_run.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <map>
+#include <memory>
 #include <regex>
 
+#include "tests/framework/engine/live/drive.hpp"
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
@@ -12,8 +13,6 @@ using namespace tactor;
 using namespace tactor::sample;
 
 namespace {
-
-const auto go_on = [](const LiveStatus&) { return true; };
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -47,8 +46,7 @@ struct Loop {
 BOOST_AUTO_TEST_CASE(a_tick_of_the_realtime_lane_sees_only_what_was_visible_by_its_deadline) {
   Loop loop(1.0);
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
-  run.run(nobody, go_on);
+  drive(run);
   BOOST_TEST(!run.failure().has_value());
   const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
   BOOST_REQUIRE(seen.size() > 300U);
@@ -67,8 +65,7 @@ BOOST_AUTO_TEST_CASE(devices_start_disengaged_and_are_told_to_stop_and_waited_fo
   for (const Lane lane : {Lane::realtime, Lane::thread, Lane::pool}) {
     Loop loop(0.5, lane);
     LiveRun run(loop.b.plan);
-    RunObserver nobody;
-    run.run(nobody, go_on);
+    drive(run);
     const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
     std::map<Phase, int> ticks;
     for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -87,8 +84,7 @@ BOOST_AUTO_TEST_CASE(devices_start_disengaged_and_are_told_to_stop_and_waited_fo
 BOOST_AUTO_TEST_CASE(sinks_get_nothing_of_the_ramp_down) {
   Loop loop(0.3);
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
-  run.run(nobody, go_on);
+  drive(run);
   const auto& kept = dynamic_cast<const Keep&>(run.nodes()[2]).kept;
   BOOST_REQUIRE(kept.size() > 100U);
   for (const Keep::Entry& e : kept) BOOST_REQUIRE(e.stamp.produced.seconds() <= 0.3);
@@ -97,10 +93,9 @@ BOOST_AUTO_TEST_CASE(sinks_get_nothing_of_the_ramp_down) {
 BOOST_AUTO_TEST_CASE(saying_no_ends_the_run_early_without_a_failure) {
   Loop loop(30);
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
   const auto begin = std::chrono::steady_clock::now();
   int asked = 0;
-  run.run(nobody, [&asked](const LiveStatus&) { return ++asked < 3; });
+  drive(run, [&asked](const LiveStatus&) { return ++asked < 3; });
   BOOST_TEST(seconds_since(begin) < 10);
   BOOST_TEST(!run.failure().has_value());
   BOOST_TEST(run.status().now.seconds() < 10);
@@ -116,8 +111,7 @@ BOOST_AUTO_TEST_CASE(a_node_that_throws_ends_the_run_with_its_name_and_lets_the_
   Loop loop(30);
   loop.add_culprit("throws", 20, 0);
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
-  run.run(nobody, go_on);
+  drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("culprit") != std::string::npos);
   BOOST_TEST(run.failure()->find("it broke") != std::string::npos);
@@ -130,8 +124,7 @@ BOOST_AUTO_TEST_CASE(a_step_that_hangs_ends_the_run_with_its_name_while_the_devi
   loop.b.plan.graph.live.stall_timeout = Duration{200'000'000};
   loop.add_culprit("hangs", 20, 0.9);
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
-  run.run(nobody, go_on);
+  drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   // In this order: which node, when the step began, and for how long it has not come back.
   BOOST_TEST(
@@ -152,9 +145,8 @@ BOOST_AUTO_TEST_CASE(a_stall_is_waited_out_where_the_graph_says_so) {
   loop.b.plan.graph.live.on_stall = OnStall::recover;
   const auto culprit = loop.add_culprit("hangs", 20, 0.9);
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
   bool seen_stalled = false;
-  run.run(nobody, [&](const LiveStatus& s) {
+  drive(run, [&](const LiveStatus& s) {
     seen_stalled = seen_stalled || s.nodes[culprit].stalled;
     return true;
   });
@@ -176,50 +168,71 @@ BOOST_AUTO_TEST_CASE(a_node_whose_start_throws_keeps_the_run_from_beginning) {
   const NodeInfo info = Refuses::declare();
   loop.b.node("refuses", info, {});
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
-  BOOST_CHECK_EXCEPTION(run.run(nobody, go_on), InputError,
+  BOOST_CHECK_EXCEPTION(run.start(), InputError,
                         [](const InputError& e) { return std::string(e.what()) == "node refuses: not today"; });
   BOOST_TEST(dynamic_cast<const Actor&>(run.nodes()[0]).seen.empty());
 }
 
-BOOST_AUTO_TEST_CASE(an_observer_that_is_slow_holds_nothing_up_and_one_that_fails_ends_the_run) {
-  struct Slow final : RunObserver {
-    void on_message(std::size_t, const Stamp&, const void*) override {
-      if (++count % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-    int count = 0;
-  };
-  struct Full final : RunObserver {
-    void on_message(std::size_t, const Stamp&, const void*) override {
-      if (++count == 100) throw RunError("no space left");
-    }
-    int count = 0;
-  };
+BOOST_AUTO_TEST_CASE(a_reader_of_a_tap_that_is_slow_holds_nothing_up) {
   Loop loop(1);
   loop.b.record(0);
-  Slow slow;
-  LiveRun first(loop.b.plan);
-  first.run(slow, go_on);
-  BOOST_TEST(!first.failure().has_value());
+  LiveRun run(loop.b.plan);
+  EngineLog slow(run, loop.b.plan, false);
+  int count = 0;
+  slow.on_message = [&count] {
+    if (++count % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  };
+  drive(
+      run, [](const LiveStatus&) { return true; }, [&] { slow.take(); });
+  BOOST_TEST(!run.failure().has_value());
   // Nothing is lost: every tick that was not missed has arrived.
-  BOOST_TEST(slow.count + static_cast<int>(first.status().devices[0].missed) >= 999);
-  BOOST_TEST(first.status().record_dropped == 0U);
-
-  Loop other(30);
-  other.b.record(0);
-  Full full;
-  LiveRun second(other.b.plan);
-  second.run(full, go_on);
-  BOOST_REQUIRE(second.failure().has_value());
-  BOOST_TEST(second.failure()->find("no space left") != std::string::npos);
+  BOOST_TEST(count + static_cast<int>(run.status().devices[0].missed) >= 999);
+  BOOST_TEST(slow.dropped() == 0U);
 }
 
-BOOST_AUTO_TEST_CASE(what_the_caller_throws_ends_the_run_in_order) {
+BOOST_AUTO_TEST_CASE(a_tap_that_nobody_reads_loses_messages_and_counts_them) {
+  Loop loop(0.5);
+  LiveRun run(loop.b.plan);
+  Tap tap(message_type<Wrench>(), {QueuePolicy::drop_newest, 10});
+  run.add_tap(0, 0, tap);
+  drive(run);
+  BOOST_TEST(tap.dropped() > 100U);
+  std::uint64_t next = 0;
+  while (const MessageView view = tap.take()) BOOST_TEST(view.stamp->sequence == next++);
+  BOOST_TEST(next == 10U);
+}
+
+BOOST_AUTO_TEST_CASE(a_tap_may_come_and_go_while_the_run_goes_on) {
+  Loop loop(1);
+  LiveRun run(loop.b.plan);
+  std::unique_ptr<Tap> tap;
+  std::size_t came = 0;
+  int looks = 0;
+  drive(
+      run, [](const LiveStatus&) { return true; },
+      [&] {
+        if (++looks % 4 == 0) {
+          tap = std::make_unique<Tap>(message_type<Wrench>(), Queue{QueuePolicy::drop_oldest, 256});
+          run.add_tap(0, 0, *tap);
+        } else if (looks % 4 == 3 && tap) {
+          run.remove_tap(*tap);
+          while (tap->take()) ++came;
+          tap.reset();
+        }
+      });
+  if (tap) run.remove_tap(*tap);
+  BOOST_TEST(came > 100U);
+  BOOST_TEST(!run.failure().has_value());
+}
+
+BOOST_AUTO_TEST_CASE(what_stops_a_run_with_a_reason_is_its_failure) {
   Loop loop(30);
   LiveRun run(loop.b.plan);
-  RunObserver nobody;
-  run.run(nobody, [](const LiveStatus&) -> bool { throw std::runtime_error("the terminal is gone"); });
+  drive(run, [&run](const LiveStatus&) {
+    run.stop("no space left");
+    return true;
+  });
   BOOST_REQUIRE(run.failure().has_value());
-  BOOST_TEST(*run.failure() == "the terminal is gone");
+  BOOST_TEST(*run.failure() == "no space left");
   BOOST_TEST((dynamic_cast<const Actor&>(run.nodes()[0]).seen.back().phase == Phase::stopping));
 }

@@ -1,0 +1,37 @@
+// What the terminal shows of a live run: its state, and what the safety gates of its devices say.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "framework/core/messages.hpp"
+#include "framework/session/session.hpp"
+
+namespace tactor {
+
+/// A live run at one moment.
+struct LiveLook {
+  LiveStatus status;
+  std::vector<std::optional<SafetyState>> safety;  ///< by device: what its gate said last; none where it has none
+  std::uint64_t record_dropped = 0;                ///< messages that the recording could not take in time
+};
+
+/// Looks at a session whose clock is real. Made before the start.
+class LiveWatch {
+ public:
+  explicit LiveWatch(Session& session);
+  [[nodiscard]] LiveLook look();
+
+ private:
+  /// The safety gate of a node.
+  struct Gate {
+    std::size_t node = 0;
+    std::unique_ptr<Session::OutputTap> tap;
+    std::optional<SafetyState> last;
+  };
+  Session& session_;
+  std::vector<Gate> gates_;
+};
+
+}  // namespace tactor

@@ -1,0 +1,44 @@
+#include "app/run/replay.hpp"
+
+#include "app/output.hpp"
+#include "app/run/record.hpp"
+#include "framework/core/temporary_folder.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/node/registry.hpp"
+#include "framework/session/run_log.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// The plan of the graph that the recording holds.
+Plan recorded_plan(const RecordingHeader& header, Registry& registry) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "graph.yaml";
+  write_file(file, header.graph);
+  return make_plan(load_graph(file, registry));
+}
+
+}  // namespace
+
+void replay_recording(const std::filesystem::path& recording, const std::filesystem::path& folder, Registry& registry) {
+  const std::unique_ptr<RecordingReader> reader = load_record_library().open(recording);
+  if (!reader->complete()) {
+    throw InputError(recording.string() + " cannot be replayed: its run did not close it");
+  }
+  const Plan plan = recorded_plan(reader->header(), registry);
+  if (plan.graph.clock != Clock::real) {
+    throw InputError(recording.string() +
+                     " is of a run under the virtual clock; run its graph again, which gives the same");
+  }
+  const RunLog log = read_run_log(*reader, plan);
+  Session session(plan, {.replay = &log});
+  const std::unique_ptr<Recorder> recorder = load_record_library().create(folder / "recording.h5", reader->header());
+  record(session, *recorder);
+  session.start();
+  while (session.is_running()) session.advance(Duration{100'000'000});
+  session.finish();
+  recorder->close();
+}
+
+}  // namespace tactor

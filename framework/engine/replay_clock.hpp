@@ -1,0 +1,81 @@
+// Makes a live run again under the virtual clock: the same steps, at the same times, with the same messages.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "framework/core/message_batch.hpp"
+#include "framework/engine/held_messages.hpp"
+#include "framework/engine/run_events.hpp"
+#include "framework/engine/virtual_clock.hpp"
+
+namespace tactor {
+
+/// What a live run told of itself, in order of time. Nodes are indices into the plan.
+struct RunLog {
+  struct Step {
+    std::size_t node = 0;
+    Time begun, passed;
+  };
+  struct Tick {
+    TickEvent event;
+    Time deadline, told;
+  };
+  struct Set {
+    std::size_t node = 0;
+    Time from;
+    std::shared_ptr<const void> params;  ///< all parameters of the node from then on, as its struct
+  };
+  /// What a program fed into a node.
+  struct Fed {
+    std::size_t node = 0;
+    MessageBatch messages;
+  };
+  std::vector<Step> steps;  ///< of nodes outside of the real-time lane
+  std::vector<Tick> ticks;
+  std::vector<Set> sets;
+  std::vector<Fed> fed;
+  std::optional<Time> stop;  ///< when the devices were told to ramp down
+  Time end;                  ///< of the last thing that was told
+};
+
+/// Drives a VirtualClock by a log. A step takes what it took; a tick of the real-time lane sees the messages that it
+/// saw, a tick that was missed is missed again, and what was set and fed comes when it came.
+class ReplayClock final : public ExternalInputs {
+ public:
+  /// `plan` without costs is that of the live run; it and the log must outlive the clock.
+  ReplayClock(const Plan& plan, const RunLog& log);
+
+  [[nodiscard]] VirtualClock& clock() { return *clock_; }
+  /// As VirtualClock::advance_to.
+  void advance_to(Time t);
+  /// Behind the last thing that the log tells.
+  [[nodiscard]] Time end() const { return log_.end + Duration{1}; }
+
+ private:
+  struct Event {
+    enum class Kind : std::uint8_t { tick, set, fed, stop };
+    Time time;
+    Kind kind = Kind::tick;
+    std::size_t index = 0;    // into the log's list of that kind
+    std::size_t message = 0;  // of `fed`
+  };
+
+  void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) override;
+  void on_phase(Phase /*phase*/) override {}
+  void make(const Event& event);
+  void tick(const RunLog::Tick& tick);
+
+  const RunLog& log_;
+  const Plan plan_;  // with the costs that the log tells
+  std::vector<bool> external_;
+  std::unique_ptr<VirtualClock> clock_;
+  std::vector<Event> events_;
+  std::size_t next_ = 0;
+  std::vector<HeldMessages> held_;                                 // by edge: arrived, and not seen by a tick yet
+  std::vector<std::vector<std::shared_ptr<const void>>> tunings_;  // by node of the real-time lane
+  std::vector<std::uint64_t> tuned_;                               // by node: how many of them a tick was given
+};
+
+}  // namespace tactor

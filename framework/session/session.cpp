@@ -1,0 +1,402 @@
+#include "framework/session/session.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+
+#include "framework/core/check.hpp"
+#include "framework/engine/live/live_engine.hpp"
+#include "framework/engine/run_events.hpp"
+#include "framework/engine/virtual_clock.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+#include "framework/yaml/diagnostics.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// How often the session's thread looks after a live run, and how long a slice of a paced one is.
+constexpr Duration live_period{20'000'000};
+constexpr Duration paced_period{2'000'000};
+
+/// Messages with arrays that may wait.
+constexpr std::uint32_t most_with_arrays = 4;
+
+/// Messages that wait for one who takes them on the session's thread.
+struct Subscription {
+  /// `bytes`: of what may wait.
+  Subscription(const MessageType& type, std::size_t bytes, Session::Take reader)
+      : tap(type, {QueuePolicy::drop_newest, capacity_for(type, bytes)}), take(std::move(reader)) {}
+
+  static std::uint32_t capacity_for(const MessageType& type, std::size_t bytes) {
+    // What waits keeps its arrays from their pool, which is bounded.
+    if (!type.arrays.empty()) return most_with_arrays;
+    return static_cast<std::uint32_t>(std::clamp<std::size_t>(bytes / (type.size + sizeof(Stamp)), 16, 65536));
+  }
+  void drain() { tap.take_all(take); }
+
+  Tap tap;
+  Session::Take take;
+};
+
+struct PlannedOutput {
+  std::size_t node = 0;
+  std::size_t output = 0;
+};
+
+PlannedOutput find_output(const Plan& plan, std::string_view name) {
+  const std::size_t dot = name.find('.');
+  const std::string node(name.substr(0, dot));
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    const std::vector<OutputInfo>& outputs = plan.nodes[n].info->outputs;
+    for (std::size_t o = 0; o < outputs.size(); ++o) {
+      names.push_back(plan.nodes[n].name + "." + outputs[o].name);
+      if (names.back() == name) return {n, o};
+    }
+  }
+  for (const LeftOut& left_out : plan.left_out) {
+    if (left_out.what == "node " + node) {
+      throw InputError("the run has no output " + std::string(name) + ": its node was left out, because " +
+                       left_out.why + "; record it in the graph");
+    }
+  }
+  throw InputError("the run has no output " + std::string(name) + did_you_mean(std::string(name), names));
+}
+
+struct TunableParameter {
+  std::size_t node = 0;
+  std::size_t param = 0;
+};
+
+TunableParameter find_tunable(const Plan& plan, std::string_view name) {
+  const std::string asked(name);
+  std::vector<std::string> tunable;
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    const std::vector<ParamInfo>& params = plan.nodes[n].info->params;
+    for (std::size_t p = 0; p < params.size(); ++p) {
+      const std::string full = plan.nodes[n].name + "." + params[p].name;
+      if (params[p].tunable) tunable.push_back(full);
+      if (full != asked) continue;
+      if (params[p].tunable) return {n, p};
+      throw InputError(asked + " cannot be set while the run goes on: " + plan.nodes[n].info->type +
+                       " reads it when it is made; start again with --set");
+    }
+  }
+  throw InputError("the run has no parameter " + asked + did_you_mean(asked, tunable));
+}
+
+}  // namespace
+
+class Session::Run {
+ public:
+  Run(Plan p, const SessionOptions& o) : plan(std::move(p)), options(o) {
+    for (const NodeSpec& node : plan.nodes) params.push_back(node.params);
+    if (options.replay != nullptr) {
+      replay = std::make_unique<ReplayClock>(plan, *options.replay);
+      clock = &replay->clock();
+    } else if (plan.graph.clock == Clock::real) {
+      live = load_live_library().make(plan);
+    } else {
+      own_clock = std::make_unique<VirtualClock>(plan, options.measure_cpu);
+      clock = own_clock.get();
+    }
+  }
+
+  /// Under the virtual clock.
+  [[nodiscard]] Time end() const { return replay ? replay->end() : Time{} + plan.graph.duration; }
+
+  /// Under the virtual clock a full queue is read, so that a small one is enough.
+  [[nodiscard]] std::size_t waiting_bytes(std::size_t bytes) const {
+    return live ? bytes : std::min(bytes, std::size_t{1} << 16U);
+  }
+
+  void add(Subscription& subscription, const std::function<void(Tap&)>& attach) {
+    // Live, writer and reader are two threads.
+    if (clock) subscription.tap.when_full([&subscription] { subscription.drain(); });
+    attach(subscription.tap);
+  }
+
+  void drain() {
+    for (Subscription& subscription : subscriptions) subscription.drain();
+  }
+
+  /// Live: what a subscriber throws is the run's failure, and it gets nothing more.
+  void drain_live() {
+    for (Subscription& subscription : subscriptions) {
+      try {
+        subscription.drain();
+      } catch (const std::exception& error) {
+        subscription.take = [](const Stamp&, const void*) {};
+        live->stop(error.what());
+      }
+    }
+  }
+
+  void advance_live(Duration duration) {
+    const Instant until = MonotonicClock::now() + duration;
+    while (live->is_running() && MonotonicClock::now() < until) {
+      drain_live();
+      MonotonicClock::sleep_until(std::min(MonotonicClock::now() + live_period, until));
+    }
+    drain_live();
+  }
+
+  void advance_virtual(Duration duration) {
+    const Time until = std::min(clock->now() + duration, end());
+    if (options.pace > 0) {
+      const Instant begun = MonotonicClock::now();
+      const Time from = clock->now();
+      while (clock->now() < until) {
+        step_to(std::min(clock->now() + paced_period, until));
+        drain();
+        const double wall = (clock->now() - from).seconds() / options.pace;
+        MonotonicClock::sleep_until(begun + Duration::from_seconds(wall));
+      }
+    } else {
+      step_to(until);
+    }
+    drain();
+  }
+
+  /// Where a step throws, what was sent before it still gets to those who take it.
+  void step_to(Time t) {
+    try {
+      replay ? replay->advance_to(t) : clock->advance_to(t);
+    } catch (const std::exception&) {
+      for (Subscription& subscription : subscriptions) {
+        try {
+          subscription.drain();
+        } catch (const std::exception&) {
+          // The first failure is the one that is told.
+        }
+      }
+      throw;
+    }
+  }
+
+  const Plan plan;
+  const SessionOptions options;
+  std::vector<std::vector<ParamValue>> params;  // by node, as they were set last
+  std::vector<Session::Take> set_takers;
+  std::uint64_t sets = 0;
+  std::unique_ptr<VirtualClock> own_clock;
+  std::unique_ptr<ReplayClock> replay;
+  VirtualClock* clock = nullptr;  // one of these, or null
+  std::unique_ptr<LiveEngine> live;
+  std::deque<Subscription> subscriptions;
+  bool started = false, stopped = false, finished = false;
+};
+
+Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_unique<Run>(std::move(plan), options)) {}
+
+Session::~Session() {
+  if (run_->live && run_->started && !run_->finished) finish();
+  // A step that never came back still runs in it: nothing may end its life.
+  if (is_abandoned()) static_cast<void>(run_.release());
+}
+
+const Plan& Session::plan() const {
+  return run_->plan;
+}
+
+PlanNodes& Session::nodes() {
+  return run_->live ? run_->live->nodes() : run_->clock->nodes();
+}
+
+bool Session::is_live() const {
+  return run_->live != nullptr;
+}
+
+std::unique_ptr<Session::OutputTap> Session::tap(std::string_view output, Queue queue) {
+  const PlannedOutput at = find_output(plan(), output);
+  auto made = std::make_unique<OutputTap>(*this, *plan().nodes[at.node].info->outputs[at.output].type, queue);
+  if (run_->live) {
+    run_->live->add_tap(at.node, at.output, made->tap_);
+  } else {
+    run_->clock->dispatcher().add_tap(at.node, at.output, made->tap_);
+  }
+  return made;
+}
+
+void Session::end_tap(const Tap& tap) {
+  if (run_->live) {
+    run_->live->remove_tap(tap);
+  } else {
+    run_->clock->dispatcher().remove_tap(tap);
+  }
+}
+
+void Session::on_message(std::string_view output, Take take, std::size_t bytes) {
+  const PlannedOutput at = find_output(plan(), output);
+  Subscription& made = run_->subscriptions.emplace_back(*plan().nodes[at.node].info->outputs[at.output].type,
+                                                        run_->waiting_bytes(bytes), std::move(take));
+  run_->add(made, [&](Tap& tap) {
+    run_->live ? run_->live->add_tap(at.node, at.output, tap)
+               : run_->clock->dispatcher().add_tap(at.node, at.output, tap);
+  });
+}
+
+void Session::on_step(Take take, std::size_t bytes) {
+  Subscription& made =
+      run_->subscriptions.emplace_back(message_type<StepEvent>(), run_->waiting_bytes(bytes), std::move(take));
+  run_->add(made, [&](Tap& tap) {
+    run_->live ? run_->live->add_step_tap(tap) : run_->clock->dispatcher().add_step_tap(tap);
+  });
+}
+
+void Session::on_tick(Take take, std::size_t bytes) {
+  Subscription& made =
+      run_->subscriptions.emplace_back(message_type<TickEvent>(), run_->waiting_bytes(bytes), std::move(take));
+  run_->add(made, [&](Tap& tap) {
+    run_->live ? run_->live->add_tick_tap(tap) : run_->clock->dispatcher().add_tick_tap(tap);
+  });
+}
+
+void Session::on_stop(Take take) {
+  Subscription& made = run_->subscriptions.emplace_back(message_type<StopEvent>(), 1, std::move(take));
+  run_->add(made, [&](Tap& tap) {
+    run_->live ? run_->live->add_stop_tap(tap) : run_->clock->dispatcher().add_stop_tap(tap);
+  });
+}
+
+void Session::on_set(Take take) {
+  run_->set_takers.push_back(std::move(take));
+}
+
+Session::Feed Session::feed(std::string_view name) {
+  const Plan& plan = run_->plan;
+  const auto fed = [&plan](std::size_t n) { return plan.nodes[n].info->fed; };
+  const auto feed_of = [&](std::size_t n) { return Feed(*run_, n, *plan.nodes[n].info->outputs.front().type); };
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    if (!fed(n)) continue;
+    names.push_back(plan.nodes[n].name);
+    if (plan.nodes[n].name == name) return feed_of(n);
+  }
+  for (const PlannedEdge& edge : plan.edges) {
+    if (!fed(edge.from)) continue;
+    names.push_back(edge.spec.to_node + "." + edge.spec.to_port);
+    if (names.back() == name) return feed_of(edge.from);
+  }
+  throw InputError("the run has no feed " + std::string(name) + did_you_mean(std::string(name), names) +
+                   "; a node of type source.feed makes one");
+}
+
+void Session::Feed::send(const void* value, std::optional<Time> valid) {
+  TACTOR_DEMAND(run_->started);
+  if (run_->live) return run_->live->feed(node_, valid, value);
+  run_->clock->dispatcher().publish(node_, 0, valid.value_or(run_->clock->now()), value);
+}
+
+void Session::set(std::string_view parameter, std::string_view value) {
+  TACTOR_DEMAND(run_->started);
+  const TunableParameter at = find_tunable(plan(), parameter);
+  const NodeInfo& info = *plan().nodes[at.node].info;
+  NodeSpec changed = plan().nodes[at.node];
+  changed.params = run_->params[at.node];
+  changed.params[at.param] = parse_parameter(changed, at.param, std::string(value),
+                                             "set " + std::string(parameter) + "=" + std::string(value));
+  check_node(plan().graph, changed);
+  SetEvent event;
+  event.node = static_cast<std::int32_t>(at.node);
+  const std::string text = info.params[at.param].name + "=" + std::string(value);
+  if (text.size() > SetEvent::most_text) throw InputError("set " + std::string(parameter) + ": the value is too long");
+  event.length = static_cast<std::int32_t>(text.size());
+  std::copy(text.begin(), text.end(), event.text.begin());
+  Time from;
+  if (run_->live) {
+    from = run_->live->tune(at.node, info.typed(changed.params));
+  } else {
+    info.tune(nodes()[at.node], info.typed(changed.params).get());
+    from = run_->clock->now();
+  }
+  run_->params[at.node] = std::move(changed.params);
+  const Stamp stamp{from, from, run_->sets++};
+  for (const Take& take : run_->set_takers) take(stamp, &event);
+}
+
+std::uint64_t Session::dropped() const {
+  std::uint64_t sum = 0;
+  for (const Subscription& subscription : run_->subscriptions) sum += subscription.tap.dropped();
+  return sum;
+}
+
+void Session::stop_when(std::function<bool()> asked) {
+  if (run_->live) run_->live->stop_when(std::move(asked));
+}
+
+void Session::start() {
+  TACTOR_DEMAND(!run_->started);
+  if (run_->live) {
+    run_->live->start();
+  } else {
+    run_->clock->start();
+  }
+  run_->started = true;
+}
+
+void Session::advance(Duration duration) {
+  TACTOR_DEMAND(run_->started && !run_->finished);
+  if (run_->live) {
+    run_->advance_live(duration);
+  } else if (!run_->stopped) {
+    run_->advance_virtual(duration);
+  }
+}
+
+bool Session::is_running() {
+  if (!run_->started || run_->finished || run_->stopped) return false;
+  if (run_->live) return run_->live->is_running();
+  return run_->clock->now() < run_->end();
+}
+
+Time Session::now() {
+  return run_->live ? status().now : run_->clock->now();
+}
+
+LiveStatus Session::status() {
+  TACTOR_DEMAND(run_->live != nullptr);
+  return run_->live->look();
+}
+
+void Session::stop() {
+  if (run_->live) {
+    run_->live->stop("");
+  } else {
+    run_->stopped = true;
+  }
+}
+
+void Session::finish() {
+  TACTOR_DEMAND(run_->started && !run_->finished);
+  run_->finished = true;
+  if (run_->live) {
+    run_->live->finish([this] { run_->drain_live(); });
+  } else {
+    run_->drain();
+  }
+}
+
+std::optional<std::string> Session::failure() const {
+  return run_->live ? run_->live->failure() : std::nullopt;
+}
+
+bool Session::is_abandoned() const {
+  return run_->live && run_->live->is_abandoned();
+}
+
+NodeStatistics Session::node_statistics(std::size_t node) const {
+  return run_->live ? run_->live->node_statistics(node) : run_->clock->node_statistics(node);
+}
+
+EdgeStatistics Session::edge_statistics(std::size_t edge) const {
+  return run_->live ? run_->live->status().edges[edge].metrics : run_->clock->edge_statistics(edge);
+}
+
+const LiveStatus& Session::last_status() const {
+  TACTOR_DEMAND(run_->live != nullptr);
+  return run_->live->status();
+}
+
+}  // namespace tactor

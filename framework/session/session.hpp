@@ -1,0 +1,152 @@
+// A session: one interface to a run, for both clocks. What every front stands on.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "framework/core/check.hpp"
+#include "framework/engine/live/live_status.hpp"
+#include "framework/engine/plan_nodes.hpp"
+#include "framework/engine/replay_clock.hpp"
+#include "framework/engine/run_statistics.hpp"
+#include "framework/engine/tap.hpp"
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+struct SessionOptions {
+  /// Under the virtual clock: time every step by the thread's CPU clock.
+  bool measure_cpu = false;
+  /// The log of a live run of the same plan, which is made again under the virtual clock; it outlives the session.
+  const RunLog* replay = nullptr;
+  /// Under the virtual clock: seconds of the run for a second of wall time; 0: as fast as it goes.
+  double pace = 0;
+};
+
+/// A run of a plan that goes on while its owner looks at it.
+///
+/// Under the virtual clock nothing happens but in `advance`, which makes the steps of that much time: the same steps
+/// however it is cut into advances. With `clock: real` the run goes by itself from `start` on, and `advance` waits.
+///
+/// Used by one thread. A tap may be read on another.
+class Session {
+  class Run;
+
+ public:
+  /// Makes the nodes. Throws YamlError with the node's place where a node refuses its input, and as LiveLibrary::make.
+  explicit Session(Plan plan, const SessionOptions& options = {});
+  /// Ends a run that goes on. A run whose step never came back is left behind, with its thread.
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  [[nodiscard]] const Plan& plan() const;
+  [[nodiscard]] PlanNodes& nodes();
+  [[nodiscard]] bool is_live() const;
+
+  /// A tap that ends with the object. It must not outlive the session.
+  class OutputTap {
+   public:
+    OutputTap(Session& session, const MessageType& type, Queue queue) : session_(session), tap_(type, queue) {}
+    OutputTap(const OutputTap&) = delete;
+    OutputTap& operator=(const OutputTap&) = delete;
+    ~OutputTap() { session_.end_tap(tap_); }
+    /// See Tap. On one thread.
+    [[nodiscard]] MessageView take() { return tap_.take(); }
+    [[nodiscard]] const MessageType& type() const { return tap_.type(); }
+    [[nodiscard]] std::uint64_t dropped() const { return tap_.dropped(); }
+
+   private:
+    friend class Session;
+    Session& session_;
+    Tap tap_;
+  };
+
+  /// The messages of an output (`coupling.force`) of any node of the plan, from now on: before the start or while the
+  /// run goes on. Throws InputError where the plan has no such output, with the reason where its node was left out.
+  [[nodiscard]] std::unique_ptr<OutputTap> tap(std::string_view output, Queue queue = {QueuePolicy::drop_oldest, 1024});
+
+  /// Takes a message of an output or of the engine, on the session's thread.
+  using Take = std::function<void(const Stamp& stamp, const void* value)>;
+  /// Calls `take` for each message of an output until the session ends, during `advance` and `finish`. Under the
+  /// virtual clock none is lost; live, up to `bytes` wait for `take`, and what finds that full is lost and counted.
+  /// What `take` throws ends a live run as its failure, and passes through `advance` under the virtual clock.
+  void on_message(std::string_view output, Take take, std::size_t bytes = std::size_t{2} << 20U);
+  /// The same for each step, as a StepEvent.
+  void on_step(Take take, std::size_t bytes = std::size_t{2} << 20U);
+  /// The same for each tick of a node in the real-time lane, as a TickEvent; live alone.
+  void on_tick(Take take, std::size_t bytes = std::size_t{2} << 20U);
+  /// The same for the StopEvent; live, and in a replay.
+  void on_stop(Take take);
+  /// Calls `take` with a SetEvent for each `set`, at once.
+  void on_set(Take take);
+  /// Messages and steps that were lost so.
+  [[nodiscard]] std::uint64_t dropped() const;
+
+  /// Sends messages into the run by a node source.feed, which it names.
+  class Feed {
+   public:
+    [[nodiscard]] const MessageType& type() const { return *type_; }
+    /// A message of `type`, valid at `valid` or, where that is none, now. It becomes visible now.
+    void send(const void* value, std::optional<Time> valid = {});
+    template <Message T>
+    void send(const T& value, std::optional<Time> valid = {}) {
+      TACTOR_DEMAND(same_type(*type_, message_type<T>()));
+      send(static_cast<const void*>(&value), valid);
+    }
+
+   private:
+    friend class Session;
+    Feed(Run& run, std::size_t node, const MessageType& type) : run_(&run), node_(node), type_(&type) {}
+    Run* run_;
+    std::size_t node_;
+    const MessageType* type_;
+  };
+  /// The feed of the node `name`, or of the input `node.port` that one feeds. Throws InputError where there is none.
+  [[nodiscard]] Feed feed(std::string_view name);
+
+  /// Sets a tunable parameter while the session runs, from text as in a graph file: set("coupling.k_0", "1200 N/m").
+  /// It holds from the node's next step on. Throws InputError where the value is refused or the parameter is not
+  /// tunable; then nothing changes.
+  void set(std::string_view parameter, std::string_view value);
+
+  /// Live: a question whose yes ends the run (see LiveEngine::stop_when). Before the start.
+  void stop_when(std::function<bool()> asked);
+
+  /// Begins the run, at time zero. Throws where nothing has moved, because a device or a privilege was refused. Once.
+  void start();
+  /// Lets `duration` of the run pass, up to its end. Throws RunError where a step of the virtual clock throws.
+  void advance(Duration duration);
+  /// False where the run has come to its end, was stopped or has failed.
+  [[nodiscard]] bool is_running();
+  /// The time up to which it has run.
+  [[nodiscard]] Time now();
+  /// Live: the state now.
+  [[nodiscard]] LiveStatus status();
+  /// Ends the run where it is; live the devices ramp down in `finish`. Any thread, where it is live.
+  void stop();
+  /// Ends the run where it goes on, and everything that belongs to it; its nodes and metrics stay. Once.
+  void finish();
+
+  // After `finish`, and for the virtual clock before.
+
+  /// Live: why it ended before its time, with the node's name.
+  [[nodiscard]] std::optional<std::string> failure() const;
+  /// Live: true where a step never came back. Its thread still uses the nodes, so that they can't be asked.
+  [[nodiscard]] bool is_abandoned() const;
+  [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const;
+  [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
+  /// Live: the state at the end.
+  [[nodiscard]] const LiveStatus& last_status() const;
+
+ private:
+  void end_tap(const Tap& tap);
+
+  std::unique_ptr<Run> run_;
+};
+
+}  // namespace tactor

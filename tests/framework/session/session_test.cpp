@@ -1,0 +1,157 @@
+// One interface for both clocks: stepped, paced and live, with taps that come and go.
+#include "framework/session/session.hpp"
+
+#include <boost/test/unit_test.hpp>
+#include <chrono>
+#include <cstring>
+#include <vector>
+
+#include "framework/core/check.hpp"
+#include "framework/node/plugin.hpp"
+#include "tests/framework/engine/sample_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::sample;
+
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+struct NeedsLive {
+  boost::test_tools::assertion_result operator()(boost::unit_test::test_unit_id) const {
+    boost::test_tools::assertion_result result(has_plugin("libtactor_live.so"));
+    if (!result) result.message() << "this build has no live engine";
+    return result;
+  }
+};
+
+CostModel five_milliseconds() {
+  CostModel cost;
+  cost.kind = CostModel::Kind::constant;
+  cost.base = Duration{5 * ms};
+  return cost;
+}
+
+/// What a run is to be asked for.
+enum class By { whole, steps, pace, live };
+
+/// The counts that the keeper of a sample plan got.
+std::vector<double> run(By by, double duration_s, double& wall_s) {
+  SamplePlan sample(five_milliseconds(), duration_s, {QueuePolicy::drop_oldest, 64});
+  sample.plan.graph.clock = by == By::live ? Clock::real : Clock::virtual_;
+  const auto begin = std::chrono::steady_clock::now();
+  Session session(sample.plan, {.pace = by == By::pace ? 1.0 : 0.0});
+  BOOST_TEST(session.is_live() == (by == By::live));
+  BOOST_TEST(!session.is_running());
+  session.start();
+  while (session.is_running()) session.advance(by == By::whole ? Duration::from_seconds(duration_s) : Duration{7 * ms});
+  session.finish();
+  BOOST_TEST(!session.failure().has_value());
+  wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::vector<double> values;
+  for (const Keep::Entry& entry : dynamic_cast<const Keep&>(session.nodes()[2]).kept) values.push_back(entry.value);
+  return values;
+}
+
+double x_of(const void* value) {
+  Wrench w;
+  std::memcpy(&w, value, sizeof w);
+  return w.force.x;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(the_same_graph_runs_stepped_paced_and_live, *boost::unit_test::precondition(NeedsLive{})) {
+  double at_once = 0, stepped = 0, paced = 0, live = 0;
+  const std::vector<double> whole = run(By::whole, 1.0, at_once);
+  BOOST_TEST(whole.size() == 199U);
+  BOOST_TEST(run(By::steps, 1.0, stepped) == whole, boost::test_tools::per_element());
+  BOOST_TEST(run(By::pace, 1.0, paced) == whole, boost::test_tools::per_element());
+  BOOST_TEST(paced >= 1.0);
+  // A live run counts in the same order, at its own speed.
+  const std::vector<double> real = run(By::live, 1.0, live);
+  BOOST_TEST(live >= 1.0);
+  BOOST_TEST(real.size() > 100U);
+  for (std::size_t i = 1; i < real.size(); ++i) BOOST_TEST(real[i] > real[i - 1]);
+}
+
+BOOST_AUTO_TEST_CASE(a_tap_comes_and_goes_while_a_session_runs, *boost::unit_test::precondition(NeedsLive{})) {
+  for (const Clock clock : {Clock::virtual_, Clock::real}) {
+    SamplePlan sample({}, 1.0);
+    sample.plan.graph.clock = clock;
+    Session session(sample.plan);
+    session.start();
+    session.advance(Duration{200 * ms});
+    std::vector<double> counts;
+    {
+      const auto tap = session.tap("counter.out");
+      session.advance(Duration{200 * ms});
+      while (const MessageView message = tap->take()) counts.push_back(x_of(message.value));
+      BOOST_TEST(tap->dropped() == 0U);
+    }
+    session.advance(Duration{200 * ms});
+    session.stop();
+    session.finish();
+    BOOST_TEST(counts.size() > 100U);
+    BOOST_TEST(counts.front() > 100);
+    for (std::size_t i = 1; i < counts.size(); ++i) BOOST_TEST(counts[i] == counts[i - 1] + 1);
+    BOOST_TEST(session.node_statistics(0).steps < 900U);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(under_the_virtual_clock_no_message_is_lost_on_its_way_to_who_takes_it) {
+  const SamplePlan sample({}, 5.0);
+  Session session(sample.plan);
+  std::vector<double> counts;
+  std::size_t steps = 0;
+  session.on_message(
+      "counter.out", [&counts](const Stamp&, const void* value) { counts.push_back(x_of(value)); }, 64);
+  session.on_step([&steps](const Stamp&, const void*) { ++steps; }, 64);
+  session.start();
+  session.advance(Duration::from_seconds(5));
+  session.finish();
+  BOOST_REQUIRE(counts.size() == 5000U);
+  for (std::size_t i = 0; i < counts.size(); ++i) BOOST_REQUIRE(counts[i] == static_cast<double>(i));
+  BOOST_TEST(steps == 15000U);
+  BOOST_TEST(session.dropped() == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(what_a_taker_throws_ends_the_run, *boost::unit_test::precondition(NeedsLive{})) {
+  for (const Clock clock : {Clock::virtual_, Clock::real}) {
+    SamplePlan sample({}, 30.0);
+    sample.plan.graph.clock = clock;
+    Session session(sample.plan);
+    int count = 0;
+    session.on_message("counter.out", [&count](const Stamp&, const void*) {
+      if (++count == 100) throw RunError("no space left");
+    });
+    session.start();
+    if (clock == Clock::virtual_) {
+      BOOST_CHECK_THROW(session.advance(Duration::from_seconds(30)), RunError);
+    } else {
+      while (session.is_running()) session.advance(Duration{50 * ms});
+      session.finish();
+      BOOST_REQUIRE(session.failure().has_value());
+      BOOST_TEST(*session.failure() == "no space left");
+    }
+    BOOST_TEST(count == 100);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(an_output_that_is_not_there_is_told_with_the_nearest_and_the_reason) {
+  SamplePlan sample({}, 1.0);
+  sample.plan.left_out.push_back({"node refit", "the coefficients are fixed"});
+  Session session(sample.plan);
+  const auto refusal = [&session](const char* name) {
+    try {
+      static_cast<void>(session.tap(name));
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("taken");
+  };
+  BOOST_TEST(refusal("counter.ouzt").find("did you mean counter.out") != std::string::npos, refusal("counter.ouzt"));
+  BOOST_TEST(refusal("refit.coefficients").find("its node was left out, because the coefficients are fixed") !=
+             std::string::npos);
+  BOOST_TEST(refusal("counter").find("no output counter") != std::string::npos);
+}
