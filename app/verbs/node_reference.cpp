@@ -73,6 +73,10 @@ std::string bounds_text(const ParamInfo& param) {
   return low ? fmt::format("{} {}", more, param.min) : fmt::format("<= {}", param.max);
 }
 
+std::string param_text(const ParamInfo& param) {
+  return param.tunable ? param.doc + "; tunable while it runs" : param.doc;
+}
+
 std::string trigger_text(const InputInfo& input) {
   std::string out = input.required ? "required" : "optional";
   if (input.trigger == Trigger::yes) out += ", makes the node step";
@@ -161,7 +165,7 @@ std::string node_help(const NodeInfo& info) {
     const std::string bounds = bounds_text(param);
     out += fmt::format("  {} ({}; {}{}{})\n      {}\n", param.name, kind_text(param),
                        param.default_value ? "default " : "", value_text(info, param),
-                       bounds.empty() ? "" : "; " + bounds, param.doc);
+                       bounds.empty() ? "" : "; " + bounds, param_text(param));
   }
   if (!info.metrics.empty()) out += "\nmetrics\n";
   for (const MetricInfo& metric : info.metrics) out += metric_help(metric);
@@ -187,7 +191,7 @@ std::string node_reference_markdown(const std::vector<const NodeInfo*>& types) {
     if (!info->params.empty()) out += "\n| parameter | | default | bounds | |\n|---|---|---|---|---|\n";
     for (const ParamInfo& param : info->params) {
       out += fmt::format("| `{}` | {} | {} | {} | {} |\n", param.name, cell(kind_text(param)), value_text(*info, param),
-                         bounds_text(param), cell(param.doc));
+                         bounds_text(param), cell(param_text(param)));
     }
     if (!info->metrics.empty()) out += metrics_markdown(info->metrics);
   }

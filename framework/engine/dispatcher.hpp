@@ -85,6 +85,8 @@ class Dispatcher {
   void complete_at(std::size_t node, Time t);
   /// The step of `node` has failed: it never steps again, but the others on its thread may.
   void failed(std::size_t node);
+  /// True where a message of the node waits for room on an edge of policy `block`.
+  [[nodiscard]] bool is_blocked(std::size_t node) const { return states_[node].blocked_edges > 0; }
   /// A tick of an external node, due at `deadline`, was told at `now`.
   void tell_tick(Time deadline, Time now, const TickEvent& event);
   /// An external node sent a message.

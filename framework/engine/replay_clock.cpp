@@ -42,7 +42,7 @@ ReplayClock::ReplayClock(const Plan& plan, const RunLog& log)
     held_.emplace_back(*plan_.nodes[edge.to].info->inputs[edge.input].type);
   }
   for (std::size_t i = 0; i < log.ticks.size(); ++i) events_.push_back({log.ticks[i].told, Kind::tick, i});
-  for (std::size_t i = 0; i < log.sets.size(); ++i) events_.push_back({log.sets[i].from, Kind::set, i});
+  for (std::size_t i = 0; i < log.sets.size(); ++i) events_.push_back({log.sets[i].stamp.produced, Kind::set, i});
   for (std::size_t i = 0; i < log.fed.size(); ++i) {
     const MessageBatch& messages = log.fed[i].messages;
     for (std::size_t m = 0; m < messages.size(); ++m) {
@@ -74,6 +74,7 @@ void ReplayClock::make(const Event& event) {
       break;
     case Event::Kind::set: {
       const RunLog::Set& set = log_.sets[event.index];
+      if (tell_set_) tell_set_(set);
       if (external_[set.node]) {
         tunings_[set.node].push_back(set.params);
       } else {

@@ -1,8 +1,10 @@
 // Makes a live run again under the virtual clock: the same steps, at the same times, with the same messages.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "framework/core/message_batch.hpp"
@@ -24,7 +26,8 @@ struct RunLog {
   };
   struct Set {
     std::size_t node = 0;
-    Time from;
+    Stamp stamp;
+    SetEvent event;
     std::shared_ptr<const void> params;  ///< all parameters of the node from then on, as its struct
   };
   /// What a program fed into a node.
@@ -50,6 +53,8 @@ class ReplayClock final : public ExternalInputs {
   [[nodiscard]] VirtualClock& clock() { return *clock_; }
   /// As VirtualClock::advance_to.
   void advance_to(Time t);
+  /// Calls `tell` for each change of parameters when it is made.
+  void on_set(std::function<void(const RunLog::Set&)> tell) { tell_set_ = std::move(tell); }
   /// Behind the last thing that the log tells.
   [[nodiscard]] Time end() const { return log_.end + Duration{1}; }
 
@@ -71,6 +76,7 @@ class ReplayClock final : public ExternalInputs {
   const Plan plan_;  // with the costs that the log tells
   std::vector<bool> external_;
   std::unique_ptr<VirtualClock> clock_;
+  std::function<void(const RunLog::Set&)> tell_set_;
   std::vector<Event> events_;
   std::size_t next_ = 0;
   std::vector<HeldMessages> held_;                                 // by edge: arrived, and not seen by a tick yet

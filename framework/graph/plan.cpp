@@ -63,7 +63,7 @@ void check_refused(const GraphSpec& graph, const std::vector<Wire>& wires, const
 void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const std::vector<bool>& triggers,
                  std::size_t n, Diagnostics& diagnostics) {
   const NodeSpec& node = graph.nodes[n];
-  if (node.info->rate_parameter) return;
+  if (node.info->rate_parameter || node.info->fed) return;
   for (std::size_t e = 0; e < wires.size(); ++e) {
     if (triggers[e] && wires[e].to == n) return;
   }

@@ -121,7 +121,8 @@ class Declare {
   }
   /// The parameters `names` may be set while a session runs. N has `void tune(const Params&)`, which is called between
   /// two steps, on the thread that makes them, with all parameters; in the real-time lane it allocates, locks and waits
-  /// for nothing. What would step a force goes there over some time.
+  /// for nothing. What would step a force goes there over some time. Where N has `std::string refuses(const Params&)
+  /// const`, it is asked before, on any thread, why the node as it is connected cannot have them; empty: it can.
   Declare& tunable(std::initializer_list<std::string_view> names) {
     for (const std::string_view name : names) {
       const auto param =
@@ -134,6 +135,11 @@ class Declare {
       return std::make_shared<const P>(assign_all(*params, values));
     };
     info_.tune = [](Node& node, const void* values) { static_cast<N&>(node).tune(*static_cast<const P*>(values)); };
+    if constexpr (requires(const N& node, const P& values) { node.refuses(values); }) {
+      info_.refuses = [](const Node& node, const void* values) {
+        return static_cast<const N&>(node).refuses(*static_cast<const P*>(values));
+      };
+    }
     return *this;
   }
   /// Its steps allocate, lock and wait for nothing, so that a graph may put it into the real-time lane.

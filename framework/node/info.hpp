@@ -242,6 +242,9 @@ struct NodeInfo {
   /// The parameters as the node's struct, and what gives them to a node between two steps; null where none is tunable.
   std::function<std::shared_ptr<const void>(const std::vector<ParamValue>&)> typed{};
   std::function<void(Node&, const void* params)> tune{};
+  /// Why the node as it is connected cannot have them, empty where it can, from any thread; null: no reason but those
+  /// of `check`.
+  std::function<std::string(const Node&, const void* params)> refuses{};
   /// Makes the node from values in the order of `params`; null where there is `resolve`. Devices are opened when the
   /// node starts, not here.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;

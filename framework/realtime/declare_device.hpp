@@ -34,6 +34,7 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
        {.doc = "largest force, by norm", .unit = "N", .default_value = defaults.force_max, .max = 1000});
   real("torque_max", &SafetyLimits::torque_max,
        {.doc = "largest torque, by norm", .unit = "N m", .default_value = defaults.torque_max, .max = 100});
+  declaration.tunable({"force_max", "torque_max"});
   real("force_slew", &SafetyLimits::force_slew,
        {.doc = "fastest change of the force; 2000 N/s is more than twice what a held physics force takes in the graphs "
                "of this project (0.84 N in a millisecond)",

@@ -140,6 +140,11 @@ SafetyGate::SafetyGate(const SafetyLimits& limits, Duration period)
   check(limits);
 }
 
+void SafetyGate::set_largest(double force_max, double torque_max) noexcept {
+  limits_.force_max = force_max;
+  limits_.torque_max = torque_max;
+}
+
 bool SafetyGate::at_rest() const {
   return commanded_D_W_.force == Vec3{} && commanded_D_W_.torque == Vec3{};
 }

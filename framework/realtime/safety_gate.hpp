@@ -78,6 +78,9 @@ class SafetyGate {
   SafetyGate(const SafetyLimits& limits, Duration period);
 
   SafetyOutput tick(const SafetyInput& input) noexcept;
+  /// Other limits of what is commanded, N and N m, which `check` takes with the rest. What is commanded comes down to
+  /// lower ones as fast as the slew limits let it. Allocates nothing.
+  void set_largest(double force_max, double torque_max) noexcept;
 
   /// Two periods.
   [[nodiscard]] Duration longest_tick() const { return longest_tick_; }

@@ -95,6 +95,7 @@ class Session::Run {
     if (options.replay != nullptr) {
       replay = std::make_unique<ReplayClock>(plan, *options.replay);
       clock = &replay->clock();
+      replay->on_set([this](const RunLog::Set& set) { tell_set(set.stamp, set.event); });
     } else if (plan.graph.clock == Clock::real) {
       live = load_live_library().make(plan);
     } else {
@@ -131,6 +132,10 @@ class Session::Run {
         live->stop(error.what());
       }
     }
+  }
+
+  void tell_set(const Stamp& stamp, const SetEvent& event) const {
+    for (const Session::Take& take : set_takers) take(stamp, &event);
   }
 
   void advance_live(Duration duration) {
@@ -283,10 +288,13 @@ Session::Feed Session::feed(std::string_view name) {
                    "; a node of type source.feed makes one");
 }
 
-void Session::Feed::send(const void* value, std::optional<Time> valid) {
+bool Session::Feed::send(const void* value, std::optional<Time> valid) {
   TACTOR_DEMAND(run_->started);
   if (run_->live) return run_->live->feed(node_, valid, value);
-  run_->clock->dispatcher().publish(node_, 0, valid.value_or(run_->clock->now()), value);
+  Dispatcher& dispatcher = run_->clock->dispatcher();
+  if (dispatcher.is_blocked(node_)) return false;
+  dispatcher.publish(node_, 0, valid.value_or(run_->clock->now()), value);
+  return true;
 }
 
 void Session::set(std::string_view parameter, std::string_view value) {
@@ -298,6 +306,10 @@ void Session::set(std::string_view parameter, std::string_view value) {
   changed.params[at.param] = parse_parameter(changed, at.param, std::string(value),
                                              "set " + std::string(parameter) + "=" + std::string(value));
   check_node(plan().graph, changed);
+  const std::shared_ptr<const void> typed = info.typed(changed.params);
+  if (const std::string why = info.refuses ? info.refuses(nodes()[at.node], typed.get()) : ""; !why.empty()) {
+    throw InputError("set " + std::string(parameter) + "=" + std::string(value) + ": " + why);
+  }
   SetEvent event;
   event.node = static_cast<std::int32_t>(at.node);
   const std::string text = info.params[at.param].name + "=" + std::string(value);
@@ -306,14 +318,14 @@ void Session::set(std::string_view parameter, std::string_view value) {
   std::copy(text.begin(), text.end(), event.text.begin());
   Time from;
   if (run_->live) {
-    from = run_->live->tune(at.node, info.typed(changed.params));
+    from = run_->live->tune(at.node, typed);
   } else {
-    info.tune(nodes()[at.node], info.typed(changed.params).get());
+    info.tune(nodes()[at.node], typed.get());
     from = run_->clock->now();
   }
   run_->params[at.node] = std::move(changed.params);
   const Stamp stamp{from, from, run_->sets++};
-  for (const Take& take : run_->set_takers) take(stamp, &event);
+  run_->tell_set(stamp, event);
 }
 
 std::uint64_t Session::dropped() const {

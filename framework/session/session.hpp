@@ -91,12 +91,13 @@ class Session {
   class Feed {
    public:
     [[nodiscard]] const MessageType& type() const { return *type_; }
-    /// A message of `type`, valid at `valid` or, where that is none, now. It becomes visible now.
-    void send(const void* value, std::optional<Time> valid = {});
+    /// A message of `type`, valid at `valid` or, where that is none, now. It becomes visible now. False where an edge
+    /// of policy `block` has no room, as a node would not step then: nothing is sent. Live from any thread.
+    [[nodiscard]] bool send(const void* value, std::optional<Time> valid = {});
     template <Message T>
-    void send(const T& value, std::optional<Time> valid = {}) {
+    [[nodiscard]] bool send(const T& value, std::optional<Time> valid = {}) {
       TACTOR_DEMAND(same_type(*type_, message_type<T>()));
-      send(static_cast<const void*>(&value), valid);
+      return send(static_cast<const void*>(&value), valid);
     }
 
    private:

@@ -4,7 +4,6 @@
 
 #include "framework/core/value_error.hpp"
 #include "nodes/coupling/declare_coupling.hpp"
-#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 
@@ -18,18 +17,15 @@ void check_bounds(const char* low_name, double low, const char* high_name, doubl
   }
 }
 
-CouplingParameters parameters_for(const AdaptiveCoupling::Params& p, const NodeContext& context) {
-  const Body* tool = context.scene->tool();
-  if (tool == nullptr) throw InputError("coupling.adaptive needs a moving body in the scene");
+CouplingParameters parameters_for(const AdaptiveCoupling::Params& p, const CoupledTool& tool) {
   check_bounds("k_min", p.k_min, "k_device", p.k_device);
   check_bounds("k_r_min", p.k_r_min, "k_r_device", p.k_r_device);
   CouplingParameters parameters{.force_max = p.force_max, .torque_max = p.torque_max};
-  parameters.k_t = std::clamp(p.k_0 * std::pow(tool->mass / p.m_0, p.a), p.k_min, p.k_device);
-  parameters.b_t = damping_of(parameters.k_t, tool->mass, p.zeta);
-  if (context.torque) {
-    const double inertia = body_inertia(*tool, context.notes).trace() / 3;
-    parameters.k_r = std::clamp(p.k_r0 * std::pow(inertia / p.I_0, p.a), p.k_r_min, p.k_r_device);
-    parameters.b_r = damping_of(parameters.k_r, inertia, p.zeta);
+  parameters.k_t = std::clamp(p.k_0 * std::pow(tool.mass / p.m_0, p.a), p.k_min, p.k_device);
+  parameters.b_t = damping_of(parameters.k_t, tool.mass, p.zeta);
+  if (tool.torque) {
+    parameters.k_r = std::clamp(p.k_r0 * std::pow(tool.inertia / p.I_0, p.a), p.k_r_min, p.k_r_device);
+    parameters.b_r = damping_of(parameters.k_r, tool.inertia, p.zeta);
   }
   return parameters;
 }
@@ -37,7 +33,14 @@ CouplingParameters parameters_for(const AdaptiveCoupling::Params& p, const NodeC
 }  // namespace
 
 AdaptiveCoupling::AdaptiveCoupling(const Params& params, const NodeContext& context)
-    : CouplingNode(parameters_for(params, context), context.torque) {}
+    : AdaptiveCoupling(params, coupled_tool("coupling.adaptive", context)) {}
+
+AdaptiveCoupling::AdaptiveCoupling(const Params& params, const CoupledTool& tool)
+    : CouplingNode(parameters_for(params, tool), tool.torque), tool_(tool) {}
+
+void AdaptiveCoupling::tune(const Params& params) {
+  go_to(parameters_for(params, tool_));
+}
 
 NodeInfo AdaptiveCoupling::declare() {
   Declare<AdaptiveCoupling> d("coupling.adaptive", "A spring whose stiffness follows the tool's mass and inertia.");
@@ -63,6 +66,8 @@ NodeInfo AdaptiveCoupling::declare() {
          positive("largest rotational stiffness the device renders stably, per rad", "N m/rad", 4));
   d.real("zeta", &Params::zeta, {.doc = "damping ratio; 1 is critical", .default_value = 1, .min = 0, .max = 10});
   declare_coupling(d);
+  d.tunable({"k_0", "m_0", "a", "k_min", "k_device", "k_r0", "I_0", "k_r_min", "k_r_device", "zeta", "force_max",
+             "torque_max"});
   return d.info();
 }
 

@@ -22,6 +22,12 @@ class AdaptiveCoupling final : public CouplingNode {
   };
   AdaptiveCoupling(const Params& params, const NodeContext& context);
   static NodeInfo declare();
+  void tune(const Params& params);
+
+ private:
+  AdaptiveCoupling(const Params& params, const CoupledTool& tool);
+
+  CoupledTool tool_;
 };
 
 }  // namespace tactor

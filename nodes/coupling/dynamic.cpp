@@ -1,20 +1,17 @@
 #include "nodes/coupling/dynamic.hpp"
 
 #include "nodes/coupling/declare_coupling.hpp"
-#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 
 namespace {
 
-CouplingParameters parameters_for(const DynamicCoupling::Params& params, const NodeContext& context) {
-  const Body* tool = context.scene->tool();
-  if (tool == nullptr) throw InputError("coupling.dynamic needs a moving body in the scene");
+CouplingParameters parameters_for(const DynamicCoupling::Params& params, const CoupledTool& tool) {
   CouplingParameters parameters{.k_t = params.k_t, .force_max = params.force_max, .torque_max = params.torque_max};
-  parameters.b_t = damping_of(parameters.k_t, tool->mass, params.zeta);
-  if (context.torque) {
+  parameters.b_t = damping_of(parameters.k_t, tool.mass, params.zeta);
+  if (tool.torque) {
     parameters.k_r = params.k_r;
-    parameters.b_r = damping_of(parameters.k_r, body_inertia(*tool, context.notes).trace() / 3, params.zeta);
+    parameters.b_r = damping_of(parameters.k_r, tool.inertia, params.zeta);
   }
   return parameters;
 }
@@ -22,7 +19,14 @@ CouplingParameters parameters_for(const DynamicCoupling::Params& params, const N
 }  // namespace
 
 DynamicCoupling::DynamicCoupling(const Params& params, const NodeContext& context)
-    : CouplingNode(parameters_for(params, context), context.torque) {}
+    : DynamicCoupling(params, coupled_tool("coupling.dynamic", context)) {}
+
+DynamicCoupling::DynamicCoupling(const Params& params, const CoupledTool& tool)
+    : CouplingNode(parameters_for(params, tool), tool.torque), tool_(tool) {}
+
+void DynamicCoupling::tune(const Params& params) {
+  go_to(parameters_for(params, tool_));
+}
 
 NodeInfo DynamicCoupling::declare() {
   Declare<DynamicCoupling> d("coupling.dynamic", "A fixed spring with a damper matched to the tool's mass.");
@@ -41,6 +45,7 @@ NodeInfo DynamicCoupling::declare() {
   d.real("zeta", &Params::zeta,
          {.doc = "damping ratio; 1 is critical", .unit = "1", .default_value = 1, .min = 0, .max = 10});
   declare_coupling(d);
+  d.tunable({"k_t", "k_r", "zeta", "force_max", "torque_max"});
   return d.info();
 }
 

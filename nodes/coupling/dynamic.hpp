@@ -18,6 +18,12 @@ class DynamicCoupling final : public CouplingNode {
   };
   DynamicCoupling(const Params& params, const NodeContext& context);
   static NodeInfo declare();
+  void tune(const Params& params);
+
+ private:
+  DynamicCoupling(const Params& params, const CoupledTool& tool);
+
+  CoupledTool tool_;
 };
 
 }  // namespace tactor

@@ -4,13 +4,24 @@
 
 namespace tactor {
 
+namespace {
+
+CouplingParameters parameters_for(const StaticCoupling::Params& params, bool torque) {
+  return {.k_t = params.k_t,
+          .k_r = torque ? params.k_r : 0,
+          .force_max = params.force_max,
+          .torque_max = params.torque_max,
+          .massless = 1};
+}
+
+}  // namespace
+
 StaticCoupling::StaticCoupling(const Params& params, const NodeContext& context)
-    : CouplingNode({.k_t = params.k_t,
-                    .k_r = context.torque ? params.k_r : 0,
-                    .force_max = params.force_max,
-                    .torque_max = params.torque_max,
-                    .massless = 1},
-                   context.torque) {}
+    : CouplingNode(parameters_for(params, context.torque), context.torque), torque_(context.torque) {}
+
+void StaticCoupling::tune(const Params& params) {
+  go_to(parameters_for(params, torque_));
+}
 
 NodeInfo StaticCoupling::declare() {
   Declare<StaticCoupling> d("coupling.static", "A spring between the handle and a massless tool in balance.");
@@ -26,6 +37,7 @@ NodeInfo StaticCoupling::declare() {
           .min = 0,
           .above_min = true});
   declare_coupling(d);
+  d.tunable({"k_t", "k_r", "force_max", "torque_max"});
   d.kind("parameters", "massless");
   return d.info();
 }

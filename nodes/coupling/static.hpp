@@ -16,6 +16,10 @@ class StaticCoupling final : public CouplingNode {
   };
   StaticCoupling(const Params& params, const NodeContext& context);
   static NodeInfo declare();
+  void tune(const Params& params);
+
+ private:
+  bool torque_;
 };
 
 }  // namespace tactor

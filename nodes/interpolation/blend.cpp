@@ -28,6 +28,7 @@ NodeInfo Blend::declare() {
              .min = 0,
              .max = 1,
              .above_min = true})
+      .tunable({"blend_time"})
       .choice("shape", &Params::shape, {{"linear", CurveShape::linear}, {"cubic", CurveShape::cubic}},
               std::optional(CurveShape::linear),
               "between the steps of the forecast: straight lines, or the cubic through the nearest four")

@@ -20,6 +20,7 @@ NodeInfo LowPass::declare() {
              .min = 0,
              .max = 1,
              .above_min = true})
+      .tunable({"time_constant"})
       .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
@@ -28,7 +29,7 @@ NodeInfo LowPass::declare() {
 }
 
 LowPass::LowPass(const Params& params, const NodeContext&)
-    : tau_(params.time_constant.seconds()), tick_(Duration::from_rate(params.rate)) {}
+    : tau_(params.time_constant.seconds()), next_tau_(tau_), tick_(Duration::from_rate(params.rate)) {}
 
 ForceState LowPass::after(const ForceState& state, double h) const {
   const ForceState target{target_, {}, {}};
@@ -45,6 +46,7 @@ void LowPass::step(StepContext& context) {
   }
   // The old target held until this tick, however long ago the last one was.
   if (running_) state_ = after(state_, (now - last_).seconds());
+  tau_ = next_tau_;
   running_ = true;
   last_ = now;
   target_ = newest->value.current_D_W;

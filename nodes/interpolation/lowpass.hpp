@@ -20,6 +20,8 @@ class LowPass final : public Node {
   LowPass(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
+  /// From the next step on.
+  void tune(const Params& params) { next_tau_ = params.time_constant.seconds(); }
 
   Input<Forecast> forecast;
   Output<ForceSegment> segment;
@@ -28,7 +30,7 @@ class LowPass final : public Node {
   // Value and rate of the filter h seconds later; the curvature is not followed.
   [[nodiscard]] ForceState after(const ForceState& state, double h) const;
 
-  double tau_;  // s
+  double tau_, next_tau_;  // s
   Duration tick_;
   ForceState state_;
   Wrench target_;

@@ -7,6 +7,7 @@
 #include "nodes/interpolation/lowpass.hpp"
 #include "nodes/interpolation/none.hpp"
 #include "nodes/interpolation/rollout.hpp"
+#include "nodes/interpolation/select.hpp"
 
 TACTOR_NODES(registry) {
   registry.add<tactor::NoInterpolation>();
@@ -18,4 +19,5 @@ TACTOR_NODES(registry) {
   registry.add<tactor::HermiteCubic>();
   registry.add<tactor::HermiteQuintic>();
   registry.add<tactor::Blend>();
+  registry.add<tactor::Select>();
 }

@@ -65,6 +65,7 @@ class Includes(unittest.TestCase):
             "framework/realtime": ("framework/core", "framework/node", "framework/realtime"),
             "framework/engine": ("framework/core", "framework/node", "framework/graph", "framework/realtime",
                                  "framework/engine"),
+            "framework/session": ("framework",),
             # source.recording plays recordings back through the record interface, which holds no HDF5.
             "nodes/source": ("framework/core", "framework/node", "framework/record", "nodes/source"),
             # Libraries without nodes; each uses those before it.
@@ -90,6 +91,8 @@ class Includes(unittest.TestCase):
             "devices": ("framework/core", "framework/node", "framework/realtime", "framework/yaml", "devices"),
             # The command knows no device; it asks where profiles lie, and which ports there are.
             "app": ("framework", "app", "devices/hardware"),
+            # A session is what every front stands on, and knows none.
+            "framework": ("framework",),
             # A study by its steps: what it says, what is to be run, the runs, their table, what is told of it.
             "app/study/spec": ("framework", "app/study/spec"),
             "app/study/plan": ("framework", "app/study/spec", "app/study/plan"),

@@ -40,7 +40,7 @@ class LiveRun::Engine final : public ExternalInputs {
   [[nodiscard]] bool is_running();
   void stop(const std::string& why);
   [[nodiscard]] LiveStatus look();
-  void feed(std::size_t node, std::optional<Time> valid, const void* value);
+  bool feed(std::size_t node, std::optional<Time> valid, const void* value);
   Time tune(std::size_t node, std::shared_ptr<const void> params);
   void finish(const std::function<void()>& while_waiting);
   /// Calls `work(dispatcher)` under the lock.

@@ -25,8 +25,9 @@ class LiveEngine {
   virtual void add_stop_tap(Tap& tap) = 0;
   virtual void remove_tap(const Tap& tap) = 0;
 
-  /// A message of the fed node `node`, valid at `valid` or, where that is none, now. While it runs, any thread.
-  virtual void feed(std::size_t node, std::optional<Time> valid, const void* value) = 0;
+  /// A message of the fed node `node`, valid at `valid` or, where that is none, now; false, and nothing is sent, where
+  /// an edge of policy `block` has no room. While it runs, any thread.
+  virtual bool feed(std::size_t node, std::optional<Time> valid, const void* value) = 0;
   /// New parameters for the node, from its next step on; the time from which they hold. While it runs, any thread.
   virtual Time tune(std::size_t node, std::shared_ptr<const void> params) = 0;
 

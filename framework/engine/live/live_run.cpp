@@ -223,14 +223,16 @@ void LiveRun::Engine::wake_others() {
   if (earlier) timer_condition_.notify_one();
 }
 
-void LiveRun::Engine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+bool LiveRun::Engine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
   const std::scoped_lock lock(mutex_);
-  if (timer_ended_) return;
+  if (timer_ended_) return true;
   const Time now = next_instant();
   catch_up(now);
-  dispatcher_->publish(node, 0, valid.value_or(now), value);
+  const bool has_room = !dispatcher_->is_blocked(node);
+  if (has_room) dispatcher_->publish(node, 0, valid.value_or(now), value);
   begin_ready();
   wake_others();
+  return has_room;
 }
 
 Time LiveRun::Engine::tune(std::size_t node, std::shared_ptr<const void> params) {
@@ -376,8 +378,8 @@ void LiveRun::add_tick_tap(Tap& tap) {
 void LiveRun::add_stop_tap(Tap& tap) {
   engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_stop_tap(tap); });
 }
-void LiveRun::feed(std::size_t node, std::optional<Time> valid, const void* value) {
-  engine_->feed(node, valid, value);
+bool LiveRun::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+  return engine_->feed(node, valid, value);
 }
 Time LiveRun::tune(std::size_t node, std::shared_ptr<const void> params) {
   return engine_->tune(node, std::move(params));

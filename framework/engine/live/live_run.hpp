@@ -32,7 +32,7 @@ class LiveRun final : public LiveEngine {
   void add_tick_tap(Tap& tap) override;
   void add_stop_tap(Tap& tap) override;
   void remove_tap(const Tap& tap) override;
-  void feed(std::size_t node, std::optional<Time> valid, const void* value) override;
+  bool feed(std::size_t node, std::optional<Time> valid, const void* value) override;
   Time tune(std::size_t node, std::shared_ptr<const void> params) override;
   void stop_when(std::function<bool()> asked) override;
   void start() override;

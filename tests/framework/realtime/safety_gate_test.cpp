@@ -1,4 +1,5 @@
 // Every rule of the safety gate against closed forms, and its promises under any input.
+#include <algorithm>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <limits>
@@ -557,5 +558,23 @@ BOOST_AUTO_TEST_CASE(the_time_to_zero_holds_on_the_clock_where_ticks_come_in_tim
       if (in.now - fresh >= Duration{200'000'000}) BOOST_REQUIRE(is_zero(out.commanded_D_W));
     }
     BOOST_TEST(gate.engaged_ticks() > 0U);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(lower_limits_are_reached_as_fast_as_the_slew_limits_let_it) {
+  SafetyLimits limits;
+  limits.force_slew = 500;
+  limits.torque_slew = 10;
+  Drive drive(limits);
+  drive.engage(push);  // 5 N, 0.2 N m
+  drive.gate.set_largest(1, 0.05);
+  for (int i = 1; i <= 20; ++i) {
+    const SafetyOutput& out = drive.tick();
+    BOOST_TEST(std::abs(norm(out.commanded_D_W.force) - std::max(1.0, 5 - 0.5 * i)) < 1e-12);
+    BOOST_TEST(std::abs(norm(out.commanded_D_W.torque) - std::max(0.05, 0.2 - 0.01 * i)) < 1e-12);
+  }
+  drive.gate.set_largest(8, 0.3);
+  for (int i = 1; i <= 20; ++i) {
+    BOOST_TEST(std::abs(norm(drive.tick().commanded_D_W.force) - std::min(5.0, 1 + 0.5 * i)) < 1e-12);
   }
 }

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
+#include "framework/engine/run_events.hpp"
 #include "framework/node/plugin.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
@@ -136,6 +138,121 @@ BOOST_AUTO_TEST_CASE(what_a_taker_throws_ends_the_run, *boost::unit_test::precon
     }
     BOOST_TEST(count == 100);
   }
+}
+
+namespace {
+
+/// Sends its parameter at a rate.
+class Tuned final : public Node {
+ public:
+  struct Params {
+    double k = 0;
+    double fixed = 0;
+    double rate = 1000;
+  };
+  Tuned(const Params& params, const NodeContext&) : params_(params) {
+    if (params.k > params.fixed) throw ValueError("k", "k is above fixed");
+  }
+  static NodeInfo declare() {
+    return Declare<Tuned>("sample.tuned", "Sends its parameter.")
+        .output("out", &Tuned::out, "k")
+        .real("k", &Params::k, {.doc = "what it sends", .unit = "N/m", .default_value = 500, .min = 0, .max = 2000})
+        .real("fixed", &Params::fixed, {.doc = "the most that k may be", .unit = "N/m", .default_value = 1500})
+        .tunable({"k"})
+        .rate("rate", &Params::rate, {.doc = "rate", .default_value = 1000})
+        .info();
+  }
+  [[nodiscard]] std::string refuses(const Params& params) const { return params.k == 666 ? "666 is no stiffness" : ""; }
+  void tune(const Params& params) { params_ = params; }
+  void step(StepContext& context) override { out.send(context.now(), {{params_.k, 0, 0}, {}}); }
+  Output<Wrench> out;
+
+ private:
+  Params params_;
+};
+
+struct TunedPlan {
+  NodeInfo tuned = Tuned::declare();
+  NodeInfo keep = Keep::declare();
+  Plan plan;
+
+  explicit TunedPlan(Clock clock) {
+    plan.graph.duration = Duration::from_seconds(10);
+    plan.graph.clock = clock;
+    plan.nodes = {{"spring", &tuned, {500.0, 1500.0, 1000.0}, {}, {}, {}}, {"keep", &keep, {}, {}, {}, {}}};
+    PlannedEdge edge;
+    edge.spec = {"spring", "out", "keep", "in", {QueuePolicy::drop_oldest, 64}, true, {}, {}};
+    edge.to = 1;
+    edge.triggers = true;
+    plan.edges = {edge};
+  }
+};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_parameter_is_set_between_two_steps, *boost::unit_test::precondition(NeedsLive{})) {
+  for (const Clock clock : {Clock::virtual_, Clock::real}) {
+    TunedPlan tuned(clock);
+    Session session(tuned.plan);
+    std::vector<std::pair<Time, std::string>> told;
+    session.on_set([&told](const Stamp& stamp, const void* value) {
+      SetEvent event;
+      std::memcpy(static_cast<void*>(&event), value, sizeof event);
+      told.emplace_back(stamp.valid, std::string(event.text.begin(), event.text.begin() + event.length));
+    });
+    session.start();
+    session.advance(Duration{100 * ms});
+    session.set("spring.k", "1.2 N/mm");
+    session.advance(Duration{100 * ms});
+    session.set("spring.k", "300");
+    session.advance(Duration{100 * ms});
+    session.stop();
+    session.finish();
+    BOOST_REQUIRE(told.size() == 2U);
+    BOOST_TEST(told[0].second == "k=1.2 N/mm");
+    BOOST_TEST(told[1].second == "k=300");
+    std::size_t seen = 0;
+    for (const Keep::Entry& entry : dynamic_cast<const Keep&>(session.nodes()[1]).kept) {
+      // From the step on that begins at or after the time that was told.
+      const double expected = entry.stamp.valid < told[0].first ? 500 : entry.stamp.valid < told[1].first ? 1200 : 300;
+      BOOST_TEST(entry.value == expected);
+      ++seen;
+    }
+    BOOST_TEST(seen > 200U);
+    if (clock == Clock::virtual_) BOOST_TEST((told[0].first == Time{100 * ms} && told[1].first == Time{200 * ms}));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(what_cannot_be_set_is_refused_with_the_reason_and_changes_nothing) {
+  TunedPlan tuned(Clock::virtual_);
+  Session session(tuned.plan);
+  session.start();
+  const auto refusal = [&session](const char* parameter, const char* value) {
+    try {
+      session.set(parameter, value);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("taken");
+  };
+  const auto says = [&](const char* parameter, const char* value, const char* part) {
+    const std::string text = refusal(parameter, value);
+    BOOST_TEST(text.find(part) != std::string::npos, parameter << "=" << value << ": " << text);
+  };
+  says("spring.k", "-1", "spring.k");
+  says("spring.k", "3 N", "N/m");
+  says("spring.k", "stiff", "spring.k");
+  says("spring.k", "", "spring.k");
+  says("spring.k", "[1, 2]", "spring.k");
+  says("spring.k", "1: {", "set spring.k");
+  says("spring.k", "1800", "k is above fixed");
+  says("spring.k", "666", "666 is no stiffness");
+  says("spring.k", std::string(1000, '1').c_str(), "spring.k");
+  says("spring.fixed", "1", "cannot be set while the run goes on");
+  says("spring.q", "1", "did you mean spring.k");
+  says("keep.k", "1", "no parameter keep.k");
+  session.advance(Duration{10 * ms});
+  for (const Keep::Entry& entry : dynamic_cast<const Keep&>(session.nodes()[1]).kept) BOOST_TEST(entry.value == 500);
 }
 
 BOOST_AUTO_TEST_CASE(an_output_that_is_not_there_is_told_with_the_nearest_and_the_reason) {

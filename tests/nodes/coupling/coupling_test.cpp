@@ -1,6 +1,7 @@
 // The couplings' signs, limits, passivity and laws.
 #include <boost/test/unit_test.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "nodes/coupling/adaptive.hpp"
@@ -174,4 +175,73 @@ BOOST_AUTO_TEST_CASE(a_force_is_stamped_as_the_state_it_belongs_to) {
   BOOST_REQUIRE(node.force.pending() == 1U);
   BOOST_TEST(node.force.pending_valid(0).ns == 5'000'000);
   BOOST_TEST(norm(test::sent(node.force).force) <= 8.0 + 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(parameters_that_are_set_are_reached_in_a_tenth_of_a_second_in_a_straight_line) {
+  const Scene scene = scene_of(0.2);
+  auto params = test::default_params<DynamicCoupling>();
+  params.k_t = 400;
+  DynamicCoupling node(params, test::context_for(scene));
+  node.state.configure({QueuePolicy::latest, 1});
+  StepContext begin(Time{0});
+  node.start(begin);
+  node.parameters.clear_pending();
+  params.k_t = 1200;
+  params.force_max = 4;
+  node.tune(params);
+  PhysicsState state;
+  state.X_WD.p = {-0.004, 0, 0};  // less than force_max
+  const double b_from = damping_of(400, 0.2, params.zeta), b_to = damping_of(1200, 0.2, params.zeta);
+  for (int i = 0; i <= 12; ++i) {
+    const Time now{1'000'000'000 + 10'000'000 * i};
+    const Stamp stamp{now, now, static_cast<std::uint64_t>(i)};
+    node.state.push(stamp, &state);
+    StepContext context(now);
+    node.step(context);
+    const double share = std::min(0.1 * i, 1.0);
+    const double k = 400 + share * 800;
+    BOOST_TEST(test::sent(node.force).force.x == std::min(0.004 * k, 8 - 4 * share),
+               boost::test_tools::tolerance(1e-12));
+    // Told with every change, to the exact end, and not after.
+    BOOST_REQUIRE(node.parameters.pending() == (i <= 10 ? 1U : 0U));
+    if (i <= 10) {
+      BOOST_TEST(test::sent(node.parameters).k_t == k, boost::test_tools::tolerance(1e-12));
+      BOOST_TEST(test::sent(node.parameters).b_t == b_from + share * (b_to - b_from),
+                 boost::test_tools::tolerance(1e-12));
+    }
+    if (i == 10) BOOST_TEST(test::sent(node.parameters).k_t == 1200);
+    node.force.clear_pending();
+    node.parameters.clear_pending();
+  }
+}
+
+BOOST_AUTO_TEST_CASE(every_coupling_ends_with_the_parameters_it_would_have_been_made_with) {
+  const Scene scene = scene_of(0.15);
+  const auto check = [&scene]<class N>(N*, auto&& change) {
+    auto params = test::default_params<N>();
+    N node(params, test::context_for(scene));
+    change(params);
+    const CouplingParameters expected = law_of<N>(scene, params);
+    node.state.configure({QueuePolicy::latest, 1});
+    node.tune(params);
+    const PhysicsState state = stretched();
+    for (int i = 0; i < 2; ++i) {
+      const Time now{200'000'000 * i};
+      const Stamp stamp{now, now, static_cast<std::uint64_t>(i)};
+      node.state.push(stamp, &state);
+      StepContext context(now);
+      node.parameters.clear_pending();
+      node.step(context);
+    }
+    const CouplingParameters& found = test::sent(node.parameters);
+    BOOST_TEST(found.k_t == expected.k_t);
+    BOOST_TEST(found.b_t == expected.b_t);
+    BOOST_TEST(found.k_r == expected.k_r);
+    BOOST_TEST(found.b_r == expected.b_r);
+    BOOST_TEST(found.force_max == expected.force_max);
+    BOOST_TEST(found.massless == expected.massless);
+  };
+  check(static_cast<StaticCoupling*>(nullptr), [](auto& p) { p.k_t = 777, p.force_max = 3; });
+  check(static_cast<DynamicCoupling*>(nullptr), [](auto& p) { p.k_t = 777, p.k_r = 2, p.zeta = 0.5; });
+  check(static_cast<AdaptiveCoupling*>(nullptr), [](auto& p) { p.k_0 = 777, p.a = 0.3, p.force_max = 3; });
 }

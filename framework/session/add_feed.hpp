@@ -1,0 +1,17 @@
+// Lets a program fill an input of a graph.
+#pragma once
+
+#include <string_view>
+
+#include "framework/graph/spec.hpp"
+
+namespace tactor {
+
+class Registry;
+
+/// Puts a node source.feed before `input` (`device.target`), in the place of what fed it. Its edge has that queue, the
+/// input's own where there is none. Session::feed(input) sends into it. Throws InputError where the graph has no such
+/// input.
+void add_feed(GraphSpec& graph, std::string_view input, Registry& registry, std::optional<Queue> queue = {});
+
+}  // namespace tactor
