@@ -33,7 +33,17 @@ struct Subscription {
     if (!type.arrays.empty()) return most_with_arrays;
     return static_cast<std::uint32_t>(std::clamp<std::size_t>(bytes / (type.size + sizeof(Stamp)), 16, 65536));
   }
-  void drain() { tap.take_all(take); }
+  /// What `take` throws passes through, and then it gets nothing more.
+  void drain() {
+    tap.take_all([this](const Stamp& stamp, const void* value) {
+      try {
+        take(stamp, value);
+      } catch (...) {
+        take = [](const Stamp&, const void*) {};
+        throw;
+      }
+    });
+  }
 
   Tap tap;
   Session::Take take;
@@ -122,13 +132,12 @@ class Session::Run {
     for (Subscription& subscription : subscriptions) subscription.drain();
   }
 
-  /// Live: what a subscriber throws is the run's failure, and it gets nothing more.
+  /// Live: what a subscriber throws is the run's failure.
   void drain_live() {
     for (Subscription& subscription : subscriptions) {
       try {
         subscription.drain();
       } catch (const std::exception& error) {
-        subscription.take = [](const Stamp&, const void*) {};
         live->stop(error.what());
       }
     }

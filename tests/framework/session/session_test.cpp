@@ -249,7 +249,7 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_set_is_refused_with_the_reason_and_changes_n
   says("spring.k", "666", "666 is no stiffness");
   says("spring.k", std::string(1000, '1').c_str(), "spring.k");
   says("spring.fixed", "1", "cannot be set while the run goes on");
-  says("spring.q", "1", "did you mean spring.k");
+  says("spring.q", "1", "did you mean \"spring.k\"");
   says("keep.k", "1", "no parameter keep.k");
   session.advance(Duration{10 * ms});
   for (const Keep::Entry& entry : dynamic_cast<const Keep&>(session.nodes()[1]).kept) BOOST_TEST(entry.value == 500);
@@ -267,7 +267,8 @@ BOOST_AUTO_TEST_CASE(an_output_that_is_not_there_is_told_with_the_nearest_and_th
     }
     return std::string("taken");
   };
-  BOOST_TEST(refusal("counter.ouzt").find("did you mean counter.out") != std::string::npos, refusal("counter.ouzt"));
+  BOOST_TEST(refusal("counter.ouzt").find("did you mean \"counter.out\"") != std::string::npos,
+             refusal("counter.ouzt"));
   BOOST_TEST(refusal("refit.coefficients").find("its node was left out, because the coefficients are fixed") !=
              std::string::npos);
   BOOST_TEST(refusal("counter").find("no output counter") != std::string::npos);
