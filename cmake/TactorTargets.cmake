@@ -143,3 +143,13 @@ function(tactor_live_tests)
     set_tests_properties(${ARG_QUIET} PROPERTIES RUN_SERIAL ON)
   endif()
 endfunction()
+
+# tactor_add_parts(): every folder here that has a CMakeLists.txt.
+function(tactor_add_parts)
+  file(GLOB parts LIST_DIRECTORIES true CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*)
+  foreach(part ${parts})
+    if(EXISTS ${part}/CMakeLists.txt)
+      add_subdirectory(${part})
+    endif()
+  endforeach()
+endfunction()
