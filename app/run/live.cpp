@@ -57,4 +57,18 @@ void report_live(const Plan& plan, const LiveStatus& status, std::uint64_t recor
                                                           [](const LiveNode& node) { return node.stalled; })));
 }
 
+void report_follower(const FollowerFigures& figures, Report& report) {
+  report.begin("", follower_metrics());
+  if (figures.error.compared > 0) {
+    report.set("follow.rms_error_N", figures.error.rms_N);
+    report.set("follow.max_error_N", figures.error.max_N);
+    report.set("follow.compared_s", figures.error.until.seconds());
+  }
+  if (figures.error.delay) report.set("follow.delay_ms", figures.error.delay->milliseconds());
+  report.set("follow.skipped_s", figures.skipped.seconds());
+  report.set("follow.skips", static_cast<double>(figures.skips));
+  report.set("follow.dropped", static_cast<double>(figures.dropped));
+  if (figures.failure) report.remark("the reference that followed the run ended: " + *figures.failure);
+}
+
 }  // namespace tactor

@@ -18,4 +18,7 @@ std::string latencies_csv(const Plan& plan, const LiveStatus& status);
 /// real-time lane, record_drops and stalls.
 void report_live(const Plan& plan, const LiveStatus& status, std::uint64_t record_dropped, Report& report);
 
+/// follow.*
+void report_follower(const FollowerFigures& figures, Report& report);
+
 }  // namespace tactor

@@ -4,7 +4,7 @@
 
 namespace tactor {
 
-LiveWatch::LiveWatch(Session& session) : session_(session) {
+LiveWatch::LiveWatch(Session& session, const Follower* follower) : session_(session), follower_(follower) {
   const Plan& plan = session.plan();
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->actuator) continue;
@@ -16,7 +16,8 @@ LiveWatch::LiveWatch(Session& session) : session_(session) {
 }
 
 LiveLook LiveWatch::look() {
-  LiveLook look{session_.status(), {}, session_.dropped()};
+  LiveLook look{session_.status(), {}, session_.dropped(), {}};
+  if (follower_ != nullptr) look.follower = follower_->figures();
   look.safety.resize(look.status.devices.size());
   for (Gate& gate : gates_) {
     while (const MessageView message = gate.tap->take()) {

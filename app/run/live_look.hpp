@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "framework/core/messages.hpp"
+#include "framework/session/follower.hpp"
 #include "framework/session/session.hpp"
 
 namespace tactor {
@@ -15,12 +16,14 @@ struct LiveLook {
   LiveStatus status;
   std::vector<std::optional<SafetyState>> safety;  ///< by device: what its gate said last; none where it has none
   std::uint64_t record_dropped = 0;                ///< messages that the recording could not take in time
+  std::optional<FollowerFigures> follower;         ///< of the reference that follows it; none where none does
 };
 
-/// Looks at a session whose clock is real. Made before the start.
+/// Looks at a session whose clock is real, and at what follows it. Made before the start.
 class LiveWatch {
  public:
-  explicit LiveWatch(Session& session);
+  /// `follower`: null where nothing follows.
+  LiveWatch(Session& session, const Follower* follower);
   [[nodiscard]] LiveLook look();
 
  private:
@@ -31,6 +34,7 @@ class LiveWatch {
     std::optional<SafetyState> last;
   };
   Session& session_;
+  const Follower* follower_;
   std::vector<Gate> gates_;
 };
 

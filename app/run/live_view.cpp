@@ -57,6 +57,23 @@ std::string lane_text(const Scheduling& scheduling) {
   return word(scheduling.lane) + (scheduling.thread.empty() ? "" : " " + scheduling.thread);
 }
 
+std::string follower_text(const FollowerFigures& f) {
+  std::string out = "\n  against the reference\n";
+  if (f.error.compared == 0) {
+    out += "    nothing compared yet\n";
+  } else {
+    out += fmt::format("    error {:.3f} N RMS in the last second, {:.3f} in all, {:.3f} at most  delay {}\n",
+                       f.error.rms_lately_N, f.error.rms_N, f.error.max_N,
+                       f.error.delay ? fmt::format("{:.1f} ms", f.error.delay->milliseconds()) : "-");
+  }
+  out += fmt::format("    {:.2f} s behind", f.behind.seconds());
+  if (f.skips > 0)
+    out += fmt::format("  skipped {:.1f} s, {} times: this machine is too slow", f.skipped.seconds(), f.skips);
+  if (f.dropped > 0) out += fmt::format("  lost {} messages", f.dropped);
+  if (f.failure) out += "  ended: " + *f.failure;
+  return out + "\n";
+}
+
 }  // namespace
 
 std::vector<std::string> fitted(const std::string& block, std::size_t rows, std::size_t columns) {
@@ -87,6 +104,7 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLoo
     out += fmt::format("    sample to force p50 {:.1f}  p99 {:.1f} ms\n", d.end_to_end.p50.milliseconds(),
                        d.end_to_end.p99.milliseconds());
   }
+  if (look.follower) out += follower_text(*look.follower);
   out += fmt::format("\n  {:<24} {:<18} {:>9} {:>13}\n", "node", "lane", "steps/s", "missed ticks");
   for (std::size_t n = 0; n < now.nodes.size(); ++n) {
     const std::uint64_t steps = before.nodes.empty() ? 0 : before.nodes[n].steps;

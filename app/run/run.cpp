@@ -22,6 +22,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// How long a follower may take, at the end of a run, for what it has not followed yet.
+constexpr Duration follower_patience{1'000'000'000};
+
 double peak_memory_MB() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -102,6 +105,7 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
     attempt(result, [&] { (*nodes)[i].report(report); });
   }
   if (result.live) report_live(plan, *result.live, result.record_dropped, report);
+  if (result.follower) report_follower(*result.follower, report);
   double drops = 0;
   for (const EdgeResult& edge : result.edges) drops += static_cast<double>(edge.metrics.dropped);
   report.begin("", program_metrics());
@@ -166,9 +170,9 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
 }
 
 /// Goes on until the run has ended, and asks ten times a second whether to go on.
-void run_live(Session& session, const RunOptions& options, RunResult& result) {
+void run_live(Session& session, Follower* follower, const RunOptions& options, RunResult& result) {
   constexpr Duration ask_period{100'000'000};
-  LiveWatch watch(session);
+  LiveWatch watch(session, follower);
   session.start();
   while (session.is_running()) {
     session.advance(ask_period);
@@ -200,11 +204,16 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   const auto recorder_failed = recorder ? record(session, *recorder) : std::make_shared<bool>(false);
   if (options.before_start) options.before_start(session);
+  std::unique_ptr<Follower> follower;
+  if (options.follow != nullptr) {
+    follower = std::make_unique<Follower>(session, *options.follow);
+    follower->start();
+  }
   const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
   const double wall = clock_seconds(CLOCK_MONOTONIC);
   session.stop_when(options.stop_asked);
   try {
-    run_live(session, options, result);
+    run_live(session, follower.get(), options, result);
   } catch (...) {
     // Nothing has run, because of a device that is not there, say: no recording without a message stays behind.
     if (recorder) {
@@ -217,6 +226,11 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   result.interrupted = result.interrupted || options.stop_asked();
   result.cpu_s = clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
   result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
+  if (follower) {
+    follower->finish(follower_patience);
+    result.follower = follower->figures();
+    follower.reset();
+  }
   result.abandoned = session.is_abandoned();
   if (!result.failure) result.failure = session.failure();
   result.live = session.last_status();
@@ -261,7 +275,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
   result.planned_s = plan.graph.duration.seconds();
-  result.declared = run_metrics(plan, !options.without_reference).reported;
+  result.declared = run_metrics(plan, !options.without_reference, options.follow != nullptr).reported;
   if (plan.graph.clock == Clock::real) {
     execute_live(plan, options, result);
   } else {

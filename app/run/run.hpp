@@ -13,6 +13,7 @@
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/reference.hpp"
 #include "framework/graph/plan.hpp"
+#include "framework/session/follower.hpp"
 
 namespace tactor {
 
@@ -50,13 +51,14 @@ struct RunResult {
   double planned_s = 0;   ///< and that the graph asked for
   double wall_s = 0;      ///< of the run alone, without its reference
   double cpu_s = 0;
-  double peak_memory_MB = 0;           ///< of the process so far
-  bool interrupted = false;            ///< before planned_s
-  bool reference_interrupted = false;  ///< the run is whole, but lacks the metrics against its reference run
-  std::optional<std::string> failure;  ///< why it ended before its time, where it did
-  bool abandoned = false;              ///< a step never came back: the process must end without cleaning up
-  std::optional<LiveStatus> live;      ///< how it ended, where its clock was real
-  std::uint64_t record_dropped = 0;    ///< messages that the recording could not take in time
+  double peak_memory_MB = 0;                ///< of the process so far
+  bool interrupted = false;                 ///< before planned_s
+  bool reference_interrupted = false;       ///< the run is whole, but lacks the metrics against its reference run
+  std::optional<std::string> failure;       ///< why it ended before its time, where it did
+  bool abandoned = false;                   ///< a step never came back: the process must end without cleaning up
+  std::optional<LiveStatus> live;           ///< how it ended, where its clock was real
+  std::optional<FollowerFigures> follower;  ///< of the reference that followed it, where one did
+  std::uint64_t record_dropped = 0;         ///< messages that the recording could not take in time
   ReferenceCost reference;
   std::vector<std::pair<std::string, double>> metrics;  ///< by dotted name
   MetricMap declared;                                   ///< what the run may report, reported or not
@@ -90,6 +92,8 @@ struct RunOptions {
   std::function<bool(double share, const char* what)> progress;
   /// The same for a run whose clock is real.
   std::function<bool(const LiveLook&)> live_progress;
+  /// Not null: a reference follows a run whose clock is real, and its figures are metrics. Its nodes come from here.
+  Registry* follow = nullptr;
   /// Called with the session before it starts, for taps.
   std::function<void(Session&)> before_start;
   /// Ends a run whose clock is real; asked on another thread, about fifty times a second.

@@ -87,6 +87,23 @@ const std::vector<MetricInfo>& live_metrics() {
   return metrics;
 }
 
+const std::vector<MetricInfo>& follower_metrics() {
+  static const std::string too_short = "nothing could be compared";
+  static const std::vector<MetricInfo> metrics{
+      {"follow.rms_error_N", "N", "RMS error against the reference that follows the run", Better::lower, false,
+       too_short},
+      {"follow.max_error_N", "N", "largest error against it", Better::lower, false, too_short},
+      {"follow.delay_ms", "ms", "delay behind it in the last two seconds; positive: late", Better::lower, false,
+       too_short + ", or the force was constant"},
+      {"follow.compared_s", "s", "up to when the run was compared", Better::higher, false, too_short},
+      {"follow.skipped_s", "s", "what of the run the reference skipped, because the machine was too slow for it",
+       Better::lower},
+      {"follow.skips", "1", "how often it skipped", Better::lower},
+      {"follow.dropped", "1", "messages that were lost on their way to it", Better::lower},
+  };
+  return metrics;
+}
+
 const std::vector<MetricInfo>& lane_metrics() {
   static const std::vector<MetricInfo> metrics = make_lane_metrics();
   return metrics;
@@ -113,7 +130,7 @@ void RunMetrics::add(const RunMetrics& other) {
   for (const auto& [name, metric] : reported) left_out.erase(name);
 }
 
-RunMetrics run_metrics(const Plan& plan, bool reference) {
+RunMetrics run_metrics(const Plan& plan, bool reference, bool followed) {
   RunMetrics metrics;
   MetricNames names(metrics.reported);
   for (const MetricInfo& metric : program_metrics()) names.add("", metric);
@@ -128,6 +145,7 @@ RunMetrics run_metrics(const Plan& plan, bool reference) {
       for (const MetricInfo& metric : lane_metrics()) names.add(node.name, metric);
     }
     for (const MetricInfo& metric : live_metrics()) names.add("", metric);
+    for (const MetricInfo& metric : followed ? follower_metrics() : std::vector<MetricInfo>{}) names.add("", metric);
   }
   for (const auto& [name, metric] : metrics.reported) metrics.left_out.erase(name);
   return metrics;

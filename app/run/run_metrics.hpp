@@ -14,6 +14,8 @@ namespace tactor {
 const std::vector<MetricInfo>& program_metrics();
 /// Of every run whose clock is real: record_drops, stalled.
 const std::vector<MetricInfo>& live_metrics();
+/// Of such a run that a reference follows: follow.*.
+const std::vector<MetricInfo>& follower_metrics();
 /// Of each node in the real-time lane of such a run: device.* and end_to_end_us.*.
 const std::vector<MetricInfo>& lane_metrics();
 /// Run times, which tables derive from the costs of nodes: cpu_ms_per_s, method_us_per_result, method_us_per_tick.
@@ -34,7 +36,7 @@ struct RunMetrics {
 };
 
 /// What a run of the plan reports; `reference`: it is compared with its reference run, where a sink asks for one.
-RunMetrics run_metrics(const Plan& plan, bool reference);
+RunMetrics run_metrics(const Plan& plan, bool reference, bool followed = false);
 
 /// The run times that tables derive from a run of the plan.
 RunMetrics run_times(const Plan& plan);

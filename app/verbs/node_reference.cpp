@@ -112,6 +112,7 @@ std::string metrics_markdown(const std::vector<MetricInfo>& metrics) {
 std::string program_metrics_markdown() {
   std::string out = "\n## Metrics that the program adds\n\nTo every run:\n" + metrics_markdown(program_metrics());
   out += "\nTo a run whose clock is real:\n" + metrics_markdown(live_metrics());
+  out += "\nTo such a run with `--follow`:\n" + metrics_markdown(follower_metrics());
   out += "\nTo such a run, of each node in the real-time lane:\n" + metrics_markdown(lane_metrics());
   std::vector<MetricInfo> run_times = run_time_metrics();
   run_times.push_back(step_time_metric("NODE"));

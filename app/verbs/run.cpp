@@ -33,7 +33,8 @@ struct RunArguments {
   fs::path graph;
   GraphOptions options;
   ResultsRequest results;
-  bool all = false;  // print every metric
+  bool all = false;     // print every metric
+  bool follow = false;  // let a reference follow the run
 };
 
 void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, bool all) {
@@ -69,6 +70,13 @@ int run_graph(const RunArguments& arguments) {
     return true;
   };
   run_options.stop_asked = is_interrupted;
+  if (arguments.follow) {
+    if (plan.graph.clock != Clock::real) {
+      throw InputError(
+          "--follow: expected a graph with clock: real, found clock: virtual, which is compared afterwards");
+    }
+    run_options.follow = &registry;
+  }
   if (plan.graph.clock == Clock::real) end_instead_of_stopping();
   const RunResult result = execute(plan, run_options);
   view.clear();
@@ -102,6 +110,9 @@ void add_run(CLI::App& app, int& exit_code) {
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
               "out/NAME_3, ... that holds none)");
   verb->add_flag("--all", arguments->all, "Print every metric, and what each node took");
+  verb->add_flag(
+      "--follow", arguments->follow,
+      "With clock: real, let a reference follow the run, so that error and delay are known while it goes on");
   verb->callback([arguments, &exit_code] { exit_code = run_graph(*arguments); });
 }
 

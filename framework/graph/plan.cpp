@@ -155,7 +155,15 @@ Plan make_plan(GraphSpec graph) {
   return build(std::move(graph), false);
 }
 
+Plan plan_reference(GraphSpec graph) {
+  return build(std::move(graph), true);
+}
+
 Plan make_reference_plan(const Plan& tested) {
+  return plan_reference(reference_graph(tested));
+}
+
+GraphSpec reference_graph(const Plan& tested) {
   std::set<std::size_t> nodes;
   std::vector<bool> edges(tested.edges.size(), false);
   std::vector<std::size_t> todo;
@@ -197,7 +205,7 @@ Plan make_reference_plan(const Plan& tested) {
   for (std::size_t e = 0; e < tested.edges.size(); ++e) {
     if (edges[e]) graph.edges.push_back(tested.edges[e].spec);
   }
-  return build(std::move(graph), true);
+  return graph;
 }
 
 }  // namespace tactor

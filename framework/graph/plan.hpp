@@ -59,6 +59,10 @@ Plan make_plan(GraphSpec graph);
 /// no lanes, no recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty
 /// nodes where no sink asks for a reference.
 Plan make_reference_plan(const Plan& tested);
+/// The graph of that plan; no nodes where no sink asks for a reference.
+GraphSpec reference_graph(const Plan& tested);
+/// Plans such a graph, perhaps changed: in it sinks only listen, and no hardware is driven.
+Plan plan_reference(GraphSpec graph);
 
 /// The plan as a diagram.
 enum class DiagramFormat : std::uint8_t { mermaid, dot };

@@ -17,6 +17,7 @@ struct InputOptions {
   Queue queue{};
   bool in_reference = true;
   bool reference = false;
+  bool judged = false;
 };
 
 struct RealOptions {
@@ -205,6 +206,7 @@ class Declare {
                             o.queue,
                             o.in_reference,
                             o.reference,
+                            o.judged,
                             {},
                             [port](Node& node) -> InputBase& { return static_cast<N&>(node).*port; }});
     return *this;

@@ -107,7 +107,8 @@ struct InputInfo {
   bool required = true;
   Queue queue{};             ///< the policy of an edge that names none
   bool in_reference = true;  ///< false: a reference run does without it, and without what only feeds it
-  bool reference = false;    ///< a sink judges what arrives here against what arrives here in the reference run
+  bool reference = false;    ///< what arrives here in the reference run is the truth for the sink
+  bool judged = false;       ///< the sink compares what arrives here with that truth
   /// Why the input is not read under these parameter values (by index), or empty where it is.
   std::function<std::string(const std::vector<ParamValue>&)> ignored;
   std::function<InputBase&(Node&)> access;

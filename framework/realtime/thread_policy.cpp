@@ -94,6 +94,11 @@ void apply_core(const ThreadSettings& settings, ThreadGrant& grant) {
 
 }  // namespace
 
+void give_way() {
+  // Nobody is refused a lower priority.
+  static_cast<void>(setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19));
+}
+
 std::vector<int> usable_cores() {
   cpu_set_t set;
   CPU_ZERO(&set);

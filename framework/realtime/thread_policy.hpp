@@ -26,6 +26,9 @@ struct ThreadGrant {
 /// before the loop: it allocates and reads files.
 ThreadGrant apply_thread_settings(const ThreadSettings& settings, const std::string& name);
 
+/// The calling thread gives way to all others of SCHED_OTHER from now on (nice 19).
+void give_way();
+
 /// The cores that a container, a service or `taskset` leaves to the calling thread, in order; none where the system
 /// does not tell.
 std::vector<int> usable_cores();

@@ -35,19 +35,23 @@ std::string free_name(const GraphSpec& graph, std::string input) {
 
 }  // namespace
 
-void add_feed(GraphSpec& graph, std::string_view input, Registry& registry, std::optional<Queue> queue) {
-  const std::string wanted(input);
-  const InputInfo& target = find_input(graph, wanted);
+NodeSpec feed_node(const std::string& name, const MessageType& type, Registry& registry) {
   const NodeInfo* info = registry.find(feed_type);
   if (info == nullptr) throw InputError(std::string("no node library has the type ") + feed_type);
   NodeSpec node;
-  node.name = free_name(graph, wanted);
+  node.name = name;
   for (const ParamInfo& param : info->params) {
-    node.params.push_back(param.name == "message" ? ParamValue(std::string(target.type->name))
-                                                  : param.default_value.value());
+    node.params.push_back(param.name == "message" ? ParamValue(std::string(type.name)) : param.default_value.value());
   }
   node.info = &with_output_types(*info, node.params);
   node.scheduling = default_scheduling(*node.info);
+  return node;
+}
+
+void add_feed(GraphSpec& graph, std::string_view input, Registry& registry, std::optional<Queue> queue) {
+  const std::string wanted(input);
+  const InputInfo& target = find_input(graph, wanted);
+  NodeSpec node = feed_node(free_name(graph, wanted), *target.type, registry);
   const std::size_t dot = wanted.find('.');
   EdgeSpec edge;
   edge.from_node = node.name;

@@ -233,6 +233,16 @@ std::unique_ptr<Session::OutputTap> Session::tap(std::string_view output, Queue 
   return made;
 }
 
+std::unique_ptr<Session::OutputTap> Session::tap_stop() {
+  auto made = std::make_unique<OutputTap>(*this, message_type<StopEvent>(), Queue{QueuePolicy::drop_newest, 1});
+  if (run_->live) {
+    run_->live->add_stop_tap(made->tap_);
+  } else {
+    run_->clock->dispatcher().add_stop_tap(made->tap_);
+  }
+  return made;
+}
+
 void Session::end_tap(const Tap& tap) {
   if (run_->live) {
     run_->live->remove_tap(tap);

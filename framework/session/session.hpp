@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "framework/core/check.hpp"
@@ -70,6 +71,9 @@ class Session {
   /// run goes on. Throws InputError where the plan has no such output, with the reason where its node was left out.
   [[nodiscard]] std::unique_ptr<OutputTap> tap(std::string_view output, Queue queue = {QueuePolicy::drop_oldest, 1024});
 
+  /// The StopEvent, from which on devices ramp down and sinks get nothing more; live, and in a replay.
+  [[nodiscard]] std::unique_ptr<OutputTap> tap_stop();
+
   /// Takes a message of an output or of the engine, on the session's thread.
   using Take = std::function<void(const Stamp& stamp, const void* value)>;
   /// Calls `take` for each message of an output until the session ends, during `advance` and `finish`. Under the
@@ -95,7 +99,7 @@ class Session {
     /// of policy `block` has no room, as a node would not step then: nothing is sent. Live from any thread.
     [[nodiscard]] bool send(const void* value, std::optional<Time> valid = {});
     template <Message T>
-    [[nodiscard]] bool send(const T& value, std::optional<Time> valid = {}) {
+    requires(!std::is_pointer_v<T>) [[nodiscard]] bool send(const T& value, std::optional<Time> valid = {}) {
       TACTOR_DEMAND(same_type(*type_, message_type<T>()));
       return send(static_cast<const void*>(&value), valid);
     }

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "framework/core/signal_metrics.hpp"
 #include "framework/core/value_error.hpp"
-#include "nodes/sink/signal_metrics.hpp"
 
 namespace tactor {
 
@@ -205,7 +205,10 @@ NodeInfo Metrics::declare() {
           "massless tool counts with the weight that the scene gives it. Without "
           "a reference the metrics that need one are left out.")
       .input("commanded", &Metrics::commanded,
-             {.doc = "what the device is told to display, at its rate", .trigger = Trigger::yes, .queue = every})
+             {.doc = "what the device is told to display, at its rate",
+              .trigger = Trigger::yes,
+              .queue = every,
+              .judged = true})
       .input("force", &Metrics::force,
              {.doc = "the physics force; the reference run's is the truth",
               .trigger = Trigger::yes,

@@ -9,6 +9,7 @@
 
 #include "app/run/record.hpp"
 #include "app/run/replay.hpp"
+#include "app/run/run.hpp"
 #include "framework/core/message_batch.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -17,6 +18,7 @@
 #include "framework/node/registry.hpp"
 #include "framework/record/recorder.hpp"
 #include "framework/session/add_feed.hpp"
+#include "framework/session/follower.hpp"
 #include "framework/session/session.hpp"
 
 using namespace tactor;
@@ -252,4 +254,91 @@ BOOST_AUTO_TEST_CASE(a_program_leads_the_hand_of_a_shipped_graph) {
   BOOST_TEST(std::abs(at - (0.1 + 1e-4 * 99)) < 1e-9);
   BOOST_TEST(!session.is_running());
   BOOST_CHECK_THROW(add_feed(graph, "device.targt", registry()), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(a_reference_follows_a_run_and_finds_the_error_that_is_found_afterwards) {
+  const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(4)}));
+  const auto followed = [&plan] {
+    Session session(plan);
+    Follower follower(session, registry(), std::nullopt);
+    session.start();
+    while (session.is_running()) {
+      session.advance(Duration{50'000'000});
+      follower.follow();
+    }
+    session.finish();
+    follower.follow();
+    return follower.figures();
+  };
+  const FollowerFigures found = followed();
+  BOOST_TEST(found.skips == 0U);
+  BOOST_TEST(found.dropped == 0U);
+  BOOST_TEST(!found.failure.has_value());
+  BOOST_TEST(found.error.compared > 3000U);
+  BOOST_TEST(found.behind.seconds() < 0.01);
+  RunOptions options;
+  options.cache_folder = fs::path(TACTOR_BINARY_DIR) / "tests/cache";
+  const RunResult judged = execute(plan, options);
+  const double error = judged.metric("delivered.force.rms_error_N"),
+               largest = judged.metric("delivered.force.max_error_N");
+  BOOST_TEST_MESSAGE("error " << found.error.rms_N << " N, afterwards " << error << "; largest " << found.error.max_N
+                              << ", afterwards " << largest);
+  // The physics of the one steps 1,000 times a second, that of the other 10,000 times.
+  BOOST_TEST(found.error.rms_N == error, boost::test_tools::tolerance(0.1));
+  BOOST_TEST(found.error.max_N == largest, boost::test_tools::tolerance(0.15));
+  BOOST_REQUIRE(found.error.delay.has_value());
+  BOOST_TEST(found.error.delay->milliseconds() > 0);
+  // Under the virtual clock it is the same every time.
+  const FollowerFigures again = followed();
+  BOOST_TEST(again.error.rms_N == found.error.rms_N);
+  BOOST_TEST(again.error.compared == found.error.compared);
+}
+
+BOOST_AUTO_TEST_CASE(a_follower_that_is_too_slow_skips_and_counts_what_it_skipped) {
+  const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(6)}));
+  Session session(plan);
+  Follower follower(session, registry(), Duration{300'000'000});
+  session.start();
+  // A second of the run at once is more than it may be behind.
+  for (int i = 0; i < 6; ++i) {
+    session.advance(Duration{1'000'000'000});
+    follower.follow();
+  }
+  session.finish();
+  const FollowerFigures found = follower.figures();
+  BOOST_TEST(found.skips >= 4U);
+  BOOST_TEST(found.skipped.seconds() > 3);
+  BOOST_TEST(found.skipped.seconds() <= 6);
+  BOOST_TEST(found.dropped == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(a_run_without_a_truth_to_compare_with_is_not_followed) {
+  GraphSpec graph = shipped("wall/scene.yaml", {seconds_text(1), "record=[coupling.force]"});
+  std::erase_if(graph.nodes, [](const NodeSpec& node) { return node.info->sink; });
+  std::erase_if(graph.edges, [&graph](const EdgeSpec& edge) { return graph.node(edge.to_node) == nullptr; });
+  Session session(make_plan(graph));
+  BOOST_CHECK_THROW(Follower(session, registry()), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(a_reference_beside_a_live_run_costs_its_loop_nothing,
+                     *boost::unit_test::precondition(NeedsLiveAndRecordings{})) {
+  const Plan plan = make_plan(shipped("duck/live.yaml", {seconds_text(4)}));
+  Session session(plan);
+  Follower follower(session, registry());
+  follower.start();
+  session.start();
+  while (session.is_running()) session.advance(tenth);
+  session.finish();
+  follower.finish(Duration{2'000'000'000});
+  const FollowerFigures found = follower.figures();
+  const LiveDevice& device = session.last_status().devices.at(0);
+  tell("followed", {device.ticks, device.missed, device.page_faults, device.heap_calls});
+  BOOST_TEST_MESSAGE("error " << found.error.rms_N << " N RMS, " << found.skips << " skips of "
+                              << found.skipped.seconds() << " s");
+  BOOST_TEST(!found.failure.has_value(), found.failure.value_or(""));
+  BOOST_TEST(device.heap_calls.value_or(0) == 0U);
+  BOOST_TEST(found.error.compared + 1000 * found.skipped.seconds() + 400 * found.skips > 3000);
+  // What the device is told while it ramps down is no error.
+  BOOST_TEST(found.error.rms_N < 0.12);
+  BOOST_TEST(found.error.until.seconds() <= 4);
 }

@@ -1,5 +1,5 @@
 // Each measure on signals whose metrics are known in closed form.
-#include "nodes/sink/signal_metrics.hpp"
+#include "framework/core/signal_metrics.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "nodes/sink/signal_metrics.hpp"
+#include "framework/core/signal_metrics.hpp"
 
 #include <algorithm>
 #include <cmath>

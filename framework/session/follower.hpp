@@ -1,0 +1,100 @@
+// A reference beside a run: what the run ought to display, and how far it is from that, while it goes on.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "framework/session/follower_plan.hpp"
+#include "framework/session/running_error.hpp"
+#include "framework/session/session.hpp"
+
+namespace tactor {
+
+/// How far the follower has come.
+struct FollowerFigures {
+  ErrorFigures error;
+  Duration behind;                     ///< the run, or what of it is known
+  Duration skipped;                    ///< of the run, because the machine was too slow for the reference
+  std::uint64_t skips = 0;             ///< how often
+  std::uint64_t dropped = 0;           ///< messages of the run that were lost on their way
+  std::optional<std::string> failure;  ///< why it follows no more
+};
+
+/// A second session, under the virtual clock, that is fed with what the devices of the first show. Its physics makes a
+/// step for each sample of the device and costs no time of the run, so that its force is the reference. It taps the
+/// first session and does nothing else to it.
+///
+/// Where it falls behind by more than `most_behind` it skips: it forgets what it has not followed, begins anew at the
+/// newest sample with the tool at the handle, and counts nothing for 0.3 s, in which the reference settles. What it
+/// skips it counts.
+class Follower {
+ public:
+  static constexpr Duration settling{300'000'000};
+  static constexpr Duration usual_most_behind{500'000'000};
+
+  /// Before or after the start of `tested`, which outlives the follower, on its thread. Nothing for `most_behind`: it
+  /// never skips. Throws InputError as plan_follower.
+  Follower(Session& tested, Registry& registry, std::optional<Duration> most_behind = usual_most_behind);
+  /// Ends its thread.
+  ~Follower();
+  Follower(const Follower&) = delete;
+  Follower& operator=(const Follower&) = delete;
+
+  /// Follows on a thread of its own, which gives way to all others. Throws RunError where there can be
+  /// none.
+  void start();
+  /// Follows what has come so far, and returns; instead of `start`. Throws RunError where a step of the reference does.
+  void follow();
+  /// Ends the thread after it has followed what has come, for at most `patience`.
+  void finish(Duration patience);
+  /// Any thread.
+  [[nodiscard]] FollowerFigures figures() const;
+
+ private:
+  /// A message of the run that is to be fed.
+  struct Waiting {
+    Stamp stamp;
+    std::size_t feed = 0;
+    std::vector<std::byte> value;
+  };
+
+  void run();
+  void make_session();
+  void begin_at(const Waiting& first);
+  void take_in();
+  void go_along(const Waiting& next);
+  void skip();
+  void tell();
+
+  Session& tested_;
+  const FollowerPlan plan_;
+  const std::optional<Duration> most_behind_;
+  std::vector<std::unique_ptr<Session::OutputTap>> taps_;  // as plan_.fed
+  std::unique_ptr<Session::OutputTap> judged_, stop_;
+
+  // The following thread's.
+  std::unique_ptr<Session> session_;
+  std::vector<Session::Feed> feeds_;
+  Time base_;  // time zero of `session_`, by the run's clock
+  std::deque<Waiting> waiting_;
+  Time newest_, reached_;
+  std::optional<Time> stopped_;  // when the devices began to ramp down
+  bool begun_ = false;
+  RunningError error_;
+  Duration skipped_;
+  std::uint64_t skips_ = 0;
+
+  std::thread thread_;
+  std::atomic<bool> ended_{false};
+  std::atomic<bool> finishing_{false}, finished_{false};
+  mutable std::mutex mutex_;  // over `figures_`
+  FollowerFigures figures_;
+};
+
+}  // namespace tactor

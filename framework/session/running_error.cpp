@@ -1,0 +1,86 @@
+#include "framework/session/running_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/signal_metrics.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr Duration kept{2'000'000'000};
+constexpr Duration lately{1'000'000'000};
+constexpr Duration longest_delay{100'000'000};
+
+}  // namespace
+
+void RunningError::add_true(Time t, const Wrench& force) {
+  if (is_finite(force) && (true_.empty() || t > true_.back().t)) true_.push_back({t, force.force});
+}
+
+void RunningError::add_displayed(Time t, const Wrench& force) {
+  if (is_finite(force) && (displayed_.empty() || t > displayed_.back().t)) displayed_.push_back({t, force.force});
+}
+
+void RunningError::begin_again(Time from) {
+  true_.clear();
+  displayed_.clear();
+  times_.clear();
+  x_.clear();
+  reference_.clear();
+  from_ = from;
+}
+
+Vec3 RunningError::true_at(Time t) {
+  while (true_.size() > 1 && true_[1].t <= t) true_.pop_front();
+  const Sample& before = true_[0];
+  if (true_.size() == 1 || t <= before.t) return before.force;
+  const Sample& after = true_[1];
+  const double share = (t - before.t).seconds() / (after.t - before.t).seconds();
+  return before.force + share * (after.force - before.force);
+}
+
+void RunningError::compare() {
+  for (; !displayed_.empty() && !true_.empty() && displayed_.front().t <= true_.back().t; displayed_.pop_front()) {
+    const Sample& shown = displayed_.front();
+    // Before the first true sample nothing is known.
+    if (shown.t < from_ || shown.t < true_.front().t) continue;
+    const Vec3 truth = true_at(shown.t);
+    const double error = norm(shown.force - truth);
+    ++count_;
+    sum_of_squares_ += error * error;
+    largest_ = std::max(largest_, error);
+    times_.push_back(shown.t);
+    x_.push_back(shown.force);
+    reference_.push_back(truth);
+    while (shown.t - times_.front() > kept) {
+      times_.pop_front();
+      x_.pop_front();
+      reference_.pop_front();
+    }
+  }
+}
+
+ErrorFigures RunningError::figures() const {
+  ErrorFigures figures;
+  figures.compared = count_;
+  if (count_ == 0) return figures;
+  figures.rms_N = std::sqrt(sum_of_squares_ / static_cast<double>(count_));
+  figures.max_N = largest_;
+  if (times_.empty()) return figures;
+  figures.until = times_.back();
+  const std::vector<Vec3> x(x_.begin(), x_.end()), reference(reference_.begin(), reference_.end());
+  const auto newer = std::find_if(times_.begin(), times_.end(), [this](Time t) { return times_.back() - t <= lately; });
+  const auto first = static_cast<std::size_t>(newer - times_.begin());
+  figures.rms_lately_N = rms_error(std::span(x).subspan(first), std::span(reference).subspan(first));
+  if (times_.size() < 2) return figures;
+  // Samples come at the rate of the device; one that was missed shifts nothing that could be seen.
+  const double step = (times_.back() - times_.front()).seconds() / static_cast<double>(times_.size() - 1);
+  if (const auto late = delay_steps(x, reference, std::llround(longest_delay.seconds() / step))) {
+    figures.delay = Duration::from_seconds(*late * step);
+  }
+  return figures;
+}
+
+}  // namespace tactor

@@ -1,0 +1,53 @@
+// How far a displayed force is from the true one, and by how much it is late, while both go on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "framework/core/messages.hpp"
+
+namespace tactor {
+
+/// What is known so far.
+struct ErrorFigures {
+  std::uint64_t compared = 0;     ///< samples
+  Time until;                     ///< of the newest of them
+  double rms_N = 0;               ///< of |displayed - true|, over all
+  double max_N = 0;               ///< the largest
+  double rms_lately_N = 0;        ///< over the last second
+  std::optional<Duration> delay;  ///< over the last two seconds; none where the force is constant
+};
+
+/// Compares the force of each displayed sample with the true one at the same time, between two true samples in a
+/// straight line. Both come in order of time.
+class RunningError {
+ public:
+  void add_true(Time t, const Wrench& force);
+  void add_displayed(Time t, const Wrench& force);
+  /// Forgets what waits, and counts nothing before `from`.
+  void begin_again(Time from);
+  /// Compares what can be.
+  void compare();
+  /// Takes about a millisecond, for the delay.
+  [[nodiscard]] ErrorFigures figures() const;
+
+ private:
+  struct Sample {
+    Time t;
+    Vec3 force;
+  };
+  [[nodiscard]] Vec3 true_at(Time t);
+
+  std::deque<Sample> true_, displayed_;
+  Time from_;
+  // Of the last two seconds.
+  std::deque<Time> times_;
+  std::deque<Vec3> x_, reference_;
+  std::uint64_t count_ = 0;
+  double sum_of_squares_ = 0, largest_ = 0;
+};
+
+}  // namespace tactor

@@ -1,0 +1,92 @@
+// The error and delay of one force against another against closed forms.
+#include "framework/session/running_error.hpp"
+
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <numbers>
+
+using namespace tactor;
+
+namespace {
+
+Time at_ms(double t) {
+  return Time::from_seconds(t * 1e-3);
+}
+
+Wrench along(double x) {
+  return {{0, x, 0}, {}};
+}
+
+double wave(double t_s) {
+  return 2 * std::sin(2 * std::numbers::pi * 3 * t_s);
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_wave_that_is_late_has_the_delay_and_the_error_of_its_closed_form) {
+  RunningError error;
+  const double late = 0.0125;
+  for (int i = 0; i < 5000; ++i) {
+    error.add_true(at_ms(i), along(wave(i * 1e-3)));
+    error.add_displayed(at_ms(i), along(wave(i * 1e-3 - late)));
+    if (i % 7 == 0) error.compare();
+  }
+  error.compare();
+  const ErrorFigures found = error.figures();
+  // sin(a) - sin(a - d) = 2 sin(d / 2) cos(a - d / 2)
+  const double amplitude = 2 * 2 * std::sin(std::numbers::pi * 3 * late);
+  BOOST_TEST(found.compared == 5000U);
+  BOOST_TEST((found.until == at_ms(4999)));
+  BOOST_TEST(found.rms_N == amplitude / std::numbers::sqrt2, boost::test_tools::tolerance(1e-3));
+  BOOST_TEST(found.rms_lately_N == amplitude / std::numbers::sqrt2, boost::test_tools::tolerance(1e-2));
+  BOOST_TEST(found.max_N == amplitude, boost::test_tools::tolerance(1e-3));
+  BOOST_REQUIRE(found.delay.has_value());
+  BOOST_TEST(found.delay->seconds() == late, boost::test_tools::tolerance(1e-2));
+}
+
+BOOST_AUTO_TEST_CASE(a_true_force_between_two_samples_is_on_the_line_between_them) {
+  RunningError error;
+  for (int i = 0; i <= 10; ++i) error.add_true(at_ms(10 * i), along(i));
+  for (int i = 0; i < 100; ++i) error.add_displayed(at_ms(i), along(0.1 * i + 0.25));
+  error.compare();
+  BOOST_TEST(error.figures().compared == 100U);
+  BOOST_TEST(error.figures().max_N == 0.25, boost::test_tools::tolerance(1e-12));
+  BOOST_TEST(error.figures().rms_N == 0.25, boost::test_tools::tolerance(1e-12));
+}
+
+BOOST_AUTO_TEST_CASE(what_is_not_known_yet_waits_and_what_lies_before_a_new_begin_is_not_counted) {
+  RunningError error;
+  BOOST_TEST(error.figures().compared == 0U);
+  error.add_displayed(at_ms(5), along(1));
+  error.compare();
+  BOOST_TEST(error.figures().compared == 0U);
+  error.add_true(at_ms(4), along(0));
+  error.compare();
+  BOOST_TEST(error.figures().compared == 0U);
+  error.add_true(at_ms(6), along(0));
+  error.compare();
+  BOOST_TEST(error.figures().compared == 1U);
+  BOOST_TEST(!error.figures().delay.has_value());
+  error.begin_again(at_ms(100));
+  for (int i = 50; i < 200; ++i) {
+    error.add_true(at_ms(i), along(0));
+    error.add_displayed(at_ms(i), along(i < 100 ? 1000 : 3));
+  }
+  error.compare();
+  BOOST_TEST(error.figures().compared == 101U);
+  BOOST_TEST(error.figures().max_N == 3);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_not_finite_or_out_of_order_is_not_compared) {
+  RunningError error;
+  error.add_true(at_ms(0), along(1));
+  error.add_true(at_ms(10), along(1));
+  error.add_true(at_ms(5), along(99));
+  error.add_true(at_ms(12), along(std::nan("")));
+  error.add_displayed(at_ms(1), along(std::nan("")));
+  error.add_displayed(at_ms(2), along(2));
+  error.add_displayed(at_ms(1), along(50));
+  error.compare();
+  BOOST_TEST(error.figures().compared == 1U);
+  BOOST_TEST(error.figures().max_N == 1);
+}
