@@ -8,7 +8,7 @@ std::atomic<int> interruption = 0;
 
 namespace {
 void interrupt(int /*number*/) {
-  interruption = 1;
+  ++interruption;
 }
 }  // namespace
 

@@ -20,11 +20,6 @@ inline std::string clock_text(double seconds) {
                   : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-/// Wipes the bar of a process that could not.
-inline void clear_bar_line() {
-  if (isatty(STDERR_FILENO) == 1) tell(fmt::format("\r{: <78}\r", ""));
-}
-
 /// Draws what is done of one thing after the other; a share smaller than the last begins the next. Used by one thread
 /// at a time.
 class ProgressBar {
@@ -47,7 +42,7 @@ class ProgressBar {
     shown_ = true;
   }
   void clear() {
-    if (shown_) clear_bar_line();
+    if (shown_) tell(fmt::format("\r{: <78}\r", ""));
     shown_ = false;
   }
 

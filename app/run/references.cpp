@@ -19,25 +19,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The program, the libraries beside it, and the node libraries that it has loaded. Of the libraries beside it all
-/// count: which of them a run loads depends on what the caches hold.
-std::vector<fs::path> code_files() {
-  std::vector<fs::path> files = plugin_files();
-  files.push_back(fs::read_symlink("/proc/self/exe"));
-  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
-    const fs::path file = info->dlpi_name;
-    std::error_code ignored;
-    if (file.filename().string().starts_with("libtactor_")) {
-      static_cast<std::vector<fs::path>*>(data)->push_back(fs::canonical(file, ignored));
-    }
-    return 0;
-  };
-  dl_iterate_phdr(add, &files);
-  std::sort(files.begin(), files.end());
-  files.erase(std::unique(files.begin(), files.end()), files.end());
-  return files;
-}
-
 /// A reference run that is asked for, and what the cache has of it.
 struct Wanted {
   Plan plan;
@@ -61,6 +42,23 @@ void tell(const ReferenceOptions& options, const std::string& note) {
 }
 
 }  // namespace
+
+std::vector<fs::path> code_files() {
+  std::vector<fs::path> files = plugin_files();
+  files.push_back(fs::read_symlink("/proc/self/exe"));
+  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
+    const fs::path file = info->dlpi_name;
+    std::error_code ignored;
+    if (file.filename().string().starts_with("libtactor_")) {
+      static_cast<std::vector<fs::path>*>(data)->push_back(fs::canonical(file, ignored));
+    }
+    return 0;
+  };
+  dl_iterate_phdr(add, &files);
+  std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  return files;
+}
 
 Reference cached_reference(const Plan& plan, const ReferenceOptions& options, bool* cached) {
   std::optional<Wanted> wanted = look_up(plan, options.cache_folder);
@@ -92,9 +90,9 @@ std::string reference_id(const Plan& plan) {
   return reference_plan.nodes.empty() ? "" : reference_key(reference_plan, {});
 }
 
-std::string program_hash() {
+std::string program_hash(const std::set<fs::path>& files) {
   std::string text;
-  for (const fs::path& file : code_files()) {
+  for (const fs::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
     const std::string bytes(std::istreambuf_iterator<char>(stream), {});
     text += file.filename().string() + " " + content_key({bytes}) + "\n";

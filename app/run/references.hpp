@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "framework/engine/reference.hpp"
 #include "framework/graph/plan.hpp"
@@ -29,7 +31,11 @@ bool prepare_reference(const Plan& plan, const Plan* reference, const ReferenceO
 /// What the cache calls the reference run of a plan; empty where it asks for none.
 std::string reference_id(const Plan& plan);
 
-/// A hash of the program and the libraries of ours that it has loaded.
-std::string program_hash();
+/// The program, the libraries beside it, and the node libraries that this process has loaded, in order of their paths.
+/// Of the libraries beside the program all count: which of them a run loads depends on what the caches hold.
+std::vector<std::filesystem::path> code_files();
+
+/// A hash of such files.
+std::string program_hash(const std::set<std::filesystem::path>& files);
 
 }  // namespace tactor

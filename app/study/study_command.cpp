@@ -18,7 +18,6 @@
 #include "app/study/report/work_precision.hpp"
 #include "app/study/run/run_cases.hpp"
 #include "app/study/run/study_metrics.hpp"
-#include "app/study/run/supervisor.hpp"
 #include "app/study/table/study.hpp"
 #include "app/study/table/study_csv.hpp"
 #include "app/study/table/study_export.hpp"
@@ -42,21 +41,18 @@ std::vector<std::uint64_t> seeds_from(std::uint64_t first, std::int64_t count) {
 }
 
 /// Runs the cases with a bar on the terminal, telling each note once.
-CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, CasesOptions options,
-                         const StudyConsole& console) {
+CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, CasesOptions options) {
   // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
   std::set<std::string> told;
   ProgressBar bar;
   options.note = [&](const std::string& note) {
-    if (told.insert(note).second) tell_note(note);
+    if (!told.insert(note).second) return;
+    bar.clear();
+    tell_note(note);
   };
   options.cache_folder = default_cache_folder();
-  options.interrupted = console.interrupted;
-  options.supervisor = console.supervisor;
-  options.progress = [&](double share, const std::string& what) {
-    bar.draw(share, what);
-    return !console.interrupted();
-  };
+  options.interruptions = [] { return interruption.load(); };
+  options.progress = [&](double share, const std::string& what) { bar.draw(share, what); };
   return run_cases(cases, registry, options);
 }
 
@@ -114,13 +110,7 @@ void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases
 
 }  // namespace
 
-int supervised(unsigned threads, const std::function<int(const StudyConsole&)>& work) {
-  Supervisor supervisor(threads);
-  if (const std::optional<int> code = supervisor.watch()) return *code;
-  return work({is_interrupted, &supervisor});
-}
-
-int run_study(const StudyRequest& request, const StudyConsole& console) {
+int run_study(const StudyRequest& request) {
   StudySpec spec = load_study(request.file, request.is_short);
   if (request.seeds) spec.seeds = *request.seeds;
   if (request.first_seed) spec.first_seed = *request.first_seed;
@@ -151,10 +141,8 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
                       {}};
   Registry registry(default_node_folders());
   options.planned = [&](const RunMetrics& metrics) { check_metrics(spec, metrics, registry); };
-  // A process that goes on after a crash need not.
-  const bool first = console.supervisor == nullptr || console.supervisor->crashes() == 0;
-  if (first && spec.report == StudyReport::stability && !spec.record.empty()) check_record(spec, cases, registry);
-  CasesOutcome outcome = run_watched(cases, registry, options, console);
+  if (spec.report == StudyReport::stability && !spec.record.empty()) check_record(spec, cases, registry);
+  CasesOutcome outcome = run_watched(cases, registry, options);
   const std::string interrupted =
       fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",
                   outcome.records.size(), cases.size() * options.seeds.size(), options.table.string());
@@ -177,8 +165,8 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
     report = write_work_precision(folder, study, found);
   } else if (spec.report == StudyReport::stability) {
     StabilityMaps maps = stability_maps(study);
-    if (!find_own_values(maps, study, cases, registry, console.interrupted) ||
-        !record_worst(maps, study, cases, registry, folder, console.interrupted)) {
+    if (!find_own_values(maps, study, cases, registry, is_interrupted) ||
+        !record_worst(maps, study, cases, registry, folder, is_interrupted)) {
       throw RunError(interrupted);
     }
     json["stability"] = to_json(maps);
@@ -197,7 +185,7 @@ int run_study(const StudyRequest& request, const StudyConsole& console) {
   return spec.report == StudyReport::stability ? 0 : told_failures(study.comparison);
 }
 
-int run_compare(const CompareRequest& request, const StudyConsole& console) {
+int run_compare(const CompareRequest& request) {
   refuse_seed(request.overrides);
   std::vector<RunCase> cases;
   for (const fs::path& graph : request.graphs) cases.push_back({graph, request.overrides, {}, 0, {}, {}});
@@ -212,7 +200,7 @@ int run_compare(const CompareRequest& request, const StudyConsole& console) {
   options.mode = TableMode::overwrite;
   options.identity.title = "compare";
   Registry registry(default_node_folders());
-  CasesOutcome outcome = run_watched(cases, registry, options, console);
+  CasesOutcome outcome = run_watched(cases, registry, options);
   if (outcome.interrupted) throw RunError("interrupted");
   Comparison comparison =
       make_comparison(cases, options.seeds, std::move(outcome.records), {}, std::move(outcome.declared));

@@ -3,21 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "framework/graph/spec.hpp"
 
 namespace tactor {
-
-class Supervisor;
-
-/// What both commands get from their surroundings.
-struct StudyConsole {
-  std::function<bool()> interrupted;  ///< may be asked by several threads at once
-  Supervisor* supervisor = nullptr;   ///< as CasesOptions::supervisor
-};
 
 struct StudyRequest {
   std::filesystem::path file;
@@ -42,12 +33,9 @@ struct CompareRequest {
   std::filesystem::path out;
 };
 
-/// Does the work in a process of its own, and in a new one where a run has crashed that; returns the exit code.
-/// `threads`: runs at once.
-int supervised(unsigned threads, const std::function<int(const StudyConsole&)>& work);
-
-/// Both return the exit code, and throw InputError and RunError.
-int run_study(const StudyRequest& request, const StudyConsole& console);
-int run_compare(const CompareRequest& request, const StudyConsole& console);
+/// Both return the exit code, and throw InputError and RunError. They fork workers, so the program must have no other
+/// thread.
+int run_study(const StudyRequest& request);
+int run_compare(const CompareRequest& request);
 
 }  // namespace tactor

@@ -41,7 +41,7 @@ void add_compare(CLI::App& app, int& exit_code) {
     for (fs::path& graph : made.graphs) graph = named_file(graph, graph_files);
     made.overrides = arguments->options.overrides;
     made.out = results_folder(fs::path("out") / "compare", arguments->results);
-    exit_code = supervised(made.jobs, [&](const StudyConsole& console) { return run_compare(made, console); });
+    exit_code = run_compare(made);
   });
 }
 

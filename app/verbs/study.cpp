@@ -38,7 +38,7 @@ void add_study(CLI::App& app, int& exit_code) {
     StudyRequest& made = arguments->study;
     made.file = named_file(made.file, study_files);
     made.overrides = arguments->options.overrides;
-    exit_code = supervised(made.jobs, [&](const StudyConsole& console) { return run_study(made, console); });
+    exit_code = run_study(made);
   });
 }
 

@@ -234,7 +234,6 @@ RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity,
     for (const char* end : {"", "-wal", "-shm"}) fs::remove(path_.string() + end, ignored);
   }
   db_->open_file();
-  if (exists && mode == TableMode::go_on) return;
   if (exists && mode == TableMode::resume) {
     Statement tables(db_->db, path_, "SELECT count(*) FROM sqlite_master");
     tables.step();
@@ -258,12 +257,6 @@ RunTable::~RunTable() = default;
 
 std::vector<bool> RunTable::finished() const {
   return db_->finished();
-}
-
-std::vector<bool> RunTable::finished_in(const fs::path& path) {
-  Database database(path);
-  database.open_file();
-  return database.finished();
 }
 
 void RunTable::add(const RunRecord& record) {

@@ -30,7 +30,7 @@ struct RunRecord {
   RunResult result;           ///< run times are medians over the repeats
   std::vector<double> cpu_s;  ///< CPU time of each repeat, in their order
   /// CPU time of a fixed computation just before: how noisy the machine is. NaN where nobody could tell, as of a run
-  /// that took its process with it.
+  /// whose worker ended.
   double control_us = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -54,7 +54,6 @@ struct TableIdentity {
 enum class TableMode : std::uint8_t {
   create,     ///< an existing table is an error
   resume,     ///< goes on with an existing one, where there is one, and takes out of it what may end otherwise now
-  go_on,      ///< goes on with one that a process of the same command has made or opened, whatever is in it
   overwrite,  ///< begins anew
 };
 
@@ -71,8 +70,6 @@ class RunTable {
 
   /// Whether the runs begin anew in it, because there was no table yet, or an empty one.
   [[nodiscard]] bool is_new() const { return is_new_; }
-  /// Of a table that is not open: as finished().
-  static std::vector<bool> finished_in(const std::filesystem::path& path);
   /// Whether the run of that number is there, by number.
   [[nodiscard]] std::vector<bool> finished() const;
   /// Adds a run that is not there yet. Throws RunError where the disk refuses.

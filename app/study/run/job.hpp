@@ -1,0 +1,79 @@
+// What a worker is asked to do and what it answers: data that holds all there is to know, for a process anywhere.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/run/run_metrics.hpp"
+#include "app/study/table/run_table.hpp"
+#include "framework/graph/patch.hpp"
+
+namespace tactor {
+
+enum class JobKind : std::uint8_t {
+  plan,       ///< read and check the graph; answered by a CaseCheck
+  reference,  ///< make the reference run, into the cache; answered by a JobCost
+  run,        ///< run it, repeats and all; answered by a RunAnswer
+};
+
+/// One piece of work of a study.
+struct Job {
+  JobKind kind = JobKind::run;
+  std::filesystem::path graph;
+  Overrides overrides;
+  std::optional<Overrides> reference;  ///< as RunCase::reference
+  std::uint64_t seed = 1;              ///< of the run; of a plan any seed of the study, for all of them
+  /// The node libraries that the study needs: keys of reference runs name those that are loaded.
+  std::vector<std::string> libraries;
+  std::int64_t repeats = 1;
+  std::int64_t warm_up = 0;
+  bool without_reference = false;
+  bool all_curves = false;             ///< else those of the table alone
+  std::optional<double> time_limit_s;  ///< of real time, for each repeat
+  std::filesystem::path cache_folder;
+};
+
+/// What a job took, without what was read and checked for it before.
+struct JobCost {
+  double cpu_s = 0;
+  double waited_for_core_s = 0;  ///< in which the worker was ready to run and other programs had the cores
+};
+
+/// How the check of a case ended.
+enum class CheckResult : std::uint8_t {
+  planned,
+  refused,  ///< bad input
+  failed,   ///< the computer refused
+};
+
+/// What a case is, without its plan.
+struct CaseCheck {
+  CheckResult result = CheckResult::planned;
+  std::string message;  ///< why it is not planned
+  std::string title;    ///< of the graph
+  std::string content;  ///< as RunName::content
+  /// Names the reference run together with the seed of a run; empty where it needs none.
+  std::string reference;
+  RunMetrics metrics;                             ///< that its runs report, and the run times that tables show
+  std::vector<std::string> notes;                 ///< for the user
+  std::vector<std::string> libraries;             ///< node libraries that the worker has loaded by now
+  std::vector<std::filesystem::path> code_files;  ///< likewise, as code_files()
+};
+
+struct RunAnswer {
+  std::optional<RunRecord> record;  ///< without its number; nothing where it was interrupted
+  JobCost cost;
+};
+
+std::string to_message(const Job& job);
+std::string to_message(const JobCost& cost);
+std::string to_message(const CaseCheck& check);
+std::string to_message(const RunAnswer& answer);
+/// For Job, JobCost, CaseCheck and RunAnswer. Throws RunError where the text is none.
+template <class T>
+T from_message(const std::string& text);
+
+}  // namespace tactor
