@@ -62,7 +62,7 @@ void report_follower(const FollowerFigures& figures, Report& report) {
   if (figures.error.compared > 0) {
     report.set("follow.rms_error_N", figures.error.rms_N);
     report.set("follow.max_error_N", figures.error.max_N);
-    report.set("follow.compared_s", figures.error.until.seconds());
+    report.set("follow.compared_s", figures.error.covered.seconds());
   }
   if (figures.error.delay) report.set("follow.delay_ms", figures.error.delay->milliseconds());
   report.set("follow.skipped_s", figures.skipped.seconds());

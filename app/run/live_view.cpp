@@ -70,7 +70,7 @@ std::string follower_text(const FollowerFigures& f) {
   if (f.skips > 0)
     out += fmt::format("  skipped {:.1f} s, {} times: this machine is too slow", f.skipped.seconds(), f.skips);
   if (f.dropped > 0) out += fmt::format("  lost {} messages", f.dropped);
-  if (f.failure) out += "  ended: " + *f.failure;
+  if (f.failure) out += "\n    ended: " + *f.failure;
   return out + "\n";
 }
 

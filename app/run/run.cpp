@@ -201,14 +201,13 @@ void add_devices(const LiveStatus& status, RunResult& result) {
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
   Session session(plan);
   pass_notes(session.nodes(), options);
+  // It may be refused, so that nothing has been written yet.
+  std::unique_ptr<Follower> follower;
+  if (options.follow != nullptr) follower = std::make_unique<Follower>(session, *options.follow);
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   const auto recorder_failed = recorder ? record(session, *recorder) : std::make_shared<bool>(false);
   if (options.before_start) options.before_start(session);
-  std::unique_ptr<Follower> follower;
-  if (options.follow != nullptr) {
-    follower = std::make_unique<Follower>(session, *options.follow);
-    follower->start();
-  }
+  if (follower) follower->start();
   const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
   const double wall = clock_seconds(CLOCK_MONOTONIC);
   session.stop_when(options.stop_asked);

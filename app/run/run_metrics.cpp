@@ -95,8 +95,10 @@ const std::vector<MetricInfo>& follower_metrics() {
       {"follow.max_error_N", "N", "largest error against it", Better::lower, false, too_short},
       {"follow.delay_ms", "ms", "delay behind it in the last two seconds; positive: late", Better::lower, false,
        too_short + ", or the force was constant"},
-      {"follow.compared_s", "s", "up to when the run was compared", Better::higher, false, too_short},
-      {"follow.skipped_s", "s", "what of the run the reference skipped, because the machine was too slow for it",
+      {"follow.compared_s", "s", "how much of the run was compared", Better::higher, false, too_short},
+      {"follow.skipped_s", "s",
+       "what of the run the reference skipped, because the machine was too slow for it, with the time in which it "
+       "settled anew",
        Better::lower},
       {"follow.skips", "1", "how often it skipped", Better::lower},
       {"follow.dropped", "1", "messages that were lost on their way to it", Better::lower},

@@ -26,6 +26,7 @@ Follower::Follower(Session& tested, Registry& registry, std::optional<Duration> 
   for (const FollowerPlan::Fed& fed : plan_.fed) taps_.push_back(tested_.tap(fed.output, tap_queue));
   judged_ = tested_.tap(plan_.judged, tap_queue);
   stop_ = tested_.tap_stop();
+  next_.resize(taps_.size(), 0);
   make_session();
 }
 
@@ -53,15 +54,25 @@ void Follower::begin_at(const Waiting& first) {
   begun_ = true;
 }
 
-void Follower::take_in() {
+void Follower::take_fed() {
   for (std::size_t i = 0; i < taps_.size(); ++i) {
     while (const MessageView message = taps_[i]->take()) {
       const auto* bytes = static_cast<const std::byte*>(message.value);
-      waiting_.push_back({*message.stamp, i, {bytes, bytes + taps_[i]->type().size}});
-      newest_ = std::max(newest_, message.stamp->produced);
+      const Stamp& stamp = *message.stamp;
+      const bool after_loss = next_[i] != 0 && stamp.sequence != next_[i];
+      next_[i] = stamp.sequence + 1;
+      waiting_.push_back({stamp, i, {bytes, bytes + taps_[i]->type().size}, after_loss});
+      newest_ = std::max(newest_, stamp.produced);
     }
   }
+}
+
+void Follower::take_in() {
+  take_fed();
+  // While one tap was read, an earlier message than the last may have come to another: it is there after a second look.
+  complete_until_ = newest_;
   if (taps_.size() > 1) {
+    take_fed();
     std::stable_sort(waiting_.begin(), waiting_.end(),
                      [](const Waiting& a, const Waiting& b) { return a.stamp.produced < b.stamp.produced; });
   }
@@ -86,25 +97,32 @@ void Follower::go_along(const Waiting& next) {
   reached_ = next.stamp.produced;
 }
 
-void Follower::skip() {
+void Follower::begin_anew() {
   const Time from = reached_;
+  begin_at(waiting_.front());
+  skipped_ += reached_ - from + settling;
+  ++skips_;
+}
+
+void Follower::skip() {
   // It may take longer than one may be behind, so that the newest sample is looked for afterwards.
   make_session();
   take_in();
   waiting_.erase(waiting_.begin(), waiting_.end() - 1);
-  begin_at(waiting_.front());
-  skipped_ += reached_ - from;
-  ++skips_;
+  complete_until_ = std::max(complete_until_, waiting_.front().stamp.produced);
+  begin_anew();
 }
 
 void Follower::follow() {
   take_in();
   Instant told = MonotonicClock::now();
-  while (!waiting_.empty() && !ended_) {
+  while (!waiting_.empty() && waiting_.front().stamp.produced <= complete_until_ && !ended_) {
     if (!begun_) begin_at(waiting_.front());
     if (most_behind_ && newest_ - reached_ > *most_behind_) {
       skip();
-      continue;
+    } else if (waiting_.front().after_loss) {
+      make_session();
+      begin_anew();
     }
     go_along(waiting_.front());
     waiting_.pop_front();

@@ -20,7 +20,7 @@ namespace tactor {
 struct FollowerFigures {
   ErrorFigures error;
   Duration behind;                     ///< the run, or what of it is known
-  Duration skipped;                    ///< of the run, because the machine was too slow for the reference
+  Duration skipped;                    ///< of the run, because the machine was too slow; with the time for settling
   std::uint64_t skips = 0;             ///< how often
   std::uint64_t dropped = 0;           ///< messages of the run that were lost on their way
   std::optional<std::string> failure;  ///< why it follows no more
@@ -30,9 +30,9 @@ struct FollowerFigures {
 /// step for each sample of the device and costs no time of the run, so that its force is the reference. It taps the
 /// first session and does nothing else to it.
 ///
-/// Where it falls behind by more than `most_behind` it skips: it forgets what it has not followed, begins anew at the
-/// newest sample with the tool at the handle, and counts nothing for 0.3 s, in which the reference settles. What it
-/// skips it counts.
+/// Where it falls behind by more than `most_behind`, or messages were lost on their way, it skips: it forgets what it
+/// has not followed, begins anew at the newest sample with the tool at the handle, and counts nothing for 0.3 s, in
+/// which the reference settles. What it skips it counts.
 class Follower {
  public:
   static constexpr Duration settling{300'000'000};
@@ -62,13 +62,16 @@ class Follower {
     Stamp stamp;
     std::size_t feed = 0;
     std::vector<std::byte> value;
+    bool after_loss = false;  // messages before it were lost on their way
   };
 
   void run();
   void make_session();
   void begin_at(const Waiting& first);
   void take_in();
+  void take_fed();
   void go_along(const Waiting& next);
+  void begin_anew();
   void skip();
   void tell();
 
@@ -83,6 +86,8 @@ class Follower {
   std::vector<Session::Feed> feeds_;
   Time base_;  // time zero of `session_`, by the run's clock
   std::deque<Waiting> waiting_;
+  std::vector<std::uint64_t> next_;  // by tap: the sequence that comes next; 0: none has come
+  Time complete_until_;              // of the waiting
   Time newest_, reached_;
   std::optional<Time> stopped_;  // when the devices began to ramp down
   bool begun_ = false;

@@ -76,6 +76,13 @@ FollowerPlan plan_follower(const Plan& tested, Registry& registry) {
   std::erase_if(graph.nodes, [](const NodeSpec& node) { return node.info->actuator || node.info->sink; });
   graph.nodes.insert(graph.nodes.end(), added.begin(), added.end());
   follower.plan = plan_reference(std::move(graph));
+  for (const NodeSpec& node : follower.plan.nodes) {
+    const bool ours =
+        std::any_of(added.begin(), added.end(), [&](const NodeSpec& feed) { return feed.name == node.name; });
+    if (ours || (!node.info->fed && !node.info->rate_parameter)) continue;
+    throw InputError("nothing can follow this run: its physics depends on node " + node.name + " (" + node.info->type +
+                     "), which no device shows");
+  }
   return follower;
 }
 

@@ -24,8 +24,9 @@ struct FollowerPlan {
 };
 
 /// The reference run of `tested` with its devices replaced by feeds of what they showed: where a device tells the
-/// `truth` of a state, that. So it has the physics of every sample of the device, and drives no hardware. Throws
-/// InputError where no sink compares forces with a reference.
+/// `truth` of a state, that. So it has the physics of every sample of the device, and drives no hardware. Of several
+/// sinks that compare a force with a reference it is that of the first. Throws InputError where there is none, and
+/// where physics has another source than the devices.
 FollowerPlan plan_follower(const Plan& tested, Registry& registry);
 
 }  // namespace tactor

@@ -24,8 +24,9 @@ void RunningError::add_displayed(Time t, const Wrench& force) {
 }
 
 void RunningError::begin_again(Time from) {
+  compare();
   true_.clear();
-  displayed_.clear();
+  while (!displayed_.empty() && displayed_.front().t < from) displayed_.pop_front();
   times_.clear();
   x_.clear();
   reference_.clear();
@@ -51,6 +52,7 @@ void RunningError::compare() {
     ++count_;
     sum_of_squares_ += error * error;
     largest_ = std::max(largest_, error);
+    if (!times_.empty()) covered_ = covered_ + (shown.t - times_.back());
     times_.push_back(shown.t);
     x_.push_back(shown.force);
     reference_.push_back(truth);
@@ -68,6 +70,7 @@ ErrorFigures RunningError::figures() const {
   if (count_ == 0) return figures;
   figures.rms_N = std::sqrt(sum_of_squares_ / static_cast<double>(count_));
   figures.max_N = largest_;
+  figures.covered = covered_;
   if (times_.empty()) return figures;
   figures.until = times_.back();
   const std::vector<Vec3> x(x_.begin(), x_.end()), reference(reference_.begin(), reference_.end());

@@ -15,6 +15,7 @@ namespace tactor {
 struct ErrorFigures {
   std::uint64_t compared = 0;     ///< samples
   Time until;                     ///< of the newest of them
+  Duration covered;               ///< of the run, between compared samples
   double rms_N = 0;               ///< of |displayed - true|, over all
   double max_N = 0;               ///< the largest
   double rms_lately_N = 0;        ///< over the last second
@@ -27,7 +28,7 @@ class RunningError {
  public:
   void add_true(Time t, const Wrench& force);
   void add_displayed(Time t, const Wrench& force);
-  /// Forgets what waits, and counts nothing before `from`.
+  /// Forgets the true force, which is another from now on, and counts nothing before `from`.
   void begin_again(Time from);
   /// Compares what can be.
   void compare();
@@ -47,6 +48,7 @@ class RunningError {
   std::deque<Time> times_;
   std::deque<Vec3> x_, reference_;
   std::uint64_t count_ = 0;
+  Duration covered_;
   double sum_of_squares_ = 0, largest_ = 0;
 };
 

@@ -24,6 +24,7 @@ struct Fixture {
   LiveStatus before, now;
   std::optional<SafetyState> safety = SafetyState{Engagement::ramping, SafetyCause::stale, 0.37, {}};
   std::uint64_t record_dropped = 0;
+  std::optional<FollowerFigures> follower;
 
   Fixture() {
     plan.graph.name = "duck";
@@ -56,7 +57,7 @@ struct Fixture {
   }
   static Duration us(std::int64_t n) { return Duration{n * 1000}; }
   [[nodiscard]] std::string block() const {
-    return live_block(plan, before, {now, std::vector(now.devices.size(), safety), record_dropped});
+    return live_block(plan, before, {now, std::vector(now.devices.size(), safety), record_dropped, follower});
   }
   /// The row that has `word`.
   [[nodiscard]] std::string row(const std::string& word) const {
@@ -142,4 +143,25 @@ BOOST_AUTO_TEST_CASE(a_block_is_cut_to_the_terminal_and_says_so) {
   BOOST_TEST(low[1] == "two two");
   BOOST_TEST(low[2].find("2 rows") != std::string::npos);
   BOOST_TEST(fitted(block, 1, 80).size() == 1U);
+}
+
+BOOST_FIXTURE_TEST_CASE(what_follows_it_is_told_with_what_it_skipped, Fixture) {
+  BOOST_TEST(block().find("reference") == std::string::npos);
+  follower.emplace();
+  BOOST_TEST(block().find("nothing compared yet") != std::string::npos);
+  follower->error = {4321, Time{4'000'000'000}, Duration{4'000'000'000}, 0.123, 0.456, 0.789, Duration{25'600'000}};
+  follower->behind = Duration{70'000'000};
+  const std::string told = block();
+  for (const char* part :
+       {"error 0.789 N RMS in the last second, 0.123 in all, 0.456 at most", "delay 25.6 ms", "0.07 s behind"}) {
+    BOOST_TEST(told.find(part) != std::string::npos, told);
+  }
+  BOOST_TEST(told.find("skipped") == std::string::npos);
+  follower->skips = 3;
+  follower->skipped = Duration{2'500'000'000};
+  follower->dropped = 17;
+  follower->failure = "it broke";
+  for (const char* part : {"skipped 2.5 s, 3 times", "lost 17 messages", "ended: it broke"}) {
+    BOOST_TEST(block().find(part) != std::string::npos, block());
+  }
 }

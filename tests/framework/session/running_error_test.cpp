@@ -37,6 +37,7 @@ BOOST_AUTO_TEST_CASE(a_wave_that_is_late_has_the_delay_and_the_error_of_its_clos
   const double amplitude = 2 * 2 * std::sin(std::numbers::pi * 3 * late);
   BOOST_TEST(found.compared == 5000U);
   BOOST_TEST((found.until == at_ms(4999)));
+  BOOST_TEST((found.covered == Duration{4'999'000'000}));
   BOOST_TEST(found.rms_N == amplitude / std::numbers::sqrt2, boost::test_tools::tolerance(1e-3));
   BOOST_TEST(found.rms_lately_N == amplitude / std::numbers::sqrt2, boost::test_tools::tolerance(1e-2));
   BOOST_TEST(found.max_N == amplitude, boost::test_tools::tolerance(1e-3));
