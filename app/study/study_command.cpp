@@ -16,8 +16,10 @@
 #include "app/study/report/study_report.hpp"
 #include "app/study/report/text_tables.hpp"
 #include "app/study/report/work_precision.hpp"
+#include "app/study/run/bytes.hpp"
 #include "app/study/run/run_cases.hpp"
 #include "app/study/run/study_metrics.hpp"
+#include "app/study/run/worker_pool.hpp"
 #include "app/study/table/study.hpp"
 #include "app/study/table/study_csv.hpp"
 #include "app/study/table/study_export.hpp"
@@ -108,6 +110,43 @@ void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases
   }
 }
 
+/// Runs the worst cells anew in workers, `jobs` at once. False where it was interrupted; a worker that ends costs the
+/// recording of its cell.
+bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
+                  const fs::path& folder, unsigned jobs) {
+  // What an earlier report left does not belong to this one.
+  std::error_code ignored;
+  fs::remove_all(folder / "worst", ignored);
+  const std::vector<StabilityCell*> cells = worst_cells(maps, study);
+  const auto record = [&](const std::string& job, const PoolLink& pool) {
+    std::pair<std::string, std::string> recorded;  // its folder, or why it failed
+    const StabilityCell& cell = *cells[from_bytes<std::size_t>(job)];
+    try {
+      recorded.first = record_cell(cell, study, cases[cell.row], registry, folder, [&] { return !pool.go_on(); });
+    } catch (const std::exception& error) {
+      recorded.second = error.what();
+    }
+    return to_bytes(recorded);
+  };
+  WorkerPool pool(record, [] { return interruption.load(); });
+  JobBatch batch;
+  batch.jobs = cells.size();
+  batch.at_once = jobs;
+  batch.job = [](std::size_t i) { return to_bytes(i); };
+  batch.done = [&](std::size_t i, const std::string& answer) {
+    auto [recording, failure] = from_bytes<std::pair<std::string, std::string>>(answer);
+    if (!failure.empty()) throw RunError(failure);
+    cells[i]->recording = std::move(recording);
+    return true;
+  };
+  batch.lost = [&](std::size_t i, const Ending& ending) {
+    const RunCase& c = cases[cells[i]->row];
+    tell_note(fmt::format("the recording of {}: {}; the others go on", case_name(graph_name(c.graph), c.configuration),
+                          ending.text));
+  };
+  return pool.run(batch);
+}
+
 }  // namespace
 
 int run_study(const StudyRequest& request) {
@@ -166,7 +205,7 @@ int run_study(const StudyRequest& request) {
   } else if (spec.report == StudyReport::stability) {
     StabilityMaps maps = stability_maps(study);
     if (!find_own_values(maps, study, cases, registry, is_interrupted) ||
-        !record_worst(maps, study, cases, registry, folder, is_interrupted)) {
+        !record_worst(maps, study, cases, registry, folder, request.jobs)) {
       throw RunError(interrupted);
     }
     json["stability"] = to_json(maps);

@@ -147,10 +147,10 @@ class RefusedThreads(CommandTest):
         graph = self.write("wall.yaml", WALL.replace("warn", "fail"))
         self.assertIn("cannot start the thread trial", self.run_with(1, "run", graph, "--out", "out").stderr)
 
-    def test_a_study_that_is_refused_a_thread_ends_and_names_the_limit(self):
+    def test_a_comparison_that_is_refused_a_worker_ends_and_names_the_limit(self):
         names = self.refused("compare", GRAPHS / "wall/off.yaml", GRAPHS / "wall/refit.yaml", "--seeds", "2",
                              "--duration", "0.1", "--jobs", "3", "--out", "out", "--overwrite", most=12)
-        self.assertEqual(names, once(["process of the study", "thread study", "thread study"]))
+        self.assertEqual(set(names), {"process of the study"})
 
     @unittest.skipUnless(HAS_MODBUS, "this build has no Modbus")
     def test_a_link_to_a_device_that_is_refused_its_thread_ends_the_run_and_names_the_limit(self):

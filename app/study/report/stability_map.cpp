@@ -154,34 +154,6 @@ std::string record_setting(const Plan& plan, const std::vector<std::string>& ask
   return "record=" + flow_list(found);
 }
 
-/// False where it was interrupted.
-bool record_cell(StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry, const fs::path& folder,
-                 const std::function<bool()>& interrupted) {
-  Overrides overrides = c.overrides;
-  overrides.push_back(option_patch("--seed", "seed", std::to_string(study.comparison.seeds[cell.seed])));
-  const Plan plain = make_plan(load_graph(c.graph, registry, overrides));
-  overrides.push_back(set_patch(record_setting(plain, study.spec.record)));
-  const Plan plan = make_plan(load_graph(c.graph, registry, overrides));
-  const std::string name = file_name(plan.graph.name + "_" + c.configuration);
-  const fs::path out = make_folder(folder / "worst" / name);
-  RunOptions options;
-  options.cache_folder = default_cache_folder();
-  options.recording = out / "recording.h5";
-  options.without_reference = study.spec.without_reference;
-  options.progress = [&](double, const char*) { return !interrupted(); };
-  const RunResult result = execute(plan, options);
-  if (result.interrupted || result.reference_interrupted) {
-    std::error_code ignored;
-    fs::remove_all(out, ignored);
-    return false;
-  }
-  write_file(out / "summary.json", to_json(result).dump(2) + "\n");
-  write_file(out / "graph.yaml", result.graph_yaml);
-  write_file(out / "report.html", run_report(result));
-  cell.recording = "worst/" + name;
-  return true;
-}
-
 /// What is wrong with what `set` lays over the case's graph; empty where nothing is, or only other things are.
 std::string error_at(const RunCase& c, const std::string& set, Registry& registry) {
   Overrides overrides = c.overrides;
@@ -328,15 +300,11 @@ bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<
   return !stopped;
 }
 
-bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                  const fs::path& folder, const std::function<bool()>& interrupted) {
-  // What an earlier report left does not belong to this one.
-  std::error_code ignored;
-  fs::remove_all(folder / "worst", ignored);
+std::vector<StabilityCell*> worst_cells(StabilityMaps& maps, const Study& study) {
   try {
     static_cast<void>(load_record_library());
   } catch (const InputError&) {
-    return true;  // this build has no HDF5
+    return {};  // this build has no HDF5
   }
   std::vector<StabilityCell*> bad;
   for (StabilityMap& map : maps.maps) {
@@ -348,9 +316,33 @@ bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<Run
   }
   std::stable_sort(bad.begin(), bad.end(), [](const auto* a, const auto* b) { return badness(*a) > badness(*b); });
   if (bad.size() > static_cast<std::size_t>(study.spec.worst)) bad.resize(static_cast<std::size_t>(study.spec.worst));
-  return std::all_of(bad.begin(), bad.end(), [&](StabilityCell* cell) {
-    return !interrupted() && record_cell(*cell, study, cases[cell->row], registry, folder, interrupted);
-  });
+  return bad;
+}
+
+std::string record_cell(const StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry,
+                        const fs::path& folder, const std::function<bool()>& interrupted) {
+  Overrides overrides = c.overrides;
+  overrides.push_back(option_patch("--seed", "seed", std::to_string(study.comparison.seeds[cell.seed])));
+  const Plan plain = make_plan(load_graph(c.graph, registry, overrides));
+  overrides.push_back(set_patch(record_setting(plain, study.spec.record)));
+  const Plan plan = make_plan(load_graph(c.graph, registry, overrides));
+  const std::string name = file_name(plan.graph.name + "_" + c.configuration);
+  const fs::path out = make_folder(folder / "worst" / name);
+  RunOptions options;
+  options.cache_folder = default_cache_folder();
+  options.recording = out / "recording.h5";
+  options.without_reference = study.spec.without_reference;
+  options.progress = [&](double, const char*) { return !interrupted(); };
+  const RunResult result = execute(plan, options);
+  if (result.interrupted || result.reference_interrupted) {
+    std::error_code ignored;
+    fs::remove_all(out, ignored);
+    return {};
+  }
+  write_file(out / "summary.json", to_json(result).dump(2) + "\n");
+  write_file(out / "graph.yaml", result.graph_yaml);
+  write_file(out / "report.html", run_report(result));
+  return "worst/" + name;
 }
 
 std::string stability_table(const Study& study, const StabilityMaps& maps, std::size_t columns) {

@@ -52,11 +52,12 @@ StabilityMaps stability_maps(const Study& study);
 bool find_own_values(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
                      const std::function<bool()>& interrupted);
 
-/// Runs the worst cells that are not stable anew, as many as the study says, with a recording; they land in
-/// FOLDER/worst/. False where `interrupted`, which is asked during the runs too, ended it; what was under way leaves
-/// nothing.
-bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<RunCase>& cases, Registry& registry,
-                  const std::filesystem::path& folder, const std::function<bool()>& interrupted);
+/// The worst cells that are not stable, as many as the study wants to be recorded; none where this build cannot record.
+std::vector<StabilityCell*> worst_cells(StabilityMaps& maps, const Study& study);
+/// Runs such a cell of the case anew, with a recording, and returns its folder below the study's, worst/NAME. Empty
+/// where `interrupted`, which is asked during the run, ended it: then it leaves nothing.
+std::string record_cell(const StabilityCell& cell, const Study& study, const RunCase& c, Registry& registry,
+                        const std::filesystem::path& folder, const std::function<bool()>& interrupted);
 
 std::string stability_table(const Study& study, const StabilityMaps& maps, std::size_t columns);
 nlohmann::ordered_json to_json(const StabilityMaps& maps);
