@@ -1,6 +1,7 @@
 # What the libraries and the program share, as a number: the hash of the headers that both are compiled with, and of the compiler.
 # A library that was compiled with others is refused when it is loaded. Made when something is built, not by hand.
-file(GLOB_RECURSE TACTOR_ABI_HEADERS CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/framework/*.hpp ${CMAKE_SOURCE_DIR}/nodes/physics/*.hpp)
+file(GLOB_RECURSE TACTOR_ABI_HEADERS CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/framework/*.hpp ${CMAKE_SOURCE_DIR}/nodes/physics/*.hpp
+     ${CMAKE_SOURCE_DIR}/app/view/view_server.hpp)
 set(TACTOR_ABI_FOLDER ${CMAKE_BINARY_DIR}/generated)
 string(JOIN "\n" headers ${TACTOR_ABI_HEADERS})
 file(CONFIGURE OUTPUT ${TACTOR_ABI_FOLDER}/abi_headers.txt CONTENT "${headers}\n")

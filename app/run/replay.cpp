@@ -9,17 +9,12 @@
 
 namespace tactor {
 
-namespace {
-
-/// The plan of the graph that the recording holds.
 Plan recorded_plan(const RecordingHeader& header, Registry& registry) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "graph.yaml";
   write_file(file, header.graph);
   return make_plan(load_graph(file, registry));
 }
-
-}  // namespace
 
 void replay_recording(const std::filesystem::path& recording, const std::filesystem::path& folder, Registry& registry) {
   const std::unique_ptr<RecordingReader> reader = load_record_library().open(recording);

@@ -21,8 +21,10 @@ constexpr Duration head_start{1'000'000};
 
 }  // namespace
 
-Follower::Follower(Session& tested, Registry& registry, std::optional<Duration> most_behind)
-    : tested_(tested), plan_(plan_follower(tested.plan(), registry)), most_behind_(most_behind) {
+Follower::Follower(Session& tested, Registry& registry, const Options& options)
+    : tested_(tested),
+      plan_(plan_follower(options.judged_by != nullptr ? *options.judged_by : tested.plan(), registry)),
+      most_behind_(options.most_behind) {
   for (const FollowerPlan::Fed& fed : plan_.fed) taps_.push_back(tested_.tap(fed.output, tap_queue));
   judged_ = tested_.tap(plan_.judged, tap_queue);
   stop_ = tested_.tap_stop();
@@ -42,7 +44,9 @@ void Follower::make_session() {
   session_->on_message(plan_.reference, [this](const Stamp& stamp, const void* value) {
     Wrench force;
     std::memcpy(static_cast<void*>(&force), value, sizeof force);
-    error_.add_true(stamp.valid + (base_ - Time{}), force);
+    const Time at = stamp.valid + (base_ - Time{});
+    error_.add_true(at, force);
+    if (take_reference_) take_reference_(at, force);
   });
   session_->start();
 }
@@ -115,6 +119,7 @@ void Follower::skip() {
 
 void Follower::follow() {
   take_in();
+  if (count_anew_.exchange(false)) error_.count_anew(newest_);
   Instant told = MonotonicClock::now();
   while (!waiting_.empty() && waiting_.front().stamp.produced <= complete_until_ && !ended_) {
     if (!begun_) begin_at(waiting_.front());

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -38,9 +39,15 @@ class Follower {
   static constexpr Duration settling{300'000'000};
   static constexpr Duration usual_most_behind{500'000'000};
 
-  /// Before or after the start of `tested`, which outlives the follower, on its thread. Nothing for `most_behind`: it
-  /// never skips. Throws InputError as plan_follower.
-  Follower(Session& tested, Registry& registry, std::optional<Duration> most_behind = usual_most_behind);
+  struct Options {
+    std::optional<Duration> most_behind = usual_most_behind;  ///< none: it never skips
+    /// The plan whose sink compares, where that of the session has none; else the same nodes. Null: the session's.
+    const Plan* judged_by = nullptr;
+  };
+  /// Before or after the start of `tested`, which outlives the follower, on its thread. Throws InputError as
+  /// plan_follower.
+  Follower(Session& tested, Registry& registry, const Options& options);
+  Follower(Session& tested, Registry& registry) : Follower(tested, registry, Options{}) {}
   /// Ends its thread.
   ~Follower();
   Follower(const Follower&) = delete;
@@ -53,8 +60,12 @@ class Follower {
   void follow();
   /// Ends the thread after it has followed what has come, for at most `patience`.
   void finish(Duration patience);
+  /// Any thread: the error counts from now on alone, as after a change of the method.
+  void count_anew() { count_anew_ = true; }
   /// Any thread.
   [[nodiscard]] FollowerFigures figures() const;
+  /// Called with each true force, by the clock of the run, on the thread that follows. Before `start` or `follow`.
+  void on_reference(std::function<void(Time, const Wrench&)> take) { take_reference_ = std::move(take); }
 
  private:
   /// A message of the run that is to be fed.
@@ -96,6 +107,8 @@ class Follower {
   std::uint64_t skips_ = 0;
 
   std::thread thread_;
+  std::function<void(Time, const Wrench&)> take_reference_;
+  std::atomic<bool> count_anew_{false};
   std::atomic<bool> ended_{false};
   std::atomic<bool> finishing_{false}, finished_{false};
   mutable std::mutex mutex_;  // over `figures_`

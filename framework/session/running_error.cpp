@@ -33,6 +33,17 @@ void RunningError::begin_again(Time from) {
   from_ = from;
 }
 
+void RunningError::count_anew(Time from) {
+  times_.clear();
+  x_.clear();
+  reference_.clear();
+  from_ = std::max(from_, from);
+  count_ = 0;
+  covered_ = {};
+  sum_of_squares_ = 0;
+  largest_ = 0;
+}
+
 Vec3 RunningError::true_at(Time t) {
   while (true_.size() > 1 && true_[1].t <= t) true_.pop_front();
   const Sample& before = true_[0];

@@ -30,6 +30,8 @@ class RunningError {
   void add_displayed(Time t, const Wrench& force);
   /// Forgets the true force, which is another from now on, and counts nothing before `from`.
   void begin_again(Time from);
+  /// Counts anew, and nothing before `from`.
+  void count_anew(Time from);
   /// Compares what can be.
   void compare();
   /// Takes about a millisecond, for the delay.

@@ -260,7 +260,7 @@ BOOST_AUTO_TEST_CASE(a_reference_follows_a_run_and_finds_the_error_that_is_found
   const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(4)}));
   const auto followed = [&plan] {
     Session session(plan);
-    Follower follower(session, registry(), std::nullopt);
+    Follower follower(session, registry(), {.most_behind = std::nullopt});
     session.start();
     while (session.is_running()) {
       session.advance(Duration{50'000'000});
@@ -297,7 +297,7 @@ BOOST_AUTO_TEST_CASE(a_reference_follows_a_run_and_finds_the_error_that_is_found
 BOOST_AUTO_TEST_CASE(a_follower_that_is_too_slow_skips_and_counts_what_it_skipped) {
   const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(6)}));
   Session session(plan);
-  Follower follower(session, registry(), Duration{300'000'000});
+  Follower follower(session, registry(), {.most_behind = Duration{300'000'000}});
   session.start();
   // A second of the run at once is more than it may be behind.
   for (int i = 0; i < 6; ++i) {
@@ -315,7 +315,7 @@ BOOST_AUTO_TEST_CASE(a_follower_that_is_too_slow_skips_and_counts_what_it_skippe
 BOOST_AUTO_TEST_CASE(what_a_follower_lost_is_skipped_too) {
   const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(8)}));
   Session session(plan);
-  Follower follower(session, registry(), std::nullopt);
+  Follower follower(session, registry(), {.most_behind = std::nullopt});
   session.start();
   session.advance(Duration{1'000'000'000});
   follower.follow();

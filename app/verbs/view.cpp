@@ -1,0 +1,126 @@
+// `tactor view`: a scene in the browser, to be looked at and touched.
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "app/interruption.hpp"
+#include "app/output.hpp"
+#include "app/progress_bar.hpp"
+#include "app/verbs/graph_options.hpp"
+#include "app/verbs/verbs.hpp"
+#include "app/view/recorded_show.hpp"
+#include "app/view/serve_show.hpp"
+#include "app/view/view_graph.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ViewArguments {
+  fs::path shown;
+  GraphOptions options;
+  std::string device = "mouse";
+  std::uint16_t port = 0;
+  bool no_open = false;
+  bool no_reference = false;
+  fs::path recording;
+};
+
+/// Opens the address with the program that the desktop has for it; where there is no desktop, nothing happens.
+void open_in_browser(const std::string& url) {
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  std::string program = "xdg-open", address = url;
+  char* arguments[] = {program.data(), address.data(), nullptr};
+  pid_t child = 0;
+  if (posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ) != 0) return;
+  std::thread([child] { waitpid(child, nullptr, 0); }).detach();
+}
+
+/// A view goes on until somebody ends it, and physics takes the time that the graph says it takes.
+Overrides for_a_view(const Overrides& given) {
+  Overrides overrides{option_patch("tactor view", "clock", "real"),
+                      option_patch("tactor view", "live.impose_cost", "true"),
+                      option_patch("tactor view", "duration", "3600 s")};
+  overrides.insert(overrides.end(), given.begin(), given.end());
+  return overrides;
+}
+
+bool is_recording(const fs::path& file) {
+  return file.extension() == ".h5";
+}
+
+int view_recording(const ViewArguments& arguments, Registry& registry, const ViewOptions& options) {
+  if (!arguments.options.overrides.empty() || options.own_device || options.recording) {
+    throw InputError(
+        "a recording is shown as it was: --set, --over, --duration, --seed, --device and --record are for graphs");
+  }
+  ProgressBar bar;
+  ShowOptions making;
+  making.note = options.note;
+  making.progress = [&bar](double share) {
+    bar.draw(share, "replay");
+    return !is_interrupted();
+  };
+  Show show = show_of_recording(arguments.shown, registry, options.reference, making);
+  bar.clear();
+  serve_show(std::move(show), options.port, options.opened, options.stop_asked);
+  return 0;
+}
+
+int view_live(ViewArguments arguments, Registry& registry, const ViewOptions& options) {
+  arguments.options.overrides = for_a_view(arguments.options.overrides);
+  end_instead_of_stopping();
+  const std::optional<std::string> failure =
+      view_graph(load(arguments.shown, registry, arguments.options), registry, options);
+  if (failure) tell_note(*failure);
+  return failure ? 1 : 0;
+}
+
+int view(const ViewArguments& arguments) {
+  Registry registry(default_node_folders());
+  ViewOptions options;
+  options.port = arguments.port;
+  options.own_device = arguments.device == "graph";
+  options.reference = !arguments.no_reference;
+  if (!arguments.recording.empty()) options.recording = arguments.recording;
+  options.note = tell_note;
+  options.stop_asked = is_interrupted;
+  options.opened = [&arguments](const std::string& url) {
+    fmt::print("  {}\n  Ctrl-C ends it\n", url);
+    std::fflush(stdout);
+    if (!arguments.no_open) open_in_browser(url);
+  };
+  return is_recording(arguments.shown) ? view_recording(arguments, registry, options)
+                                       : view_live(arguments, registry, options);
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, int& exit_code) {
+  CLI::App* verb =
+      app.add_subcommand("view", "Show a graph live in the browser, with its tool on the mouse, or replay a recording");
+  const auto arguments = std::make_shared<ViewArguments>();
+  verb->add_option("shown", arguments->shown, "A graph file (YAML) or a recording (HDF5)")->required();
+  arguments->options.add_to(*verb, true);
+  verb->add_option("--device", arguments->device, "What leads the tool: the mouse, or the device of the graph")
+      ->check(CLI::IsMember({"mouse", "graph"}))
+      ->capture_default_str();
+  verb->add_option("--port", arguments->port, "Port of the page (default: any that is free)");
+  verb->add_flag("--no-open", arguments->no_open, "Print the address of the page without opening it");
+  verb->add_flag(
+      "--no-reference", arguments->no_reference,
+      "Run no reference beside it, which tells error and delay and takes a core where there is one to spare");
+  verb->add_option("--record", arguments->recording, "Record the run into this file (HDF5), for a replay");
+  verb->callback([arguments, &exit_code] { exit_code = view(*arguments); });
+}
+
+}  // namespace tactor

@@ -1,0 +1,34 @@
+// What a page is told first: the scene, the graph, its streams and its knobs.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/view/shown_streams.hpp"
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+/// What `hello` says beside what the plan tells.
+struct HelloExtras {
+  bool replay = false;
+  double duration = 0;                        ///< s
+  std::optional<std::size_t> mouse;           ///< the node that a page leads, index into the plan
+  Pose start;                                 ///< where the handle is at first
+  std::map<std::string, std::string> values;  ///< of parameters that were changed, as text
+};
+
+/// The text `hello` without `client`. Meshes are counted by `mesh_messages`.
+std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams, const HelloExtras& extras);
+
+/// The value that such a text gives the parameter `node.name`, in SI, as JSON. Throws YamlError where it gives none.
+std::string parameter_value_text(const Plan& plan, const std::string& parameter, const std::string& value);
+
+/// The meshes of the scene as binary messages, each once, in the order in which `hello` counts them. `note` takes what
+/// a user should know of them. Throws InputError where a file holds no solid.
+std::vector<std::string> mesh_messages(const Scene& scene, const std::function<void(const std::string&)>& note);
+
+}  // namespace tactor

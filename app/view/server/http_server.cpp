@@ -1,0 +1,485 @@
+// All of Boost.Beast is here: it takes long to compile.
+#include "app/view/server/http_server.hpp"
+
+// Asio of Boost 1.74 lacks it under C++20.
+#include <utility>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <deque>
+#include <map>
+
+#include "app/view/server/client_text.hpp"
+#include "app/view/server/frame_queue.hpp"
+#include "app/view/server/request_rules.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using boost::system::error_code;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+constexpr std::uint32_t header_limit = 8 * 1024;  // bytes, of a request
+constexpr std::size_t message_limit = 4 * 1024;   // bytes, from a page
+constexpr seconds request_timeout{10};
+constexpr seconds write_timeout{20};
+constexpr std::size_t most_pages = 8;
+constexpr std::size_t most_connections = 64;
+constexpr std::size_t most_waiting_text = std::size_t{4} << 20U;  // bytes
+constexpr milliseconds frame_period{16};
+constexpr milliseconds idle_period{100};  // while no page is there
+constexpr milliseconds status_period{250};
+constexpr milliseconds farewell{1000};
+
+struct Outgoing {
+  std::string bytes;
+  bool binary = false;
+};
+
+/// The object with more members behind those it has.
+std::string with_members(std::string object, const std::string& members) {
+  object.back() = ',';
+  return object + members + "}";
+}
+
+class Server;
+
+/// A page: a WebSocket that was let in.
+class Page : public std::enable_shared_from_this<Page> {
+ public:
+  Page(Server& server, ClientId id, tcp::socket socket);
+  void accept(const http::request<http::empty_body>& request);
+  void send(std::string text);
+  void add(const std::shared_ptr<const std::string>& chunk) {
+    if (open_) frames_.add(chunk);
+  }
+  /// Writes what waits, where nothing is being written.
+  void pump();
+  /// Ends the connection where a write does not come to its end.
+  void check(SteadyTime now);
+  void end();
+  [[nodiscard]] ClientId id() const { return id_; }
+  [[nodiscard]] bool is_open() const { return open_; }
+  [[nodiscard]] bool is_idle() const { return !writing_ && texts_.empty(); }
+  [[nodiscard]] std::uint64_t dropped() const { return frames_.dropped(); }
+
+ private:
+  void read();
+  void take(std::string_view text);
+  void refuse();
+  void replay(const std::vector<std::string>& frames);
+  void write(Outgoing message);
+
+  Server& server_;
+  ClientId id_;
+  websocket::stream<beast::tcp_stream> stream_;
+  beast::flat_buffer buffer_{message_limit};
+  std::deque<Outgoing> texts_;  // with the first binary messages
+  std::size_t text_bytes_ = 0;
+  FrameQueue frames_;
+  std::size_t replayed_ = 0;
+  bool replay_complete_ = false;
+  Outgoing current_;
+  bool open_ = false;
+  bool writing_ = false;
+  bool closing_ = false;
+  SteadyTime write_began_;
+};
+
+/// A connection before it is a page.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(Server& server, tcp::socket socket);
+  ~Connection();
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  void read();
+
+ private:
+  void answer(const http::request<http::empty_body>& request);
+  void open_page(const http::request<http::empty_body>& request);
+  void give(const http::request<http::empty_body>& request, const ViewFile& file);
+  void refuse(http::status status, const std::string& why);
+  void respond(http::response<http::string_body> response);
+
+  Server& server_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_{header_limit};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  std::optional<http::response<http::string_body>> response_;
+};
+
+class Server final : public ViewServer {
+ public:
+  Server(ViewSource& shown, std::uint16_t port) : source(shown) {
+    const tcp::endpoint at(asio::ip::address_v4::loopback(), port);
+    error_code error;
+    acceptor_.open(at.protocol(), error);
+    if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
+    if (!error) acceptor_.bind(at, error);
+    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    if (error) {
+      throw InputError("the view cannot listen on port " + std::to_string(port) + " of 127.0.0.1: " + error.message() +
+                       "; choose another with --port");
+    }
+    url_ = "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()) + "/#" + token;
+  }
+
+  [[nodiscard]] std::string url() const override { return url_; }
+
+  void run() override {
+    accept();
+    tick();
+    io_.run();
+  }
+
+  void post(std::string text, std::optional<ClientId> client) override {
+    asio::post(io_, [this, text = std::move(text), client] {
+      for (const auto& [id, page] : pages_) {
+        if (!client || *client == id) page->send(text);
+      }
+    });
+  }
+
+  void stop() override {
+    asio::post(io_, [this] {
+      acceptor_.close();
+      stop_by_ = std::chrono::steady_clock::now() + farewell;
+    });
+  }
+
+  [[nodiscard]] std::uint32_t clients() const override { return count_; }
+
+  // For connections and pages, on the server's thread.
+
+  [[nodiscard]] bool has_room() const { return pages_.size() < most_pages; }
+
+  void add_page(tcp::socket socket, const http::request<http::empty_body>& request) {
+    const auto page = std::make_shared<Page>(*this, ++last_client_, std::move(socket));
+    pages_[page->id()] = page;
+    page->accept(request);
+  }
+
+  void opened(ClientId id) {
+    if (in_control_ == 0) in_control_ = id;
+    ++count_;
+  }
+
+  void closed(ClientId id, bool was_open) {
+    if (pages_.erase(id) == 0) return;
+    if (was_open) --count_;
+    if (in_control_ != id) return;
+    in_control_ = 0;
+    source.release();
+  }
+
+  /// What a page asks for, but `ack`.
+  void take(ClientId id, const ClientMessage& message) {
+    if (message.kind == ClientMessage::Kind::control) {
+      if (in_control_ == 0) in_control_ = id;
+    } else if (in_control_ == id || message.kind == ClientMessage::Kind::stop) {
+      source.receive(id, message);
+    }
+  }
+
+  ViewSource& source;
+  const std::string token = make_token();
+  std::size_t connections = 0;
+
+ private:
+  void accept() {
+    acceptor_.async_accept(io_, [this](error_code error, tcp::socket socket) {
+      if (!acceptor_.is_open()) return;
+      if (!error && connections < most_connections) {
+        socket.set_option(tcp::no_delay(true), error);
+        std::make_shared<Connection>(*this, std::move(socket))->read();
+      }
+      accept();
+    });
+  }
+
+  void tick() {
+    const SteadyTime now = std::chrono::steady_clock::now();
+    if (source.replay() == nullptr) {
+      if (std::string chunk = source.collect(); !chunk.empty()) {
+        const auto shared = std::make_shared<const std::string>(std::move(chunk));
+        for (const auto& [id, page] : pages_) page->add(shared);
+      }
+      if (now >= next_status_) {
+        next_status_ = now + status_period;
+        tell_status();
+      }
+    }
+    bool idle = true;
+    // A page may go while it is looked at.
+    const std::map<ClientId, std::shared_ptr<Page>> pages = pages_;
+    for (const auto& [id, page] : pages) {
+      page->pump();
+      page->check(now);
+      idle = idle && page->is_idle();
+    }
+    if (stop_by_ && (idle || now > *stop_by_)) {
+      for (const auto& [id, page] : pages) page->end();
+      io_.stop();
+      return;
+    }
+    timer_.expires_after(pages.empty() ? idle_period : frame_period);
+    timer_.async_wait([this](error_code error) {
+      if (!error) tick();
+    });
+  }
+
+  void tell_status() {
+    if (pages_.empty()) return;
+    const std::string status = source.status();
+    if (status.empty()) return;
+    for (const auto& [id, page] : pages_) {
+      if (!page->is_open()) continue;
+      page->send(with_members(status, "\"in_control\":" + std::to_string(in_control_) +
+                                          ",\"clients\":" + std::to_string(count_.load()) +
+                                          ",\"dropped\":" + std::to_string(page->dropped())));
+    }
+  }
+
+  std::string url_;
+  asio::io_context io_{1};
+  tcp::acceptor acceptor_{io_};
+  asio::steady_timer timer_{io_};
+  std::map<ClientId, std::shared_ptr<Page>> pages_;
+  std::atomic<std::uint32_t> count_{0};  // pages that are open
+  ClientId last_client_ = 0;
+  ClientId in_control_ = 0;  // 0: nobody
+  SteadyTime next_status_;
+  std::optional<SteadyTime> stop_by_;
+};
+
+Page::Page(Server& server, ClientId id, tcp::socket socket) : server_(server), id_(id), stream_(std::move(socket)) {}
+
+void Page::accept(const http::request<http::empty_body>& request) {
+  websocket::stream_base::timeout timeout{};
+  timeout.handshake_timeout = request_timeout;
+  timeout.idle_timeout = websocket::stream_base::none();
+  stream_.set_option(timeout);
+  stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+    response.set(http::field::server, "tactor");
+    response.set(http::field::sec_websocket_protocol, "tactor.view");
+  }));
+  stream_.read_message_max(message_limit);
+  stream_.auto_fragment(false);
+  stream_.async_accept(request, [self = shared_from_this()](error_code error) {
+    if (error) return self->end();
+    self->open_ = true;
+    self->server_.opened(self->id_);
+    self->send(with_members(self->server_.source.hello(), "\"client\":" + std::to_string(self->id_)));
+    for (const std::string& message : self->server_.source.first_messages()) {
+      self->texts_.push_back({message, true});
+    }
+    self->pump();
+    self->read();
+  });
+}
+
+void Page::send(std::string text) {
+  if (!open_ || closing_) return;
+  text_bytes_ += text.size();
+  texts_.push_back({std::move(text), false});
+  // A page that takes nothing while much is told has gone wrong.
+  if (text_bytes_ > most_waiting_text) return end();
+  pump();
+}
+
+void Page::pump() {
+  if (!open_ || writing_ || closing_) return;
+  if (!texts_.empty()) {
+    Outgoing next = std::move(texts_.front());
+    texts_.pop_front();
+    if (!next.binary) text_bytes_ -= next.bytes.size();
+    return write(std::move(next));
+  }
+  if (const std::vector<std::string>* frames = server_.source.replay()) return replay(*frames);
+  if (std::optional<std::string> frame = frames_.next()) write({std::move(*frame), true});
+}
+
+void Page::replay(const std::vector<std::string>& frames) {
+  if (replayed_ < frames.size()) {
+    if (frames_.take_number()) write({frames[replayed_++], true});
+  } else if (!replay_complete_) {
+    replay_complete_ = true;
+    send(R"({"type":"complete"})");
+  }
+}
+
+void Page::write(Outgoing message) {
+  current_ = std::move(message);
+  writing_ = true;
+  write_began_ = std::chrono::steady_clock::now();
+  stream_.binary(current_.binary);
+  stream_.async_write(asio::buffer(current_.bytes), [self = shared_from_this()](error_code error, std::size_t) {
+    self->writing_ = false;
+    if (error) return self->end();
+    self->pump();
+  });
+}
+
+void Page::read() {
+  stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+    if (error) return self->end();
+    if (!self->stream_.got_text()) return self->refuse();
+    const auto data = self->buffer_.data();
+    self->take({static_cast<const char*>(data.data()), data.size()});
+    self->buffer_.consume(self->buffer_.size());
+    if (!self->closing_ && self->open_) self->read();
+  });
+}
+
+void Page::take(std::string_view text) {
+  const std::optional<ClientMessage> message = read_client_text(text);
+  if (!message) return refuse();
+  if (message->kind != ClientMessage::Kind::ack) return server_.take(id_, *message);
+  if (!frames_.acknowledge(message->frame)) return refuse();
+  pump();
+}
+
+void Page::refuse() {
+  if (closing_) return;
+  closing_ = true;
+  stream_.async_close(websocket::close_code::policy_error, [self = shared_from_this()](error_code) { self->end(); });
+}
+
+void Page::check(SteadyTime now) {
+  if (writing_ && now - write_began_ > write_timeout) end();
+}
+
+void Page::end() {
+  const bool was_open = open_;
+  open_ = false;
+  beast::get_lowest_layer(stream_).close();
+  server_.closed(id_, was_open);
+}
+
+Connection::Connection(Server& server, tcp::socket socket) : server_(server), stream_(std::move(socket)) {
+  ++server_.connections;
+}
+
+Connection::~Connection() {
+  --server_.connections;
+}
+
+void Connection::read() {
+  parser_.emplace();
+  parser_->header_limit(header_limit);
+  stream_.expires_after(request_timeout);
+  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+    if (error == http::error::header_limit || error == http::error::buffer_overflow) {
+      return self->refuse(http::status::request_header_fields_too_large, "the header is longer than 8 KiB");
+    }
+    if (error == http::error::end_of_stream || error == beast::error::timeout ||
+        error == asio::error::operation_aborted || error == asio::error::connection_reset ||
+        error == http::error::partial_message) {
+      return;
+    }
+    if (error) return self->refuse(http::status::bad_request, "this is no request that the view knows");
+    self->answer(self->parser_->get());
+  });
+}
+
+void Connection::answer(const http::request<http::empty_body>& request) {
+  const auto text = [](const auto& field) { return std::string_view(field.data(), field.size()); };
+  if (request.count(http::field::host) != 1 || !is_own_host(text(request[http::field::host]))) {
+    return refuse(http::status::misdirected_request, "this server is localhost and 127.0.0.1 alone");
+  }
+  if (websocket::is_upgrade(request)) return open_page(request);
+  if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    return refuse(http::status::method_not_allowed, "the view gives files alone");
+  }
+  const std::string_view target = text(request.target());
+  for (const ViewFile& file : view_files()) {
+    if (target == file.path) return give(request, file);
+  }
+  refuse(http::status::not_found, "there is no such file");
+}
+
+void Connection::open_page(const http::request<http::empty_body>& request) {
+  const auto text = [&request](auto field) {
+    const auto value = request[field];
+    return std::string_view(value.data(), value.size());
+  };
+  const auto target = request.target();
+  if (std::string_view(target.data(), target.size()) != "/stream") {
+    return refuse(http::status::not_found, "there is no such stream");
+  }
+  if (!is_same_origin(text(http::field::origin), text(http::field::host))) {
+    return refuse(http::status::forbidden, "the page is of another origin");
+  }
+  const auto token = offered_token(text(http::field::sec_websocket_protocol));
+  if (!token || !same_secret(*token, server_.token)) {
+    return refuse(http::status::unauthorized, "the token is missing or wrong: open the address that tactor printed");
+  }
+  if (!server_.has_room()) return refuse(http::status::service_unavailable, "8 pages are open already");
+  server_.add_page(stream_.release_socket(), request);
+}
+
+void Connection::give(const http::request<http::empty_body>& request, const ViewFile& file) {
+  http::response<http::string_body> response{http::status::ok, 11};
+  response.set(http::field::content_type, file.content_type);
+  response.set(http::field::content_encoding, "gzip");
+  if (request.method() == http::verb::get) response.body() = file.gzip;
+  const auto host = request[http::field::host];
+  // Not every browser takes 'self' for a WebSocket of the same origin.
+  response.set(
+      "Content-Security-Policy",
+      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self' ws://" +
+          std::string(host.data(), host.size()) + "; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+  response.keep_alive(request.keep_alive());
+  respond(std::move(response));
+}
+
+void Connection::refuse(http::status status, const std::string& why) {
+  http::response<http::string_body> response{status, 11};
+  response.set(http::field::content_type, "text/plain; charset=utf-8");
+  response.body() = why + "\n";
+  response.keep_alive(false);
+  respond(std::move(response));
+}
+
+void Connection::respond(http::response<http::string_body> response) {
+  response_ = std::move(response);
+  response_->set(http::field::server, "tactor");
+  response_->set(http::field::cache_control, "no-store");
+  response_->set("X-Content-Type-Options", "nosniff");
+  response_->set("Referrer-Policy", "no-referrer");
+  response_->set("Cross-Origin-Opener-Policy", "same-origin");
+  response_->set("Cross-Origin-Resource-Policy", "same-origin");
+  response_->prepare_payload();
+  stream_.expires_after(write_timeout);
+  http::async_write(stream_, *response_, [self = shared_from_this()](error_code error, std::size_t) {
+    if (error) return;
+    if (self->response_->keep_alive()) return self->read();
+    self->stream_.socket().shutdown(tcp::socket::shutdown_send, error);
+  });
+}
+
+}  // namespace
+
+std::unique_ptr<ViewServer> make_http_server(ViewSource& source, std::uint16_t port) {
+  return std::make_unique<Server>(source, port);
+}
+
+}  // namespace tactor

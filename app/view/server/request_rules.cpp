@@ -1,0 +1,67 @@
+#include "app/view/server/request_rules.hpp"
+
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+bool is_own_host(std::string_view host) {
+  const std::size_t colon = host.find(':');
+  const std::string_view name = host.substr(0, colon);
+  const std::string_view port = colon == std::string_view::npos ? "" : host.substr(colon + 1);
+  const bool is_port = colon == std::string_view::npos ||
+                       (!port.empty() && port.size() <= 5 &&
+                        std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; }));
+  return is_port && (name == "localhost" || name == "127.0.0.1");
+}
+
+bool is_same_origin(std::string_view origin, std::string_view host) {
+  constexpr std::string_view scheme = "http://";
+  return origin.substr(0, scheme.size()) == scheme && origin.substr(scheme.size()) == host;
+}
+
+std::optional<std::string_view> offered_token(std::string_view subprotocols) {
+  constexpr std::string_view prefix = "token.";
+  std::optional<std::string_view> token;
+  bool is_view = false;
+  while (!subprotocols.empty()) {
+    const std::size_t comma = std::min(subprotocols.find(','), subprotocols.size());
+    std::string_view offer = subprotocols.substr(0, comma);
+    subprotocols.remove_prefix(std::min(comma + 1, subprotocols.size()));
+    while (!offer.empty() && offer.front() == ' ') offer.remove_prefix(1);
+    while (!offer.empty() && offer.back() == ' ') offer.remove_suffix(1);
+    if (offer == "tactor.view") is_view = true;
+    if (offer.substr(0, prefix.size()) == prefix && !token) token = offer.substr(prefix.size());
+  }
+  return is_view ? token : std::nullopt;
+}
+
+bool same_secret(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned different = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    different |= static_cast<unsigned>(static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]));
+  }
+  return different == 0;
+}
+
+std::string make_token() {
+  std::array<unsigned char, 16> bytes{};
+  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    throw RunError("the system gives no random numbers for the token of the view");
+  }
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string token;
+  for (const unsigned char byte : bytes) {
+    token += digits[byte >> 4U];
+    token += digits[byte & 15U];
+  }
+  return token;
+}
+
+}  // namespace tactor

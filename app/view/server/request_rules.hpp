@@ -1,0 +1,23 @@
+// Who may connect: the rules for the headers of a request, and the token.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace tactor {
+
+/// `localhost` and `127.0.0.1`, with a port or without one. Another name in Host means that a foreign name was made to
+/// point here (DNS rebinding).
+bool is_own_host(std::string_view host);
+/// True where a page of that origin came from that host and port, by http.
+bool is_same_origin(std::string_view origin, std::string_view host);
+/// The token among the subprotocols that a page offers (`tactor.view, token.TOKEN`); nothing where `tactor.view` or the
+/// token is not among them.
+std::optional<std::string_view> offered_token(std::string_view subprotocols);
+/// Takes the same time wherever two texts of one length differ.
+bool same_secret(std::string_view a, std::string_view b);
+/// 128 bits from the system, as 32 hexadecimal digits. Throws RunError where it gives none.
+std::string make_token();
+
+}  // namespace tactor

@@ -1,0 +1,95 @@
+// A session as a page sees it: its samples and its state go out, what the page asks for comes in.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/view/hello.hpp"
+#include "app/view/stream_taps.hpp"
+#include "app/view/view_server.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+#include "framework/session/follower.hpp"
+#include "framework/session/session.hpp"
+
+namespace tactor {
+
+/// Serves a session from its making to its end, on a thread of low priority. All but the ViewSource is for the
+/// session's thread.
+class SessionView final : private ViewSource {
+ public:
+  struct Options {
+    std::uint16_t port = 0;            ///< 0: any that is free
+    std::vector<std::string> meshes;   ///< see mesh_messages
+    std::optional<std::string> mouse;  ///< the node device.mouse that the page leads
+    Pose start;                        ///< of the handle
+  };
+  /// Before the session starts; it and the follower outlive the view. `follower`: null where nothing follows; not
+  /// started yet. Throws InputError where the port is taken or the build has no view.
+  SessionView(Session& session, Follower* follower, Options options);
+  /// Ends the server.
+  ~SessionView() override;
+  SessionView(const SessionView&) = delete;
+  SessionView& operator=(const SessionView&) = delete;
+
+  /// What the page is opened by.
+  [[nodiscard]] const std::string& url() const { return url_; }
+  /// Does what pages have asked for, and tells them the state; about fifty times a second while the session runs.
+  void attend();
+  /// Tells the pages that the run has ended, and why; the server goes on until the end of the object.
+  void tell_end(const std::string& why);
+  /// Pages that are open.
+  [[nodiscard]] std::uint32_t clients() const { return server_->clients(); }
+  /// Why the server ended before its time, where it did.
+  [[nodiscard]] std::optional<std::string> failure();
+
+ private:
+  struct Request {
+    ClientId client = 0;
+    std::string parameter, value;
+  };
+
+  // ViewSource, on the server's thread.
+  std::string hello() override;
+  const std::vector<std::string>& first_messages() override { return options_.meshes; }
+  const std::vector<std::string>* replay() override { return nullptr; }
+  std::string collect() override { return taps_.collect(); }
+  std::string status() override;
+  void receive(ClientId client, const ClientMessage& message) override;
+  void release() override;
+
+  void send_cursor(const Pose& X_WC, bool held);
+  void set(const Request& request);
+  [[nodiscard]] std::string status_text();
+
+  Session& session_;
+  Follower* follower_;
+  Options options_;
+  StreamTaps taps_;
+  HelloExtras extras_;
+  std::optional<std::string> method_parameter_;
+  std::optional<Session::Feed> cursor_;
+  Pose X_WC_;  // sent last, on the server's thread
+  std::unique_ptr<ViewServer> server_;
+  std::string url_;
+
+  std::mutex mutex_;  // over what follows
+  std::vector<Request> requests_;
+  std::map<std::string, std::string> values_;  // of parameters that were set
+  std::string status_;
+  bool taking_ = false;  // between the start of the session and its end
+  std::optional<std::string> failure_;
+
+  // For rates.
+  Instant told_;
+  Time told_at_;
+  std::vector<std::uint64_t> steps_, delivered_;
+
+  std::thread thread_;
+};
+
+}  // namespace tactor

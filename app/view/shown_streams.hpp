@@ -1,0 +1,58 @@
+// Which outputs of a plan a page shows, in which role, and how their messages become rows.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/core/message.hpp"
+#include "framework/graph/plan.hpp"
+
+namespace tactor {
+
+struct ShownColumn {
+  std::string name;
+  std::string unit;
+};
+
+/// Rows of values with their times, or the newest set.
+struct ShownRows {
+  std::vector<double> times;  ///< s
+  std::vector<float> values;  ///< rows of the stream's columns
+};
+
+/// A stream of the page. docs/view_protocol.md tells the roles.
+struct ShownStream {
+  std::string role;
+  std::string output;  ///< `device.commanded`
+  std::vector<ShownColumn> columns;
+  bool is_set = false;              ///< a message is a set of rows, of which the newest counts
+  std::optional<std::size_t> body;  ///< of role body: index into the scene's bodies
+  std::string method;               ///< the choice of the method that it belongs to, where there are several
+  Duration least_gap;               ///< rows that follow one another faster are left out
+  /// Adds a message as a row; a set replaces what is there.
+  std::function<void(const Stamp& stamp, const void* value, ShownRows& rows)> add;
+};
+
+/// The streams of a plan, of what its nodes give.
+std::vector<ShownStream> shown_streams(const Plan& plan);
+/// The true force, as the output `name` of a reference gives it.
+ShownStream reference_stream(const std::string& name, bool torque);
+
+/// A parameter that switches between inputs of its node, and what makes the force at each.
+struct MethodSwitch {
+  struct Choice {
+    std::string value;  ///< of the parameter
+    std::string label;
+    std::vector<std::size_t> nodes;  ///< of the plan, that make it and no other choice
+  };
+  std::string parameter;  ///< `select.use`
+  std::vector<Choice> choices;
+};
+
+/// The switch of a plan that holds methods side by side: a tunable choice whose values are inputs of its node.
+std::optional<MethodSwitch> method_switch(const Plan& plan);
+
+}  // namespace tactor

@@ -1,0 +1,78 @@
+#include "app/view/view_graph.hpp"
+
+#include <cstdlib>
+#include <memory>
+
+#include "app/output.hpp"
+#include "app/run/record.hpp"
+#include "app/view/judge.hpp"
+#include "app/view/mouse_graph.hpp"
+#include "app/view/session_view.hpp"
+#include "framework/core/check.hpp"
+#include "framework/graph/plan.hpp"
+#include "framework/record/recorder.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr Duration look_period{20'000'000};
+constexpr Duration follower_patience{200'000'000};
+
+void run(Session& session, SessionView& view) {
+  session.start();
+  while (session.is_running()) {
+    view.attend();
+    session.advance(look_period);
+  }
+  session.finish();
+}
+
+}  // namespace
+
+std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const ViewOptions& options) {
+  SessionView::Options shown;
+  shown.port = options.port;
+  shown.meshes = mesh_messages(graph.scene, options.note);
+  if (!options.own_device) {
+    shown.start = first_handle_pose(graph);
+    shown.mouse = lead_by_mouse(graph, shown.start, registry);
+  } else if (const Body* tool = graph.scene.tool(); tool != nullptr) {
+    shown.start = tool->X_WB;
+  }
+  take_out_sinks(graph);
+  // A run is made for something: without sinks for what its device displays.
+  if (graph.record.empty()) graph.record.push_back(device_of(graph).name + ".commanded");
+  Session session(make_plan(std::move(graph)));
+  for (const std::string& note : session.nodes().notes()) options.note(note);
+  const std::unique_ptr<Follower> follower =
+      options.reference ? judging_follower(session, registry, Follower::usual_most_behind, options.note) : nullptr;
+  std::unique_ptr<Recorder> recorder;
+  if (options.recording) {
+    recorder = load_record_library().create(*options.recording,
+                                            {to_yaml(session.plan().graph), session.plan().graph.seed, TACTOR_VERSION});
+    record(session, *recorder);
+  }
+  session.stop_when(options.stop_asked);
+  SessionView view(session, follower.get(), std::move(shown));
+  if (follower) follower->start();
+  options.opened(view.url());
+  std::optional<std::string> failure;
+  try {
+    run(session, view);
+    failure = session.failure();
+  } catch (const RunError& error) {
+    failure = error.what();
+  }
+  if (follower) follower->finish(follower_patience);
+  if (recorder) recorder->close();
+  view.tell_end(failure ? *failure : "the run was ended");
+  if (session.is_abandoned()) {
+    // A step that never came back still runs on its thread: nothing may be cleaned up under it.
+    options.note(*failure);
+    std::_Exit(1);
+  }
+  return failure;
+}
+
+}  // namespace tactor
