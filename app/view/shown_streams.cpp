@@ -185,24 +185,27 @@ bool is(const OutputInfo& output, const MessageType& type) {
   return same_type(*output.type, type);
 }
 
-/// The nodes from which the input is fed, the nearest first.
-std::vector<std::size_t> upstream_of(const Plan& plan, std::size_t node, std::size_t input) {
+bool makes_force(const NodeSpec& node) {
+  return node.info->role == Role::prediction || node.info->role == Role::interpolation;
+}
+
+/// The predictors and interpolators that make what arrives at the input, the nearest first.
+std::vector<std::size_t> makers_of(const Plan& plan, std::size_t node, std::size_t input) {
   std::vector<std::size_t> found;
+  const auto add = [&](std::size_t from) {
+    if (makes_force(plan.nodes[from]) && std::find(found.begin(), found.end(), from) == found.end()) {
+      found.push_back(from);
+    }
+  };
   for (const PlannedEdge& edge : plan.edges) {
-    if (edge.to == node && edge.input == input) found.push_back(edge.from);
+    if (edge.to == node && edge.input == input) add(edge.from);
   }
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (const PlannedEdge& edge : plan.edges) {
-      if (edge.to == found[i] && std::find(found.begin(), found.end(), edge.from) == found.end()) {
-        found.push_back(edge.from);
-      }
+      if (edge.to == found[i]) add(edge.from);
     }
   }
   return found;
-}
-
-bool makes_force(const NodeSpec& node) {
-  return node.info->role == Role::prediction || node.info->role == Role::interpolation;
 }
 
 /// Of nodes from the nearest on: the name of the predictor, or of its type where it has the usual name of its stage.
@@ -289,12 +292,9 @@ std::optional<MethodSwitch> method_switch(const Plan& plan) {
       std::multiset<std::size_t> used;
       for (std::size_t i = 0; i < info.inputs.size(); ++i) {
         if (std::find(param.choices.begin(), param.choices.end(), info.inputs[i].name) == param.choices.end()) continue;
-        const std::vector<std::size_t> nodes = upstream_of(plan, n, i);
+        const std::vector<std::size_t> nodes = makers_of(plan, n, i);
         if (nodes.empty()) continue;
-        MethodSwitch::Choice choice{info.inputs[i].name, method_label(plan, nodes), {}};
-        for (const std::size_t node : nodes) {
-          if (makes_force(plan.nodes[node])) choice.nodes.push_back(node);
-        }
+        MethodSwitch::Choice choice{info.inputs[i].name, method_label(plan, nodes), nodes};
         used.insert(choice.nodes.begin(), choice.nodes.end());
         found.choices.push_back(std::move(choice));
       }
