@@ -56,10 +56,8 @@ const within = (points, [low, high]) => points.filter((p, i) => {
 // The range of y that shows all visible curves.
 function fitted(chart, range) {
   let low = Infinity, high = -Infinity;
-  if (chart.view.x || chart.curves.some(curve => curve.hidden)) {
-    for (const part of chart.curves.filter(curve => !curve.hidden).flatMap(curve => curve.parts)) {
-      for (const [, y] of within(part, range)) [low, high] = [Math.min(low, y), Math.max(high, y)];
-    }
+  for (const part of chart.curves.filter(curve => !curve.hidden).flatMap(curve => curve.parts)) {
+    for (const [, y] of within(part, range)) [low, high] = [Math.min(low, y), Math.max(high, y)];
   }
   if (low > high) return chart.y_all;
   const margin = 0.05 * (high - low) || 0.05 * Math.abs(high) || 1;
@@ -178,7 +176,7 @@ for (const picture of document.querySelectorAll('svg[data-charts]')) {
   picture.remove();
   charts.push(...mine);
 }
-if (charts.length) add(charts[0].svg.parentNode, 'p', {class: 'hint'},
+if (charts.length) add(charts[0].svg.closest('figure'), 'p', {class: 'hint'},
   'Click a name to hide its curve. Drag to zoom, double-click to see the whole. Keys: + − ← → 0.');
 charts.forEach(draw);
 let width = innerWidth;

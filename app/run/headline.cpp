@@ -149,7 +149,7 @@ std::vector<HeadlineLine> headline(const RunResult& result) {
       {"verdict", verdict_text(result), "stability.verdict"},
       {"error", error_text(result), "delivered.force.rms_error_N"},
       {"delay", delay_text(result), "delivered.force.delay_ms"},
-      {"smoothness", smoothness_text(result), "delivered.force.rms_d2_N_per_ms2"},
+      {"smooth", smoothness_text(result), "delivered.force.rms_d2_N_per_ms2"},
       {"gate", gate_text(result), "device.engaged_share"},
       {"run time", run_time_text(result), ""},
       {"left out", left_out_text(result), ""},

@@ -88,14 +88,12 @@ std::string study_chart(const Study& study) {
 
 /// The mean, marked where it is the best of its row, and the deviation.
 std::string compare_cell(const std::vector<double>& values, bool best) {
-  std::string html = "<span class=\"value\">" + pretty(mean(values)) + "</span>";
-  if (best) {
-    html = "<span class=\"value best\">" + pretty(mean(values)) +
-           " <span role=\"img\" aria-label=\"best\">★</span></span>";
-  }
+  const char* mark = best ? " <span role=\"img\" aria-label=\"best\">★</span>" : "";
+  std::string html =
+      fmt::format("<span><span class=\"{}\">{}{}</span>", best ? "value best" : "value", pretty(mean(values)), mark);
   if (values.size() > 1 && std::isfinite(mean(values)))
     html += " <span class=\"sd\">± " + deviation(values) + "</span>";
-  return html;
+  return html + "</span>";
 }
 
 /// As many methods as are readable beside each other at 1,280 pixels; more go into further tables.
@@ -205,7 +203,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
 
   body += "<h2>Error and run time</h2>\n" + arrows_html() +
           "<p>★: the best of its row, and what ties with it: alike in three digits, or within the spread of the "
-          "seeds.</p>\n" +
+          "seeds</p>\n" +
           compare_tables(comparison) + timing_html(timing);
   body += significance_table(comparison, comparison.rows.front().graph) + failures_html(comparison);
 

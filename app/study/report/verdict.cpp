@@ -29,6 +29,19 @@ constexpr std::array<Subject, 3> subjects{{
 constexpr Subject cost{"cpu_ms_per_s", "cheapest", "cheaper", "CPU time"};
 constexpr std::size_t most_named = 12;
 
+/// Whether the noise of the seeds hides that `mine` is worse than `first`; both have a value for each seed.
+bool noise_hides(const std::vector<double>& first, const std::vector<double>& mine, double sign) {
+  constexpr std::size_t few_seeds = 3;
+  if (first.size() > few_seeds) {
+    const PairedDifference difference = *paired_difference(first, mine);
+    return difference.low <= 0 && difference.high >= 0;
+  }
+  for (std::size_t s = 0; s < first.size(); ++s) {
+    if (!(sign * (mine[s] - first[s]) > 0)) return true;
+  }
+  return false;
+}
+
 /// `a`, `a and b`, `a, b and c`.
 std::string listed(const std::vector<std::string>& texts) {
   std::string out;
@@ -153,10 +166,10 @@ std::string not_ranked(const Comparison& comparison) {
     }
   }
   std::string text;
-  if (!failed.empty()) text += fmt::format(" Not ranked, because every run failed: {}.", listed(failed));
+  if (!failed.empty()) text += fmt::format("<br>\nNot ranked, because every run failed: {}.", listed(failed));
   if (!lacking.empty()) {
     text += fmt::format(
-        " Not ranked, because runs failed and the seeds that are missing may be the hard "
+        "<br>\nNot ranked, because runs failed and the seeds that are missing may be the hard "
         "ones: {}.",
         listed(lacking));
   }
@@ -200,11 +213,15 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
            not_ranked(comparison);
   }
   std::string text;
-  for (const Subject& subject : subjects) text += Speaker(comparison, subject).sentences() + " ";
+  for (const Subject& subject : subjects) text += Speaker(comparison, subject).sentences() + "<br>\n";
   text += cost_sentence(comparison, timing) + not_ranked(comparison);
-  if (rows[ranked.front()].seeds_done() == 1) text += " With one seed, nothing tells how much of this is chance.";
+  const std::size_t seeds = rows[ranked.front()].seeds_done();
+  if (seeds == 1) text += "<br>\nWith one seed, nothing tells how much of this is chance.";
+  if (seeds == 2 || seeds == 3) {
+    text += fmt::format("<br>\nWith {} seeds, small differences may be chance.", seeds);
+  }
   if (std::any_of(rows.begin(), rows.end(), [](const CompareRow& row) { return !row.unlike.empty(); })) {
-    text += " The scenes differ, so this ranks more than the methods.";
+    text += "<br>\nThe scenes differ, so this ranks more than the methods.";
   }
   return text;
 }
@@ -242,11 +259,7 @@ Ranking ranking(const Comparison& comparison, std::size_t column) {
   const std::vector<double> first = values(found.rows.front());
   for (const std::size_t row : found.rows) {
     const std::vector<double> mine = values(row);
-    // Ranked rows have the same seeds.
-    const std::optional<PairedDifference> difference = paired_difference(first, mine);
-    if (pretty(mean(first)) == pretty(mean(mine)) || (difference && difference->low <= 0 && difference->high >= 0)) {
-      found.best.push_back(row);
-    }
+    if (pretty(mean(first)) == pretty(mean(mine)) || noise_hides(first, mine, sign)) found.best.push_back(row);
   }
   return found;
 }

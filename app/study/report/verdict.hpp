@@ -13,8 +13,9 @@ namespace tactor {
 /// The rows of a comparison in the order of one metric.
 struct Ranking {
   std::vector<std::size_t> rows;  ///< those with a value, the best first; none where the metric has no direction
-  /// The first of `rows`, and those that tie with it: their values are alike in print, or the 95 % confidence interval
-  /// of the paired difference over the seeds includes zero. None where fewer than two rows have a value.
+  /// The first of `rows`, and those that tie with it: they are alike in three digits, or the noise of the seeds hides
+  /// the difference. It does where the 95 % confidence interval of the paired difference includes zero; of two or three
+  /// seeds, which say little, where they do not agree which is better. None where fewer than two rows have a value.
   std::vector<std::size_t> best;
 
   [[nodiscard]] bool is_best(std::size_t row) const;
