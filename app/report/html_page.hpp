@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "framework/node/info.hpp"
@@ -30,7 +31,7 @@ class HtmlTable {
  public:
   explicit HtmlTable(std::vector<std::string> heads) : heads_(std::move(heads)) {}
 
-  /// The first cell names the row. Throws where there are not as many cells as heads.
+  /// The first cell names the row. As many cells as heads.
   void add(const std::vector<std::string>& cells);
   /// A line over the whole width.
   void add_group(const std::string& text);

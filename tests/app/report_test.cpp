@@ -205,7 +205,7 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_comparison_begins_with_the_verdict_and_marks_
   says(html, "<abbr tabindex=\"0\" title=\"RMS error &lt;of the force&gt;, N; lower is better\">error ↓</abbr>");
   // As many columns as there is room for.
   for (int i = 0; i < 11; ++i) add_row(c, "m" + std::to_string(i), c.rows.front().values);
-  BOOST_TEST(count(compare_report(c, {}), "<table class=\"even\"") == 2U);
+  BOOST_TEST(count(compare_report(c, {}), "<table class=\"rows even\"") == 2U);
 }
 
 BOOST_AUTO_TEST_CASE(the_page_of_a_run_begins_with_its_headline) {
