@@ -84,8 +84,8 @@ void HtmlTable::add_group(const std::string& text) {
 }
 
 std::string HtmlTable::html() const {
-  std::string html =
-      even_ ? fmt::format("<table class=\"rows even\" style=\"--columns:{}\">", heads_.size() - 1) : "<table class=\"rows\">";
+  std::string html = even_ ? fmt::format("<table class=\"rows even\" style=\"--columns:{}\">", heads_.size() - 1)
+                           : "<table class=\"rows\">";
   html += "<thead><tr>";
   for (const std::string& head : heads_) html += head.empty() ? "<td></td>" : "<th scope=\"col\">" + head + "</th>";
   return html + "</tr></thead><tbody>\n" + rows_ + "</tbody></table>\n";
