@@ -10,7 +10,10 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "app/report/html_page.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
 
@@ -66,14 +69,22 @@ std::string curve_style(const Curve& curve) {
                      curve.color, curve.dashed ? " dashtype 2" : "");
 }
 
-/// What gnuplot makes of the script behind its first lines.
-std::string gnuplot(const std::string& script_text, Format format, int width, int height) {
+/// What gnuplot makes of a script.
+struct Picture {
+  std::string bytes;
+  std::string printed;  ///< by `print`
+};
+
+/// Runs the script behind its first lines.
+Picture gnuplot(const std::string& script_text, Format format, int width, int height) {
   const TemporaryFolder folder;
   const fs::path script_file = folder.path() / "chart.gp";
   const fs::path picture_file = folder.path() / "picture";
+  const fs::path print_file = folder.path() / "printed";
   {
     std::ofstream script(script_file);
-    script << terminal(format, width, height) << "set output " << quoted(picture_file.string()) << "\n"
+    script << terminal(format, width, height) << "set output " << quoted(picture_file.string()) << "\nset print "
+           << quoted(print_file.string()) << "\n"
            << style << script_text;
     if (!script.flush()) throw RunError("cannot write " + script_file.string());
   }
@@ -90,7 +101,9 @@ std::string gnuplot(const std::string& script_text, Format format, int width, in
   }
   std::string bytes(std::istreambuf_iterator<char>(picture), {});
   // Only the element itself goes into a page.
-  return format == Format::svg ? bytes.substr(bytes.find("<svg")) : bytes;
+  if (format == Format::svg) bytes.erase(0, bytes.find("<svg"));
+  std::ifstream printed(print_file);
+  return {std::move(bytes), std::string(std::istreambuf_iterator<char>(printed), {})};
 }
 
 /// Where a logarithmic axis from low to high has tics: at powers of ten, at 1, 2 and 5, or where it is short at equal
@@ -183,6 +196,11 @@ std::string ranges(const Chart& chart, bool& drawn) {
          fmt::format("set yrange [{:.9g}:{:.9g}]\n", (all.low - margin) / factor, (all.high + margin) * factor);
 }
 
+/// Prints the frame of the chart just drawn: left, right, bottom and top in pixels from below, then the values there.
+constexpr const char* print_frame =
+    "print sprintf('%.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g', GPVAL_TERM_XMIN, GPVAL_TERM_XMAX, GPVAL_TERM_YMIN, "
+    "GPVAL_TERM_YMAX, GPVAL_X_MIN, GPVAL_X_MAX, GPVAL_Y_MIN, GPVAL_Y_MAX)\n";
+
 std::string script_of(const std::vector<Chart>& charts) {
   std::string script =
       "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
@@ -198,7 +216,8 @@ std::string script_of(const std::vector<Chart>& charts) {
     script += ranges(chart, drawn) + "set xtics autofreq\nset ytics autofreq\n";
     if (!drawn) {
       script +=
-          "set label 1 'no values' at graph 0.5,0.5 center textcolor rgb '#555555'\nplot NaN notitle\nunset label 1\n";
+          "set label 1 'no values' at graph 0.5,0.5 center textcolor rgb '#555555'\nplot NaN notitle\nunset label 1\n"
+          "print 'no values'\n";
       continue;
     }
     if (chart.close) {
@@ -224,9 +243,38 @@ std::string script_of(const std::vector<Chart>& charts) {
                           bars ? "1:2:3:4:5:6" : "1:2", quoted(curve.name), curve_style(curve));
       ++block;
     }
-    script += plot + "\n";
+    script += plot + "\n" + print_frame;
   }
   return script + "unset multiplot\n";
+}
+
+/// What a page's script must know to draw the charts itself; the curves it reads from the picture. Empty where they
+/// have marks that it cannot draw.
+std::string for_script(const std::vector<Chart>& charts, const std::string& frames) {
+  nlohmann::json list = nlohmann::json::array();
+  std::istringstream lines(frames);
+  for (const Chart& chart : charts) {
+    if (chart.close) return {};
+    nlohmann::json one{{"title", chart.title}, {"x", chart.x_label}, {"y", chart.y_label}};
+    one["log"] = {chart.log_x, chart.log_y};
+    std::string line;
+    std::getline(lines, line);
+    std::istringstream numbers(line);
+    std::array<double, 8> frame{};
+    for (double& number : frame) numbers >> number;
+    if (numbers) one["frame"] = frame;  // a chart without values has none
+    one["curves"] = nlohmann::json::array();
+    for (const Curve& curve : chart.curves) {
+      if (curve.ring || curve.cross || !curve.x_low.empty()) return {};
+      nlohmann::json& drawn = one["curves"].emplace_back();
+      drawn = {{"name", curve.name}, {"color", curve.color}};
+      if (curve.points) drawn["mark"] = curve.mark;
+      if (curve.hollow) drawn["hollow"] = true;
+      if (curve.dashed) drawn["dashed"] = true;
+    }
+    list.push_back(std::move(one));
+  }
+  return list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 std::string tics(const char* axis, const std::vector<std::string>& names, const char* more) {
@@ -286,19 +334,26 @@ std::string series_color(std::size_t index) {
 }
 
 std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size()));
+  return gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size())).bytes;
+}
+
+std::string chart_figure(const std::vector<Chart>& charts, int width, int height) {
+  Picture picture = gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size()));
+  const std::string data = for_script(charts, picture.printed);
+  if (!data.empty()) picture.bytes.insert(4, " data-charts=\"" + escape(data) + "\"");
+  return figure(picture.bytes);
 }
 
 std::string draw_png(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts), Format::png, width, height * static_cast<int>(charts.size()));
+  return gnuplot(script_of(charts), Format::png, width, height * static_cast<int>(charts.size())).bytes;
 }
 
 std::string draw_map_svg(const CellMap& map, int width, int height) {
-  return gnuplot(script_of(map), Format::svg, width, height);
+  return gnuplot(script_of(map), Format::svg, width, height).bytes;
 }
 
 std::string draw_map_png(const CellMap& map, int width, int height) {
-  return gnuplot(script_of(map), Format::png, width, height);
+  return gnuplot(script_of(map), Format::png, width, height).bytes;
 }
 
 }  // namespace tactor

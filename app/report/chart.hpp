@@ -41,6 +41,8 @@ struct Chart {
 
 /// The charts under each other, `width` by `height` pixels each. Throws RunError where gnuplot is missing or fails.
 std::string draw_svg(const std::vector<Chart>& charts, int width, int height);
+/// The same as a figure of a page. Where the page may run its script, curves can be hidden and zoomed.
+std::string chart_figure(const std::vector<Chart>& charts, int width, int height);
 /// The same as the bytes of a PNG file, with twice the pixels each way.
 std::string draw_png(const std::vector<Chart>& charts, int width, int height);
 

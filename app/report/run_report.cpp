@@ -13,38 +13,53 @@ namespace tactor {
 namespace {
 
 std::string metrics_table(const RunResult& run) {
-  std::string rows;
+  HtmlTable table({"metric", "value", "unit", "better", ""});
   for (const auto& [name, value] : run.metrics) {
     const MetricInfo* info = run.info(name);
-    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(name),
-                        pretty(value), info == nullptr ? "" : escape(unit_text(info->unit)),
-                        info == nullptr ? "" : better_text(info->better), info == nullptr ? "" : escape(info->doc));
+    std::vector<std::string> cells{breakable(name), pretty(value), "", "", ""};
+    if (info != nullptr) {
+      cells[2] = escape(unit_text(info->unit));
+      cells[3] = better_text(info->better);
+      cells[4] = escape(info->doc);
+    }
+    table.add(cells);
   }
-  return "<table><thead><tr><th>metric</th><th>value</th><th>unit</th><th>better</th><th></th></tr></thead><tbody>\n" +
-         rows + "</tbody></table>\n";
+  return table.html();
 }
 
 std::string cost_table(const RunResult& run) {
-  std::string rows;
+  HtmlTable table({"node", "type", "steps", "median µs", "p99 µs", "CPU s"});
   for (const NodeCost& node : run.nodes) {
-    rows +=
-        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(node.node),
-                    escape(node.type), node.steps, pretty(node.median_us), pretty(node.p99_us), pretty(node.total_s));
+    table.add({breakable(node.node), breakable(node.type), std::to_string(node.steps), pretty(node.median_us),
+               pretty(node.p99_us), pretty(node.total_s)});
   }
-  return "<table><thead><tr><th>node</th><th>type</th><th>steps</th><th>median µs</th><th>p99 µs</th><th>CPU "
-         "s</th></tr></thead><tbody>\n" +
-         rows + "</tbody></table>\n";
+  return table.html();
 }
 
 std::string edge_table(const RunResult& run) {
-  std::string rows;
+  HtmlTable table({"edge", "queue", "delivered", "dropped", "superseded"});
   for (const EdgeResult& edge : run.edges) {
-    rows += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(edge.edge),
-                        escape(edge.queue), edge.metrics.delivered, edge.metrics.dropped, edge.metrics.superseded);
+    table.add({breakable(edge.edge), escape(edge.queue), std::to_string(edge.metrics.delivered),
+               std::to_string(edge.metrics.dropped), std::to_string(edge.metrics.superseded)});
   }
-  return "<table><thead><tr><th>edge</th><th>queue</th><th>delivered</th><th>dropped</th><th>superseded</th></tr>"
-         "</thead><tbody>\n" +
-         rows + "</tbody></table>\n";
+  return table.html();
+}
+
+/// The headline as sentences: how the run ended, then what each of its lines tells.
+std::string verdict(const RunResult& run) {
+  const auto capitalised = [](std::string text) {
+    if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+    return text;
+  };
+  std::string sentences;
+  for (const HeadlineLine& line : headline(run)) {
+    if (sentences.empty()) {
+      sentences = "<b>" + escape(capitalised(line.text)) + ".</b>";
+    } else {
+      sentences += fmt::format(" {}: {}.", defined(capitalised(line.name), run.info(line.metric)), escape(line.text));
+    }
+  }
+  return "<p class=\"verdict\">" + sentences + "</p>\n";
 }
 
 }  // namespace
@@ -64,9 +79,10 @@ std::string chosen_and_left_out(const RunResult& run) {
 
 std::string run_report(const RunResult& run) {
   const std::string time = run.live ? "live" : fmt::format("of virtual time in {} s", pretty(run.wall_s));
-  std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
-                                 run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
-                                 pretty(run.peak_memory_MB), TACTOR_VERSION);
+  std::string body = verdict(run);
+  body += fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
+                      run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
+                      pretty(run.peak_memory_MB), TACTOR_VERSION);
   if (run.failure) body += "<p class=\"bad\">The run has failed: " + escape(*run.failure) + "</p>\n";
   if (run.interrupted && !run.live) {
     body +=
@@ -76,9 +92,8 @@ std::string run_report(const RunResult& run) {
     body += "<p>The run was ended early.</p>\n";
   }
   for (const std::string& text : warnings_of(run)) body += "<p class=\"bad\">" + escape(text) + "</p>\n";
-  for (const auto& [name, text] : headline(run)) body += fmt::format("<p><b>{}</b>: {}</p>\n", name, escape(text));
   const std::vector<Chart> rows = four_rows(run);
-  if (!rows.empty()) body += "<h2>The run</h2>\n" + draw_svg(rows, 1160, 210);
+  if (!rows.empty()) body += "<h2>The run</h2>\n" + chart_figure(rows, 1160, 210);
   const std::pair<double, double> range = liveliest_window(run);
   const std::string axis = liveliest_axis(run, range);
   Chart zoom = zoom_on(run, range, axis);
@@ -86,7 +101,7 @@ std::string run_report(const RunResult& run) {
     zoom.curves.push_back(cut(*s, "commanded", series_color(0), range));
   if (!zoom.curves.empty()) {
     zoom.curves.push_back(arrivals(run, range, axis));
-    body += "<h2>Zoom</h2>\n" + draw_svg({zoom}, 1160, 360);
+    body += "<h2>Zoom</h2>\n" + chart_figure({zoom}, 1160, 360);
   }
   body += "<h2>Metrics</h2>\n" + metrics_table(run);
   body += "<h2>Run time</h2>\n<p>CPU time of each step on one core.</p>\n" + cost_table(run);

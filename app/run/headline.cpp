@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "app/run/run_metrics.hpp"
 #include "app/run/summary.hpp"
 #include "app/run/timing.hpp"
 #include "framework/core/stability.hpp"
@@ -76,6 +77,36 @@ std::string delay_text(const RunResult& result) {
   return text;
 }
 
+std::string smoothness_text(const RunResult& result) {
+  const double second = result.metric("delivered.force.rms_d2_N_per_ms2");
+  if (!std::isfinite(second)) return {};
+  return fmt::format("{} {} RMS second difference; largest step {} N", pretty(second), unit_text("N/ms^2"),
+                     pretty(result.metric("delivered.force.max_step_N")));
+}
+
+/// What the safety gate of the device did.
+std::string gate_text(const RunResult& result) {
+  const double engaged = result.metric("device.engaged_share");
+  if (!std::isfinite(engaged)) return {};
+  std::string text;
+  const auto add = [&](const std::string& metric, const char* what) {
+    const double count = result.metric(metric);
+    if (count > 0) text += fmt::format("{}{} {:.0f}", text.empty() ? "" : ", ", what, count);
+  };
+  add("device.clamped_ticks", "ticks beyond the largest force:");
+  add("device.slewed_ticks", "ticks with too fast a change:");
+  add("device.rejected_forces", "ticks with a force that was not finite:");
+  add("device.faults", "faults:");
+  add("device.stale", "times without a fresh force:");
+  constexpr std::string_view cause = "device.causes.";
+  for (const auto& [name, value] : result.metrics) {
+    if (name.starts_with(cause) && value > 0) {
+      text += fmt::format("{}{}: {:.0f}", text.empty() ? "" : ", ", name.substr(cause.size()), value);
+    }
+  }
+  return fmt::format("{}; engaged {} of the time", text.empty() ? "limited nothing" : text, percent(engaged));
+}
+
 std::string run_time_text(const RunResult& result) {
   std::string text = result.live ? fmt::format("{} CPU s live", pretty(result.cpu_s))
                                  : fmt::format("{} s, {:.0f} times real time", pretty(result.wall_s),
@@ -113,22 +144,24 @@ std::vector<std::string> warnings_of(const RunResult& result) {
   return texts;
 }
 
-std::vector<std::pair<std::string, std::string>> headline(const RunResult& result) {
-  std::vector<std::pair<std::string, std::string>> lines;
-  for (const auto& [name, text] : {std::pair{"verdict", verdict_text(result)},
-                                   {"error", error_text(result)},
-                                   {"delay", delay_text(result)},
-                                   {"run time", run_time_text(result)},
-                                   {"left out", left_out_text(result)}}) {
-    if (!text.empty()) lines.emplace_back(name, text);
-  }
+std::vector<HeadlineLine> headline(const RunResult& result) {
+  std::vector<HeadlineLine> lines{
+      {"verdict", verdict_text(result), "stability.verdict"},
+      {"error", error_text(result), "delivered.force.rms_error_N"},
+      {"delay", delay_text(result), "delivered.force.delay_ms"},
+      {"smooth", smoothness_text(result), "delivered.force.rms_d2_N_per_ms2"},
+      {"gate", gate_text(result), "device.engaged_share"},
+      {"run time", run_time_text(result), ""},
+      {"left out", left_out_text(result), ""},
+  };
+  std::erase_if(lines, [](const HeadlineLine& line) { return line.text.empty(); });
   return lines;
 }
 
 std::string headline_text(const RunResult& result, const std::string& report, bool all, std::size_t columns) {
   TextTable table({{""}, {""}});
   for (const std::string& text : warnings_of(result)) table.add({"warning", text});
-  for (const auto& [name, text] : headline(result)) table.add({name, text});
+  for (const HeadlineLine& line : headline(result)) table.add({line.name, line.text});
   const std::string title = result.title.empty() ? "" : ": " + result.title;
   return wrapped(fmt::format("\n{}{} (seed {})\n", result.graph, title, result.seed), columns) + table.text(columns) +
          wrapped(fmt::format("  {:<8}  {}\n", "report", report), columns) +

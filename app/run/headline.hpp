@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/run/run.hpp"
@@ -14,8 +13,14 @@ namespace tactor {
 /// dynamics that could not be solved, and what the nodes remark.
 std::vector<std::string> warnings_of(const RunResult& result);
 
-/// Verdict, error, delay, run time and what was left out, each by its name; what the run does not tell is not there.
-std::vector<std::pair<std::string, std::string>> headline(const RunResult& result);
+struct HeadlineLine {
+  std::string name;
+  std::string text;
+  std::string metric;  ///< the first metric of the text, which says what the name means; or empty
+};
+
+/// Verdict, error, delay, smoothness, gate, run time and what was left out; what the run does not tell is not there.
+std::vector<HeadlineLine> headline(const RunResult& result);
 
 /// What `tactor run` prints at the end: the name, the warnings, the headline, where the report is, and how to see `all`
 /// where that is not asked for.

@@ -51,3 +51,17 @@ BOOST_AUTO_TEST_CASE(a_chart_without_a_value_or_with_one_alone_is_drawn) {
   const Chart empty{"", "", "N", {}, {}};
   BOOST_TEST(draw_svg({empty}, 400, 200).find("no values") != std::string::npos);
 }
+
+BOOST_AUTO_TEST_CASE(a_figure_tells_the_script_of_the_page_where_its_axes_are) {
+  Chart chart{"t", "x", "y", {{"<a>", {1, 10}, {2, 4}, series_color(0)}, {"", {1}, {3}, series_color(1), true}}, {}};
+  chart.log_x = true;
+  const std::string figure = chart_figure({chart}, 400, 200);
+  BOOST_TEST(figure.find("<svg data-charts=\"[{&quot;curves&quot;:[{&quot;color&quot;:&quot;#0072B2&quot;,"
+                         "&quot;name&quot;:&quot;&lt;a&gt;&quot;}") != std::string::npos);
+  BOOST_TEST(figure.find("1.0,10.0,2.0,4.0]") != std::string::npos);  // the ends of the axes, behind the frame's places
+  BOOST_TEST(figure.find("&quot;log&quot;:[true,false]") != std::string::npos);
+  // What the script cannot draw stays gnuplot's.
+  chart.curves.front().x_low = chart.curves.front().x_high = chart.curves.front().x;
+  chart.curves.front().y_low = chart.curves.front().y_high = chart.curves.front().y;
+  BOOST_TEST(chart_figure({chart}, 400, 200).find("data-charts") == std::string::npos);
+}

@@ -269,8 +269,9 @@ class Failures(StudyTest):
         declared = dict((name, (unit, better)) for name, unit, better in self.table("out", "SELECT name, unit, better FROM declared"))
         self.assertEqual(declared["delivered.force.delay_ms"], ("ms", "lower"))
         page = self.bytes_of("out", "report.html").decode()
-        self.assertIn('<th title="RMS second difference">delivered.force.rms_d2_N_per_ms2 ↓</th>', page)
-        self.assertIn('<th title="physics results">physics.steps</th>', page)
+        self.assertIn('title="RMS second difference, N/ms²; lower is better">', page)
+        self.assertIn("delivered.force.rms_d2_N_per_ms2 ↓</abbr></th>", page.replace("<wbr>", ""))
+        self.assertIn('title="physics results">physics.<wbr>steps</abbr></th>', page)
 
     def test_a_metric_that_did_not_come_up_is_told(self):
         result = self.study(f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\nmetrics: [device.causes.dead_man, drops]\n", "out")

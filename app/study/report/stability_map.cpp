@@ -437,7 +437,7 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
     const std::string file = file_name("stability_" + map_name(map));
     write_file(folder / (file + ".svg"), svg);
     write_file(folder / (file + ".png"), draw_map_png(drawing, width, height));
-    body += "<h2>" + escape(map_name(map)) + "</h2>\n" + svg;
+    body += "<h2>" + escape(map_name(map)) + "</h2>\n" + figure(svg);
     body +=
         "<div class=\"wide\"><table><thead><tr><th>" + escape(maps.x.name) + "</th><th>" + escape(maps.y.name) +
         "</th><th>verdict</th><th>peak energy, mJ</th><th>passivity violation, mJ</th><th>amplitude, mm</th><th>Hz</th>"

@@ -13,22 +13,16 @@
 #include "app/report/run_report.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/report/text_tables.hpp"
+#include "app/study/report/verdict.hpp"
 #include "app/study/table/warnings.hpp"
 
 namespace tactor {
 
 namespace {
 
-std::string ratio_cells(const Study& study, const ErrorRatio& ratio) {
-  const std::size_t seeds = study.comparison.seeds.size();
-  return "<td>" + ratio_text(ratio.delivered, seeds) + "</td><td>" + ratio_text(ratio.one_step, seeds) + "</td>";
-}
-
-/// A cell of a table's head, which tells what the metric is where the pointer rests on it.
-std::string head_cell(const Comparison& comparison, const Column& column, const char* tag) {
-  const MetricInfo* info = comparison.info(column.metric);
-  const std::string title = info == nullptr ? "" : " title=\"" + escape(info->doc) + "\"";
-  return fmt::format("<{0}{1}>{2}</{0}>", tag, title, escape(head_of(comparison, column)));
+/// What a table's head says of a metric, with the definition.
+std::string head_text(const Comparison& comparison, const Column& column) {
+  return defined(breakable(head_of(comparison, column)), comparison.info(column.metric));
 }
 
 /// The deviation of the values, which fewer than two do not have.
@@ -36,28 +30,38 @@ std::string deviation(const std::vector<double>& values) {
   return values.size() < 2 ? "-" : pretty(standard_deviation(values));
 }
 
-std::string study_head(const Study& study, bool metrics) {
-  std::string head = "<tr><th></th><th>delivered RMS, ratio</th><th>one-step RMS, ratio</th>";
+HtmlTable table_of_study(const Study& study, bool metrics) {
+  std::vector<std::string> heads{"", "delivered RMS, ratio", "one-step RMS, ratio"};
   for (const Column& column : study.comparison.columns) {
-    if (metrics) head += head_cell(study.comparison, column, "th");
+    if (metrics) heads.push_back(head_text(study.comparison, column));
   }
-  return "<div class=\"wide\"><table><thead>" + head + "</tr></thead><tbody>\n";
+  return HtmlTable(std::move(heads));
+}
+
+std::vector<std::string> study_cells(const Study& study, const std::string& name, const ErrorRatio& ratio) {
+  const std::size_t seeds = study.comparison.seeds.size();
+  return {escape(name), ratio_text(ratio.delivered, seeds), ratio_text(ratio.one_step, seeds)};
+}
+
+/// On a wide screen a table of many metrics is scrolled in its frame.
+std::string in_frame(const HtmlTable& table) {
+  return "<div class=\"wide\">" + table.html() + "</div>\n";
 }
 
 std::string study_graph_html(const Study& study, std::size_t first) {
   const Comparison& comparison = study.comparison;
-  std::string html = "<h2>" + escape(comparison.rows[first].graph) + "</h2>\n" + study_head(study, true);
+  HtmlTable table = table_of_study(study, true);
   for (std::size_t row = first; row < first + study.configurations.size(); ++row) {
     const std::string seeds = comparison.rows[row].seeds_text();
-    html += "<tr><td>" + escape(comparison.rows[row].configuration) + (seeds.empty() ? "" : " (" + seeds + ")") +
-            "</td>" + ratio_cells(study, study.ratios[row]);
+    std::vector<std::string> cells = study_cells(
+        study, comparison.rows[row].configuration + (seeds.empty() ? "" : " (" + seeds + ")"), study.ratios[row]);
     for (const std::vector<double>& by_seed : comparison.rows[row].values) {
       const std::vector<double> values = comparison.rows[row].done(by_seed);
-      html += fmt::format("<td>{} ± {}</td>", pretty(mean(values)), deviation(values));
+      cells.push_back(fmt::format("{} ± {}", pretty(mean(values)), deviation(values)));
     }
-    html += "</tr>\n";
+    table.add(cells);
   }
-  return html + "</tbody></table></div>\n";
+  return "<h2>" + escape(comparison.rows[first].graph) + "</h2>\n" + in_frame(table);
 }
 
 /// Error over all graphs against run time, a mark a configuration; empty where there is nothing to show.
@@ -79,49 +83,89 @@ std::string study_chart(const Study& study) {
     chart.curves.back().mark = s / series_colors;
     chart.curves.back().hollow = !study.incomplete(s).empty();
   }
-  return chart.curves.size() < 2 ? "" : draw_svg({chart}, 1160, 420);
+  return chart.curves.size() < 2 ? "" : chart_figure({chart}, 1160, 420);
 }
 
-std::string compare_row_html(const Comparison& comparison, std::size_t c) {
-  std::string row = "<tr>" + head_cell(comparison, comparison.columns[c], "td");
-  for (const CompareRow& graph : comparison.rows) {
-    const std::vector<double> values = graph.done(graph.values[c]);
-    row += fmt::format("<td>{}</td><td class=\"sd\">± {}</td>", pretty(mean(values)), deviation(values));
+/// The mean, marked where it is the best of its row, and the deviation.
+std::string compare_cell(const std::vector<double>& values, bool best) {
+  const char* mark = best ? " <span role=\"img\" aria-label=\"best\">★</span>" : "";
+  std::string html =
+      fmt::format("<span><span class=\"{}\">{}{}</span>", best ? "value best" : "value", pretty(mean(values)), mark);
+  if (values.size() > 1 && std::isfinite(mean(values)))
+    html += " <span class=\"sd\">± " + deviation(values) + "</span>";
+  return html + "</span>";
+}
+
+/// As many methods as are readable beside each other at 1,280 pixels; more go into further tables.
+constexpr std::size_t most_beside = 12;
+
+/// A row a metric, a column a method.
+std::string compare_tables(const Comparison& comparison) {
+  const std::size_t count = comparison.rows.size();
+  const std::size_t tables = (count + most_beside - 1) / most_beside;
+  std::string html;
+  for (std::size_t part = 0; part < tables; ++part) {
+    const std::size_t begin = part * count / tables, end = (part + 1) * count / tables;
+    std::vector<std::string> heads{""};
+    for (std::size_t row = begin; row < end; ++row) heads.push_back(breakable(comparison.rows[row].name()));
+    HtmlTable table(std::move(heads));
+    table.make_even();
+    table.add_group("error, delay, smoothness");
+    bool in_run_times = false;
+    for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
+      if (comparison.columns[c].run_time && !in_run_times) {
+        table.add_group("run time (CPU, median of a step)");
+        in_run_times = true;
+      }
+      const Ranking order = ranking(comparison, c);
+      std::vector<std::string> cells{head_text(comparison, comparison.columns[c])};
+      for (std::size_t row = begin; row < end; ++row) {
+        cells.push_back(compare_cell(comparison.rows[row].done(comparison.rows[row].values[c]), order.is_best(row)));
+      }
+      table.add(cells);
+    }
+    html += table.html();
   }
-  return row + "</tr>\n";
+  return html;
 }
 
-std::string difference_cells(const std::optional<PairedDifference>& d, std::size_t seeds) {
-  if (!d) return "<td>-</td><td>-</td><td>-</td><td>-</td>";
-  return fmt::format("<td>{:+.4f}</td><td>[{:+.4f}, {:+.4f}]{}</td><td>{:+.2f}</td><td>{}</td>", d->mean, d->low,
-                     d->high, over_seeds(d->pairs, seeds), d->effect_size, pretty(d->p_wilcoxon));
+void add_difference(std::vector<std::string>& cells, const std::optional<PairedDifference>& d, std::size_t seeds) {
+  if (!d) {
+    cells.insert(cells.end(), 4, "-");
+    return;
+  }
+  cells.push_back(fmt::format("{:+.4f}", d->mean));
+  cells.push_back(fmt::format("[{:+.4f}, {:+.4f}]{}", d->low, d->high, over_seeds(d->pairs, seeds)));
+  cells.push_back(fmt::format("{:+.2f}", d->effect_size));
+  cells.push_back(pretty(d->p_wilcoxon));
 }
 
 /// Every row that is compared with another; `against` says which that is.
 std::string significance_table(const Comparison& comparison, const std::string& against) {
-  std::string rows;
+  HtmlTable table({"", "ANOVA F", "ANOVA p", "one-step RMS N", "95 %", "effect d", "Wilcoxon p", "delivered RMS N",
+                   "95 %", "effect d", "Wilcoxon p"});
+  bool any = false;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const CompareRow& row = comparison.rows[i];
     if (row.against == i) continue;
-    rows += fmt::format("<tr><td>{}</td>", escape(row.name()));
-    rows += row.one_step_anova ? fmt::format("<td>{}{}</td><td>{}</td>", pretty(row.one_step_anova->F),
-                                             over_seeds(judged_seeds(comparison, row), comparison.seeds.size()),
-                                             pretty(row.one_step_anova->p))
-                               : "<td>-</td><td>-</td>";
+    any = true;
     const std::size_t seeds = comparison.seeds.size();
-    rows += difference_cells(row.one_step, seeds) + difference_cells(row.delivered, seeds) + "</tr>\n";
+    std::vector<std::string> cells{breakable(row.name()), "-", "-"};
+    if (row.one_step_anova) {
+      cells[1] = pretty(row.one_step_anova->F) + over_seeds(judged_seeds(comparison, row), seeds);
+      cells[2] = pretty(row.one_step_anova->p);
+    }
+    add_difference(cells, row.one_step, seeds);
+    add_difference(cells, row.delivered, seeds);
+    table.add(cells);
   }
-  if (rows.empty()) return {};
+  if (!any) return {};
   return fmt::format(
       "<h2>Against {}</h2>\n<p>The ANOVA takes every one-step error for an independent sample, as the paper does; "
       "they are not (neighbours are correlated) and F has no sign. The paired differences are over seeds, with their "
       "95 % confidence interval; below zero is better. Wilcoxon's p cannot go below 2 / 2^n for n seeds, so fewer than "
-      "6 "
-      "never reach .05.</p>\n"
-      "<div class=\"wide\"><table><thead><tr><th></th><th>ANOVA F</th><th>p</th><th>one-step RMS N</th><th>95 %</th>"
-      "<th>effect d</th><th>Wilcoxon p</th><th>delivered RMS N</th><th>95 %</th><th>effect d</th><th>Wilcoxon p</th>"
-      "</tr></thead><tbody>\n{}</tbody></table></div>\n",
-      escape(against), rows);
+      "6 never reach .05.</p>\n{}",
+      escape(against), table.html());
 }
 
 std::string arrows_html() {
@@ -146,29 +190,21 @@ std::string timing_html(const TimingNote& timing) {
 std::string compare_report(const Comparison& comparison, const TimingNote& timing) {
   std::string names;
   for (const CompareRow& row : comparison.rows) names += (names.empty() ? "" : ", ") + row.graph;
-  std::string body = fmt::format("<p class=\"sub\">mean ± standard deviation over {} seed{}; tactor {}</p>\n",
-                                 comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s", TACTOR_VERSION);
-  body += warnings_html(comparison) + "<ul>\n";
+  const std::size_t seeds = comparison.seeds.size();
+  std::string body = verdict_html(comparison, timing) + warnings_html(comparison);
+  body +=
+      fmt::format("<p class=\"sub\">{}; tactor {}</p>\n<ul>\n",
+                  seeds == 1 ? std::string("one seed") : fmt::format("mean ± standard deviation over {} seeds", seeds),
+                  TACTOR_VERSION);
   for (const CompareRow& row : comparison.rows) {
-    body += fmt::format("<li><b>{}</b>: {}</li>\n", escape(row.name()), escape(row.title));
+    body += fmt::format("<li><b>{}</b>: {}</li>\n", breakable(row.name()), escape(row.title));
   }
   body += "</ul>\n";
 
-  std::string head = "<tr><th></th>";
-  for (const CompareRow& row : comparison.rows) head += fmt::format("<th colspan=\"2\">{}</th>", escape(row.name()));
-  std::string rows = fmt::format("<tr class=\"group\"><td colspan=\"{}\">error, delay, smoothness</td></tr>\n",
-                                 1 + 2 * comparison.rows.size());
-  bool in_run_times = false;
-  for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
-    if (comparison.columns[c].run_time && !in_run_times) {
-      rows += fmt::format("<tr class=\"group\"><td colspan=\"{}\">run time (CPU, median of a step)</td></tr>\n",
-                          1 + 2 * comparison.rows.size());
-      in_run_times = true;
-    }
-    rows += compare_row_html(comparison, c);
-  }
-  body += "<h2>Error and run time</h2>\n" + arrows_html() + "<div class=\"wide\"><table><thead>" + head +
-          "</tr></thead><tbody>\n" + rows + "</tbody></table></div>\n" + timing_html(timing);
+  body += "<h2>Error and run time</h2>\n" + arrows_html() +
+          "<p>★: the best of its row, and what ties with it: alike in three digits, or within the spread of the "
+          "seeds</p>\n" +
+          compare_tables(comparison) + timing_html(timing);
   body += significance_table(comparison, comparison.rows.front().graph) + failures_html(comparison);
 
   // Curves are kept of the first seed alone.
@@ -193,13 +229,15 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
     const RunResult& run = row.runs.front();
     if (const Series* s = run.curve("commanded." + axis)) {
       zoom.curves.push_back(cut(*s, row.graph, series_color(i), range));
+      zoom.curves.back().dashed = i >= series_colors;
     }
     if (const Series* s = run.curve("commanded.norm")) {
       whole.curves.push_back(thinned(*s, row.graph, series_color(i)));
       whole.curves.back().width = 1.0;
+      whole.curves.back().dashed = i >= series_colors;
     }
-    Curve cost{row.graph, {}, {}, series_color(i), true};
-    Curve roughness{row.graph, {}, {}, series_color(i), true};
+    Curve cost{row.graph, {}, {}, series_color(i), true, i / series_colors};
+    Curve roughness = cost;
     for (std::size_t s = 0; s < row.runs.size(); ++s) {
       const RunResult& r = row.runs[s];
       if (row.status[s] != RunStatus::done) continue;
@@ -213,8 +251,8 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
     trade.curves.push_back(std::move(roughness));
   }
   zoom.curves.push_back(arrivals(first, range, axis));
-  body += "<h2>150 ms of the methods against the reference</h2>\n" + draw_svg({zoom}, 1160, 420);
-  body += "<h2>The whole run</h2>\n" + draw_svg({whole}, 1160, 320);
+  body += "<h2>150 ms of the methods against the reference</h2>\n" + chart_figure({zoom}, 1160, 420);
+  body += "<h2>The whole run</h2>\n" + chart_figure({whole}, 1160, 320);
   bool any_error = false;
   for (const CompareRow& row : comparison.rows) {
     for (const RunResult& run : row.runs) {
@@ -223,12 +261,12 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   }
   if (any_error) {
     body += "<h2>Error against run time, and against smoothness</h2>\n<p>One mark a seed.</p>\n" +
-            draw_svg({pareto, trade}, 1160, 330);
+            chart_figure({pareto, trade}, 1160, 330);
   }
   for (const CompareRow& row : comparison.rows) {
     const std::vector<Chart> charts = four_rows(row.runs.front());
     if (charts.empty()) continue;
-    body += "<h2>" + escape(row.graph) + "</h2>\n" + draw_svg(charts, 1160, 190) +
+    body += "<h2>" + escape(row.graph) + "</h2>\n" + chart_figure(charts, 1160, 190) +
             "<p>Chosen and left out in this graph:</p>\n" + chosen_and_left_out(row.runs.front());
   }
   return page(names, body);
@@ -246,13 +284,12 @@ std::string study_report(const Study& study) {
       TACTOR_VERSION);
   body += warnings_html(comparison) + arrows_html();
   if (study.spec.graphs.size() > 1) {
-    body += "<h2>All graphs</h2>\n" + study_head(study, false);
+    HtmlTable table = table_of_study(study, false);
     for (std::size_t s = 0; s < configurations; ++s) {
-      const ErrorRatio& ratio = study.ratios_over_graphs[s];
-      body += "<tr><td>" + escape(comparison.rows[s].configuration) + study.incomplete(s) + "</td>" +
-              ratio_cells(study, ratio) + "</tr>\n";
+      table.add(
+          study_cells(study, comparison.rows[s].configuration + study.incomplete(s), study.ratios_over_graphs[s]));
     }
-    body += "</tbody></table></div>\n";
+    body += "<h2>All graphs</h2>\n" + in_frame(table);
   }
   body += study_chart(study);
   for (std::size_t first = 0; first < comparison.rows.size(); first += configurations)

@@ -342,7 +342,7 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
       const std::string svg = draw_svg(charts, chart_width, chart_height);
       write_file(folder / (file_name(graph->graph) + ".svg"), svg);
       write_file(folder / (file_name(graph->graph) + ".png"), draw_png(charts, chart_width, chart_height));
-      body += svg;
+      body += figure(svg);
     }
     body += table_html(found, *graph);
   }

@@ -1,0 +1,239 @@
+// What reports say first, and what their tables mark.
+#include <boost/test/unit_test.hpp>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/report/html_page.hpp"
+#include "app/report/run_report.hpp"
+#include "app/run/headline.hpp"
+#include "app/study/report/study_report.hpp"
+#include "app/study/report/verdict.hpp"
+
+using namespace tactor;
+
+namespace {
+
+constexpr double nan_ = std::numeric_limits<double>::quiet_NaN();
+const std::string rms = "delivered.force.rms_error_N";
+const std::string roughness = "delivered.force.rms_d2_N_per_ms2";
+const std::string delay = "delivered.force.delay_ms";
+
+using Values = std::vector<std::vector<double>>;  // [column][seed]
+
+/// Columns of error, roughness, delay and CPU time, and one that has no direction.
+Comparison comparison(std::size_t seeds) {
+  Comparison c;
+  for (std::size_t s = 0; s < seeds; ++s) c.seeds.push_back(s + 1);
+  c.columns = {{rms, "error"}, {roughness, "2nd diff"}, {delay, "delay"}, {"cpu_ms_per_s", "CPU", true}, {"n", "n"}};
+  for (const MetricInfo& info : {MetricInfo{rms, "N", "RMS error <of the force>", Better::lower},
+                                 MetricInfo{roughness, "N/ms^2", "RMS second difference", Better::lower},
+                                 MetricInfo{delay, "ms", "delay behind it", Better::lower},
+                                 MetricInfo{"cpu_ms_per_s", "ms/s", "CPU time", Better::lower},
+                                 MetricInfo{"n", "1", "a number", Better::neither}}) {
+    c.declared.emplace(info.name, info);
+  }
+  return c;
+}
+
+CompareRow& add_row(Comparison& c, const std::string& name, Values values) {
+  CompareRow row;
+  row.graph = name;
+  row.values = std::move(values);
+  row.runs.resize(c.seeds.size());
+  row.status.assign(c.seeds.size(), RunStatus::done);
+  row.message.assign(c.seeds.size(), "");
+  row.spread.assign(c.seeds.size(), nan_);
+  row.control_us.assign(c.seeds.size(), 1000);
+  c.rows.push_back(std::move(row));
+  return c.rows.back();
+}
+
+void fail(CompareRow& row, std::size_t seed) {
+  row.status[seed] = RunStatus::failed;
+  row.message[seed] = "it broke";
+  for (std::vector<double>& column : row.values) column[seed] = nan_;
+}
+
+/// The text of a page, without its elements.
+std::string text_of(const std::string& html) {
+  std::string out;
+  bool inside = false;
+  for (const char c : html) {
+    if (c == '<') inside = true;
+    if (!inside) out += c;
+    if (c == '>') inside = false;
+  }
+  return out;
+}
+
+std::string verdict_of(const Comparison& c, const TimingNote& timing = {}) {
+  return text_of(verdict_html(c, timing));
+}
+
+void says(const std::string& text, const std::string& part) {
+  BOOST_TEST(text.find(part) != std::string::npos, part << " in " << text);
+}
+
+void says_not(const std::string& text, const std::string& part) {
+  BOOST_TEST(text.find(part) == std::string::npos, part << " in " << text);
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+// The second is nearest and least late, the first smoothest; their costs tie.
+Comparison four_seeds() {
+  Comparison c = comparison(4);
+  add_row(c, "off", {{0.4, 0.5, 0.4, 0.5}, {1, 1.1, 1, 1.1}, {20, 21, 20, 21}, {9, 11, 10, 10}, {1, 2, 3, 4}});
+  add_row(c, "local", {{0.1, 0.2, 0.1, 0.2}, {2, 2.1, 2, 2.1}, {1, 2, 1, 2}, {10, 9.5, 11, 9.4}, {2, 2, 3, 4}});
+  return c;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_verdict_names_the_nearest_the_smoothest_and_what_each_costs) {
+  const std::string text = verdict_of(four_seeds());
+  says(text,
+       "local is nearest to the reference: RMS error 0.150 ± 0.0577 N; next is off with 0.450 ± 0.0577 N, 3.0 "
+       "times as much.");
+  says(text, "off is smoothest: RMS second difference 1.05 ± 0.0577 N/ms²; next is local with");
+  says(text, "local is least late: delay 1.50 ± 0.577 ms");
+  says(text, "CPU time for each second of the run: local 9.97 ± 0.732 ms/s (least) and off 10 ± 0.816 ms/s (least).");
+  says_not(text, "chance");
+}
+
+BOOST_AUTO_TEST_CASE(a_difference_within_the_spread_of_the_seeds_is_a_tie) {
+  Comparison c = four_seeds();
+  add_row(c, "blend",
+          {{0.2, 0.1, 0.2, 0.11}, {nan_, nan_, nan_, nan_}, {30, 30, 30, 30}, {50, 50, 50, 50}, {1, 1, 1, 1}});
+  const std::string text = verdict_of(c);
+  says(text,
+       "local (0.150 ± 0.0577 N) and blend (0.152 ± 0.0550 N) are nearest to the reference by their RMS error, a tie "
+       "within the spread of the seeds; next is off");
+  says(text, "No RMS second difference is reported of blend.");
+}
+
+BOOST_AUTO_TEST_CASE(where_all_tie_no_method_is_called_the_best) {
+  Comparison c = comparison(1);
+  add_row(c, "a", {{0.1}, {1}, {1}, {10}, {1}});
+  add_row(c, "b", {{0.10001}, {2}, {nan_}, {10}, {1}});
+  const std::string text = verdict_of(c);
+  says(text, "No method is nearer to the reference than the others, a tie: RMS error 0.100 N.");
+  says(text, "a is smoothest");
+  says(text, "Only a has a value of delay: 1 ms. No delay is reported of b.");
+  says(text, "With one seed, nothing tells how much of this is chance.");
+}
+
+BOOST_AUTO_TEST_CASE(few_seeds_tie_where_they_do_not_agree) {
+  Comparison c = comparison(2);
+  add_row(c, "a", {{0.1, 0.2}, {1, 1}, {1, 1}, {10, 10}, {1, 1}});
+  add_row(c, "b", {{0.2, 0.5}, {2, 0.9}, {2, 3}, {20, 20}, {1, 1}});
+  const std::string text = verdict_of(c);
+  says(text, "a is nearest to the reference");
+  says(text, "No method is smoother than the others");
+  says(text, "With 2 seeds, small differences may be chance.");
+}
+
+BOOST_AUTO_TEST_CASE(a_row_that_lacks_seeds_is_not_ranked_and_a_metric_that_nobody_has_is_told) {
+  Comparison c = four_seeds();
+  add_row(c, "broken", {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}});
+  for (std::size_t s = 0; s < 4; ++s) fail(c.rows.back(), s);
+  fail(add_row(c, "partly", {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}}), 2);
+  for (CompareRow& row : c.rows) row.values[2].assign(4, nan_);
+  const std::string text = verdict_of(c);
+  says(text, "local is nearest to the reference");
+  says(text, "No method is called least late: no run reports its delay.");
+  says(text, "Not ranked, because every run failed: broken.");
+  says(text, "the seeds that are missing may be the hard ones: partly (3 of 4 seeds).");
+  // A seed that all lack costs nobody its rank.
+  Comparison all = four_seeds();
+  for (CompareRow& row : all.rows) fail(row, 1);
+  says(verdict_of(all), "local (3 of 4 seeds) is nearest to the reference");
+}
+
+BOOST_AUTO_TEST_CASE(without_another_graph_or_without_contact_nothing_is_compared) {
+  Comparison one = comparison(1);
+  add_row(one, "a", {{0.1}, {1}, {1}, {10}, {1}});
+  const std::string alone = verdict_of(one);
+  says(alone,
+       "One graph was run: there is nothing to compare it with. a: RMS error 0.100 N, RMS second difference 1 N/ms², "
+       "delay 1 ms and CPU time 10 ms/s.");
+  BOOST_TEST(ranking(one, 0).best.empty());
+
+  Comparison untouched = four_seeds();
+  for (CompareRow& row : untouched.rows) {
+    for (RunResult& run : row.runs) run.metrics = {{"collision.touching_queries", 0}};
+  }
+  const std::string text = verdict_of(untouched);
+  says(text, "Nothing touches in any run: the methods are not ranked.");
+  says_not(text, "nearest");
+
+  Comparison unlike = four_seeds();
+  unlike.rows[1].unlike = "its scene is another";
+  says(verdict_of(unlike), "The scenes differ, so this ranks more than the methods.");
+  TimingNote noisy;
+  noisy.warning = "not quiet";
+  says(verdict_of(unlike, noisy), "the machine was not quiet, so take these with care.");
+}
+
+BOOST_AUTO_TEST_CASE(the_best_are_those_of_the_declared_direction) {
+  Comparison c = comparison(1);
+  add_row(c, "a", {{3}, {1}, {1}, {10}, {5}});
+  add_row(c, "b", {{2}, {1}, {1}, {10}, {6}});
+  add_row(c, "c", {{1}, {2}, {nan_}, {10}, {7}});
+  const auto best = [&c](std::size_t column) { return ranking(c, column).best; };
+  BOOST_TEST(best(0) == std::vector<std::size_t>{2}, boost::test_tools::per_element());
+  BOOST_TEST(best(1) == (std::vector<std::size_t>{0, 1}), boost::test_tools::per_element());
+  BOOST_TEST(best(2) == (std::vector<std::size_t>{0, 1}), boost::test_tools::per_element());
+  BOOST_TEST(best(4).empty());
+  c.declared.find(rms)->second.better = Better::higher;
+  BOOST_TEST(best(0) == std::vector<std::size_t>{0}, boost::test_tools::per_element());
+}
+
+BOOST_AUTO_TEST_CASE(the_page_of_a_comparison_begins_with_the_verdict_and_marks_the_best) {
+  Comparison c = four_seeds();
+  const std::string html = compare_report(c, {});
+  BOOST_TEST(html.find("<p class=\"verdict\">") < html.find("<p class=\"sub\">"));
+  // Error, roughness, delay, and both of the CPU times; none where there is no direction.
+  BOOST_TEST(count(html, "class=\"value best\"") == 5U);
+  BOOST_TEST(count(html, "aria-label=\"best\"") == 5U);
+  says(html, "<abbr tabindex=\"0\" title=\"RMS error &lt;of the force&gt;, N; lower is better\">error ↓</abbr>");
+  // As many columns as there is room for.
+  for (int i = 0; i < 11; ++i) add_row(c, "m" + std::to_string(i), c.rows.front().values);
+  BOOST_TEST(count(compare_report(c, {}), "<table class=\"rows even\"") == 2U);
+}
+
+BOOST_AUTO_TEST_CASE(the_page_of_a_run_begins_with_its_headline) {
+  RunResult run;
+  run.graph = "g_h";
+  run.duration_s = run.planned_s = 1;
+  run.wall_s = 0.5;
+  run.metrics = {{rms, 0.1},         {"delivered.force.max_error_N", 0.3}, {delay, 4},
+                 {roughness, 0.002}, {"delivered.force.max_step_N", 0.04}, {"device.engaged_share", 0.9}};
+  run.declared.emplace(delay, MetricInfo{delay, "ms", "delay behind it", Better::lower});
+  const std::string html = run_report(run);
+  const std::string text = text_of(html.substr(html.find("<p class=\"verdict\">")));
+  says(text,
+       "Done, 1 s. Error: force 0.100 N RMS, 0.300 N at most. Delay: 4 ms. Smooth: 0.00200 N/ms² RMS second "
+       "difference; largest step 0.0400 N. Gate: limited nothing; engaged 90 % of the time. Run time: 0.500 s");
+  says(html, "<abbr tabindex=\"0\" title=\"delay behind it, ms; lower is better\">Delay</abbr>");
+  run.metrics.insert(run.metrics.end(),
+                     {{"device.clamped_ticks", 3}, {"device.faults", 1}, {"device.causes.dead_man", 2}});
+  run.failure = "it broke";
+  const std::string failed = text_of(run_report(run));
+  says(failed, "Failed after 1 s.");
+  says(failed, "Gate: ticks beyond the largest force: 3, faults: 1, dead_man: 2; engaged 90 % of the time.");
+}
+
+BOOST_AUTO_TEST_CASE(a_script_comes_with_charts_alone_and_is_small) {
+  const std::string plain = page("t", "<p>text</p>"), charts = page("t", "<svg data-charts=\"[]\"></svg>");
+  says_not(plain, "<script");
+  says(charts, "<script>");
+  says(charts, "prefers-color-scheme: dark");
+  BOOST_TEST(charts.size() - plain.size() < 8192U);
+}

@@ -1,0 +1,184 @@
+"""Reports in a browser: nothing is cut off on a screen or a phone, curves hide and zoom, definitions show."""
+import re
+import shutil
+import tempfile
+import unittest
+from pathlib import Path
+
+from harness import GRAPHS, CommandTest, tactor
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+except ImportError:
+    webdriver = None
+
+MISSING = [name for name, there in (("chromium", shutil.which("chromium")), ("chromium-driver", shutil.which("chromedriver")),
+                                    ("python3-selenium", webdriver)) if not there]
+FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--enable-unsafe-swiftshader", "--disable-background-networking",
+         "--no-first-run")
+SCREEN, PHONE = (1280, 900), (390, 800)
+# The elements that reach over the window's right edge, but for those in a frame that scrolls.
+OUTSIDE = """return [...document.querySelectorAll('body *')].filter(e => !e.closest('.wide, pre, thead, .chart svg svg')
+  && e.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map(e => e.outerHTML.slice(0, 200));"""
+CUT = """return [...document.querySelectorAll('th, td')].filter(e => !e.closest('.wide, thead') && e.scrollWidth > e.clientWidth + 1)
+  .map(e => e.outerHTML);"""
+
+
+@unittest.skipIf(MISSING, f"reports are not looked at in a browser: missing are the Debian packages {', '.join(MISSING)}")
+class Pages(CommandTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.made = Path(tempfile.mkdtemp(prefix="tactor-pages-"))
+        cls.addClassCleanup(shutil.rmtree, cls.made, ignore_errors=True)
+        base = GRAPHS / "recorded/scene.yaml"
+        graphs = []
+        for i in range(12):
+            graphs.append(cls.made / f"a_method_with_a_rather_long_name_{i}.yaml")
+            graphs[-1].write_text(f"extends: {base}\n")
+        study = cls.made / "study.yaml"
+        study.write_text(f"graphs: [{base}]\nmethods: [{GRAPHS}/methods/hold.yaml, {GRAPHS}/methods/burg.yaml]\nseeds: 2\nduration: 0.6 s\n")
+        cls.pages = {}
+        for name, arguments in (("compare", (*graphs, "--seeds", "2", "--duration", "0.6 s")), ("run", (base, "--duration", "0.6 s")),
+                                ("study", (study,))):
+            result = tactor(name, *arguments, "--out", cls.made / name, environment={"TACTOR_CACHE": str(cls.made / "cache")})
+            if result.returncode != 0:
+                raise AssertionError(result.stdout + result.stderr)
+            cls.pages[name] = cls.made / name / "report.html"
+        options = webdriver.ChromeOptions()
+        options.binary_location = shutil.which("chromium")
+        for flag in FLAGS:
+            options.add_argument(flag)
+        options.add_argument(f"--user-data-dir={cls.made / 'profile'}")
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        service = webdriver.chrome.service.Service(shutil.which("chromedriver"))
+        cls.browser = webdriver.Chrome(options=options, service=service)
+        cls.addClassCleanup(cls.browser.quit)
+
+    def open(self, name, size=SCREEN, dark=False):
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": size == PHONE})
+        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
+            "features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
+        self.browser.get(self.pages[name].as_uri())
+        self.assertEqual(self.browser.get_log("browser"), [])
+
+    def script(self, text, *arguments):
+        return self.browser.execute_script(text, *arguments)
+
+    def chart(self, title):
+        """The element of a chart, in view."""
+        for element in self.browser.find_elements(By.CLASS_NAME, "chart"):
+            if element.find_element(By.TAG_NAME, "b").text.startswith(title):
+                self.script("arguments[0].scrollIntoView()", element)
+                return element
+        self.fail(f"no chart {title}")
+
+    def ticks(self, chart):
+        """The numbers below a chart."""
+        texts = [t for t in chart.find_elements(By.TAG_NAME, "text") if t.get_attribute("text-anchor") == "middle"]
+        return [float(t.text) for t in texts if t.text.replace(".", "").isdigit()]
+
+    def test_nothing_is_cut_off_on_a_screen_and_on_a_phone(self):
+        for name in self.pages:
+            for size in (SCREEN, PHONE):
+                with self.subTest(page=name, width=size[0]):
+                    self.open(name, size)
+                    self.assertLessEqual(self.script("return document.documentElement.scrollWidth"), size[0])
+                    self.assertEqual(self.script(OUTSIDE), [])
+                    self.assertEqual(self.script(CUT), [])
+
+    def test_twelve_methods_stand_beside_each_other_and_on_a_phone_below_each_other(self):
+        tops = """return [...document.querySelectorAll('table.even tbody tr:nth-child(2) td')].map(e => e.getBoundingClientRect().top);"""
+        self.open("compare")
+        self.assertEqual(len(self.script(tops)), 12)
+        self.assertEqual(len(set(self.script(tops))), 1)
+        self.open("compare", PHONE)
+        self.assertEqual(len(set(self.script(tops))), 12)
+        label = self.script("return getComputedStyle(document.querySelector('table.even tbody tr:nth-child(2) td'), '::before').content")
+        self.assertIn("a_method_with_a_rather_long_name_0", label)
+
+    def test_a_name_hides_its_curve_and_shows_it_again(self):
+        self.open("compare")
+        chart = self.chart("Force on the device")
+        button = next(b for b in chart.find_elements(By.CSS_SELECTOR, ".key button") if b.text.endswith("name_3"))
+        curves = len(chart.find_elements(By.CSS_SELECTOR, "path.line"))
+        for pressed, left in (("false", curves - 1), ("true", curves)):
+            button.click()
+            self.assertEqual(button.get_attribute("aria-pressed"), pressed)
+            self.assertEqual(len(chart.find_elements(By.CSS_SELECTOR, "path.line")), left)
+
+    def test_a_drag_zooms_all_rows_of_a_run_and_two_clicks_show_the_whole(self):
+        self.open("run")
+        chart = self.chart("Force on the device")
+        picture = chart.find_element(By.CSS_SELECTOR, ":scope > svg")
+        whole = self.ticks(chart)
+        self.assertEqual((whole[0], whole[-1]), (0, 0.6))
+        ActionChains(self.browser).move_to_element(picture).click_and_hold().move_by_offset(150, 0).release().perform()
+        rows = [c for c in self.browser.find_elements(By.CSS_SELECTOR, "figure:first-of-type .chart")]
+        self.assertGreater(len(rows), 1)
+        for row in rows:
+            at = self.ticks(row)
+            self.assertGreater(len(at), 2)
+            self.assertTrue(0.28 < at[0] < at[-1] < 0.4, at)
+        ActionChains(self.browser).double_click(picture).perform()
+        self.assertEqual(self.ticks(chart), whole)
+        picture.send_keys("+")
+        self.assertNotEqual(self.ticks(chart), whole)
+        picture.send_keys("0")
+        self.assertEqual(self.ticks(chart), whole)
+
+    def test_the_script_draws_the_curve_that_gnuplot_drew(self):
+        def shape(points):
+            """The points between 0 and 1 each way, from below."""
+            (left, right), (top, bottom) = ((min(values), max(values)) for values in zip(*points))
+            return [((x - left) / (right - left), (bottom - y) / (bottom - top)) for x, y in points]
+
+        def numbers(path):
+            return [tuple(map(float, pair)) for pair in re.findall(r"([\d.]+),([\d.]+)", path)]
+        self.open("run")
+        script = numbers(self.chart("Device displacement").find_element(By.CSS_SELECTOR, "path.line").get_attribute("d"))
+        # The second chart of the first picture.
+        group = self.pages["run"].read_text().split('id="gnuplot_plot_1b"')[1].split("</g>\n\t</g>")[0]
+        gnuplot = numbers(re.search(r" d='([^']*)'", group)[1])
+        self.assertEqual(len(script), len(gnuplot))
+        self.assertGreater(len(script), 500)
+        for (x, y), (its_x, its_y) in zip(shape(script), shape(gnuplot)):
+            self.assertAlmostEqual(x, its_x, delta=0.001)
+            self.assertAlmostEqual(y, its_y, delta=0.01)
+
+    def test_a_definition_shows_where_the_keyboard_goes(self):
+        self.open("compare")
+        word = self.browser.find_element(By.CSS_SELECTOR, ".verdict abbr")
+        shown = "return getComputedStyle(arguments[0], '::after').content"
+        self.assertEqual(self.script(shown, word), "none")
+        self.browser.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+        self.assertTrue(self.script("return document.activeElement === arguments[0]", word))
+        self.assertIn(word.get_attribute("title"), self.script(shown, word))
+        self.assertIn("is better", word.get_attribute("title"))
+
+    def test_a_dark_system_gets_a_dark_page(self):
+        brightness = """return ['background-color', 'color'].map(p => Math.max(...getComputedStyle(document.body)
+          .getPropertyValue(p).match(/\\d+/g).map(Number)));"""
+        self.open("run")
+        page, ink = self.script(brightness)
+        self.assertGreater(page, ink + 150)
+        self.open("run", dark=True)
+        page, ink = self.script(brightness)
+        self.assertGreater(ink, page + 150)
+
+    def test_without_a_script_the_pictures_stay(self):
+        self.browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+        self.addCleanup(self.browser.execute_cdp_cmd, "Emulation.setScriptExecutionDisabled", {"value": False})
+        for size in (SCREEN, PHONE):
+            self.open("run", size)
+            self.assertEqual(self.browser.find_elements(By.CLASS_NAME, "chart"), [])
+            pictures = self.browser.find_elements(By.CSS_SELECTOR, "figure > svg")
+            self.assertGreater(len(pictures), 1)
+            self.assertGreater(pictures[0].size["height"], 100)
+
+
+if __name__ == "__main__":
+    unittest.main()
