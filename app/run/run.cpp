@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "app/run/cpu_time.hpp"
 #include "app/run/live.hpp"
@@ -133,13 +134,34 @@ void add_statistics(Session& session, RunResult& result) {
   }
 }
 
+/// The watcher of a run, where there is one, from its begin to its end.
+class Watched {
+ public:
+  Watched(RunWatcher* watcher, Session& session, Follower* follower) : watcher_(watcher) {
+    if (watcher_ != nullptr) watcher_->begin(session, follower);
+  }
+  Watched(const Watched&) = delete;
+  Watched& operator=(const Watched&) = delete;
+  ~Watched() {
+    if (watcher_ != nullptr) watcher_->end();
+  }
+  void attend() {
+    if (watcher_ != nullptr) watcher_->attend();
+  }
+
+ private:
+  RunWatcher* watcher_;
+};
+
 void run_virtual(Session& session, const RunOptions& options, RunResult& result) {
   constexpr Duration slice{10'000'000};
   const double planned = session.plan().graph.duration.seconds();
   double asked = clock_seconds(CLOCK_MONOTONIC);
+  Watched watched(options.watcher, session, nullptr);
   session.start();
   while (session.is_running()) {
     session.advance(slice);
+    watched.attend();
     const double wall = clock_seconds(CLOCK_MONOTONIC);
     if (wall - asked < 0.1 || !options.progress) continue;
     asked = wall;
@@ -151,7 +173,7 @@ void run_virtual(Session& session, const RunOptions& options, RunResult& result)
 }
 
 void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& result) {
-  Session session(plan, {.measure_cpu = true});
+  Session session(plan, {.measure_cpu = true, .pace = options.watcher != nullptr ? 1.0 : 0.0});
   pass_notes(session.nodes(), options);
   {
     const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
@@ -169,14 +191,17 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
   judge(plan, options, &session.nodes(), result);
 }
 
-/// Goes on until the run has ended, and asks ten times a second whether to go on.
-void run_live(Session& session, Follower* follower, const RunOptions& options, RunResult& result) {
-  constexpr Duration ask_period{100'000'000};
+/// Goes on until the run has ended, lets the watcher attend fifty times a second, and asks ten times a second whether
+/// to go on.
+void run_live(Session& session, Follower* follower, Watched& watched, const RunOptions& options, RunResult& result) {
+  constexpr Duration attend_period{20'000'000};
+  constexpr int attends_per_question = 5;
   LiveWatch watch(session, follower);
   session.start();
-  while (session.is_running()) {
-    session.advance(ask_period);
-    if (!session.is_running() || !options.live_progress) continue;
+  for (int attended = 1; session.is_running(); ++attended) {
+    session.advance(attend_period);
+    watched.attend();
+    if (attended % attends_per_question != 0 || !session.is_running() || !options.live_progress) continue;
     try {
       result.interrupted = !options.live_progress(watch.look());
     } catch (const std::exception& error) {
@@ -207,12 +232,14 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   const auto recorder_failed = recorder ? record(session, *recorder) : std::make_shared<bool>(false);
   if (options.before_start) options.before_start(session);
+  std::optional<Watched> watched;
+  watched.emplace(options.watcher, session, follower.get());
   if (follower) follower->start();
   const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
   const double wall = clock_seconds(CLOCK_MONOTONIC);
   session.stop_when(options.stop_asked);
   try {
-    run_live(session, follower.get(), options, result);
+    run_live(session, follower.get(), *watched, options, result);
   } catch (...) {
     // Nothing has run, because of a device that is not there, say: no recording without a message stays behind.
     if (recorder) {
@@ -228,8 +255,9 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   if (follower) {
     follower->finish(follower_patience);
     result.follower = follower->figures();
-    follower.reset();
   }
+  watched.reset();
+  follower.reset();
   result.abandoned = session.is_abandoned();
   if (!result.failure) result.failure = session.failure();
   result.live = session.last_status();

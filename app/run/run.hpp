@@ -78,6 +78,18 @@ struct RunResult {
   [[nodiscard]] const Series* curve(std::string_view name) const;
 };
 
+/// Looks at a run while it goes on, on its thread.
+class RunWatcher {
+ public:
+  virtual ~RunWatcher() = default;
+  /// Before the session starts; `follower` is null where none follows.
+  virtual void begin(Session& session, Follower* follower) = 0;
+  /// About fifty times a second while it runs.
+  virtual void attend() = 0;
+  /// The session has ended, or has failed to start; nothing of it is used afterwards.
+  virtual void end() = 0;
+};
+
 struct RunOptions {
   std::optional<std::filesystem::path> recording;  ///< where to record what the graph asks for; absent: nowhere
   std::filesystem::path cache_folder;
@@ -94,6 +106,8 @@ struct RunOptions {
   std::function<bool(const LiveLook&)> live_progress;
   /// Not null: a reference follows a run whose clock is real, and its figures are metrics. Its nodes come from here.
   Registry* follow = nullptr;
+  /// Not null: looks at the run, which under the virtual clock then takes as long as it lasts.
+  RunWatcher* watcher = nullptr;
   /// Called with the session before it starts, for taps.
   std::function<void(Session&)> before_start;
   /// Ends a run whose clock is real; asked on another thread, about fifty times a second.

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/interruption.hpp"
@@ -18,7 +19,9 @@
 #include "app/run/summary.hpp"
 #include "app/terminal.hpp"
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/page_options.hpp"
 #include "app/verbs/verbs.hpp"
+#include "app/view/run_view.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
@@ -35,6 +38,8 @@ struct RunArguments {
   ResultsRequest results;
   bool all = false;     // print every metric
   bool follow = false;  // let a reference follow the run
+  bool view = false;    // show it in the browser
+  PageOptions page;
 };
 
 void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, bool all) {
@@ -77,6 +82,12 @@ int run_graph(const RunArguments& arguments) {
     }
     run_options.follow = &registry;
   }
+  std::unique_ptr<RunView> shown;
+  if (arguments.view) {
+    shown = std::make_unique<RunView>(plan, arguments.page.port,
+                                      [&arguments](const std::string& url) { show_page(arguments.page, url); });
+    run_options.watcher = shown.get();
+  }
   if (plan.graph.clock == Clock::real) end_instead_of_stopping();
   const RunResult result = execute(plan, run_options);
   view.clear();
@@ -113,6 +124,10 @@ void add_run(CLI::App& app, int& exit_code) {
   verb->add_flag(
       "--follow", arguments->follow,
       "With clock: real, let a reference follow the run, so that error and delay are known while it goes on");
+  CLI::Option* view = verb->add_flag(
+      "--view", arguments->view,
+      "Show the run in the browser while it goes on; under the virtual clock it then takes as long as it lasts");
+  arguments->page.add_to(*verb, view);
   verb->callback([arguments, &exit_code] { exit_code = run_graph(*arguments); });
 }
 

@@ -1,18 +1,13 @@
 // `tactor view`: a scene in the browser, to be looked at and touched.
-#include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdlib>
 #include <filesystem>
-#include <thread>
 
 #include "app/interruption.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/page_options.hpp"
 #include "app/verbs/verbs.hpp"
 #include "app/view/recorded_show.hpp"
 #include "app/view/serve_show.hpp"
@@ -29,21 +24,10 @@ struct ViewArguments {
   fs::path shown;
   GraphOptions options;
   std::string device = "mouse";
-  std::uint16_t port = 0;
-  bool no_open = false;
+  PageOptions page;
   bool no_reference = false;
   fs::path recording;
 };
-
-/// Opens the address with the program that the desktop has for it; where there is no desktop, nothing happens.
-void open_in_browser(const std::string& url) {
-  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
-  std::string program = "xdg-open", address = url;
-  char* arguments[] = {program.data(), address.data(), nullptr};
-  pid_t child = 0;
-  if (posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ) != 0) return;
-  std::thread([child] { waitpid(child, nullptr, 0); }).detach();
-}
 
 /// A view goes on until somebody ends it, and physics takes the time that the graph says it takes.
 Overrides for_a_view(const Overrides& given) {
@@ -88,17 +72,13 @@ int view_live(ViewArguments arguments, Registry& registry, const ViewOptions& op
 int view(const ViewArguments& arguments) {
   Registry registry(default_node_folders());
   ViewOptions options;
-  options.port = arguments.port;
+  options.port = arguments.page.port;
   options.own_device = arguments.device == "graph";
   options.reference = !arguments.no_reference;
   if (!arguments.recording.empty()) options.recording = arguments.recording;
   options.note = tell_note;
   options.stop_asked = is_interrupted;
-  options.opened = [&arguments](const std::string& url) {
-    fmt::print("  {}\n  Ctrl-C ends it\n", url);
-    std::fflush(stdout);
-    if (!arguments.no_open) open_in_browser(url);
-  };
+  options.opened = [&arguments](const std::string& url) { show_page(arguments.page, url); };
   return is_recording(arguments.shown) ? view_recording(arguments, registry, options)
                                        : view_live(arguments, registry, options);
 }
@@ -114,8 +94,7 @@ void add_view(CLI::App& app, int& exit_code) {
   verb->add_option("--device", arguments->device, "What leads the tool: the mouse, or the device of the graph")
       ->check(CLI::IsMember({"mouse", "graph"}))
       ->capture_default_str();
-  verb->add_option("--port", arguments->port, "Port of the page (default: any that is free)");
-  verb->add_flag("--no-open", arguments->no_open, "Print the address of the page without opening it");
+  arguments->page.add_to(*verb);
   verb->add_flag(
       "--no-reference", arguments->no_reference,
       "Run no reference beside it, which tells error and delay and takes a core where there is one to spare");

@@ -1,0 +1,42 @@
+#include "app/verbs/page_options.hpp"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+namespace tactor {
+
+namespace {
+
+void open_in_browser(const std::string& url) {
+  if (std::getenv("DISPLAY") == nullptr && std::getenv("WAYLAND_DISPLAY") == nullptr) return;
+  std::string program = "xdg-open", address = url;
+  char* arguments[] = {program.data(), address.data(), nullptr};
+  pid_t child = 0;
+  if (posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments, environ) != 0) return;
+  std::thread([child] { waitpid(child, nullptr, 0); }).detach();
+}
+
+}  // namespace
+
+void PageOptions::add_to(CLI::App& verb, CLI::Option* needed) {
+  CLI::Option* at = verb.add_option("--port", port, "Port of the page (default: any that is free)");
+  CLI::Option* closed = verb.add_flag("--no-open", no_open, "Print the address of the page without opening it");
+  if (needed == nullptr) return;
+  at->needs(needed);
+  closed->needs(needed);
+}
+
+void show_page(const PageOptions& options, const std::string& url) {
+  fmt::print("  {}\n  Ctrl-C ends it\n", url);
+  std::fflush(stdout);
+  if (!options.no_open) open_in_browser(url);
+}
+
+}  // namespace tactor

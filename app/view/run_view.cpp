@@ -1,0 +1,27 @@
+#include "app/view/run_view.hpp"
+
+#include <utility>
+
+#include "app/view/hello.hpp"
+
+namespace tactor {
+
+RunView::RunView(const Plan& plan, std::uint16_t port, std::function<void(const std::string& url)> opened)
+    : opened_(std::move(opened)) {
+  options_.port = port;
+  // What is to be known of the meshes the run's own nodes say.
+  options_.meshes = mesh_messages(plan.graph.scene, [](const std::string&) {});
+  if (const Body* tool = plan.graph.scene.tool(); tool != nullptr) options_.start = tool->X_WB;
+}
+
+void RunView::begin(Session& session, Follower* follower) {
+  view_ = std::make_unique<SessionView>(session, follower, options_);
+  opened_(view_->url());
+}
+
+void RunView::end() {
+  view_->tell_end("the run is over");
+  view_.reset();
+}
+
+}  // namespace tactor
