@@ -130,7 +130,7 @@ class Security(CommandTest):
 
     def closed(self, page):
         with self.assertRaises(Closed) as caught:
-            page.take_for(10)
+            page.take_for(10, acknowledge=False)
         page.close()
         return caught.exception.code
 
@@ -178,6 +178,12 @@ class Pages(CommandTest):
     def start_of(self, page):
         return page.hello["device"]["start"][:3]
 
+    def hold(self, page, p, held, seconds):
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            page.cursor(p, held)
+            page.take_for(0.02)
+
     def press(self, page, depth=0.014, seconds=15):
         """Holds the handle and moves it down until physics answers with a force."""
         start = self.start_of(page)
@@ -196,7 +202,7 @@ class Pages(CommandTest):
             self.assertTrue(page.hello["device"]["mouse"])
             down = self.press(page)
             self.assertGreater(page.stream("contact_count")[-1][1][0], 0)
-            self.assertLess(max(abs(a - b) for a, b in zip(page.stream("handle")[-1][1], down)), 1e-3)
+            self.assertLess(max(abs(a - b) for a, b in zip(page.stream("handle")[-1][1], down)), 3e-3)
             times = [t for t, _ in page.stream("commanded")]
             self.assertEqual(times, sorted(times))
             status = page.last("status")
@@ -217,9 +223,10 @@ class Pages(CommandTest):
             # Who comes back holding gets nothing, until it lets go.
             looker.say(type="control")
             looker.wait_for(lambda p: p.last("status")["in_control"] == p.hello["client"])
-            back = [down, True]
-            looker.cursor(down, False)
-            looker.wait_for(lambda p: abs(p.stream("commanded")[-1][1][2]) > 0.3, 15, back)
+            self.hold(looker, down, True, 0.5)
+            self.assertEqual(looker.stream("commanded")[-1][1][2], 0.0)
+            self.hold(looker, down, False, 0.1)
+            looker.wait_for(lambda p: abs(p.stream("commanded")[-1][1][2]) > 0.3, 15, (down, True))
             looker.close()
 
     def test_a_page_that_sends_no_input_is_released_after_200_ms(self):
@@ -228,12 +235,9 @@ class Pages(CommandTest):
             down = self.press(page)
             page.take_for(0.8)  # its socket is open, and it reads
             self.assertEqual(page.stream("commanded")[-1][1][2], 0.0)
-            page.take_for(0.01)
-            for _ in range(20):
-                page.cursor(down, True)
-                page.take_for(0.02)
+            self.hold(page, down, True, 0.5)
             self.assertEqual(page.stream("commanded")[-1][1][2], 0.0, "coming back is disengaged")
-            page.cursor(down, False)
+            self.hold(page, down, False, 0.1)
             page.wait_for(lambda p: abs(p.stream("commanded")[-1][1][2]) > 0.3, 15, (down, True))
             page.close()
 

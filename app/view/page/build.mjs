@@ -1,47 +1,60 @@
-// Builds the page: node build.mjs OUT. Needs what `npm ci` installs, and no network.
-import {mkdir, readFile, writeFile} from 'node:fs/promises';
-import {join} from 'node:path';
-import {gzipSync} from 'node:zlib';
-import {build} from 'esbuild';
+// Bundles the page: node build.mjs OUT_DIR writes index.html, view.js, view.css, saved.html and licences.txt, each
+// compressed, with .gz behind its name.
+import { build } from 'esbuild';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { dirname, join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { gzipSync } from 'node:zlib';
 
-const out = process.argv[2];
-if (!out) throw new Error('expected the folder to build into: node build.mjs OUT');
-
-async function bundle(entry, options = {}) {
-  const result = await build({
-    entryPoints: [entry], bundle: true, minify: true, write: false, legalComments: 'none', logLevel: 'warning',
-    target: ['chrome100', 'firefox100', 'safari15.4'], ...options,
-  });
-  return result.outputFiles[0].text;
+if (!process.argv[2]) {
+  console.error('usage: node build.mjs OUT_DIR');
+  process.exit(2);
 }
+const here = dirname(fileURLToPath(import.meta.url));
+const out = resolve(process.argv[2]);
+mkdirSync(out, { recursive: true });
 
-// A script element ends at the first </script, also inside of a text of the program.
-const script = (await bundle('src/main.js', {format: 'iife'})).replaceAll('</script', '<\\/script');
-const style = await bundle('src/style.css');
-const body = await readFile('src/body.html', 'utf8');
-const head = `<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark"><title>tactor</title>`;
-const licences = await Promise.all(
-    [['three', 'LICENSE'], ['uplot', 'LICENSE']].map(async ([name, file]) =>
-      `${name}\n\n${await readFile(join('node_modules', name, file), 'utf8')}`));
-
-const files = {
-  'index.html': `<!doctype html>
-<html lang="en"><head>${head}<link rel="icon" href="data:,"><link rel="stylesheet" href="/view.css"></head>
-<body>${body}<script src="/view.js"></script></body></html>
-`,
-  'view.js': script,
-  'view.css': style,
-  // A function, because $& and the like mean something in a text.
-  'saved.html': `<!doctype html>
-<!-- With three and uPlot, whose licences are:
-
-${licences.join('\n\n').replaceAll('--', '- -')}
--->
-<html lang="en"><head>${head}<style>${style}</style></head>
-<body>${body}<!--TACTOR_RECORDING--><script>${script}</script></body></html>
-`,
-  'licences.txt': `The page of tactor's view holds these programs.\n\n${licences.join('\n\n')}`,
+const result = await build({
+  absWorkingDir: here,
+  entryPoints: { view: 'src/main.js' },
+  outdir: out,
+  bundle: true,
+  format: 'iife',
+  minify: true,
+  target: ['es2021'],
+  charset: 'utf8',
+  legalComments: 'inline',
+  write: false,
+  logLevel: 'warning',
+});
+const text_of = (name) => {
+  const file = result.outputFiles.find((one) => one.path.endsWith(name));
+  if (!file) throw new Error(`esbuild wrote no ${name}`);
+  return file.text;
 };
-await mkdir(out, {recursive: true});
-for (const [name, text] of Object.entries(files)) await writeFile(join(out, `${name}.gz`), gzipSync(text, {level: 9}));
+const program = text_of('view.js');
+const style = text_of('view.css');
+const frame = readFileSync(join(here, 'src/index.html'), 'utf8');
+
+/** Puts text in the place of a mark that must be there once; a function, so that no $ is special. */
+const put = (page, mark, text) => {
+  if (page.split(mark).length !== 2) throw new Error(`${mark} is not there once`);
+  return page.replace(mark, () => text);
+};
+const served = put(put(put(frame, '<!--STYLE-->', '<link rel="stylesheet" href="view.css">'), '<!--RECORDING_PLACE-->\n', ''),
+  '<!--PROGRAM-->', '<script defer src="view.js"></script>');
+// Inside of a script element, these begin or end something else.
+const inlined = program.replace(/<\/(script)/gi, '<\\/$1').replace(/<!--/g, '<\\!--');
+const policy = `<meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:">`;
+const saved = put(put(put(frame, '<!--STYLE-->', `${policy}\n<style>\n${style.replace(/<\/(style)/gi, '<\\/$1')}</style>`),
+  '<!--RECORDING_PLACE-->', '<!--TACTOR_RECORDING-->'), '<!--PROGRAM-->', `<script>\n${inlined}</script>`);
+if (saved.split('<!--TACTOR_RECORDING-->').length !== 2) throw new Error('saved.html must name the place of the recording once');
+
+const licences = ['three', 'uplot'].map((name) => {
+  const about = JSON.parse(readFileSync(join(here, 'node_modules', name, 'package.json'), 'utf8'));
+  return `${about.name} ${about.version} (${about.license})\n\n${readFileSync(join(here, 'node_modules', name, 'LICENSE'), 'utf8').trim()}\n`;
+});
+
+const files = { 'index.html': served, 'view.js': program, 'view.css': style, 'saved.html': saved,
+  'licences.txt': `The page holds these works of others.\n\n${licences.join(`\n${'-'.repeat(78)}\n\n`)}` };
+for (const [name, text] of Object.entries(files)) writeFileSync(join(out, `${name}.gz`), gzipSync(text, { level: 9 }));

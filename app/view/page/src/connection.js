@@ -1,62 +1,55 @@
-// The connection to the server: what comes in, what is said, and which frames were drawn.
-import {kindOf, readFrame, readMesh} from './messages.js';
+// Speaks with the server: opens the WebSocket, hands messages on, acknowledges frames that were drawn.
+
+/** @typedef {{text: function(object): void, binary: function(Uint8Array): void, closed: function(string): void}} Listener */
 
 export class Connection {
-  /**
-   * @param {{hello: (hello: object) => void, text: (message: object) => void, mesh: (mesh: object) => void,
-   *          chunks: (chunks: object[], buffer: ArrayBuffer) => void, lost: (why: string) => void}} takers
-   */
-  constructor(takers) {
-    this.takers = takers;
-    this.columns = [];
-    this.drawn = 0;
-    this.told = 0;
-    this.frames = 0;
+  /** @param {string} token @param {Listener} listener */
+  constructor(token, listener) {
+    this.pending = []; // frames taken, not yet drawn
     this.acks = 0;
     this.open = false;
-  }
-  connect() {
-    const token = location.hash.slice(1).split('&')[0];
-    this.socket = new WebSocket(`ws://${location.host}/stream`, ['tactor.view', `token.${token}`]);
+    const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+    this.socket = new WebSocket(`${scheme}://${location.host}/stream`, token ? ['tactor.view', `token.${token}`] : ['tactor.view']);
     this.socket.binaryType = 'arraybuffer';
-    this.socket.onopen = () => { this.open = true; };
-    this.socket.onmessage = ({data}) => this.take(data);
-    this.socket.onclose = ({code}) => {
-      const was = this.open;
+    this.socket.onopen = () => (this.open = true);
+    this.socket.onmessage = (event) => {
+      try {
+        if (typeof event.data === 'string') listener.text(JSON.parse(event.data));
+        else listener.binary(new Uint8Array(event.data));
+      } catch (error) {
+        this.failed = true;
+        listener.closed(`The page could not take a message: ${error.message}`);
+        this.socket.close();
+        throw error;
+      }
+    };
+    this.socket.onclose = (event) => {
+      const was_open = this.open;
       this.open = false;
-      this.takers.lost(was ? `The connection has ended (${code}). The curves stay.`
-        : 'The server did not let this page in. Open the address that tactor printed, with all behind the #.');
+      if (this.failed) return;
+      const why = event.reason ? ` (${event.reason})` : '';
+      listener.closed(was_open ? `Connection lost${why}.`
+        : 'No connection. Is the run still going, and is the address complete, with all behind the #?');
     };
   }
-  take(data) {
-    try {
-      this.decode(data);
-    } catch (error) {
-      this.takers.lost(`What the server sent cannot be read: ${error.message}`);
-      this.socket?.close();
-    }
+
+  send(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
-  decode(data) {
-    if (typeof data === 'string') {
-      const message = JSON.parse(data);
-      if (message.type !== 'hello') return this.takers.text(message);
-      this.columns = message.streams.map((s) => s.columns.length);
-      return this.takers.hello(message);
-    }
-    if (kindOf(data) === 2) return this.takers.mesh(readMesh(data));
-    const {number, chunks} = readFrame(data, this.columns);
-    this.drawn = number;
-    this.frames += 1;
-    this.takers.chunks(chunks, data);
+
+  /** Remembers a frame; it is acknowledged when it was drawn. */
+  taken(frame) {
+    this.pending.push(frame);
   }
-  say(message) {
-    if (this.open) this.socket.send(JSON.stringify(message));
+
+  /** Everything taken so far was drawn. */
+  drawn() {
+    for (const frame of this.pending) this.acknowledge(frame);
+    this.pending.length = 0;
   }
-  /** To be called when what has come was drawn. */
-  acknowledge() {
-    if (this.drawn === this.told) return;
-    this.told = this.drawn;
-    this.acks += 1;
-    this.say({type: 'ack', frame: this.drawn});
+
+  acknowledge(frame) {
+    this.send({ type: 'ack', frame });
+    ++this.acks;
   }
 }

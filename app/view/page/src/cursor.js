@@ -1,134 +1,221 @@
-// The person's hand: mouse, touch, keys or gamepad lead the handle's target and say whether it is held.
-import {Quaternion, Vector3} from 'three';
+// Moves the handle's target by mouse, touch, keys or a gamepad, and tells it to the server.
+import { Quaternion, Vector3 } from 'three';
 
-const HEARTBEAT_MS = 40;
-const LEAST_GAP_MS = 4;
-const KEY_SPEED = 0.03;      // m/s
-const TURN_PER_PIXEL = 0.01; // rad
-const STICK_SPEED = 0.06;    // m/s
-const STICK_REST = 0.12;
+const LEAST_GAP = 4; // ms between inputs: at most 250/s
+const HEARTBEAT = 25; // ms
+const STILL_DRAWING = 150; // ms since the last drawn frame
 
-const MOVES = {ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1]};
-
+/** The cursor keeps its own target: one derived from drawn poses would lose increments. */
 export class Cursor {
   /**
-   * @param {import('./scene.js').View3D} view @param {(message: object) => void} say
-   * @param {object} hello @param {() => number[]|null} handle the pose of the handle as it is drawn
+   * @param {object} world
+   * @param {import('./scene.js').SceneView} world.scene
+   * @param {object} world.hello
+   * @param {function(object): void} world.send
+   * @param {function(): ArrayLike<number> | null} world.handle the newest pose of the handle
+   * @param {function(): boolean} world.allowed whether this client is in control
    */
-  constructor(view, say, hello, handle) {
-    this.view = view;
-    this.say = say;
-    this.rotates = hello.rotates;
-    this.handle = handle;
-    // The target lives here: derived from drawn poses it would lose what was moved between two of them.
-    this.p = new Vector3(...hello.device.start.slice(0, 3));
-    this.q = new Quaternion(...hello.device.start.slice(4, 7), hello.device.start[3]);
-    this.dragging = false;
+  constructor({ scene, hello, send, handle, allowed }) {
+    Object.assign(this, { scene, hello, send, handle, allowed });
+    const start = hello.device?.start ?? [0, 0, 0, 1, 0, 0, 0];
+    this.p = new Vector3(start[0], start[1], start[2]);
+    this.q = new Quaternion(start[4], start[5], start[6], start[3]);
+    this.grip = new Vector3(); // where the tool is held, in its frame
+    this.by = null; // 'pointer', 'keys', 'gamepad' while held
     this.keys = new Set();
-    this.pad = false;
+    this.last_sent = -Infinity;
+    this.last_drawn = -Infinity;
+    this.last_step = performance.now();
     this.sent = 0;
-    this.last = performance.now();
+    this.ever_held = false;
+    if (!hello.device?.mouse) return;
     this.listen();
   }
-  get held() { return this.dragging || this.keys.has('Space') || this.pad; }
+
+  get held() {
+    return this.by !== null;
+  }
 
   listen() {
-    const {canvas} = this.view;
-    canvas.addEventListener('pointerdown', (e) => this.press(e), true);
-    // On the window: a drag goes on beside the canvas.
-    addEventListener('pointermove', (e) => this.move(e));
-    for (const name of ['pointerup', 'pointercancel']) addEventListener(name, () => this.letGo());
-    canvas.addEventListener('wheel', (e) => this.wheel(e), {capture: true, passive: false});
-    canvas.addEventListener('keydown', (e) => {
-      if (e.code !== 'Space' && e.code !== 'KeyR' && !MOVES[e.code]) return;
-      if (e.code === 'Space' && !e.repeat) this.takeHold();
-      this.keys.add(e.code);
-      if (e.code !== 'KeyR') e.preventDefault();
-      this.send();
+    const area = this.scene.parent;
+    const { canvas } = this.scene;
+    // In the capture phase: before the camera's controls see it.
+    area.addEventListener('pointerdown', (event) => {
+      if (event.button !== 0 || this.held || !this.allowed() || event.target !== canvas) return;
+      const hit = this.scene.pick(event.clientX, event.clientY, event.pointerType === 'touch' ? 40 : 18);
+      if (!hit) return;
+      event.preventDefault();
+      event.stopPropagation();
+      canvas.focus({ preventScroll: true });
+      canvas.setPointerCapture(event.pointerId);
+      this.pointer = event.pointerId;
+      this.last = [event.clientX, event.clientY];
+      this.grab('pointer', hit);
+    }, true);
+    area.addEventListener('pointermove', (event) => {
+      if (this.by === null && event.pointerType === 'mouse' && event.buttons === 0) {
+        this.hover(event);
+        return;
+      }
+      if (this.by !== 'pointer' || event.pointerId !== this.pointer) return;
+      event.stopPropagation();
+      if (event.pointerType === 'mouse' && (event.buttons & 1) === 0) {
+        this.release(); // the button came up where no event told it
+        return;
+      }
+      const dx = event.clientX - this.last[0];
+      const dy = event.clientY - this.last[1];
+      this.last = [event.clientX, event.clientY];
+      if (this.keys.has('r') && this.hello.rotates) this.turn(dx * 0.008, dy * 0.008, 0);
+      else this.move(dx, -dy, 0);
+      this.tell(false);
+    }, true);
+    const release = (event) => {
+      if (this.by !== 'pointer' || event.pointerId !== this.pointer) return;
+      event.stopPropagation();
+      this.release();
+    };
+    for (const name of ['pointerup', 'pointercancel', 'lostpointercapture']) area.addEventListener(name, release, true);
+    area.addEventListener('wheel', (event) => {
+      if (!this.held) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const pixels = event.deltaMode === 1 ? event.deltaY * 16 : event.deltaY;
+      this.move(0, 0, -0.15 * Math.max(-120, Math.min(120, pixels)));
+      this.tell(false);
+    }, { capture: true, passive: false });
+    const typing = (target) => target instanceof Element && target.closest('input, select, textarea, button, [contenteditable], a, summary');
+    window.addEventListener('keydown', (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+      if (key !== 'r' && typing(event.target)) return;
+      const ours = [' ', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'PageUp', 'PageDown'];
+      if (key === ' ' && !event.repeat && !this.held && this.allowed()) this.grab('keys', null);
+      if (key === ' ' || (this.by === 'keys' && ours.includes(key))) event.preventDefault();
+      this.keys.add(key);
+      if (event.shiftKey) this.keys.add('Shift');
     });
-    const release = (e) => { if (this.keys.delete(e.code)) this.send(); };
-    addEventListener('keyup', release);
-    addEventListener('blur', () => { this.keys.clear(); this.letGo(); });
+    window.addEventListener('keyup', (event) => {
+      const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+      this.keys.delete(key);
+      if (key === ' ' && this.by === 'keys') this.release();
+    });
+    const drop = () => {
+      this.keys.clear();
+      if (this.held) this.release();
+    };
+    window.addEventListener('blur', drop);
+    window.addEventListener('pagehide', drop);
+    document.addEventListener('visibilitychange', () => document.hidden && drop());
+    // Slow drawing is not a stopped page: the heartbeat goes on for a while after each drawn frame.
+    setInterval(() => this.beat(), HEARTBEAT);
   }
-  /** Whoever takes hold does so where the handle is. */
-  takeHold() {
-    const pose = this.handle();
-    if (!pose) return;
-    this.p.set(pose[0], pose[1], pose[2]);
-    this.q.set(pose[4], pose[5], pose[6], pose[3]);
-  }
-  press(event) {
-    if (event.button !== 0 || !this.view.isTool(event.clientX, event.clientY)) return;
-    event.stopImmediatePropagation();
-    event.preventDefault();
-    this.view.canvas.focus();
-    this.takeHold();
-    this.dragging = true;
-    this.at = this.view.onPlane(event.clientX, event.clientY, this.p);
-    this.x = event.clientX;
-    this.y = event.clientY;
-    this.send();
-  }
-  move(event) {
-    if (!this.dragging) return;
-    // The button was let go where no event came from, as beside the window.
-    if (event.buttons === 0) return this.letGo();
-    if (this.keys.has('KeyR') && this.rotates) {
-      const turn = new Quaternion().setFromAxisAngle(this.view.up(), TURN_PER_PIXEL * (event.clientX - this.x))
-        .multiply(new Quaternion().setFromAxisAngle(this.view.right(), TURN_PER_PIXEL * (event.clientY - this.y)));
-      this.q.premultiply(turn).normalize();
-      this.at = this.view.onPlane(event.clientX, event.clientY, this.p);
-    } else {
-      const to = this.view.onPlane(event.clientX, event.clientY, this.p);
-      this.p.add(to.clone().sub(this.at));
-      this.at = to;
-    }
-    this.x = event.clientX;
-    this.y = event.clientY;
-    if (performance.now() - this.sent >= LEAST_GAP_MS) this.send();
-  }
-  wheel(event) {
-    if (!this.held) return;
-    event.preventDefault();
-    event.stopImmediatePropagation();
-    this.p.addScaledVector(this.view.forward(), -0.2 * event.deltaY * this.view.perPixel(this.p));
-    if (this.dragging) this.at = this.view.onPlane(this.x, this.y, this.p);
-    this.send();
-  }
-  letGo() {
-    if (!this.dragging) return;
-    this.dragging = false;
-    this.send();
-  }
-  /** What keys and gamepad do in `seconds`. */
-  steer(seconds) {
-    const step = new Vector3();
-    if (this.keys.has('Space')) {
-      for (const [key, move] of Object.entries(MOVES)) if (this.keys.has(key)) step.add(new Vector3(...move));
-      step.multiplyScalar(KEY_SPEED * seconds);
-    }
-    const pad = navigator.getGamepads?.().find((p) => p?.connected) ?? null;
-    const held = Boolean(pad?.buttons[7]?.pressed || pad?.buttons[0]?.pressed);
-    if (held && !this.pad) this.takeHold();
-    this.pad = held;
-    if (held) {
-      const axis = (i) => Math.abs(pad.axes[i] ?? 0) > STICK_REST ? pad.axes[i] : 0;
-      step.add(new Vector3(axis(0), -axis(1), -axis(3)).multiplyScalar(STICK_SPEED * seconds));
-    }
-    if (step.lengthSq() === 0) return;
-    this.p.addScaledVector(this.view.right(), step.x).addScaledVector(this.view.up(), step.y).addScaledVector(this.view.forward(), step.z);
-    if (this.dragging) this.at = this.view.onPlane(this.x, this.y, this.p);
-    this.send();
-  }
-  /** Once a frame: a page that draws nothing says nothing, and counts as let go. */
-  frame() {
+
+  /** The pointer's shape says what can be taken; looked at now and then only. */
+  hover(event) {
     const now = performance.now();
-    this.steer(Math.min((now - this.last) / 1000, 0.1));
-    this.last = now;
-    if (now - this.sent >= HEARTBEAT_MS) this.send();
+    if (now - (this.hovered ?? 0) < 120) return;
+    this.hovered = now;
+    const can = this.allowed() && event.target === this.scene.canvas && this.scene.pick(event.clientX, event.clientY, 18);
+    this.scene.canvas.classList.toggle('can-grab', Boolean(can));
   }
-  send() {
-    this.sent = performance.now();
-    this.say({type: 'input', p: this.p.toArray(), q: [this.q.w, this.q.x, this.q.y, this.q.z], held: this.held});
+
+  grab(by, hit) {
+    const pose = this.handle();
+    if (pose) {
+      this.p.set(pose[0], pose[1], pose[2]);
+      if (pose.length >= 7) this.q.set(pose[4], pose[5], pose[6], pose[3]);
+    }
+    const tool = this.scene.tool_object();
+    this.grip.set(0, 0, 0);
+    if (hit) this.grip.copy(hit).sub(tool.position).applyQuaternion(tool.quaternion.clone().invert());
+    this.by = by;
+    this.ever_held = true;
+    this.scene.controls.enabled = false;
+    this.scene.canvas.classList.add('grabbing');
+    this.tell(true);
+  }
+
+  release() {
+    this.by = null;
+    this.pointer = null;
+    this.scene.controls.enabled = true;
+    this.scene.canvas.classList.remove('grabbing');
+    this.tell(true);
+  }
+
+  /** Pixels in the view's plane and in depth. */
+  move(right_pixels, up_pixels, forward_pixels) {
+    const { right, up, forward, pixel } = this.scene.view_at(this.p);
+    this.p.addScaledVector(right, right_pixels * pixel).addScaledVector(up, up_pixels * pixel).addScaledVector(forward, forward_pixels * pixel);
+  }
+
+  /** Turns in rad about the view's axes. */
+  turn(about_up, about_right, about_forward) {
+    const { right, up, forward } = this.scene.view_at(this.p);
+    for (const [axis, angle] of [[up, about_up], [right, about_right], [forward, about_forward]])
+      this.q.premultiply(new Quaternion().setFromAxisAngle(axis, angle));
+    this.q.normalize();
+  }
+
+  /** Keys and gamepad; called at every drawn frame. */
+  step(now, force_part) {
+    const dt = Math.min(0.1, (now - this.last_step) / 1000);
+    this.last_step = now;
+    this.last_drawn = now;
+    if (!this.hello.device?.mouse) return;
+    if (this.by === 'keys') {
+      const way = (plus, minus) => (this.keys.has(plus) ? 1 : 0) - (this.keys.has(minus) ? 1 : 0);
+      const x = way('ArrowRight', 'ArrowLeft');
+      const y = way('ArrowUp', 'ArrowDown');
+      const z = way('PageUp', 'PageDown');
+      const speed = this.keys.has('Shift') ? 0.25 : 1;
+      if (this.keys.has('r') && this.hello.rotates) this.turn(x * dt * speed, -y * dt * speed, z * dt * speed);
+      else this.move(x * 120 * dt * speed, y * 120 * dt * speed, z * 120 * dt * speed);
+    }
+    this.step_gamepad(dt, force_part, now);
+  }
+
+  step_gamepad(dt, force_part, now) {
+    const pad = navigator.getGamepads ? [...navigator.getGamepads()].find((one) => one && one.connected) : null;
+    if (!pad) {
+      if (this.by === 'gamepad') this.release();
+      return;
+    }
+    const trigger = Math.max(pad.buttons[6]?.value ?? 0, pad.buttons[7]?.value ?? 0);
+    if (trigger > 0.5 && !this.held && this.allowed()) this.grab('gamepad', null);
+    if (trigger < 0.3 && this.by === 'gamepad') this.release();
+    if (this.by !== 'gamepad') return;
+    const axis = (i) => {
+      const v = pad.axes[i] ?? 0;
+      return Math.abs(v) < 0.12 ? 0 : v * Math.abs(v);
+    };
+    this.move(axis(0) * 260 * dt, -axis(1) * 260 * dt, -axis(3) * 260 * dt);
+    if (force_part > 0.02 && now - (this.rumbled ?? 0) > 70) {
+      this.rumbled = now;
+      pad.vibrationActuator?.playEffect?.('dual-rumble', {
+        duration: 110, strongMagnitude: Math.min(1, force_part), weakMagnitude: Math.min(1, 0.5 * force_part) })?.catch?.(() => {});
+    }
+  }
+
+  beat() {
+    const now = performance.now();
+    if (now - this.last_drawn > STILL_DRAWING) return;
+    if (now - this.last_sent >= HEARTBEAT - 5) this.tell(false);
+  }
+
+  tell(always) {
+    const now = performance.now();
+    if (!this.allowed() || (!always && now - this.last_sent < LEAST_GAP)) return;
+    this.last_sent = now;
+    ++this.sent;
+    this.send({ type: 'input', p: this.p.toArray(), q: [this.q.w, this.q.x, this.q.y, this.q.z], held: this.held });
+  }
+
+  /** The ends of the drawn spring: the held point of the target and of the tool; null while released. */
+  spring() {
+    if (!this.held) return null;
+    const tool = this.scene.tool_object();
+    return [this.grip.clone().applyQuaternion(this.q).add(this.p), this.grip.clone().applyQuaternion(tool.quaternion).add(tool.position)];
   }
 }

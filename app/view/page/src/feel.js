@@ -1,35 +1,34 @@
-// The force as sound and as the rumble of a gamepad, since a mouse cannot push back.
+// Makes the commanded force heard: a tone that rises and grows with the force.
 
 export class Feel {
   constructor() {
-    this.on = false;
-    this.rumbled = 0;
+    this.context = null;
   }
-  /** To be called from a click: browsers let nothing sound before. */
-  sound(on) {
-    this.on = on;
+
+  /** Called by a click: browsers let no page sound before one. */
+  switch(on) {
     if (on && !this.context) {
-      this.context = new AudioContext();
+      const Context = window.AudioContext ?? window.webkitAudioContext;
+      if (!Context) return false;
+      this.context = new Context();
       this.tone = this.context.createOscillator();
-      this.volume = this.context.createGain();
       this.tone.type = 'triangle';
-      this.volume.gain.value = 0;
-      this.tone.connect(this.volume).connect(this.context.destination);
+      this.gain = this.context.createGain();
+      this.gain.gain.value = 0;
+      this.tone.connect(this.gain).connect(this.context.destination);
       this.tone.start();
     }
-    if (this.context) on ? this.context.resume() : this.context.suspend();
+    if (this.context) (on ? this.context.resume() : this.context.suspend()).catch(() => {});
+    this.on = on;
+    return true;
   }
-  /** @param {number} share of the largest force, 0 to 1 */
-  set(share) {
-    if (this.on && this.context) {
-      const now = this.context.currentTime;
-      this.tone.frequency.setTargetAtTime(70 + 330 * share, now, 0.01);
-      this.volume.gain.setTargetAtTime(share < 0.005 ? 0 : 0.03 + 0.3 * share, now, 0.01);
-    }
-    const now = performance.now();
-    if (now - this.rumbled < 50) return;
-    this.rumbled = now;
-    const pad = navigator.getGamepads?.().find((p) => p?.vibrationActuator);
-    pad?.vibrationActuator.playEffect('dual-rumble', {duration: 80, strongMagnitude: share, weakMagnitude: Math.min(1, 2 * share)}).catch(() => {});
+
+  /** @param {number} part of the largest force, 0 to 1 */
+  force(part) {
+    if (!this.on || !this.context) return;
+    const level = Math.min(1, Math.max(0, part));
+    const now = this.context.currentTime;
+    this.tone.frequency.setTargetAtTime(70 * 2 ** (3 * level), now, 0.015);
+    this.gain.gain.setTargetAtTime(level < 0.003 ? 0 : 0.05 + 0.2 * level, now, 0.015);
   }
 }

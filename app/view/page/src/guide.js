@@ -1,60 +1,84 @@
-// One line that says what to try next; it can be put away.
+// One line that says what to try next, and goes on as things happen.
+import { by_id, set_text, show } from './dom.js';
 
-function remembered() {
-  try { return sessionStorage.getItem('guide') === 'away'; } catch { return false; }
-}
+const KEY = 'tactor.guide';
+const remembered = () => {
+  try {
+    return sessionStorage.getItem(KEY) === 'away';
+  } catch {
+    return false; // a file opened from a disk may have no storage
+  }
+};
+const remember = () => {
+  try {
+    sessionStorage.setItem(KEY, 'away');
+  } catch {
+    // then it comes again
+  }
+};
 
-/** The steps for a graph. Each has a text and `done(now)`, now = {held, force, rate, method}. */
-export function stepsFor(hello) {
-  if (!hello.device.mouse) return [];
-  const steps = [
-    {text: 'Press the mouse on the blue tool and hold it.', done: (now) => now.held},
-    {text: 'Drag the tool into the other body until you see a force.', done: (now) => now.force > 0.2},
-  ];
-  const {methods} = hello;
-  if (!methods) return [...steps, {text: 'Turn a knob below while you press: coupling.k_0 makes the contact stiffer or softer.', done: () => false}];
-  const choice = (value) => methods.choices.find((c) => c.value === value)?.label ?? value;
-  const first = methods.choices[0];
-  const other = methods.choices.find((c) => /refit/.test(c.label)) ?? methods.choices[1];
-  const last = methods.choices.at(-1);
-  steps.push({
-    text: `Keep pressing and slide. Physics answers about 60 times a second, and with "${first.label}" the force goes in steps: look at the curve.`,
-    done: (now) => now.pressed > 4 || now.method !== first.value,
-  });
-  if (other.value !== first.value) steps.push({text: `Press and slide with "${choice(other.value)}" now: forecast and spline make the force smooth, and late.`, done: (now) => now.method === other.value && now.felt > 4});
-  if (last.value !== other.value) steps.push({text: `Now "${choice(last.value)}": the tool is simulated from each result of physics to now.`, done: (now) => now.method === last.value && now.felt > 4});
-  steps.push({text: 'Compare error and delay of the methods in the table. Then turn a knob below, or save the last minute as a file.', done: () => false});
+/**
+ * The steps for a graph.
+ * @param {object} hello
+ * @returns {{text: string, done: function(object): boolean}[]} `done` looks at {held, contacts, force, method, felt, seconds}
+ */
+export function steps_of(hello) {
+  const steps = [];
+  if (hello.mode === 'replay') {
+    return [{ text: 'This is a recording. Drag the slider to another time; drag in a chart to zoom; drag in the scene to look around.', done: () => false }];
+  }
+  if (hello.device?.mouse) steps.push({ text: 'Press on the orange tool and drag it. While you hold it, the wheel moves it in depth.', done: (now) => now.held_for > 0.5 });
+  steps.push({ text: 'Press the tool into the other body, until the bar shows a force.', done: (now) => now.force > 0.03 * (hello.device?.force_max || 5) && now.contacts !== 0 });
+  steps.push({ text: 'Keep pressing and look at the chart: physics comes in steps. The steps are what a hand feels as roughness.', done: (now) => now.seconds > 9 });
+  const choices = hello.methods?.choices ?? [];
+  const named = (pattern) => choices.find((choice) => pattern.test(choice.label));
+  const wanted = [named(/refit/i), named(/local/i)].filter(Boolean);
+  for (const choice of wanted.length ? wanted : choices.slice(1, 3)) {
+    steps.push({ text: `Switch to “${choice.label}” and press again: the commanded force goes on between the steps.`,
+      done: (now) => now.method === choice.value && now.seconds > 4 });
+  }
+  if (choices.length) steps.push({ text: 'Compare error and delay of the methods in the table.', done: (now) => now.seconds > 15 });
+  if (hello.parameters.length) steps.push({ text: 'Turn a knob while you press, for example the stiffness of the coupling.', done: () => false });
   return steps;
 }
 
 export class Guide {
   constructor(hello) {
-    this.steps = stepsFor(hello);
-    this.step = 0;
-    this.pressed = 0;
-    this.felt = 0;
-    this.method = null;
-    this.box = document.getElementById('guide');
-    this.text = document.getElementById('guide-text');
-    document.getElementById('guide-close').addEventListener('click', () => {
-      this.steps = [];
-      this.box.hidden = true;
-      try { sessionStorage.setItem('guide', 'away'); } catch { /* a page without storage asks again */ }
+    this.steps = steps_of(hello);
+    this.at = 0;
+    this.since = performance.now();
+    by_id('guide-next').addEventListener('click', () => this.next());
+    by_id('guide-away').addEventListener('click', () => {
+      show(by_id('guide'), false);
+      remember();
+      this.away = true;
     });
-    if (remembered()) this.steps = [];
+    this.away = remembered();
+    show(by_id('guide'), !this.away && this.steps.length > 0);
+    this.show();
   }
-  /** @param {{held: boolean, force: number, method: string|null}} now @param {number} seconds since the last call */
-  frame(now, seconds) {
-    if (this.step >= this.steps.length) return;
-    const touching = now.held && now.force > 0.2;
-    if (now.method !== this.method) { this.method = now.method; this.felt = 0; }
-    if (touching) { this.pressed += seconds; this.felt += seconds; }
-    if (this.steps[this.step].done({...now, pressed: this.pressed, felt: this.felt})) {
-      this.step += 1;
-      this.pressed = 0;
-      this.felt = 0;
-    }
-    this.box.hidden = false;
-    this.text.textContent = this.steps[this.step]?.text ?? '';
+
+  next() {
+    this.at = Math.min(this.at + 1, this.steps.length - 1);
+    this.since = performance.now();
+    this.show();
+  }
+
+  show() {
+    if (!this.steps.length) return;
+    set_text(by_id('guide-text'), this.steps[this.at].text);
+    set_text(by_id('guide-step'), `${this.at + 1}/${this.steps.length}`);
+    show(by_id('guide-next'), this.at + 1 < this.steps.length);
+    show(by_id('guide-step'), this.steps.length > 1);
+  }
+
+  /** @param {{held: boolean, contacts: number, force: number, method: string}} state */
+  look(state) {
+    if (this.away || !this.steps.length || this.at + 1 >= this.steps.length) return;
+    const now = performance.now();
+    if (!state.held) this.held_since = undefined;
+    else this.held_since ??= now;
+    const held_for = this.held_since === undefined ? 0 : (now - this.held_since) / 1000;
+    if (this.steps[this.at].done({ ...state, held_for, seconds: (now - this.since) / 1000 })) this.next();
   }
 }

@@ -1,120 +1,139 @@
-// The knobs of the graph: a slider and a number, a choice or a switch for each tunable parameter.
+// The parameters as sliders, numbers, choices and flags, grouped by node.
+import { make, set_text } from './dom.js';
 
-const SAY_MS = 50;
+const STEPS = 1000;
+const THROTTLE = 50; // ms: at most 20 changes a second while sliding
 
-/** Where a value lies on its slider, 0 to 1, and back: logarithmic where the bounds span more than two decades. */
-export function scaleOf(parameter) {
-  const value = Math.abs(parameter.value) || 1;
-  const min = parameter.min ?? (parameter.value < 0 ? -10 * value : 0);
-  const max = Math.min(parameter.max ?? Infinity, 10 * Math.max(value, Math.abs(min)));
-  const low = min > 0 ? min : max / 1000;
-  if (min >= 0 && max / low >= 100 && min > 0) {
-    const ratio = Math.log(max / low);
-    return {to: (v) => Math.log(Math.max(v, low) / low) / ratio, from: (x) => low * Math.exp(x * ratio)};
-  }
-  return {to: (v) => (v - min) / (max - min), from: (x) => min + x * (max - min)};
+/** A value between 0 and 1 for a place on the slider. */
+export function to_slider(parameter, value) {
+  const { min, max } = parameter;
+  const part = is_log(parameter) ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
+  return Math.min(1, Math.max(0, part));
+}
+/** And back; integers are rounded, reals have 3 digits. */
+export function from_slider(parameter, part) {
+  const { min, max } = parameter;
+  const value = is_log(parameter) ? min * (max / min) ** part : min + part * (max - min);
+  if (parameter.kind === 'integer') return Math.round(value);
+  if (part <= 0) return min;
+  if (part >= 1) return max;
+  return Number(value.toPrecision(3));
+}
+/** Whether a slider goes by decades: both bounds positive and far apart. */
+export function is_log({ min, max, kind }) {
+  return min > 0 && max / min >= 50 && kind !== 'choice';
 }
 
-/** A number as a person reads it: four digits. */
-export function short(value) {
-  return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(4)));
-}
+const written = (value) => (typeof value === 'number' ? String(+value.toPrecision(6)) : String(value));
 
 export class Knobs {
-  /** @param {HTMLElement} parent @param {object[]} parameters of hello @param {(name: string, value: string) => void} ask */
-  constructor(parent, parameters, ask) {
-    this.ask = ask;
+  /** @param {HTMLElement} parent @param {object[]} parameters of hello @param {function(string, string): void} set */
+  constructor(parent, parameters, set) {
+    this.set = set;
     this.knobs = new Map();
-    this.values = {};
-    this.waiting = new Map();
-    this.said = 0;
-    let node = '';
-    if (parameters.length === 0) parent.textContent = 'No parameter of this graph can be changed while it runs.';
+    const groups = new Map();
     for (const parameter of parameters) {
-      const [of, name] = parameter.name.split('.');
-      if (of !== node) {
-        node = of;
-        parent.append(element('div', {className: 'knobs-node', textContent: of}));
-      }
-      parent.append(this.make(parameter, name));
+      const dot = parameter.name.indexOf('.');
+      const node = dot > 0 ? parameter.name.slice(0, dot) : '';
+      if (!groups.has(node)) groups.set(node, []);
+      groups.get(node).push(parameter);
+    }
+    for (const [node, members] of groups) {
+      const group = make('fieldset', { class: 'group' }, node ? [make('legend', { text: node })] : []);
+      for (const parameter of members) group.append(this.make_knob(parameter, node));
+      parent.append(group);
     }
   }
-  make(parameter, name) {
-    const row = element('div', {className: 'knob', id: `knob-${parameter.name}`, title: `${parameter.doc}${bounds(parameter)}`});
-    const label = element('label', {className: 'name', textContent: parameter.unit && parameter.unit !== '1' ? `${name}, ${parameter.unit}` : name});
-    const said = element('div', {className: 'said', hidden: true});
-    const knob = {said, show: () => {}};
-    const ask = (value) => this.later(parameter.name, String(value));
-    this.values[parameter.name] = parameter.value;
-    if (parameter.kind === 'choice') {
-      const select = element('select', {id: `${row.id}-value`});
-      for (const choice of parameter.choices) select.append(element('option', {value: choice, textContent: choice}));
-      select.addEventListener('change', () => ask(select.value));
-      knob.show = (v) => { select.value = v; };
-      row.append(label, element('span'), select, said);
-    } else if (parameter.kind === 'flag') {
-      const box = element('input', {type: 'checkbox', id: `${row.id}-value`});
-      box.addEventListener('change', () => ask(box.checked));
-      knob.show = (v) => { box.checked = v; };
-      row.append(label, element('span'), box, said);
+
+  make_knob(parameter, node) {
+    const { name, kind, unit, min, max, doc } = parameter;
+    const label = node ? name.slice(node.length + 1) : name;
+    const bounds = [min !== undefined ? `from ${min}` : '', max !== undefined ? `to ${max}` : ''].filter(Boolean).join(' ');
+    const title = [doc, bounds && `${bounds} ${unit ?? ''}`.trim()].filter(Boolean).join('\n');
+    const id = `knob-${name}`;
+    const knob = { parameter, value: parameter.value, last: 0, timer: 0, busy: false };
+    knob.message = make('div', { class: 'refused', role: 'alert' });
+    const change = (value, sliding) => this.change(knob, value, sliding);
+    const row = make('div', { class: 'knob', title }, [make('label', { for: id, text: label })]);
+    if (kind === 'choice') {
+      knob.input = make('select', { id, on: { change: () => change(knob.input.value) } }, parameter.choices.map((choice) => make('option', { value: choice, text: choice })));
+      row.append(knob.input);
+    } else if (kind === 'flag') {
+      knob.input = make('input', { id, type: 'checkbox', on: { change: () => change(knob.input.checked) } });
+      row.append(knob.input);
     } else {
-      const scale = scaleOf(parameter);
-      const slider = element('input', {type: 'range', min: 0, max: 1, step: 'any', id: `${row.id}-slider`});
-      slider.setAttribute('aria-label', parameter.name);
-      const number = element('input', {type: 'number', step: 'any', id: `${row.id}-value`});
-      slider.addEventListener('input', () => {
-        const value = scale.from(Number(slider.value));
-        const rounded = parameter.kind === 'integer' ? Math.round(value) : Number(value.toPrecision(3));
-        number.value = short(rounded);
-        ask(rounded);
-      });
-      number.addEventListener('change', () => ask(number.value));
-      knob.show = (v) => { number.value = short(v); slider.value = scale.to(v); };
-      row.append(label, slider, number, said);
+      const bounded = Number.isFinite(min) && Number.isFinite(max) && max > min;
+      knob.number = make('input', { id: bounded ? `${id}-number` : id, type: 'number', step: kind === 'integer' ? 1 : 'any', min, max, 'aria-label': name,
+        on: { change: () => knob.number.value !== '' && change(Number(knob.number.value)), blur: () => this.show(knob) } });
+      if (bounded) {
+        const sliding = () => {
+          const value = from_slider(parameter, knob.slider.value / STEPS);
+          knob.number.value = written(value);
+          change(value, true);
+        };
+        knob.slider = make('input', { id, type: 'range', min: 0, max: STEPS, step: 1, on: {
+          input: sliding,
+          pointerdown: () => (knob.busy = true),
+          pointerup: () => (knob.busy = false),
+          pointercancel: () => (knob.busy = false),
+          blur: () => (knob.busy = false),
+        } });
+        row.append(knob.slider);
+      } else {
+        row.classList.add('unbounded');
+      }
+      row.append(knob.number, make('span', { class: 'unit', text: unit ?? '' }));
     }
-    label.htmlFor = `${row.id}-value`;
-    knob.show(parameter.value);
-    this.knobs.set(parameter.name, knob);
+    row.append(knob.message);
+    knob.row = row;
+    this.knobs.set(name, knob);
+    this.show(knob);
     return row;
   }
-  /** A slider that is drawn along says no more than twenty values a second. */
-  later(name, value) {
-    this.waiting.set(name, value);
-    const wait = Math.max(0, this.said + SAY_MS - performance.now());
-    if (!this.timer) this.timer = setTimeout(() => this.sayAll(), wait);
+
+  change(knob, value, sliding = false) {
+    set_text(knob.message, '');
+    const now = performance.now();
+    knob.wanted = value;
+    clearTimeout(knob.timer);
+    const send = () => {
+      knob.last = performance.now();
+      this.set(knob.parameter.name, String(knob.wanted));
+    };
+    if (sliding && now - knob.last < THROTTLE) knob.timer = setTimeout(send, THROTTLE - (now - knob.last));
+    else send();
   }
-  sayAll() {
-    this.timer = null;
-    this.said = performance.now();
-    for (const [name, value] of this.waiting) this.ask(name, value);
-    this.waiting.clear();
-  }
-  /** The server tells a value. */
-  set(name, value) {
-    this.values[name] = value;
+
+  /** The server told a value. */
+  told(name, value) {
     const knob = this.knobs.get(name);
     if (!knob) return;
-    knob.said.hidden = true;
-    if (!this.waiting.has(name)) knob.show(value);
+    knob.value = value;
+    set_text(knob.message, '');
+    this.show(knob);
   }
-  /** The server refuses one. */
-  refuse(name, message) {
+
+  /** The server refused a change. */
+  refused(name, message) {
     const knob = this.knobs.get(name);
     if (!knob) return;
-    knob.said.hidden = false;
-    knob.said.textContent = message;
-    knob.show(this.values[name]);
+    set_text(knob.message, message);
+    this.show(knob, true);
   }
-}
 
-function bounds({min, max, unit}) {
-  const of = unit && unit !== '1' ? ` ${unit}` : '';
-  if (min !== undefined && max !== undefined) return `; from ${short(min)} to ${short(max)}${of}`;
-  if (min !== undefined) return `; at least ${short(min)}${of}`;
-  if (max !== undefined) return `; at most ${short(max)}${of}`;
-  return '';
-}
+  show(knob, always = false) {
+    const { value } = knob;
+    const active = document.activeElement;
+    if (knob.number && (always || knob.number !== active)) knob.number.value = written(value);
+    if (knob.slider && !knob.busy) knob.slider.value = Math.round(to_slider(knob.parameter, value) * STEPS);
+    if (knob.parameter.kind === 'choice') knob.input.value = value;
+    if (knob.parameter.kind === 'flag') knob.input.checked = value === true || value === 'true';
+  }
 
-export function element(tag, properties = {}) {
-  return Object.assign(document.createElement(tag), properties);
+  /** Only the client in control can change anything. */
+  enable(enabled) {
+    if (this.enabled === enabled) return;
+    this.enabled = enabled;
+    for (const { row } of this.knobs.values()) for (const input of row.querySelectorAll('input, select')) input.disabled = !enabled;
+  }
 }

@@ -1,168 +1,132 @@
-// The bytes of docs/view_protocol.md: frames of samples, meshes, and recordings packed into a page.
+// Decodes and encodes the binary messages of the view's protocol (docs/view_protocol.md), and checks all sizes.
+
+/** A message that does not keep to the protocol. */
+export class ProtocolError extends Error {}
+
+const SAMPLES = 1;
+const MESH = 2;
+/** The roles whose streams are sets: each replaces the one before. */
+export const SET_ROLES = new Set(['contacts', 'patch']);
+
+const padded = (bytes) => (bytes + 7) & ~7;
 
 /**
- * @typedef {{kind: 'rows'|'set', stream: number, times: Float64Array, values: Float32Array, rows: number}} Section
- *   Rows have a time each, in s; a set has one. `values` holds `rows` rows of the stream's columns.
+ * @typedef {{kind: 'mesh', index: number, positions: Float32Array, indices: Uint32Array}} Mesh
+ *   positions in m, 3 a vertex; indices, 3 a triangle
+ * @typedef {{stream: number, set: boolean, n: number, times: Float64Array, values: Float32Array}} Section
+ *   times in s: n of rows, 1 of a set; values: n rows of the stream's columns
+ * @typedef {{end: number, sections: Section[]}} Chunk
+ * @typedef {{kind: 'samples', frame: number, chunks: Chunk[]}} Samples
  */
-
-class Reader {
-  /** @param {ArrayBuffer} buffer */
-  constructor(buffer) {
-    this.buffer = buffer;
-    this.view = new DataView(buffer);
-    this.at = 0;
-  }
-  need(bytes) {
-    if (this.at + bytes > this.buffer.byteLength) throw new Error(`a message ends after ${this.buffer.byteLength} bytes, ${this.at + bytes} were expected`);
-  }
-  u16() { this.need(2); this.at += 2; return this.view.getUint16(this.at - 2, true); }
-  u32() { this.need(4); this.at += 4; return this.view.getUint32(this.at - 4, true); }
-  u64() { this.need(8); this.at += 8; return Number(this.view.getBigUint64(this.at - 8, true)); }
-  f64() { this.need(8); this.at += 8; return this.view.getFloat64(this.at - 8, true); }
-  array(Type, count) {
-    this.need(count * Type.BYTES_PER_ELEMENT);
-    const array = new Type(this.buffer, this.at, count);
-    this.at += array.byteLength;
-    return array;
-  }
-  align() { this.at = Math.ceil(this.at / 8) * 8; }
-}
-
-/** What a binary message is: 1 samples, 2 a mesh. */
-export function kindOf(buffer) {
-  return new Reader(buffer).u32();
-}
 
 /**
- * @param {ArrayBuffer} buffer
- * @param {number[]} columns by stream
- * @returns {{number: number, chunks: {end: number, sections: Section[]}[]}}
+ * @param {Uint8Array} bytes one message
+ * @param {{name: string, role: string, columns: object[]}[]} streams as in hello
+ * @returns {Mesh | Samples} arrays that look into the message where it is aligned
  */
-export function readFrame(buffer, columns) {
-  const reader = new Reader(buffer);
-  reader.u32();
-  const count = reader.u32();
-  const number = reader.u64();
+export function decode_binary(bytes, streams) {
+  if (bytes.byteOffset % 8 !== 0) bytes = bytes.slice();
+  if (bytes.byteLength < 16) throw new ProtocolError(`a binary message of ${bytes.byteLength} bytes`);
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const kind = view.getUint32(0, true);
+  if (kind === MESH) return decode_mesh(bytes, view);
+  if (kind === SAMPLES) return decode_samples(bytes, view, streams);
+  throw new ProtocolError(`a binary message of unknown kind ${kind}`);
+}
+
+function decode_mesh(bytes, view) {
+  const index = view.getUint32(4, true);
+  const vertices = view.getUint32(8, true);
+  const triangles = view.getUint32(12, true);
+  const need = 16 + 12 * vertices + 12 * triangles;
+  if (bytes.byteLength !== need && bytes.byteLength !== padded(need))
+    throw new ProtocolError(`mesh ${index} has ${bytes.byteLength} bytes, its header says ${need}`);
+  const positions = new Float32Array(bytes.buffer, bytes.byteOffset + 16, 3 * vertices);
+  const indices = new Uint32Array(bytes.buffer, bytes.byteOffset + 16 + 12 * vertices, 3 * triangles);
+  for (const i of indices) if (i >= vertices) throw new ProtocolError(`mesh ${index} names vertex ${i} of ${vertices}`);
+  return { kind: 'mesh', index, positions, indices };
+}
+
+function decode_samples(bytes, view, streams) {
+  const count = view.getUint32(4, true);
+  const frame = Number(view.getBigUint64(8, true));
   const chunks = [];
+  let at = 16;
   for (let c = 0; c < count; ++c) {
-    const begin = reader.at;
-    const bytes = reader.u32();
-    const sections = [];
-    const sectionCount = reader.u32();
-    const end = reader.f64();
-    for (let s = 0; s < sectionCount; ++s) {
-      const kind = reader.u16() === 0 ? 'rows' : 'set';
-      const stream = reader.u16();
-      const rows = reader.u32();
-      if (stream >= columns.length) throw new Error(`a frame has stream ${stream}, of ${columns.length}`);
-      const times = reader.array(Float64Array, kind === 'rows' ? rows : 1);
-      const values = reader.array(Float32Array, rows * columns[stream]);
-      reader.align();
-      sections.push({kind, stream, times, values, rows});
+    if (at + 16 > bytes.byteLength) throw new ProtocolError(`frame ${frame}: chunk ${c} begins behind the end`);
+    const size = view.getUint32(at, true);
+    const sections = view.getUint32(at + 4, true);
+    const chunk_end = at + size;
+    if (size < 16 || size % 8 !== 0 || chunk_end > bytes.byteLength)
+      throw new ProtocolError(`frame ${frame}: chunk ${c} of ${size} bytes at ${at} does not fit into ${bytes.byteLength}`);
+    const chunk = { end: view.getFloat64(at + 8, true), sections: [] };
+    at += 16;
+    for (let s = 0; s < sections; ++s) {
+      if (at + 8 > chunk_end) throw new ProtocolError(`frame ${frame}: section ${s} begins behind the end of its chunk`);
+      const section_kind = view.getUint16(at, true);
+      const stream = view.getUint16(at + 2, true);
+      const n = view.getUint32(at + 4, true);
+      const told = streams[stream];
+      if (!told) throw new ProtocolError(`frame ${frame}: stream ${stream} of ${streams.length}`);
+      const set = section_kind === 1;
+      if (section_kind > 1 || set !== SET_ROLES.has(told.role))
+        throw new ProtocolError(`frame ${frame}: a section of kind ${section_kind} for ${told.role} (${told.name})`);
+      const times = set ? 1 : n;
+      const need = 8 * times + padded(4 * n * told.columns.length);
+      at += 8;
+      if (at + need > chunk_end) throw new ProtocolError(`frame ${frame}: ${n} rows of ${told.name} do not fit into their chunk`);
+      chunk.sections.push({
+        stream,
+        set,
+        n,
+        times: new Float64Array(bytes.buffer, bytes.byteOffset + at, times),
+        values: new Float32Array(bytes.buffer, bytes.byteOffset + at + 8 * times, n * told.columns.length),
+      });
+      at += need;
     }
-    if (reader.at !== begin + bytes) throw new Error(`a chunk is ${reader.at - begin} bytes long and says ${bytes}`);
-    chunks.push({end, sections});
+    if (at !== chunk_end) throw new ProtocolError(`frame ${frame}: chunk ${c} has ${chunk_end - at} bytes too many`);
+    chunks.push(chunk);
   }
-  return {number, chunks};
+  if (at !== bytes.byteLength) throw new ProtocolError(`frame ${frame} has ${bytes.byteLength - at} bytes too many`);
+  return { kind: 'samples', frame, chunks };
 }
 
-/** @returns {{index: number, positions: Float32Array, triangles: Uint32Array}} positions in m, x y z by vertex */
-export function readMesh(buffer) {
-  const reader = new Reader(buffer);
-  reader.u32();
-  const index = reader.u32();
-  const vertices = reader.u32();
-  const triangles = reader.u32();
-  return {index, positions: reader.array(Float32Array, 3 * vertices), triangles: reader.array(Uint32Array, 3 * triangles)};
+/** @param {Mesh} mesh @returns {Uint8Array} the message */
+export function encode_mesh(mesh) {
+  const bytes = new Uint8Array(16 + mesh.positions.byteLength + mesh.indices.byteLength);
+  new Uint32Array(bytes.buffer, 0, 4).set([MESH, mesh.index, mesh.positions.length / 3, mesh.indices.length / 3]);
+  new Float32Array(bytes.buffer, 16, mesh.positions.length).set(mesh.positions);
+  new Uint32Array(bytes.buffer, 16 + mesh.positions.byteLength, mesh.indices.length).set(mesh.indices);
+  return bytes;
 }
 
-/** Messages, texts and ArrayBuffers, as one block of bytes. */
-export function pack(messages) {
-  const encoder = new TextEncoder();
-  const parts = messages.map((m) => typeof m === 'string' ? {kind: 0, bytes: encoder.encode(m)} : {kind: 1, bytes: new Uint8Array(m)});
-  const size = parts.reduce((sum, p) => sum + 8 + Math.ceil(p.bytes.length / 8) * 8, 0);
-  const packed = new Uint8Array(size);
-  const view = new DataView(packed.buffer);
-  let at = 0;
-  for (const {kind, bytes} of parts) {
-    view.setUint32(at, kind, true);
-    view.setUint32(at + 4, bytes.length, true);
-    packed.set(bytes, at + 8);
-    at += 8 + Math.ceil(bytes.length / 8) * 8;
-  }
-  return packed;
-}
-
-/** The messages of such a block. @param {Uint8Array} packed */
-export function unpack(packed) {
-  const buffer = packed.buffer.slice(packed.byteOffset, packed.byteOffset + packed.byteLength);
-  const reader = new Reader(buffer);
-  const messages = [];
-  while (reader.at < buffer.byteLength) {
-    const kind = reader.u32();
-    const size = reader.u32();
-    reader.need(size);
-    const bytes = buffer.slice(reader.at, reader.at + size);
-    messages.push(kind === 0 ? new TextDecoder().decode(bytes) : bytes);
-    reader.at += size;
-    reader.align();
-  }
-  return messages;
-}
-
-async function through(stream, bytes) {
-  const answer = new Response(new Blob([bytes]).stream().pipeThrough(stream));
-  return new Uint8Array(await answer.arrayBuffer());
-}
-
-/** Base64 of gzip of the packed messages, as it stands in a saved page. */
-export async function toText(messages) {
-  const bytes = await through(new CompressionStream('gzip'), pack(messages));
-  let text = '';
-  const part = 0x8000 - 0x8000 % 3;
-  for (let i = 0; i < bytes.length; i += part) text += btoa(String.fromCharCode(...bytes.subarray(i, i + part)));
-  return text;
-}
-
-/** The messages of such a text. */
-export async function fromText(text) {
-  const binary = atob(text.trim());
-  const bytes = new Uint8Array(binary.length);
-  for (let i = 0; i < bytes.length; ++i) bytes[i] = binary.charCodeAt(i);
-  return unpack(await through(new DecompressionStream('gzip'), bytes));
-}
-
-const aligned = (bytes) => Math.ceil(bytes / 8) * 8;
-
-/** A frame with one chunk of these sections. @param {Section[]} sections */
-export function writeFrame(number, end, sections) {
-  const sizes = sections.map((s) => 8 + 8 * s.times.length + aligned(4 * s.values.length));
-  const size = 32 + sizes.reduce((a, b) => a + b, 0);
-  const buffer = new ArrayBuffer(size);
-  const view = new DataView(buffer);
-  view.setUint32(0, 1, true);
-  view.setUint32(4, 1, true);
-  view.setBigUint64(8, BigInt(number), true);
-  view.setUint32(16, size - 16, true);
-  view.setUint32(20, sections.length, true);
-  view.setFloat64(24, end, true);
-  let at = 32;
-  sections.forEach((section, i) => {
-    view.setUint16(at, section.kind === 'rows' ? 0 : 1, true);
-    view.setUint16(at + 2, section.stream, true);
-    view.setUint32(at + 4, section.rows, true);
-    new Float64Array(buffer, at + 8, section.times.length).set(section.times);
-    new Float32Array(buffer, at + 8 + 8 * section.times.length, section.values.length).set(section.values);
-    at += sizes[i];
+/**
+ * @param {number} frame
+ * @param {Chunk[]} chunks
+ * @returns {Uint8Array} the message
+ */
+export function encode_samples(frame, chunks) {
+  const size_of = (section) => 8 + 8 * section.times.length + padded(4 * section.values.length);
+  const chunk_sizes = chunks.map((chunk) => 16 + chunk.sections.reduce((sum, section) => sum + size_of(section), 0));
+  const bytes = new Uint8Array(16 + chunk_sizes.reduce((a, b) => a + b, 0));
+  const view = new DataView(bytes.buffer);
+  view.setUint32(0, SAMPLES, true);
+  view.setUint32(4, chunks.length, true);
+  view.setBigUint64(8, BigInt(frame), true);
+  let at = 16;
+  chunks.forEach((chunk, c) => {
+    view.setUint32(at, chunk_sizes[c], true);
+    view.setUint32(at + 4, chunk.sections.length, true);
+    view.setFloat64(at + 8, chunk.end, true);
+    at += 16;
+    for (const section of chunk.sections) {
+      view.setUint16(at, section.set ? 1 : 0, true);
+      view.setUint16(at + 2, section.stream, true);
+      view.setUint32(at + 4, section.n, true);
+      new Float64Array(bytes.buffer, at + 8, section.times.length).set(section.times);
+      new Float32Array(bytes.buffer, at + 8 + 8 * section.times.length, section.values.length).set(section.values);
+      at += size_of(section);
+    }
   });
-  return buffer;
-}
-
-/** @param {{index: number, positions: Float32Array, triangles: Uint32Array}} mesh */
-export function writeMesh(mesh) {
-  const buffer = new ArrayBuffer(16 + mesh.positions.byteLength + mesh.triangles.byteLength);
-  new Uint32Array(buffer, 0, 4).set([2, mesh.index, mesh.positions.length / 3, mesh.triangles.length / 3]);
-  new Float32Array(buffer, 16, mesh.positions.length).set(mesh.positions);
-  new Uint32Array(buffer, 16 + mesh.positions.byteLength, mesh.triangles.length).set(mesh.triangles);
-  return buffer;
+  return bytes;
 }

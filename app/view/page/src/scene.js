@@ -1,265 +1,556 @@
-// The scene in 3-D: bodies, the handle, contacts, forces and the local model, in metres, z up.
+// Draws the bodies, the handle, contacts, the local model and the forces in three dimensions.
 import {
-  AmbientLight, Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CircleGeometry, ConeGeometry, CylinderGeometry,
-  DirectionalLight, DoubleSide, FrontSide, Group, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial,
-  MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, Scene, SphereGeometry, Vector2, Vector3,
-  WebGLRenderer, WireframeGeometry,
+  AmbientLight, Box3, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CircleGeometry, Color, ConeGeometry, CylinderGeometry,
+  DirectionalLight, DoubleSide, DynamicDrawUsage, Group, InstancedMesh, Line, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshBasicMaterial,
+  MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer, WireframeGeometry,
 } from 'three';
-import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
-const MOST_POINTS = 512;
-const dark = () => matchMedia('(prefers-color-scheme: dark)').matches;
-const UP = new Vector3(0, 1, 0);
+/** Colours of the scene, light and dark. */
+const THEMES = {
+  light: { background: 0xf3f5f7, still: 0xa9b6c4, tool: 0xe0a030, moving: 0x86a8c8, plane: 0xdfe4e8, grid: 0xc3cad1, handle: 0x30363d, spring: 0x30363d },
+  dark: { background: 0x14181c, still: 0x7e8b99, tool: 0xd9962a, moving: 0x5d84a8, plane: 0x22282e, grid: 0x343c44, handle: 0xc9d1d9, spring: 0xe6edf3 },
+};
+const CONTACT = 0xd55e00;
+const PATCH = 0xcc79a7;
+const COMMANDED = 0xd55e00;
+const PHYSICS = 0x0072b2;
 
-function geometryOf(body, meshes) {
-  if (body.mesh !== undefined) return meshes[body.mesh];
-  if (body.sphere) return new SphereGeometry(body.sphere.radius, 32, 20);
-  if (body.capsule) return new CapsuleGeometry(body.capsule.radius, body.capsule.length, 8, 24).rotateX(Math.PI / 2);
-  if (body.box) return new BoxGeometry(...body.box.size);
-  return null;
-}
+const Z = new Vector3(0, 0, 1);
+const Y = new Vector3(0, 1, 0);
 
-function place(object, pose) {
-  object.position.set(pose[0], pose[1], pose[2]);
-  object.quaternion.set(pose[4], pose[5], pose[6], pose[3]);
-}
-
-/** An arrow along a force: a shaft and a head. */
-class Arrow extends Group {
-  constructor(color) {
-    super();
-    const material = new MeshBasicMaterial({color});
-    this.shaft = new Mesh(new CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0), material);
-    this.head = new Mesh(new ConeGeometry(1, 1, 14).translate(0, 0.5, 0), material);
-    this.add(this.shaft, this.head);
-    this.visible = false;
+/** Vertices apart where faces meet at more than `angle` rad, so that edges of parts look sharp. */
+function creased(positions, indices, angle) {
+  const normals = new Float32Array(indices.length);
+  const a = new Vector3(), b = new Vector3(), c = new Vector3();
+  const faces = indices.length / 3;
+  const face_normals = new Float32Array(3 * faces); // of the faces' areas
+  const around = new Map();
+  for (let f = 0; f < faces; ++f) {
+    a.fromArray(positions, 3 * indices[3 * f]);
+    b.fromArray(positions, 3 * indices[3 * f + 1]).sub(a);
+    c.fromArray(positions, 3 * indices[3 * f + 2]).sub(a);
+    b.cross(c).toArray(face_normals, 3 * f);
+    for (let k = 0; k < 3; ++k) {
+      const v = indices[3 * f + k];
+      if (!around.has(v)) around.set(v, []);
+      around.get(v).push(f);
+    }
   }
-  /** From `begin` along `vector`, m, with a shaft of radius `thickness`. */
-  set(begin, vector, thickness) {
+  const limit = Math.cos(angle);
+  const own = new Vector3(), other = new Vector3(), unit = new Vector3();
+  for (let f = 0; f < faces; ++f) {
+    own.fromArray(face_normals, 3 * f).normalize();
+    for (let k = 0; k < 3; ++k) {
+      const sum = a.set(0, 0, 0);
+      for (const g of around.get(indices[3 * f + k])) {
+        other.fromArray(face_normals, 3 * g);
+        if (unit.copy(other).normalize().dot(own) >= limit) sum.add(other);
+      }
+      sum.normalize().toArray(normals, 9 * f + 3 * k);
+    }
+  }
+  return normals;
+}
+
+function mesh_geometry(mesh) {
+  const geometry = new BufferGeometry();
+  if (mesh.indices.length / 3 <= 4000) {
+    const normals = new Float32Array(3 * mesh.indices.length);
+    const flat = new Float32Array(3 * mesh.indices.length);
+    normals.set(creased_normals(mesh));
+    mesh.indices.forEach((v, i) => flat.set(mesh.positions.subarray(3 * v, 3 * v + 3), 3 * i));
+    geometry.setAttribute('position', new BufferAttribute(flat, 3));
+    geometry.setAttribute('normal', new BufferAttribute(normals, 3));
+  } else {
+    geometry.setAttribute('position', new BufferAttribute(mesh.positions, 3));
+    geometry.setIndex(new BufferAttribute(mesh.indices, 1));
+    geometry.computeVertexNormals();
+  }
+  geometry.computeBoundingBox();
+  geometry.computeBoundingSphere();
+  return geometry;
+}
+
+/** A thinned wire model of a mesh: its vertices joined in cells, and the edges between the cells. */
+function wires_of(mesh) {
+  const box = new Box3().setFromArray(mesh.positions);
+  const extent = box.getSize(new Vector3());
+  const cell = Math.max(extent.x, extent.y, extent.z, 1e-9) / 13;
+  const cells = new Map();
+  const cell_of = new Int32Array(mesh.positions.length / 3);
+  for (let v = 0; v < cell_of.length; ++v) {
+    const [x, y, z] = [0, 1, 2].map((k) => mesh.positions[3 * v + k]);
+    const key = `${Math.floor((x - box.min.x) / cell)},${Math.floor((y - box.min.y) / cell)},${Math.floor((z - box.min.z) / cell)}`;
+    let found = cells.get(key);
+    if (!found) cells.set(key, (found = { id: cells.size, sum: [0, 0, 0], n: 0 }));
+    found.sum[0] += x;
+    found.sum[1] += y;
+    found.sum[2] += z;
+    ++found.n;
+    cell_of[v] = found.id;
+  }
+  const centres = [...cells.values()].map((c) => c.sum.map((s) => s / c.n));
+  const edges = new Set();
+  for (let i = 0; i < mesh.indices.length; i += 3) {
+    for (let k = 0; k < 3; ++k) {
+      const a = cell_of[mesh.indices[i + k]];
+      const b = cell_of[mesh.indices[i + ((k + 1) % 3)]];
+      if (a !== b) edges.add(a < b ? a * cells.size + b : b * cells.size + a);
+    }
+  }
+  const points = [];
+  for (const edge of edges) points.push(...centres[Math.floor(edge / cells.size)], ...centres[edge % cells.size]);
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(new Float32Array(points), 3));
+  return geometry;
+}
+
+const creased_normals = (mesh) => creased(mesh.positions, mesh.indices, 0.6);
+
+/** Sets an object's pose from [x, y, z, w, x, y, z]. */
+function set_pose(object, pose, at = 0) {
+  object.position.set(pose[at], pose[at + 1], pose[at + 2]);
+  object.quaternion.set(pose[at + 4], pose[at + 5], pose[at + 6], pose[at + 3]);
+}
+
+/** An arrow along a vector: a shaft and a tip. */
+class Arrow {
+  constructor(colour) {
+    this.group = new Group();
+    const material = new MeshBasicMaterial({ color: colour, depthTest: false }); // seen through the tool
+    const shaft = new CylinderGeometry(1, 1, 1, 10, 1).translate(0, 0.5, 0);
+    const tip = new ConeGeometry(1, 1, 14).translate(0, -0.5, 0);
+    this.shaft = new Mesh(shaft, material);
+    this.tip = new Mesh(tip, material);
+    this.shaft.renderOrder = this.tip.renderOrder = 3;
+    this.group.add(this.shaft, this.tip);
+  }
+  /** @param {Vector3} vector in m @param {number} thickness of the shaft in m */
+  point(vector, thickness) {
     const length = vector.length();
-    this.visible = length > 2 * thickness;
-    if (!this.visible) return;
-    const head = Math.min(6 * thickness, 0.5 * length);
-    this.position.copy(begin);
-    this.quaternion.setFromUnitVectors(UP, vector.clone().divideScalar(length));
-    this.shaft.scale.set(thickness, length - head, thickness);
-    this.head.position.set(0, length - head, 0);
-    this.head.scale.set(2.6 * thickness, head, 2.6 * thickness);
+    this.group.visible = length > 2 * thickness;
+    if (!this.group.visible) return;
+    this.group.quaternion.setFromUnitVectors(Y, vector.clone().divideScalar(length));
+    const tip = Math.min(7 * thickness, 0.5 * length);
+    this.shaft.scale.set(thickness, length - tip, thickness);
+    this.tip.scale.set(0.36 * tip, tip, 0.36 * tip);
+    this.tip.position.set(0, length, 0);
   }
 }
 
-export class View3D {
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
-    this.canvas = canvas;
-    // Without anti-aliasing: software rendering draws twice as many frames.
-    this.renderer = new WebGLRenderer({canvas, antialias: false, alpha: true, preserveDrawingBuffer: true});
-    this.scene = new Scene();
-    this.camera = new PerspectiveCamera(35, 1.6, 1e-3, 100);
+/** Many small equal shapes, as many as are needed. */
+class Swarm {
+  constructor(geometry, material, parent) {
+    Object.assign(this, { geometry, material, parent, capacity: 0, mesh: null });
+  }
+  resize(n) {
+    if (n > this.capacity) {
+      if (this.mesh) {
+        this.parent.remove(this.mesh);
+        this.mesh.dispose();
+      }
+      this.capacity = Math.max(64, 2 * n);
+      this.mesh = new InstancedMesh(this.geometry, this.material, this.capacity);
+      this.mesh.instanceMatrix.setUsage(DynamicDrawUsage);
+      this.mesh.frustumCulled = false;
+      this.parent.add(this.mesh);
+    }
+    if (this.mesh) {
+      this.mesh.count = n;
+      this.mesh.visible = n > 0;
+    }
+  }
+}
+
+/** The picture of the scene. All lengths in m, poses as [x, y, z, w, x, y, z]. */
+export class SceneView {
+  /**
+   * @param {HTMLElement} parent
+   * @param {object} hello
+   * @param {object[]} meshes as decoded, by index
+   */
+  constructor(parent, hello, meshes) {
+    this.parent = parent;
+    this.hello = hello;
+    this.renderer = new WebGLRenderer({ antialias: false, powerPreference: 'high-performance' });
+    this.canvas = this.renderer.domElement;
+    this.canvas.id = 'scene-canvas';
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute('aria-label', 'The scene. Hold space and use the arrow keys to move the handle.');
+    parent.append(this.canvas);
+    this.three = new Scene();
+    this.camera = new PerspectiveCamera(32, 1, 0.001, 100);
     this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.enableDamping = false;
-    const sun = new DirectionalLight(0xffffff, 2.2);
-    sun.position.set(1, -2, 3);
-    this.scene.add(new AmbientLight(0xffffff, 1.1), sun);
-    this.bodies = [];
-    this.handle = new Group();
-    this.scene.add(this.handle);
-    this.force = new Arrow(0xd55e00);
-    this.physics = new Arrow(0x808080);
-    this.spring = new Line(new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6), 3)),
-                           new LineBasicMaterial({color: 0x009e73}));
-    this.spring.visible = false;
-    this.spring.frustumCulled = false;
-    this.scene.add(this.force, this.physics, this.spring);
+    this.sun = new DirectionalLight(0xffffff, 2.0);
+    this.fill = new DirectionalLight(0xffffff, 0.7);
+    this.three.add(this.sun, this.sun.target, this.fill, this.fill.target, new AmbientLight(0xffffff, 0.85));
     this.caster = new Raycaster();
-    this.size = 0.1;
-    this.centre = new Vector3();
-  }
+    this.pixel_ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.changed = true;
 
-  /** @param {object} hello @param {object[]} meshes as readMesh gives them, by index */
-  build(hello, meshes) {
-    this.geometries = meshes.map(({positions, triangles}) => {
-      const geometry = new BufferGeometry();
-      geometry.setAttribute('position', new BufferAttribute(positions, 3));
-      geometry.setIndex(new BufferAttribute(triangles, 1));
-      geometry.computeVertexNormals();
-      return geometry;
-    });
-    const colors = dark() ? [0x7d8896, 0xa0785a, 0x6f8f72, 0x88789f] : [0xb9c2cc, 0xc9b29a, 0xaec4b0, 0xbfb3cf];
-    let fixed = 0;
-    for (const body of hello.scene.bodies) {
-      const group = new Group();
-      const geometry = geometryOf(body, this.geometries);
-      const color = body.tool ? (dark() ? 0x3f8fc4 : 0x5ba3d0) : colors[fixed++ % colors.length];
-      const material = new MeshLambertMaterial({color, side: body.plane ? DoubleSide : FrontSide});
-      if (geometry) group.add(new Mesh(geometry, material));
-      place(group, body.pose);
-      this.scene.add(group);
-      this.bodies.push({body, group, geometry, material});
-    }
-    this.tool = this.bodies.find((b) => b.body.tool) ?? null;
-    if (this.tool?.geometry) {
-      const triangles = (this.tool.geometry.index ?? this.tool.geometry.attributes.position).count / 3;
-      // A fine mesh as wires is a blot: its bounding shape says as much.
-      const shape = triangles < 1500 ? this.tool.geometry : this.coarse(this.tool.geometry);
-      this.handle.add(new LineSegments(new WireframeGeometry(shape), new LineBasicMaterial({color: 0x0072b2, transparent: true, opacity: 0.35})));
-    }
-    place(this.handle, hello.device.start);
-    const start = new Vector3(...hello.device.start.slice(0, 3));
-    const box = new Box3();
-    for (const {body, geometry, group} of this.bodies) {
-      if (!geometry) continue;
-      group.updateMatrixWorld(true);
-      geometry.computeBoundingBox();
-      const own = geometry.boundingBox.clone();
-      box.union(body.tool ? own.translate(start) : own.applyMatrix4(group.matrixWorld));
-    }
-    if (box.isEmpty()) box.setFromCenterAndSize(start, new Vector3(0.1, 0.1, 0.1));
-    box.expandByPoint(start);
-    this.size = Math.max(box.getSize(new Vector3()).length(), 1e-3);
-    box.getCenter(this.centre);
-    for (const {body, group, material} of this.bodies) {
-      if (body.plane) group.add(new Mesh(new PlaneGeometry(1.6 * this.size, 1.6 * this.size), material));
-    }
-    const unit = this.size / 180;
-    this.points = new InstancedMesh(new SphereGeometry(unit, 8, 6), new MeshBasicMaterial({color: 0xd55e00}), MOST_POINTS);
-    this.normals = new LineSegments(new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6 * MOST_POINTS), 3)),
-                                    new LineBasicMaterial({color: 0xd55e00}));
-    this.patch = new InstancedMesh(new CircleGeometry(3 * unit, 16), new MeshBasicMaterial({color: 0xcc79a7, side: DoubleSide, transparent: true, opacity: 0.55}), MOST_POINTS);
-    for (const object of [this.points, this.normals, this.patch]) {
-      object.frustumCulled = false;
-      this.scene.add(object);
-    }
-    this.points.count = this.patch.count = 0;
-    this.normals.geometry.setDrawRange(0, 0);
+    this.materials = { still: new MeshLambertMaterial(), tool: new MeshLambertMaterial(), moving: new MeshLambertMaterial(),
+      plane: new MeshLambertMaterial({ side: DoubleSide }) };
+    const geometries = meshes.map(mesh_geometry);
+    this.bodies = hello.scene.bodies.map((told) => this.make_body(told, geometries, meshes));
+    this.tool = this.bodies.findIndex((body) => body.told.tool);
+    this.body_group = new Group();
+    for (const body of this.bodies) this.body_group.add(body.object);
+    this.three.add(this.body_group);
     this.fit();
-  }
+    this.make_ground();
 
-  coarse(geometry) {
-    geometry.computeBoundingBox();
-    const size = geometry.boundingBox.getSize(new Vector3());
-    const centre = geometry.boundingBox.getCenter(new Vector3());
-    return new SphereGeometry(0.5, 14, 10).scale(size.x, size.y, size.z).translate(centre.x, centre.y, centre.z);
-  }
+    this.layers = {};
+    const add = (name, object, shown = true) => {
+      this.layers[name] = object;
+      object.visible = shown;
+      this.three.add(object);
+      return object;
+    };
+    this.layers.bodies = this.body_group;
+    add('handle', this.make_handle(meshes));
+    const dot = this.radius * 0.012;
+    const contacts = add('contacts', new Group());
+    this.contact_points = new Swarm(new SphereGeometry(dot, 8, 6), new MeshBasicMaterial({ color: CONTACT, depthTest: false }), contacts);
+    this.contact_normals = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: CONTACT, depthTest: false }));
+    this.contact_normals.frustumCulled = false;
+    contacts.add(this.contact_normals);
+    contacts.renderOrder = 2;
+    this.patch_discs = new Swarm(new CircleGeometry(this.radius * 0.022, 12),
+      new MeshBasicMaterial({ color: PATCH, side: DoubleSide, transparent: true, opacity: 0.75 }), add('patch', new Group()));
+    this.arrows = { commanded: new Arrow(COMMANDED), physics: new Arrow(PHYSICS) };
+    add('commanded', new Group()).add(this.arrows.commanded.group);
+    add('physics', new Group(), false).add(this.arrows.physics.group);
+    this.spring = new Line(new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6), 3)), new LineBasicMaterial());
+    this.spring.frustumCulled = false;
+    this.target_dot = new Mesh(new SphereGeometry(dot * 0.9, 10, 8), new MeshBasicMaterial());
+    const spring = add('spring', new Group());
+    spring.add(this.spring, this.target_dot);
+    spring.visible = false;
 
-  fit() {
-    const distance = 0.62 * this.size / Math.tan(this.camera.fov * Math.PI / 360);
+    this.force_scale = (0.45 * this.radius) / (hello.device?.force_max || 5); // m per N
+    this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.target.copy(this.centre);
-    this.camera.position.copy(this.centre).add(new Vector3(0.35, -1, 0.35).normalize().multiplyScalar(distance));
-    this.camera.near = distance / 100;
-    this.camera.far = distance * 20;
-    this.controls.update();
+    this.controls.addEventListener('change', () => (this.changed = true));
+    this.controls.addEventListener('start', () => (this.touched = true));
+    this.set_dark(false);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(parent);
+    this.resize();
+  }
+
+  make_body(told, geometries, meshes) {
+    const material = told.tool ? this.materials.tool : told.moves ? this.materials.moving : this.materials.still;
+    let object;
+    if (told.mesh !== undefined) {
+      if (!geometries[told.mesh]) throw new Error(`body ${told.name} names mesh ${told.mesh}, which did not come`);
+      object = new Mesh(geometries[told.mesh], material);
+    } else if (told.sphere) {
+      object = new Mesh(new SphereGeometry(told.sphere.radius, 32, 20), material);
+    } else if (told.capsule) {
+      object = new Mesh(new CapsuleGeometry(told.capsule.radius, told.capsule.length, 10, 24).rotateX(Math.PI / 2), material);
+    } else if (told.box) {
+      object = new Mesh(new BoxGeometry(...told.box.size), material);
+    } else if (told.plane) {
+      object = new Mesh(new PlaneGeometry(1, 1), this.materials.plane);
+    } else {
+      object = new Group();
+    }
+    const wires = () => {
+      if (told.mesh !== undefined) return wires_of(meshes[told.mesh]);
+      if (told.sphere) return new WireframeGeometry(new SphereGeometry(told.sphere.radius, 14, 9));
+      if (told.capsule) return new WireframeGeometry(new CapsuleGeometry(told.capsule.radius, told.capsule.length, 4, 10).rotateX(Math.PI / 2));
+      if (told.box) return new WireframeGeometry(new BoxGeometry(...told.box.size));
+      return new WireframeGeometry(new SphereGeometry(0.005, 10, 6));
+    };
+    set_pose(object, told.pose ?? [0, 0, 0, 1, 0, 0, 0]);
+    return { told, object, wires };
+  }
+
+  make_handle() {
+    const tool = this.bodies[this.tool];
+    const geometry = tool ? tool.wires() : new WireframeGeometry(new SphereGeometry(this.radius * 0.05, 12, 8));
+    this.handle = new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.4 }));
+    const start = this.hello.device?.start ?? tool?.told.pose;
+    if (start) set_pose(this.handle, start);
+    return this.handle;
+  }
+
+  /** Puts the camera so that all bodies but planes are seen. */
+  fit() {
+    const box = new Box3();
+    for (const { told, object } of this.bodies) {
+      object.updateMatrixWorld(true);
+      if (!told.plane) box.expandByObject(object);
+    }
+    const start = this.hello.device?.start;
+    if (start) box.expandByPoint(new Vector3(start[0], start[1], start[2]));
+    if (box.isEmpty()) box.set(new Vector3(-0.1, -0.1, -0.1), new Vector3(0.1, 0.1, 0.1));
+    this.box = box;
+    this.outline = this.outline_of(box);
+    this.centre = box.getCenter(new Vector3());
+    this.radius = Math.max(box.getSize(new Vector3()).length() / 2, 1e-3);
+    for (const { told, object } of this.bodies) if (told.plane) object.scale.setScalar(6 * this.radius);
+    this.look();
+  }
+
+  /** Some points of all bodies, which are to be seen. */
+  outline_of(box) {
+    const points = [];
+    const corners = (of) => {
+      for (let i = 0; i < 8; ++i) points.push(new Vector3(i & 1 ? of.max.x : of.min.x, i & 2 ? of.max.y : of.min.y, i & 4 ? of.max.z : of.min.z));
+    };
+    for (const { told, object } of this.bodies) {
+      const positions = object.geometry?.attributes.position;
+      if (told.plane || !positions) continue;
+      const every = Math.max(1, Math.floor(positions.count / 400));
+      for (let i = 0; i < positions.count; i += every) points.push(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(object.matrixWorld));
+    }
+    if (!points.length) corners(box);
+    return points;
+  }
+
+  /** Puts the camera back to where all is seen. */
+  look() {
+    const direction = new Vector3(0.45, -1, 0.38).normalize();
+    // As near as all bodies allow.
+    const up_part = 0.9 * Math.tan((this.camera.fov * Math.PI) / 360);
+    const right_part = up_part * this.camera.aspect;
+    const right = new Vector3().crossVectors(Z, direction).normalize();
+    const up = new Vector3().crossVectors(direction, right);
+    const view = new Box3();
+    const seen = this.outline.map((p) => new Vector3(p.dot(right), p.dot(up), p.dot(direction)));
+    view.setFromPoints(seen);
+    const middle = view.getCenter(new Vector3());
+    let distance = 0.1 * this.radius;
+    for (const p of seen) {
+      p.sub(middle);
+      distance = Math.max(distance, p.z + Math.abs(p.x) / right_part, p.z + Math.abs(p.y) / up_part);
+    }
+    this.touched = false;
+    this.centre.set(0, 0, 0).addScaledVector(right, middle.x).addScaledVector(up, middle.y).addScaledVector(direction, middle.z);
+    this.camera.position.copy(this.centre).addScaledVector(direction, distance);
+    this.camera.near = this.radius / 50;
+    this.camera.far = this.radius * 40;
+    this.camera.updateProjectionMatrix();
+    this.camera.lookAt(this.centre);
+    if (this.controls) {
+      this.controls.target.copy(this.centre);
+      this.controls.update();
+    }
+    this.changed = true;
+  }
+
+  make_ground() {
+    const step = 10 ** Math.round(Math.log10(this.radius / 3));
+    const half = Math.ceil((2.2 * this.radius) / step) * step;
+    const plane = this.bodies.find((body) => body.told.plane);
+    const points = [];
+    for (let i = -half; i <= half + step / 2; i += step) points.push(-half, i, 0, half, i, 0, i, -half, 0, i, half, 0);
+    const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(points), 3));
+    this.ground = new LineSegments(geometry, new LineBasicMaterial());
+    if (plane) {
+      this.ground.position.copy(plane.object.position);
+      this.ground.quaternion.copy(plane.object.quaternion);
+      this.ground.position.add(new Vector3(0, 0, this.radius * 0.001).applyQuaternion(plane.object.quaternion));
+    } else {
+      this.ground.position.set(this.centre.x, this.centre.y, this.box.min.z - 0.02 * this.radius);
+    }
+    this.layers ??= {};
+    this.three.add(this.ground);
+  }
+
+  /** Shows or hides a layer: bodies, ground, handle, contacts, patch, commanded, physics. */
+  show(name, shown) {
+    const object = name === 'ground' ? this.ground : this.layers[name];
+    if (object) object.visible = shown;
+    this.changed = true;
+  }
+
+  set_dark(dark) {
+    const theme = THEMES[dark ? 'dark' : 'light'];
+    this.three.background = new Color(theme.background);
+    for (const name of ['still', 'tool', 'moving', 'plane']) this.materials[name].color.set(theme[name]);
+    this.ground.material.color.set(theme.grid);
+    this.handle.material.color.set(theme.handle);
+    this.spring.material.color.set(theme.spring);
+    this.target_dot.material.color.set(theme.spring);
+    this.changed = true;
   }
 
   resize() {
-    const {clientWidth: width, clientHeight: height} = this.canvas;
-    if (width === 0 || height === 0) return;
-    const size = this.renderer.getSize(new Vector2());
-    if (size.x === width && size.y === height) return;
-    this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / height;
+    const { clientWidth: width, clientHeight: height } = this.parent;
+    if (!width || !height) return;
+    const aspect = width / height;
+    Object.assign(this, { width, height });
+    this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
+    this.renderer.setPixelRatio(this.pixel_ratio);
+    this.renderer.setSize(width, height);
+    if (!this.touched) this.look();
+    this.changed = true;
   }
 
-  /**
-   * @param {object} now what holds: {bodies: [pose by scene body], handle: pose, force, physics: [x,y,z] N, contacts, patch: sets,
-   *   target: [x,y,z] or null}
-   * @param {object} shown which of it is drawn, and `metresPerNewton`
-   */
-  draw(now, shown) {
+  /** Fewer pixels when the computer cannot keep up. */
+  set_pixel_ratio(ratio) {
+    if (ratio === this.pixel_ratio) return;
+    this.pixel_ratio = ratio;
     this.resize();
-    now.bodies.forEach((pose, i) => { if (pose) place(this.bodies[i].group, pose); });
-    if (now.handle) place(this.handle, now.handle);
-    this.handle.visible = shown.handle;
-    const begin = this.handle.position;
-    const thickness = this.size / 220;
-    const set = (arrow, force, on) => {
-      if (on && force) arrow.set(begin, new Vector3(...force).multiplyScalar(shown.metresPerNewton), thickness);
-      else arrow.visible = false;
-    };
-    set(this.force, now.force, shown.force);
-    set(this.physics, now.physics, shown.physics);
-    this.setContacts(shown.contacts ? now.contacts : null);
-    this.setPatch(shown.patch ? now.patch : null);
-    this.setSpring(now.target);
-    this.renderer.render(this.scene, this.camera);
   }
 
-  setContacts(set) {
-    const count = Math.min(set?.rows ?? 0, MOST_POINTS);
-    const lines = this.normals.geometry.attributes.position;
-    const length = this.size / 25;
+  /** @param {number} index of the body @param {ArrayLike<number>} pose */
+  set_body(index, pose) {
+    const body = this.bodies[index];
+    if (body) set_pose(body.object, pose);
+    this.changed = true;
+  }
+
+  set_handle(pose) {
+    set_pose(this.handle, pose);
+    this.changed = true;
+  }
+
+  /** @param {'commanded' | 'physics'} which @param {ArrayLike<number> | null} force in N */
+  set_force(which, force) {
+    const arrow = this.arrows[which];
+    arrow.group.position.copy(this.handle.position);
+    arrow.point(new Vector3(...(force ? [force[0], force[1], force[2]] : [0, 0, 0])).multiplyScalar(this.force_scale),
+      this.radius * (which === 'commanded' ? 0.014 : 0.01));
+    this.changed = true;
+  }
+
+  /** @param {Float32Array} rows p, n, distance */
+  set_contacts(rows, width) {
+    const n = rows ? Math.floor(rows.length / width) : 0;
+    this.contact_points.resize(n);
+    if (this.lines_capacity === undefined || n > this.lines_capacity) {
+      this.lines_capacity = Math.max(64, 2 * n);
+      this.contact_normals.geometry.dispose();
+      this.contact_normals.geometry = new BufferGeometry().setAttribute('position',
+        new BufferAttribute(new Float32Array(6 * this.lines_capacity), 3).setUsage(DynamicDrawUsage));
+    }
     const matrix = new Matrix4();
-    for (let i = 0; i < count; ++i) {
-      const [px, py, pz, nx, ny, nz] = set.values.subarray(7 * i, 7 * i + 6);
-      this.points.setMatrixAt(i, matrix.makeTranslation(px, py, pz));
-      lines.setXYZ(2 * i, px, py, pz);
-      lines.setXYZ(2 * i + 1, px + length * nx, py + length * ny, pz + length * nz);
+    const lines = this.contact_normals.geometry.attributes.position;
+    const long = 0.13 * this.radius;
+    for (let i = 0; i < n; ++i) {
+      const [x, y, z, nx, ny, nz] = rows.subarray(i * width, i * width + 6);
+      this.contact_points.mesh.setMatrixAt(i, matrix.makeTranslation(x, y, z));
+      lines.array.set([x, y, z, x + long * nx, y + long * ny, z + long * nz], 6 * i);
     }
-    this.points.count = count;
-    this.points.instanceMatrix.needsUpdate = true;
-    this.normals.geometry.setDrawRange(0, 2 * count);
+    if (n) {
+      this.contact_points.mesh.instanceMatrix.needsUpdate = true;
+      this.contact_points.mesh.renderOrder = 2;
+      this.contact_normals.renderOrder = 2;
+    }
     lines.needsUpdate = true;
+    this.contact_normals.geometry.setDrawRange(0, 2 * n);
+    this.changed = true;
   }
 
-  setPatch(set) {
-    const count = Math.min(set?.rows ?? 0, MOST_POINTS);
-    const z = new Vector3(0, 0, 1);
+  /** @param {Float32Array} rows p, n */
+  set_patch(rows, width) {
+    const n = rows ? Math.floor(rows.length / width) : 0;
+    this.patch_discs.resize(n);
+    const matrix = new Matrix4();
+    const turn = new Quaternion();
     const one = new Vector3(1, 1, 1);
-    for (let i = 0; i < count; ++i) {
-      const [px, py, pz, nx, ny, nz] = set.values.subarray(6 * i, 6 * i + 6);
-      const turn = new Quaternion().setFromUnitVectors(z, new Vector3(nx, ny, nz));
-      this.patch.setMatrixAt(i, new Matrix4().compose(new Vector3(px, py, pz), turn, one));
+    const p = new Vector3();
+    const normal = new Vector3();
+    for (let i = 0; i < n; ++i) {
+      p.fromArray(rows, i * width);
+      normal.fromArray(rows, i * width + 3);
+      p.addScaledVector(normal, 0.002 * this.radius);
+      this.patch_discs.mesh.setMatrixAt(i, matrix.compose(p, turn.setFromUnitVectors(Z, normal), one));
     }
-    this.patch.count = count;
-    this.patch.instanceMatrix.needsUpdate = true;
+    if (n) this.patch_discs.mesh.instanceMatrix.needsUpdate = true;
+    this.changed = true;
   }
 
-  setSpring(target) {
-    this.spring.visible = Boolean(target && this.tool);
-    if (!this.spring.visible) return;
-    const line = this.spring.geometry.attributes.position;
-    line.setXYZ(0, ...target);
-    line.setXYZ(1, ...this.tool.group.position.toArray());
-    line.needsUpdate = true;
+  /** The line from where the cursor wants the handle to the tool; null hides it. */
+  set_spring(from, to) {
+    const shown = Boolean(from && to);
+    if (!shown && !this.layers.spring.visible) return;
+    this.layers.spring.visible = shown;
+    this.changed = true;
+    if (!shown) return;
+    const position = this.spring.geometry.attributes.position;
+    position.array.set([...from.toArray(), ...to.toArray()]);
+    position.needsUpdate = true;
+    this.target_dot.position.copy(from);
   }
 
-  /** A point of the client area in the camera's coordinates. */
-  device(x, y) {
+  /** The tool's pose as drawn, or the handle's where no body is the tool. */
+  tool_object() {
+    return this.bodies[this.tool]?.object ?? this.handle;
+  }
+
+  /** What lies under the pointer: the point on the tool or on the handle's copy of it, or null. */
+  pick(x, y, tolerance) {
     const box = this.canvas.getBoundingClientRect();
-    return new Vector2(2 * (x - box.left) / box.width - 1, 1 - 2 * (y - box.top) / box.height);
+    const at = new Vector2(((x - box.left) / box.width) * 2 - 1, 1 - ((y - box.top) / box.height) * 2);
+    this.caster.setFromCamera(at, this.camera);
+    const tool = this.bodies[this.tool]?.object;
+    if (tool?.isMesh) {
+      tool.updateMatrixWorld(true);
+      const others = this.bodies.filter((body) => !body.told.tool && !body.told.plane && body.object.isMesh).map((body) => body.object);
+      const hit = this.caster.intersectObject(tool, false)[0];
+      const before = hit && this.caster.intersectObjects(others, false)[0];
+      if (hit && !(before && before.distance < hit.distance)) return hit.point.clone();
+      const ghost = new Mesh(tool.geometry, tool.material);
+      ghost.position.copy(this.handle.position);
+      ghost.quaternion.copy(this.handle.quaternion);
+      ghost.updateMatrixWorld(true);
+      const second = this.caster.intersectObject(ghost, false)[0];
+      if (second && !before) return second.point.clone();
+    }
+    // Small tools and fingers: near is enough.
+    for (const object of [this.tool_object(), this.handle]) {
+      const [px, py] = this.project(object.position.x, object.position.y, object.position.z);
+      if (Math.hypot(px - x, py - y) <= tolerance) return object.position.clone();
+    }
+    return null;
   }
-  /** Where a point of the world is in the client area. */
+
+  /** A point of the world in client pixels. */
   project(x, y, z) {
     this.camera.updateMatrixWorld();
     const p = new Vector3(x, y, z).project(this.camera);
     const box = this.canvas.getBoundingClientRect();
-    return [box.left + (p.x + 1) / 2 * box.width, box.top + (1 - p.y) / 2 * box.height];
+    return [box.left + ((p.x + 1) / 2) * box.width, box.top + ((1 - p.y) / 2) * box.height];
   }
-  /** Whether the tool or the handle is under that point of the client area, or its middle near it. */
-  isTool(x, y) {
-    if (!this.tool) return false;
-    for (const {position} of [this.tool.group, this.handle]) {
-      const [px, py] = this.project(position.x, position.y, position.z);
-      if (Math.hypot(px - x, py - y) < 24) return true;
-    }
-    this.caster.setFromCamera(this.device(x, y), this.camera);
-    return this.caster.intersectObject(this.tool.group, true).length > 0;
+
+  /** The camera's axes in W and what one pixel means at a point, in m. */
+  view_at(point) {
+    this.camera.updateMatrixWorld();
+    const right = new Vector3(), up = new Vector3(), back = new Vector3();
+    this.camera.matrixWorld.extractBasis(right, up, back);
+    const forward = back.negate();
+    const depth = point.clone().sub(this.camera.position).dot(forward);
+    const pixel = (2 * Math.max(depth, this.camera.near) * Math.tan((this.camera.fov * Math.PI) / 360)) / Math.max(1, this.height);
+    return { right, up, forward, pixel };
   }
-  /** Where the line of sight through that point meets the plane through `p` that faces the camera. */
-  onPlane(x, y, p) {
-    this.caster.setFromCamera(this.device(x, y), this.camera);
-    const {origin, direction} = this.caster.ray;
-    const forward = this.forward();
-    return origin.clone().addScaledVector(direction, p.clone().sub(origin).dot(forward) / direction.dot(forward));
+
+  /** Draws if something has changed; says whether it did. */
+  render(always = false) {
+    if (!this.changed && !always) return false;
+    this.changed = false;
+    const { right, up, forward } = this.view_at(this.centre);
+    this.sun.position.copy(this.camera.position).addScaledVector(up, this.radius * 1.5).addScaledVector(right, -this.radius);
+    this.sun.target.position.copy(this.centre);
+    this.fill.position.copy(this.camera.position).addScaledVector(right, this.radius * 3);
+    this.fill.target.position.copy(this.centre).addScaledVector(forward, this.radius);
+    this.renderer.render(this.three, this.camera);
+    return true;
   }
-  forward() { return this.camera.getWorldDirection(new Vector3()); }
-  right() { return new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0); }
-  up() { return new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1); }
-  /** The length in the world, m, of a pixel at `p`. */
-  perPixel(p) {
-    const depth = p.clone().sub(this.camera.position).dot(this.forward());
-    return 2 * depth * Math.tan(this.camera.fov * Math.PI / 360) / this.canvas.clientHeight;
+
+  /** Draws at a size of one's own, hands the canvas over, and puts the size back. */
+  picture(width, height, use) {
+    this.renderer.setPixelRatio(1);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.render(true);
+    use(this.canvas);
+    this.resize();
   }
 }

@@ -1,127 +1,195 @@
-// The samples that the page has: of each stream the last minute of a live run, or all of a replay.
+// Keeps the samples of all streams: 60 s of history of a live run, all of a recording.
+import { SET_ROLES } from './messages.js';
 
-const LIVE_SECONDS = 60;
+/** How much of a live run is kept, in s. */
+export const LIVE_HISTORY = 60;
 
-/** Rows with their times, which never fall. */
+/** The last index below `end` whose time is at most t, or `start` - 1. */
+export function find_last(times, start, end, t) {
+  let low = start;
+  let high = end;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}
+
+/** Rows of one stream in contiguous arrays; rows `start` to `end` - 1 are kept. */
 export class Rows {
-  /** @param {number} width columns @param {boolean} bounded keeps the last minute alone */
-  constructor(width, bounded) {
-    this.width = width;
-    this.bounded = bounded;
-    this.begin = 0;
+  /** @param {{name: string, role: string, columns: {name: string, unit: string}[]}} told @param {number} history in s */
+  constructor(told, history) {
+    this.told = told;
+    this.history = history;
+    this.set = false;
+    this.width = told.columns.length;
+    /** Index of each column by its name; norms and the rate are made here. */
+    this.column = Object.fromEntries(told.columns.map((column, i) => [column.name, i]));
+    this.norms = ['force', 'torque'].filter((name) => `${name}.x` in this.column);
+    this.stride = this.width;
+    for (const name of this.norms) this.column[`${name}.norm`] = this.stride++;
+    this.rate = told.role === 'physics' ? this.stride++ : -1;
+    if (this.rate >= 0) this.column.rate = this.rate;
+    this.start = 0;
     this.end = 0;
-    this.taken = 0;
+    this.unordered = 0; // rows that came with a time before the one before; they are left out
     this.times = new Float64Array(1024);
-    this.values = new Float32Array(1024 * width);
+    this.values = new Float32Array(1024 * this.stride);
   }
-  get count() { return this.end - this.begin; }
-  /** @param {Float64Array} times s @param {Float32Array} values */
-  add(times, values) {
-    this.makeRoom(times.length);
-    this.times.set(times, this.end);
-    this.values.set(values, this.end * this.width);
-    this.end += times.length;
-    this.taken += times.length;
-    if (!this.bounded || this.count === 0) return;
-    const oldest = this.times[this.end - 1] - LIVE_SECONDS;
-    while (this.begin < this.end && this.times[this.begin] < oldest) ++this.begin;
+
+  /** @param {Float64Array} times in s @param {Float32Array} values rows of the stream's columns */
+  append(times, values) {
+    for (let i = 0; i < times.length; ++i) {
+      const t = times[i];
+      if (this.end > this.start && !(t >= this.times[this.end - 1])) {
+        ++this.unordered;
+        continue;
+      }
+      if (this.end === this.times.length) this.make_room();
+      const to = this.end * this.stride;
+      for (let c = 0; c < this.width; ++c) this.values[to + c] = values[i * this.width + c];
+      for (const name of this.norms) {
+        const from = to + this.column[`${name}.x`];
+        this.values[to + this.column[`${name}.norm`]] = Math.hypot(this.values[from], this.values[from + 1], this.values[from + 2]);
+      }
+      if (this.rate >= 0) {
+        const gap = this.end > this.start ? t - this.times[this.end - 1] : 0;
+        this.values[to + this.rate] = gap > 0 ? 1 / gap : NaN;
+      }
+      this.times[this.end++] = t;
+    }
+    if (this.end === this.start) return;
+    const oldest = this.times[this.end - 1] - this.history;
+    while (this.times[this.start] < oldest) ++this.start;
   }
-  makeRoom(more) {
-    if (this.end + more <= this.times.length) return;
-    const capacity = Math.max(2 * (this.count + more), 1024);
-    const times = new Float64Array(capacity);
-    const values = new Float32Array(capacity * this.width);
-    times.set(this.times.subarray(this.begin, this.end));
-    values.set(this.values.subarray(this.begin * this.width, this.end * this.width));
-    this.end = this.count;
-    this.begin = 0;
+
+  make_room() {
+    if (this.start > this.times.length / 2) {
+      this.times.copyWithin(0, this.start, this.end);
+      this.values.copyWithin(0, this.start * this.stride, this.end * this.stride);
+      this.end -= this.start;
+      this.start = 0;
+      return;
+    }
+    const times = new Float64Array(2 * this.times.length);
+    const values = new Float32Array(2 * this.values.length);
+    times.set(this.times);
+    values.set(this.values);
     this.times = times;
     this.values = values;
   }
-  /** The index of the first row that is later than t, between begin and end. */
-  after(t) {
-    let low = this.begin;
-    let high = this.end;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.times[middle] <= t) low = middle + 1; else high = middle;
-    }
-    return low;
+
+  /** The row valid at t, or -1. */
+  find(t) {
+    return find_last(this.times, this.start, this.end, t);
   }
-  /** The row that holds at t: the newest that is not later, or the first; null where there is none. */
-  at(t) {
-    if (this.count === 0) return null;
-    const index = Math.max(this.after(t) - 1, this.begin);
-    return {time: this.times[index], values: this.values.subarray(index * this.width, (index + 1) * this.width)};
+
+  /** The stream's own columns of row i. */
+  row(i) {
+    return this.values.subarray(i * this.stride, i * this.stride + this.width);
   }
-  /** As a section of a frame; null where there is none. */
-  section(stream) {
-    if (this.count === 0) return null;
-    return {kind: 'rows', stream, rows: this.count, times: this.times.subarray(this.begin, this.end),
-            values: this.values.subarray(this.begin * this.width, this.end * this.width)};
+
+  get size() {
+    return this.end - this.start;
+  }
+  get first_time() {
+    return this.size ? this.times[this.start] : undefined;
+  }
+  get last_time() {
+    return this.size ? this.times[this.end - 1] : undefined;
   }
 }
 
-/** Sets of rows, each of which holds until the next. */
+/** Sets of one stream, each valid until the next. */
 export class Sets {
-  constructor(width, bounded) {
-    this.width = width;
-    this.bounded = bounded;
-    this.sets = [];
-    this.taken = 0;
+  constructor(told, history) {
+    this.told = told;
+    this.history = history;
+    this.set = true;
+    this.width = told.columns.length;
+    this.column = Object.fromEntries(told.columns.map((column, i) => [column.name, i]));
+    this.start = 0;
+    this.unordered = 0;
+    this.times = [];
+    this.values = [];
   }
-  add(time, values, rows) {
-    this.sets.push({time, values: values.slice(), rows});
-    this.taken += 1;
-    if (!this.bounded) return;
-    let old = 0;
-    while (this.sets[old].time < time - LIVE_SECONDS) ++old;
-    if (old > 256) this.sets.splice(0, old);
-  }
-  at(t) {
-    let low = 0;
-    let high = this.sets.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.sets[middle].time <= t) low = middle + 1; else high = middle;
+
+  append(times, values) {
+    if (this.size && !(times[0] >= this.last_time)) {
+      ++this.unordered;
+      return;
     }
-    return this.sets[Math.max(low - 1, 0)] ?? null;
+    this.times.push(times[0]);
+    this.values.push(values.slice());
+    const oldest = times[0] - this.history;
+    while (this.times[this.start] < oldest) this.values[this.start++] = null;
+    if (this.start > 2048 && this.start > this.times.length / 2) {
+      this.times.splice(0, this.start);
+      this.values.splice(0, this.start);
+      this.start = 0;
+    }
+  }
+
+  find(t) {
+    return find_last(this.times, this.start, this.times.length, t);
+  }
+  row(i) {
+    return this.values[i];
+  }
+  get end() {
+    return this.times.length;
+  }
+  get size() {
+    return this.times.length - this.start;
+  }
+  get first_time() {
+    return this.times[this.start];
+  }
+  get last_time() {
+    return this.times[this.times.length - 1];
   }
 }
 
-const SET_ROLES = new Set(['contacts', 'patch']);
-
+/** The samples of all streams of one run. */
 export class Store {
-  /** @param {object} hello */
+  /** @param {{streams: object[], mode: string}} hello */
   constructor(hello) {
-    this.streams = hello.streams;
-    this.widths = hello.streams.map((s) => s.columns.length);
-    const bounded = hello.mode === 'live';
-    this.data = hello.streams.map((s) => SET_ROLES.has(s.role) ? new Sets(s.columns.length, bounded) : new Rows(s.columns.length, bounded));
-    this.newest = 0;
+    const history = hello.mode === 'replay' ? Infinity : LIVE_HISTORY;
+    this.streams = hello.streams.map((told) => (SET_ROLES.has(told.role) ? new Sets(told, history) : new Rows(told, history)));
+    this.by_name = new Map(this.streams.map((stream) => [stream.told.name, stream]));
+    this.wakeup = new Rows({ name: 'wakeup', role: 'wakeup', columns: ['p50', 'p99', 'max'].map((name) => ({ name, unit: 's' })) }, history);
+    this.begin = undefined; // s, of the first sample ever
+    this.now = undefined; // s, the end of the last chunk
+    this.taken = Object.fromEntries(hello.streams.map((told) => [told.name, 0]));
   }
-  /** @param {{end: number, sections: import('./messages.js').Section[]}[]} chunks */
-  add(chunks) {
-    for (const chunk of chunks) {
-      this.newest = Math.max(this.newest, chunk.end);
+
+  /** @param {import('./messages.js').Samples} message */
+  take(message) {
+    for (const chunk of message.chunks) {
       for (const section of chunk.sections) {
-        const data = this.data[section.stream];
-        if (section.kind === 'set') data.add(section.times[0], section.values, section.rows);
-        else data.add(section.times, section.values);
+        const stream = this.streams[section.stream];
+        stream.append(section.times, section.values);
+        this.taken[stream.told.name] += section.set ? 1 : section.n;
+        if (this.begin === undefined && section.times.length) this.begin = section.times[0];
       }
+      if (this.now === undefined || chunk.end > this.now) this.now = chunk.end;
     }
   }
-  /** Indices of the streams in a role, of the method in use or of none. */
-  of(role, method) {
-    const found = [];
-    this.streams.forEach((s, i) => {
-      if (s.role === role && (!s.method || method === undefined || s.method === method)) found.push(i);
-    });
-    return found;
+
+  /** The first stream of a role, or undefined. */
+  role(role) {
+    return this.streams.find((stream) => stream.told.role === role);
   }
-  /** The data of the first stream in a role, or null. */
-  first(role, method) {
-    const [index] = this.of(role, method);
-    return index === undefined ? null : this.data[index];
+
+  /** The oldest time that is kept, in s. */
+  get oldest() {
+    let oldest = Infinity;
+    for (const stream of this.streams) if (!stream.set && stream.size) oldest = Math.min(oldest, stream.first_time);
+    return Number.isFinite(oldest) ? oldest : (this.now ?? 0);
+  }
+
+  get unordered() {
+    return this.streams.reduce((sum, stream) => sum + stream.unordered, 0);
   }
 }
