@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 
 #include "app/interruption.hpp"
 #include "app/output.hpp"
@@ -9,6 +10,7 @@
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/page_options.hpp"
 #include "app/verbs/verbs.hpp"
+#include "app/view/picture.hpp"
 #include "app/view/recorded_show.hpp"
 #include "app/view/serve_show.hpp"
 #include "app/view/view_graph.hpp"
@@ -27,6 +29,9 @@ struct ViewArguments {
   PageOptions page;
   bool no_reference = false;
   fs::path recording;
+  fs::path picture;
+  std::optional<double> time;
+  bool whole_page = false;
 };
 
 /// A view goes on until somebody ends it, and physics takes the time that the graph says it takes.
@@ -42,21 +47,56 @@ bool is_recording(const fs::path& file) {
   return file.extension() == ".h5";
 }
 
+ShowOptions show_options(ProgressBar& bar, const ViewOptions& options) {
+  return {options.note, [&bar](double share) {
+            bar.draw(share, "run");
+            return !is_interrupted();
+          }};
+}
+
 int view_recording(const ViewArguments& arguments, Registry& registry, const ViewOptions& options) {
   if (!arguments.options.overrides.empty() || options.own_device || options.recording) {
     throw InputError(
         "a recording is shown as it was: --set, --over, --duration, --seed, --device and --record are for graphs");
   }
   ProgressBar bar;
-  ShowOptions making;
-  making.note = options.note;
-  making.progress = [&bar](double share) {
-    bar.draw(share, "replay");
-    return !is_interrupted();
-  };
+  const ShowOptions making = show_options(bar, options);
   Show show = show_of_recording(arguments.shown, registry, options.reference, making);
   bar.clear();
   serve_show(std::move(show), options.port, options.opened, options.stop_asked);
+  return 0;
+}
+
+/// The frames and the length of an animation.
+constexpr int animation_frames = 40;
+constexpr double animation_seconds = 6;
+
+int draw_picture(const ViewArguments& arguments, Registry& registry, const ViewOptions& options) {
+  ProgressBar bar;
+  const ShowOptions making = show_options(bar, options);
+  const Show show =
+      is_recording(arguments.shown)
+          ? show_of_recording(arguments.shown, registry, options.reference, making)
+          : show_of_graph(load(arguments.shown, registry, arguments.options), registry, options.reference, making);
+  bar.clear();
+  PictureOptions drawing;
+  drawing.time = arguments.time;
+  drawing.whole_page = arguments.whole_page;
+  const std::string ending = arguments.picture.extension().string();
+  if (ending == ".png") {
+    if (arguments.whole_page) {
+      drawing.width = 1280;
+      drawing.height = 900;
+    }
+    write_picture(show, arguments.picture, drawing);
+  } else if (ending == ".svg") {
+    drawing.width = 640;
+    drawing.height = 480;
+    write_animation(show, arguments.picture, animation_frames, animation_seconds, drawing);
+  } else {
+    throw InputError("--picture: expected a name that ends in .png, or in .svg for one that moves, found " +
+                     arguments.picture.string());
+  }
   return 0;
 }
 
@@ -79,6 +119,7 @@ int view(const ViewArguments& arguments) {
   options.note = tell_note;
   options.stop_asked = is_interrupted;
   options.opened = [&arguments](const std::string& url) { show_page(arguments.page, url); };
+  if (!arguments.picture.empty()) return draw_picture(arguments, registry, options);
   return is_recording(arguments.shown) ? view_recording(arguments, registry, options)
                                        : view_live(arguments, registry, options);
 }
@@ -99,6 +140,12 @@ void add_view(CLI::App& app, int& exit_code) {
       "--no-reference", arguments->no_reference,
       "Run no reference beside it, which tells error and delay and takes a core where there is one to spare");
   verb->add_option("--record", arguments->recording, "Record the run into this file (HDF5), for a replay");
+  CLI::Option* picture =
+      verb->add_option("--picture", arguments->picture,
+                       "Draw a picture of the run into this file instead: .png, or .svg for one that moves");
+  verb->add_option("--time", arguments->time, "The moment of the picture, s (default: where the force is largest)")
+      ->needs(picture);
+  verb->add_flag("--page", arguments->whole_page, "Draw the whole page, not the scene alone")->needs(picture);
   verb->callback([arguments, &exit_code] { exit_code = view(*arguments); });
 }
 

@@ -5,20 +5,14 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from browser import MISSING, needs_browser, open_browser
 from harness import GRAPHS, CommandTest, tactor
 
-try:
-    from selenium import webdriver
+if not MISSING:
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
-except ImportError:
-    webdriver = None
 
-MISSING = [name for name, there in (("chromium", shutil.which("chromium")), ("chromium-driver", shutil.which("chromedriver")),
-                                    ("python3-selenium", webdriver)) if not there]
-FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--enable-unsafe-swiftshader", "--disable-background-networking",
-         "--no-first-run")
 SCREEN, PHONE = (1280, 900), (390, 800)
 # The elements that reach over the window's right edge, but for those in a frame that scrolls.
 OUTSIDE = """return [...document.querySelectorAll('body *')].filter(e => !e.closest('.wide, pre, thead, .chart svg svg')
@@ -27,7 +21,7 @@ CUT = """return [...document.querySelectorAll('th, td')].filter(e => !e.closest(
   .map(e => e.outerHTML);"""
 
 
-@unittest.skipIf(MISSING, f"reports are not looked at in a browser: missing are the Debian packages {', '.join(MISSING)}")
+@needs_browser
 class Pages(CommandTest):
     @classmethod
     def setUpClass(cls):
@@ -47,14 +41,7 @@ class Pages(CommandTest):
             if result.returncode != 0:
                 raise AssertionError(result.stdout + result.stderr)
             cls.pages[name] = cls.made / name / "report.html"
-        options = webdriver.ChromeOptions()
-        options.binary_location = shutil.which("chromium")
-        for flag in FLAGS:
-            options.add_argument(flag)
-        options.add_argument(f"--user-data-dir={cls.made / 'profile'}")
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        service = webdriver.chrome.service.Service(shutil.which("chromedriver"))
-        cls.browser = webdriver.Chrome(options=options, service=service)
+        cls.browser = open_browser(cls.made / "profile")
         cls.addClassCleanup(cls.browser.quit)
 
     def open(self, name, size=SCREEN, dark=False):

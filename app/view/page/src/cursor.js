@@ -52,9 +52,10 @@ export class Cursor {
       this.last = [event.clientX, event.clientY];
       this.grab('pointer', hit);
     }, true);
-    area.addEventListener('pointermove', (event) => {
+    // On the window: a drag goes on beside the canvas, also where the browser has taken the capture back.
+    window.addEventListener('pointermove', (event) => {
       if (this.by === null && event.pointerType === 'mouse' && event.buttons === 0) {
-        this.hover(event);
+        if (event.target === canvas) this.hover(event);
         return;
       }
       if (this.by !== 'pointer' || event.pointerId !== this.pointer) return;
@@ -75,7 +76,7 @@ export class Cursor {
       event.stopPropagation();
       this.release();
     };
-    for (const name of ['pointerup', 'pointercancel', 'lostpointercapture']) area.addEventListener(name, release, true);
+    for (const name of ['pointerup', 'pointercancel']) window.addEventListener(name, release, true);
     area.addEventListener('wheel', (event) => {
       if (!this.held) return;
       event.preventDefault();

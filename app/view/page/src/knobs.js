@@ -4,6 +4,13 @@ import { make, set_text } from './dom.js';
 const STEPS = 1000;
 const THROTTLE = 50; // ms: at most 20 changes a second while sliding
 
+/** The bounds of a slider: those of the parameter; where it has none, ten times its value. */
+export function slider_bounds({ min, max, value }) {
+  const reach = 10 * (Math.abs(value) || 1);
+  const low = min ?? (value < 0 ? -reach : 0);
+  return { min: low, max: Math.min(max ?? Infinity, Math.max(reach, 10 * Math.abs(low))) };
+}
+
 /** A value between 0 and 1 for a place on the slider. */
 export function to_slider(parameter, value) {
   const { min, max } = parameter;
@@ -62,26 +69,23 @@ export class Knobs {
       knob.input = make('input', { id, type: 'checkbox', on: { change: () => change(knob.input.checked) } });
       row.append(knob.input);
     } else {
-      const bounded = Number.isFinite(min) && Number.isFinite(max) && max > min;
-      knob.number = make('input', { id: bounded ? `${id}-number` : id, type: 'number', step: kind === 'integer' ? 1 : 'any', min, max, 'aria-label': name,
+      const scale = { kind, ...slider_bounds(parameter) };
+      knob.number = make('input', { id: `${id}-number`, type: 'number', step: kind === 'integer' ? 1 : 'any', min, max, 'aria-label': name,
         on: { change: () => knob.number.value !== '' && change(Number(knob.number.value)), blur: () => this.show(knob) } });
-      if (bounded) {
-        const sliding = () => {
-          const value = from_slider(parameter, knob.slider.value / STEPS);
-          knob.number.value = written(value);
-          change(value, true);
-        };
-        knob.slider = make('input', { id, type: 'range', min: 0, max: STEPS, step: 1, on: {
-          input: sliding,
-          pointerdown: () => (knob.busy = true),
-          pointerup: () => (knob.busy = false),
-          pointercancel: () => (knob.busy = false),
-          blur: () => (knob.busy = false),
-        } });
-        row.append(knob.slider);
-      } else {
-        row.classList.add('unbounded');
-      }
+      const sliding = () => {
+        const value = from_slider(scale, knob.slider.value / STEPS);
+        knob.number.value = written(value);
+        change(value, true);
+      };
+      knob.scale = scale;
+      knob.slider = make('input', { id, type: 'range', min: 0, max: STEPS, step: 1, on: {
+        input: sliding,
+        pointerdown: () => (knob.busy = true),
+        pointerup: () => (knob.busy = false),
+        pointercancel: () => (knob.busy = false),
+        blur: () => (knob.busy = false),
+      } });
+      row.append(knob.slider);
       row.append(knob.number, make('span', { class: 'unit', text: unit ?? '' }));
     }
     row.append(knob.message);
@@ -125,7 +129,7 @@ export class Knobs {
     const { value } = knob;
     const active = document.activeElement;
     if (knob.number && (always || knob.number !== active)) knob.number.value = written(value);
-    if (knob.slider && !knob.busy) knob.slider.value = Math.round(to_slider(knob.parameter, value) * STEPS);
+    if (knob.slider && !knob.busy) knob.slider.value = Math.round(to_slider(knob.scale, value) * STEPS);
     if (knob.parameter.kind === 'choice') knob.input.value = value;
     if (knob.parameter.kind === 'flag') knob.input.checked = value === true || value === 'true';
   }

@@ -611,11 +611,25 @@ async function open_recording() {
   if (picture) draw_picture();
 }
 
-/** `#picture=scene&t=3.2` or `#picture=all&t=3.2`: one moment, and a title that says when it was drawn. */
+/** The time of the largest commanded force, s. */
+function time_of_most_force() {
+  const stream = app.store.role('commanded');
+  let most = -1;
+  let time = 0;
+  for (let i = stream?.begin ?? 0; i < (stream?.end ?? 0); ++i) {
+    const [x, y, z] = stream.row(i);
+    const force = Math.hypot(x, y, z);
+    if (force > most) [most, time] = [force, stream.times[i]];
+  }
+  return time;
+}
+
+/** `t=force` is the moment of the largest force. `#picture=scene&t=3.2` or `#picture=all&t=3.2`: one moment, and a title that says when it was drawn. */
 function draw_picture() {
   app.replay.pause();
   app.replay.loop = false;
-  app.replay.seek(Number(params.get('t') ?? 0));
+  const t = params.get('t') ?? '0';
+  app.replay.seek(t === 'force' ? time_of_most_force() : Number(t));
   show(by_id('guide'), false);
   if (picture === 'scene') {
     document.body.classList.add('picture');

@@ -1,0 +1,225 @@
+"""The view in a real browser: drag the tool, switch the method, turn a knob, stop; replay, scrub, save, open offline; block, close."""
+import json
+import pathlib
+import re
+import shutil
+import struct
+import tempfile
+import time
+import unittest
+import zlib
+
+from browser import MISSING, needs_browser, open_browser
+from harness import GRAPHS, TACTOR, CommandTest, built, needs_live, needs_meshes, tactor
+from view_client import View
+
+if not MISSING:
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.by import By
+
+HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
+needs_view = unittest.skipUnless(HAS_VIEW, "this build has no view")
+WALL = str(GRAPHS / "wall/scene.yaml")
+
+
+def png_pixels(data):
+    """The rows of a PNG of 8 bits a channel, without its filters undone: enough to see that it is not blank."""
+    width, height, _, color = struct.unpack(">IIBB", data[16:26])
+    at, packed = 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IDAT":
+            packed += data[at + 8:at + 8 + size]
+        at += 12 + size
+    return width, height, zlib.decompress(packed)
+
+
+@needs_view
+@needs_live
+@needs_browser
+class Browser(CommandTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.made = pathlib.Path(tempfile.mkdtemp(prefix="tactor-view-"))
+        cls.addClassCleanup(shutil.rmtree, cls.made, ignore_errors=True)
+        cls.browser = open_browser(cls.made / "profile", cls.made, ("--window-size=1280,900",))
+        cls.browser.set_script_timeout(30)
+        cls.addClassCleanup(cls.browser.quit)
+
+    def js(self, expression, *arguments):
+        return self.browser.execute_script(f"return {expression};", *arguments)
+
+    def until(self, expression, seconds=20):
+        end = time.monotonic() + seconds
+        while not self.js(expression):
+            self.assertLess(time.monotonic(), end, f"{expression} did not come true: {self.js('document.body.innerText.slice(0, 400)')}")
+            time.sleep(0.05)
+
+    def open(self, url):
+        self.browser.get("about:blank")
+        self.browser.get_log("browser")
+        self.browser.get(url)
+
+    def assert_no_errors(self):
+        wrong = [line["message"] for line in self.browser.get_log("browser")
+                 if line["level"] == "SEVERE" and "favicon" not in line["message"]]
+        self.assertEqual(wrong, [])
+
+    def latest(self, stream):
+        return self.js(f"window.tactor.latest('{stream}')?.values")
+
+    def grab(self):
+        """Takes hold of the tool with the mouse."""
+        self.until("window.tactor?.connected && window.tactor.latest('device.state')")
+        self.browser.execute_script("document.getElementById('scene').scrollIntoView(false); window.scrollTo(0, 0);")
+        x, y = self.js("window.tactor.project(...window.tactor.latest('device.state').values.slice(0, 3))")
+        self.where = [round(x), round(y)]
+        move = ActionChains(self.browser, duration=5)
+        move.w3c_actions.pointer_action.move_to_location(*self.where)
+        move.w3c_actions.pointer_action.pointer_down()
+        move.perform()
+
+    def drag(self, dx, dy, steps):
+        for step in range(1, steps + 1):
+            move = ActionChains(self.browser, duration=10)
+            move.w3c_actions.pointer_action.move_to_location(self.where[0] + dx * step // steps, self.where[1] + dy * step // steps)
+            move.perform()
+        self.where = [self.where[0] + dx, self.where[1] + dy]
+
+    def let_go(self):
+        release = ActionChains(self.browser)
+        release.w3c_actions.pointer_action.pointer_up()
+        release.perform()
+
+    def press(self, newtons=0.5, most=220):
+        """Drags the tool down until the device is given a force."""
+        self.grab()
+        moved = 0
+        while (self.latest("device.commanded") or [0, 0, 0])[2] < newtons and moved < most:
+            self.drag(0, 2, 1)
+            moved += 2
+            time.sleep(0.03)
+        self.assertGreater(self.latest("device.commanded")[2], newtons)
+
+    def test_the_tool_is_dragged_methods_are_switched_knobs_turned_and_the_run_is_stopped(self):
+        with View(TACTOR, WALL, "--over", str(GRAPHS / "methods/side_by_side.yaml")) as view:
+            begun = time.monotonic()
+            self.open(view.url)
+            self.until("window.tactor?.counters.frames_drawn > 1")
+            self.assertLess(time.monotonic() - begun, 10)
+            self.press()
+            self.assertGreater(self.latest("dynamics.state")[0], 0)
+            self.assertEqual(self.js("window.tactor.hello.engagements[window.tactor.latest('device.safety').values[0]]"), "engaged")
+            # The other methods, by their buttons.
+            for button in self.browser.find_elements(By.CSS_SELECTOR, "#methods button")[1:4]:
+                button.click()
+                self.until(f"window.tactor.parameters['select.use'] !== 'first'")
+            self.until("window.tactor.parameters['select.use'] === 'fourth'")
+            # The mouse was let go for the clicks.
+            self.press(0.3)
+            self.until("window.tactor.status.reference?.rms >= 0")
+            self.let_go()
+            # A knob, by its number, and what the session says of it.
+            number = self.browser.find_element(By.CSS_SELECTOR, "[id='knob-device.force_max'] input[type=number], input[type=number][id='knob-device.force_max']")
+            self.browser.execute_script("arguments[0].value = '2.5'; arguments[0].dispatchEvent(new Event('change', {bubbles: true}));", number)
+            self.until("window.tactor.parameters['device.force_max'] === 2.5")
+            looker = view.page()
+            self.assertEqual(next(p for p in looker.hello["parameters"] if p["name"] == "device.force_max")["value"], 2.5)
+            self.browser.execute_script("arguments[0].value = '-3'; arguments[0].dispatchEvent(new Event('change', {bubbles: true}));", number)
+            time.sleep(1)
+            self.assertEqual(self.js("window.tactor.parameters['device.force_max']"), 2.5)
+            # Two clients.
+            self.until("window.tactor.status.clients === 2")
+            self.assert_no_errors()
+            self.browser.find_element(By.ID, "stop").click()
+            view.process.wait(20)
+            self.assertEqual(view.process.returncode, 0)
+            looker.close()
+
+    def test_a_closed_page_releases_the_tool(self):
+        with View(TACTOR, WALL) as view:
+            self.open(view.url)
+            self.press()
+            looker = view.page()
+            self.browser.get("about:blank")
+            looker.take_for(1.5)
+            self.assertEqual(looker.stream("commanded")[-1][1][2], 0.0)
+            self.assertEqual(looker.hello["causes"][int(looker.stream("safety")[-1][1][1])], "dead_man")
+            looker.close()
+
+    def test_a_page_that_was_blocked_for_8_s_is_released_and_catches_up(self):
+        with View(TACTOR, WALL) as view:
+            self.open(view.url)
+            self.press()
+            looker = view.page()
+            self.browser.execute_script("setTimeout(() => { const end = performance.now() + 8000; while (performance.now() < end); }, 0);")
+            looker.take_for(1.5)
+            self.assertEqual(looker.stream("commanded")[-1][1][2], 0.0, "a blocked page is a released button")
+            looker.take_for(7)
+            self.until("window.tactor.counters.frames_drawn > 0")
+            time.sleep(0.5)
+            lag = looker.last("status")["now"]
+            looker.take_for(0.3)
+            lag = looker.stream("commanded")[-1][0] - self.js("window.tactor.latest('device.commanded').time")
+            self.assertLess(lag, 1.0)
+            # It still holds the mouse down, and gets no force until it has let go.
+            self.assertEqual(self.latest("device.commanded")[2], 0.0)
+            looker.close()
+
+    def test_a_recording_is_replayed_scrubbed_saved_and_opened_offline(self):
+        graph = self.write("duck.yaml", f"extends: {GRAPHS / 'wall/refit.yaml'}\nrecord: [device.commanded, device.state]\n")
+        result = tactor("run", graph, "--duration", "3 s", "--out", self.folder / "run")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        recording = self.folder / "run/recording.h5"
+        with View(TACTOR, str(recording)) as view:
+            self.open(view.url)
+            self.until("window.tactor?.complete")
+            self.assertEqual(self.js("window.tactor.mode"), "replay")
+            self.scrub(1.5)
+            self.browser.find_element(By.ID, "play").click()
+            self.until("window.tactor.time > 1.7")
+            for old in self.made.glob("*.html"):
+                old.unlink()
+            self.browser.find_element(By.ID, "save").click()
+            end = time.monotonic() + 20
+            while not list(self.made.glob("*.html")):
+                self.assertLess(time.monotonic(), end)
+                time.sleep(0.1)
+            self.assert_no_errors()
+        saved = next(self.made.glob("*.html"))
+        exported = self.folder / "exported.html"
+        self.assertEqual(tactor("export", recording, "--html", exported).returncode, 0)
+        for page in (saved, exported):
+            with self.subTest(page.name):
+                self.assertNotRegex(page.read_text()[:3000], r'(src|href)="?https?:')
+                self.open(f"file://{page}")
+                self.until("window.tactor?.complete")
+                self.assertGreater(self.js("window.tactor.counters.samples_taken['device.commanded']"), 2900)
+                self.scrub(2.0)
+                self.assert_no_errors()
+
+    def scrub(self, t):
+        self.browser.execute_script("const s = document.getElementById('scrub'); s.value = arguments[0];"
+                                    "s.dispatchEvent(new Event('input', {bubbles: true}));", t)
+        self.until(f"Math.abs(window.tactor.time - {t}) < 0.6")
+
+    def test_a_picture_shows_something(self):
+        for name, more in (("scene.png", ()), ("page.png", ("--page",))):
+            with self.subTest(name):
+                file = self.folder / name
+                result = tactor("view", WALL, "--duration", "2 s", "--picture", file, *more)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                width, height, pixels = png_pixels(file.read_bytes())
+                self.assertGreaterEqual(width * height, 960 * 600)
+                self.assertGreater(len(set(pixels)), 20)
+        moving = self.folder / "moving.svg"
+        result = tactor("view", WALL, "--duration", "1 s", "--picture", moving)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        frames = re.findall(r'href="(data:image/[^"]+)"', moving.read_text())
+        self.assertGreater(len(set(frames)), len(frames) // 2)
+        self.assertEqual(tactor("view", WALL, "--picture", self.folder / "x.gif").returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
