@@ -20,7 +20,7 @@ const remember = () => {
 /**
  * The steps for a graph.
  * @param {object} hello
- * @returns {{text: string, done: function(object): boolean}[]} `done` looks at {held, contacts, force, method, felt, seconds}
+ * @returns {{text: string, done: function(object): boolean}[]} `done` looks at {held_for (s), contacts, force (N), felt, seconds}
  */
 export function steps_of(hello) {
   const steps = [];
@@ -29,13 +29,13 @@ export function steps_of(hello) {
   }
   if (hello.device?.mouse) steps.push({ text: 'Press on the orange tool and drag it. While you hold it, the wheel moves it in depth.', done: (now) => now.held_for > 0.5 });
   steps.push({ text: 'Press the tool into the other body, until the bar shows a force.', done: (now) => now.force > 0.03 * (hello.device?.force_max || 5) && now.contacts !== 0 });
-  steps.push({ text: 'Keep pressing and look at the chart: physics comes in steps. The steps are what a hand feels as roughness.', done: (now) => now.seconds > 9 });
+  steps.push({ text: 'Keep pressing and drag a short span in the chart: the blue physics curve comes in steps. A hand feels them as roughness.', done: (now) => now.seconds > 9 });
   const choices = hello.methods?.choices ?? [];
   const named = (pattern) => choices.find((choice) => pattern.test(choice.label));
   const wanted = [named(/refit/i), named(/local/i)].filter(Boolean);
   for (const choice of wanted.length ? wanted : choices.slice(1, 3)) {
     steps.push({ text: `Switch to “${choice.label}” and press again: the commanded force goes on between the steps.`,
-      done: (now) => now.method === choice.value && now.seconds > 4 });
+      done: (now) => now.felt.has(choice.value) && now.seconds > 5 });
   }
   if (choices.length) steps.push({ text: 'Compare error and delay of the methods in the table.', done: (now) => now.seconds > 15 });
   if (hello.parameters.length) steps.push({ text: 'Turn a knob while you press, for example the stiffness of the coupling.', done: () => false });
@@ -72,7 +72,7 @@ export class Guide {
     show(by_id('guide-step'), this.steps.length > 1);
   }
 
-  /** @param {{held: boolean, contacts: number, force: number, method: string}} state */
+  /** @param {{held: boolean, contacts: number, force: number, felt: Set<string>}} state */
   look(state) {
     if (this.away || !this.steps.length || this.at + 1 >= this.steps.length) return;
     const now = performance.now();

@@ -12,11 +12,11 @@ import { Knobs } from './knobs.js';
 import { decode_binary } from './messages.js';
 import { Methods } from './methods.js';
 import { Replay } from './replay.js';
-import { download, read_recording, saved_page } from './save.js';
+import { download, read_recording, saved_frame, saved_page } from './save.js';
 import { SceneView } from './scene.js';
 import { LIVE_HISTORY, Store } from './store.js';
 
-const STAGES = ['physics', 'predicted', 'interpolated', 'commanded', 'reference'];
+const STAGES = ['reference', 'physics', 'predicted', 'interpolated', 'commanded']; // later ones are drawn over earlier ones
 const CHART_GAP = 33; // ms between redraws of the large chart
 const SMALL_CHART_GAP = 150; // ms
 const CAUSES = {
@@ -83,6 +83,8 @@ function take_text(message) {
       break;
     case 'ended':
       app.ended = true;
+      by_id('stop').disabled = true;
+      no_safety('the run has ended');
       tell(`The run has ended: ${message.why}. The charts stay.`, { plain: true });
       break;
     default: // a newer server may say more
@@ -173,8 +175,15 @@ function keep_told(time, message) {
 
 // ---------------------------------------------------------------- the parts
 
-const in_control = () => !app.ended && app.hello.mode === 'live' && (!app.status || app.status.in_control === undefined || app.status.in_control === app.hello.client);
+const in_control = () => !app.ended && app.connection?.open && app.hello.mode === 'live' && (!app.status || app.status.in_control === undefined || app.status.in_control === app.hello.client);
 const set_parameter = (parameter, value) => app.connection?.send({ type: 'set', parameter, value: String(value) });
+
+let page_text = null;
+/** The page to save into; fetched early, for a server whose run has ended is soon gone. */
+const fetch_page = () => (page_text ??= saved_frame().catch((error) => {
+  page_text = null;
+  throw error;
+}));
 
 function begin() {
   const { hello } = app;
@@ -214,6 +223,7 @@ function begin() {
   }
   make_charts();
   app.guide = new Guide(hello);
+  if (!recording) setTimeout(() => fetch_page().catch(() => {}), 3000);
   if (have_meshes()) make_scene();
 }
 
@@ -231,7 +241,7 @@ function make_scene() {
   app.scene.set_dark(dark_query.matches);
   const handle = app.store.role('handle');
   app.cursor = new Cursor({ scene: app.scene, hello: app.hello, send: (message) => app.connection?.send(message),
-    handle: () => (handle?.size ? handle.row(handle.end - 1) : null), allowed: () => Boolean(app.connection?.open) && in_control() });
+    handle: () => (handle?.size ? handle.row(handle.end - 1) : null), allowed: () => Boolean(in_control()) });
   const layers = [['bodies', 'bodies', true], ['ground', 'grid', true]];
   if (handle) layers.push(['handle', 'handle', true]);
   if (app.store.role('contacts')) layers.push(['contacts', 'contacts', true]);
@@ -259,8 +269,7 @@ function make_charts() {
     pick: (time) => app.replay && !app.timeline.zoom && app.replay.seek(time) };
   const present = STAGES.map((role) => store.role(role)).filter(Boolean);
   const curves = present.map((rows) => ({ rows, column: 'force.norm', label: rows.told.role, role: rows.told.role, colour: '', step: rows.told.role === 'physics',
-    width: rows.told.role === 'commanded' ? 2 : 1.4, dash: rows.told.role === 'reference' ? [5, 3] : undefined }));
-  // The later stages are drawn over the earlier ones.
+    width: { reference: 3, commanded: 1.8 }[rows.told.role] ?? 1.3 }));
   app.force_chart = new Chart(document.querySelector('#force-chart .plot'), { unit: 'N', curves, marks: true }, app.timeline, events);
   app.charts.push(app.force_chart);
   if (present.some((rows) => 'torque.norm' in rows.column)) show(by_id('quantity'), true);
@@ -363,7 +372,13 @@ function show_force(force, now) {
   by_id('force-bar').setAttribute('aria-valuenow', force.toFixed(2));
 }
 
+function no_safety(why) {
+  by_id('safety').dataset.state = 'unknown';
+  set_text(by_id('safety'), why);
+}
+
 function show_safety(time) {
+  if (app.hello.mode === 'live' && (app.ended || !app.connection?.open)) return;
   const safety = app.store.role('safety');
   const badge = by_id('safety');
   if (!safety) {
@@ -396,8 +411,8 @@ function show_status() {
     set_text(by_id('status-clients'), `${status.clients ?? 1} ${status.clients > 1 ? 'clients' : 'client'}`);
     const { device } = status;
     set_text(by_id('status-device'), device ? `device: ${device.missed ?? 0} of ${device.ticks ?? 0} ticks missed, wake-up p99 ${span(device.wakeup_p99)}` : '');
-    app.knobs?.enable(in_control());
-    app.methods?.enable(in_control());
+    app.knobs?.enable(Boolean(in_control()));
+    app.methods?.enable(Boolean(in_control()));
   }
   const dropped = (status && !app.replay ? status.dropped : 0) ?? 0;
   const unordered = store?.unordered ?? 0;
@@ -453,7 +468,7 @@ function frame(now) {
     if (app.replay) follow(time);
     app.cursor?.step(now, force / force_max());
     const counts = app.store.role('contact_count');
-    app.guide.look({ held: Boolean(app.cursor?.held), contacts: counts?.size ? counts.row(counts.end - 1)[0] : undefined, force, method: app.methods?.current });
+    app.guide.look({ held: Boolean(app.cursor?.held), contacts: counts?.size ? counts.row(counts.end - 1)[0] : undefined, force, felt: app.methods?.felt ?? new Set() });
   } else {
     app.cursor?.step(now, 0);
   }
@@ -471,7 +486,7 @@ function frame(now) {
   while (app.drawn_times[0] < now - 1000) app.drawn_times.shift();
   const passed = now - app.drawn_times[0];
   app.fps = passed > 0 ? ((app.drawn_times.length - 1) * 1000) / passed : 0;
-  if (app.store.now !== undefined && Number.isFinite(app.offset)) app.lag = Math.max(0, performance.now() / 1000 - app.store.now - app.offset);
+  if (app.store.now !== undefined && Number.isFinite(app.offset) && !app.replay) app.lag = Math.max(0, performance.now() / 1000 - app.store.now - app.offset);
   adapt(now);
   if (now - (app.status_shown ?? 0) > 250) {
     app.status_shown = now;
@@ -481,10 +496,14 @@ function frame(now) {
 
 // ---------------------------------------------------------------- controls
 
-by_id('stop').addEventListener('click', () => app.connection?.send({ type: 'stop' }));
+const stop = () => {
+  app.connection?.send({ type: 'stop' });
+  if (app.connection?.open && !app.ended) tell('The run is asked to stop; the device ramps down.', { plain: true });
+};
+by_id('stop').addEventListener('click', stop);
 by_id('take-control').addEventListener('click', () => app.connection?.send({ type: 'control' }));
 window.addEventListener('keydown', (event) => {
-  if (event.key === 'Escape' && app.hello?.mode === 'live') app.connection?.send({ type: 'stop' });
+  if (event.key === 'Escape' && app.hello?.mode === 'live') stop();
   if (/^[1-9]$/.test(event.key) && app.methods && app.hello.mode === 'live' && !(event.target instanceof Element && event.target.closest('input, select'))) {
     const choice = app.hello.methods.choices[Number(event.key) - 1];
     if (choice && in_control()) set_parameter(app.hello.methods.parameter, choice.value);
@@ -529,7 +548,7 @@ by_id('save').addEventListener('click', async () => {
     const { hello, meshes, store, told } = app;
     const from = hello.mode === 'replay' ? store.oldest : Math.max(store.oldest, store.now - LIVE_HISTORY);
     const parameters = hello.parameters.map((one) => ({ ...one, value: app.base_values[one.name] }));
-    const blob = await saved_page({ hello: { ...hello, parameters, duration: store.now - from }, meshes, store, told }, { from, to: store.now });
+    const blob = await saved_page(await fetch_page(), { hello: { ...hello, parameters, duration: store.now - from }, meshes, store, told }, { from, to: store.now });
     download(blob, `${hello.graph}.html`.replaceAll(/[^\w.-]/g, '_'));
     app.saved_bytes = blob.size;
   } catch (error) {
@@ -654,6 +673,8 @@ if (recording) {
     binary: take_binary,
     closed: (why) => {
       if (!app.ended || /could not/.test(why)) tell(app.hello?.mode === 'replay' && app.complete ? 'The server is gone; the recording stays.' : why, { again: true });
+      if (app.hello?.mode === 'live' && !app.ended) no_safety('no connection');
+      by_id('stop').disabled = true;
       app.knobs?.enable(false);
       app.methods?.enable(false);
     },

@@ -5,7 +5,7 @@ export class Methods {
   /** @param {HTMLElement} parent @param {object} hello @param {function(string, string): void} set */
   constructor(parent, hello, set) {
     this.told_methods = hello.methods;
-    this.felt = new Set();
+    this.felt = new Set(); // the methods whose figures are known
     this.rows = new Map();
     const { parameter, choices } = hello.methods;
     const body = make('tbody');

@@ -3,7 +3,15 @@ import { from_base64, gunzip, gzip, messages_of, pack, to_base64, unpack } from 
 
 const MARK = ['<!--', 'TACTOR_RECORDING', '-->'].join('');
 
+/** @returns {Promise<string>} the page that a recording is put into */
+export async function saved_frame() {
+  const answer = await fetch('/saved.html');
+  if (!answer.ok) throw new Error(`saved.html: ${answer.status} ${answer.statusText}`);
+  return answer.text();
+}
+
 /**
+ * @param {string} page of saved_frame
  * @param {object} kept
  * @param {object} kept.hello
  * @param {object[]} kept.meshes
@@ -12,10 +20,7 @@ const MARK = ['<!--', 'TACTOR_RECORDING', '-->'].join('');
  * @param {{from: number, to: number}} span s
  * @returns {Promise<Blob>} the page
  */
-export async function saved_page({ hello, meshes, store, told }, span) {
-  const answer = await fetch('/saved.html');
-  if (!answer.ok) throw new Error(`saved.html: ${answer.status} ${answer.statusText}`);
-  const page = await answer.text();
+export async function saved_page(page, { hello, meshes, store, told }, span) {
   const at = page.indexOf(MARK);
   if (at < 0) throw new Error('saved.html has no place for a recording');
   const packed = to_base64(await gzip(pack(messages_of(hello, meshes, store, told, span))));

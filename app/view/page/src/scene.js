@@ -410,6 +410,14 @@ export class SceneView {
     this.changed = true;
   }
 
+  /** The wires fade where the tool is at the handle: only what lies apart is of interest. */
+  fade_handle() {
+    const tool = this.bodies[this.tool]?.object;
+    if (!tool) return;
+    const apart = this.handle.position.distanceTo(tool.position) / this.radius + 0.5 * this.handle.quaternion.angleTo(tool.quaternion);
+    this.handle.material.opacity = Math.min(0.5, 0.08 + 12 * apart);
+  }
+
   /** @param {'commanded' | 'physics'} which @param {ArrayLike<number> | null} force in N */
   set_force(which, force) {
     const arrow = this.arrows[which];
@@ -534,6 +542,7 @@ export class SceneView {
   render(always = false) {
     if (!this.changed && !always) return false;
     this.changed = false;
+    this.fade_handle();
     const { right, up, forward } = this.view_at(this.centre);
     this.sun.position.copy(this.camera.position).addScaledVector(up, this.radius * 1.5).addScaledVector(right, -this.radius);
     this.sun.target.position.copy(this.centre);
