@@ -33,6 +33,10 @@ export class Connection {
     };
   }
 
+  close() {
+    this.socket.close();
+  }
+
   send(message) {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }

@@ -403,11 +403,12 @@ function show_status() {
   if (!status || app.replay) {
     set_text(by_id('status-phase'), app.replay ? (recording ? 'saved recording' : 'replay') : 'waiting');
   } else {
-    set_text(by_id('status-phase'), app.ended ? 'ended' : (status.phase ?? ''));
+    const open = Boolean(app.connection?.open) && !app.ended;
+    set_text(by_id('status-phase'), app.ended ? 'ended' : open ? (status.phase ?? '') : 'not connected');
     set_text(by_id('status-speed'), status.speed === undefined ? '' : `speed ${status.speed.toFixed(2)}`);
     const { in_control: who } = status;
-    set_text(by_id('status-control'), who === hello.client ? 'you are in control' : who ? `client ${who} is in control, you look` : 'nobody is in control');
-    show(by_id('take-control'), !who && !app.ended);
+    set_text(by_id('status-control'), !open ? '' : who === hello.client ? 'you are in control' : who ? `client ${who} is in control, you look` : 'nobody is in control');
+    show(by_id('take-control'), !who && open);
     set_text(by_id('status-clients'), `${status.clients ?? 1} ${status.clients > 1 ? 'clients' : 'client'}`);
     const { device } = status;
     set_text(by_id('status-device'), device ? `device: ${device.missed ?? 0} of ${device.ticks ?? 0} ticks missed, wake-up p99 ${span(device.wakeup_p99)}` : '');
@@ -620,7 +621,13 @@ window.tactor = {
 // ---------------------------------------------------------------- start
 
 async function open_recording() {
-  const messages = await read_recording(recording.textContent);
+  let messages;
+  try {
+    messages = await read_recording(recording.textContent);
+  } catch (error) {
+    tell(`The recording in this file cannot be read; the file may be cut off. (${error.message})`);
+    return;
+  }
   for (const message of messages) {
     if (typeof message === 'string') take_text(JSON.parse(message));
     else take_binary(message);
@@ -680,5 +687,8 @@ if (recording) {
     },
   });
 }
+// A page that is left, but kept by the browser for the way back, must not stay in control.
+window.addEventListener('pagehide', () => app.connection?.close());
+window.addEventListener('pageshow', (event) => event.persisted && app.connection && location.reload());
 choose();
 requestAnimationFrame(frame);
