@@ -61,13 +61,14 @@ void add_shape(json& object, const Scene& scene, const Body& body) {
   }
 }
 
-json scene_object(const Scene& scene) {
+/// The tool begins at the handle.
+json scene_object(const Scene& scene, const Pose& start) {
   json bodies = json::array();
   for (const Body& body : scene.bodies) {
     json object = {{"name", body.name},
                    {"moves", body.motion != Motion::fixed},
                    {"tool", &body == scene.tool()},
-                   {"pose", array_of(body.X_WB)}};
+                   {"pose", array_of(&body == scene.tool() ? start : body.X_WB)}};
     add_shape(object, scene, body);
     bodies.push_back(std::move(object));
   }
@@ -188,7 +189,7 @@ std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams
                 {"title", plan.graph.title},
                 {"version", TACTOR_VERSION},
                 {"duration", extras.duration},
-                {"scene", scene_object(plan.graph.scene)},
+                {"scene", scene_object(plan.graph.scene, extras.start)},
                 {"meshes", mesh_bodies(plan.graph.scene).size()},
                 {"rotates", plan.torque},
                 {"device", device_object(plan, extras)},

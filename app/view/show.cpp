@@ -1,12 +1,15 @@
 #include "app/view/show.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <optional>
 
 #include "app/view/hello.hpp"
 #include "app/view/samples.hpp"
 #include "app/view/stream_taps.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/message_batch.hpp"
+#include "framework/core/messages.hpp"
 #include "framework/record/recorder.hpp"
 
 namespace tactor {
@@ -40,12 +43,28 @@ class FrameMaker {
   std::size_t chunks_ = 0;
 };
 
-HelloExtras extras_of(const Plan& plan, double duration) {
+/// `start`: of the handle; none where it was not shown.
+HelloExtras extras_of(const Plan& plan, double duration, const std::optional<Pose>& start) {
   HelloExtras extras;
   extras.replay = true;
   extras.duration = duration;
   if (const Body* tool = plan.graph.scene.tool(); tool != nullptr) extras.start = tool->X_WB;
+  if (start) extras.start = *start;
   return extras;
+}
+
+/// The stream that shows the handle, an index into the list; none where there is none.
+std::optional<std::size_t> handle_of(const std::vector<ShownStream>& streams) {
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    if (streams[i].role == "handle") return i;
+  }
+  return std::nullopt;
+}
+
+Pose pose_in(const void* state) {
+  DeviceState message;
+  std::memcpy(static_cast<void*>(&message), state, sizeof message);
+  return message.X_WD;
 }
 
 void go_on(const ShowOptions& options, double share) {
@@ -88,6 +107,12 @@ Show show_of(Session& session, Follower* follower, const ShowOptions& options) {
   show.meshes = mesh_messages(plan.graph.scene, options.note);
   StreamTaps taps(session, follower);
   FrameMaker maker(show.frames);
+  std::optional<Pose> start;
+  if (const auto handle = handle_of(taps.streams())) {
+    session.on_message(taps.streams()[*handle].output, [&start](const Stamp&, const void* state) {
+      if (!start) start = pose_in(state);
+    });
+  }
   const double planned = plan.graph.duration.seconds();
   session.start();
   while (session.is_running()) {
@@ -101,7 +126,7 @@ Show show_of(Session& session, Follower* follower, const ShowOptions& options) {
   if (follower != nullptr) follower->follow();
   maker.add(taps.collect());
   maker.finish();
-  show.hello = hello_text(plan, taps.streams(), extras_of(plan, end));
+  show.hello = hello_text(plan, taps.streams(), extras_of(plan, end, start));
   return show;
 }
 
@@ -126,7 +151,13 @@ Show show_of(RecordingReader& reader, const Plan& plan, const ShowOptions& optio
     go_on(options, static_cast<double>(i + 1) / static_cast<double>(streams.size()));
   }
   maker.finish();
-  show.hello = hello_text(plan, streams, extras_of(plan, end));
+  std::optional<Pose> start;
+  if (const auto handle = handle_of(streams)) {
+    MessageBatch first(reader.streams()[recorded[*handle]].type);
+    reader.read(recorded[*handle], 0, 1, first);
+    start = pose_in(first.value(0));
+  }
+  show.hello = hello_text(plan, streams, extras_of(plan, end, start));
   return show;
 }
 

@@ -212,7 +212,7 @@ class Browser(CommandTest):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 width, height, pixels = png_pixels(file.read_bytes())
                 self.assertGreaterEqual(width * height, 960 * 600)
-                self.assertGreater(len(set(pixels)), 20)
+                self.assertGreater(len(set(pixels)), 12)
         moving = self.folder / "moving.svg"
         result = tactor("view", WALL, "--duration", "1 s", "--picture", moving)
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -306,15 +306,33 @@ export class SceneView {
       const every = Math.max(1, Math.floor(positions.count / 400));
       for (let i = 0; i < positions.count; i += every) points.push(new Vector3().fromBufferAttribute(positions, i).applyMatrix4(object.matrixWorld));
     }
+    // Of a plane, the place under the handle.
+    const start = this.hello.device?.start;
+    for (const { told, object } of this.bodies) {
+      if (!told.plane || !start) continue;
+      const handle = new Vector3(start[0], start[1], start[2]);
+      const height = object.worldToLocal(handle.clone()).z;
+      const reach = Math.max(1.5 * Math.abs(height), 2 * this.tool_size());
+      for (const [x, y] of [[-1, 0], [1, 0], [0, -1], [0, 1]]) {
+        points.push(object.localToWorld(object.worldToLocal(handle.clone()).setZ(0)).add(new Vector3(x * reach, y * reach, 0)));
+      }
+    }
     if (!points.length) corners(box);
     return points;
+  }
+
+  /** The radius of a ball round the tool, m. */
+  tool_size() {
+    const geometry = this.bodies[this.tool]?.object.geometry;
+    geometry?.computeBoundingSphere();
+    return geometry?.boundingSphere?.radius ?? 0.005;
   }
 
   /** Puts the camera back to where all is seen. */
   look() {
     const direction = new Vector3(0.45, -1, 0.38).normalize();
     // As near as all bodies allow.
-    const up_part = 0.9 * Math.tan((this.camera.fov * Math.PI) / 360);
+    const up_part = 0.8 * Math.tan((this.camera.fov * Math.PI) / 360);
     const right_part = up_part * this.camera.aspect;
     const right = new Vector3().crossVectors(Z, direction).normalize();
     const up = new Vector3().crossVectors(direction, right);
