@@ -330,7 +330,7 @@ export class SceneView {
 
   /** Puts the camera back to where all is seen. */
   look() {
-    const direction = new Vector3(0.45, -1, 0.38).normalize();
+    const direction = new Vector3(1, 0.5, 0.42).normalize();
     // As near as all bodies allow.
     const up_part = 0.8 * Math.tan((this.camera.fov * Math.PI) / 360);
     const right_part = up_part * this.camera.aspect;
