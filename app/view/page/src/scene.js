@@ -190,7 +190,7 @@ export class SceneView {
     this.changed = true;
 
     this.materials = { still: new MeshLambertMaterial(), tool: new MeshLambertMaterial(), moving: new MeshLambertMaterial(),
-      plane: new MeshLambertMaterial({ side: DoubleSide }) };
+      plane: new MeshBasicMaterial({ side: DoubleSide }) };
     const geometries = meshes.map(mesh_geometry);
     this.bodies = hello.scene.bodies.map((told) => this.make_body(told, geometries, meshes));
     this.tool = this.bodies.findIndex((body) => body.told.tool);
