@@ -76,7 +76,9 @@ Show remade(RecordingReader& reader, const Plan& plan, Registry& registry, bool 
 Show show_of_recording(const std::filesystem::path& recording, Registry& registry, bool reference,
                        const ShowOptions& options) {
   const std::unique_ptr<RecordingReader> reader = load_record_library().open(recording);
-  const Plan plan = recorded_plan(reader->header(), registry);
+  Plan plan = recorded_plan(reader->header(), registry);
+  // A recording does not say what its graph was called.
+  plan.graph.name = recording.stem().string();
   try {
     if (!reader->complete()) throw InputError("its run did not close it");
     return remade(*reader, plan, registry, reference, options);

@@ -185,11 +185,10 @@ std::string SessionView::status_text() {
   const Time now = live ? live->now : session_.now();
   const bool first = told_.ns == 0;
   const double passed = (now - told_at_).seconds();
-  const auto rate = [&](std::uint64_t& before, std::uint64_t count) -> json {
+  const auto rate = [&](std::uint64_t& before, std::uint64_t count) {
     const double steps = static_cast<double>(count - before);
     before = count;
-    if (first || !(passed > 0)) return nullptr;
-    return steps / passed;
+    return passed > 0 ? steps / passed : 0.0;
   };
   json nodes = json::array();
   for (std::size_t n = 0; n < steps_.size(); ++n) {
@@ -206,7 +205,7 @@ std::string SessionView::status_text() {
   json status = {{"type", "status"},
                  {"now", now.seconds()},
                  {"phase", live ? word(live->phase) : "running"},
-                 {"speed", first ? json() : json(passed / (wall - told_).seconds())},
+                 {"speed", passed / (wall - told_).seconds()},
                  {"nodes", std::move(nodes)},
                  {"edges", std::move(edges)},
                  {"lost", taps_.dropped()}};
@@ -214,7 +213,8 @@ std::string SessionView::status_text() {
   if (follower_ != nullptr) status["reference"] = reference_object(follower_->figures());
   told_ = wall;
   told_at_ = now;
-  return status.dump();
+  // The first look is what rates are counted from.
+  return first ? std::string() : status.dump();
 }
 
 void SessionView::tell_end(const std::string& why) {

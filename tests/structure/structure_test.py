@@ -41,6 +41,7 @@ class Includes(unittest.TestCase):
         self.assert_only(r"libusb", "devices/usb")
         self.assert_only(r"CLI/", "app/verbs")
         self.assert_only(r"sqlite3", "app/study/table")
+        self.assert_only(r"boost/(beast|asio)", "app/view/server")
 
     def test_headers_that_take_long_to_compile_are_kept_in_sources(self):
         """Of what takes seconds to read, our headers include none, but for those that only their own folder includes."""
@@ -90,7 +91,9 @@ class Includes(unittest.TestCase):
             # Devices read their profiles with the errors that graphs have; nodes read no YAML.
             "devices": ("framework/core", "framework/node", "framework/realtime", "framework/yaml", "devices"),
             # The command knows no device; it asks where profiles lie, and which ports there are.
-            "app": ("framework", "app", "devices/hardware"),
+            # The view also draws meshes and the contacts of the local model, and sends the cursor of device.mouse.
+            "app": ("framework", "app", "devices/hardware", "devices/mouse/cursor.hpp", "nodes/physics/mesh/body_mesh.hpp",
+                    "nodes/physics/contact/local_contacts.hpp"),
             # A session is what every front stands on, and knows none.
             "framework": ("framework",),
             # A study by its steps: what it says, what is to be run, the runs, their table, what is told of it.

@@ -43,7 +43,8 @@ export class Rows {
     for (let i = 0; i < times.length; ++i) {
       const t = times[i];
       if (this.end > this.start && !(t >= this.times[this.end - 1])) {
-        ++this.unordered;
+        // A forecast for an earlier time than the one before: the estimated period of physics has become shorter.
+        if (this.told.role !== 'predicted') ++this.unordered;
         continue;
       }
       if (this.end === this.times.length) this.make_room();
