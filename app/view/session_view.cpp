@@ -1,5 +1,6 @@
 #include "app/view/session_view.hpp"
 
+#include <pthread.h>
 #include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
@@ -18,8 +19,10 @@ using nlohmann::json;
 constexpr Duration status_period{250'000'000};
 /// Between the engine's threads and those that give way to everybody: a page is to follow the hand.
 constexpr int server_niceness = 10;
+constexpr std::size_t most_requests = 256;
 
-void set_niceness() {
+void begin_server_thread() {
+  pthread_setname_np(pthread_self(), "view");
   // On Linux it is that of the calling thread. Refused, it stays as it is, which costs nobody anything.
   static_cast<void>(setpriority(PRIO_PROCESS, 0, server_niceness));
 }
@@ -78,7 +81,7 @@ SessionView::SessionView(Session& session, Follower* follower, Options options)
   server_ = load_view_library().serve(*this, options_.port);
   url_ = server_->url();
   thread_ = make_thread("view", [this] {
-    set_niceness();
+    begin_server_thread();
     try {
       server_->run();
     } catch (const std::exception& error) {
@@ -123,16 +126,17 @@ void SessionView::send_cursor(const Pose& X_WC, bool held) {
 
 void SessionView::receive(ClientId client, const ClientMessage& message) {
   const std::scoped_lock lock(mutex_);
-  if (!taking_) return;
   switch (message.kind) {
     case ClientMessage::Kind::input:
-      if (cursor_) send_cursor(message.X_WC, message.held);
+      if (taking_ && cursor_) send_cursor(message.X_WC, message.held);
       return;
     case ClientMessage::Kind::set:
-      requests_.push_back({client, message.parameter, message.value});
+      // A page that asks for more between two looks than anybody can turn has gone wrong.
+      if (requests_.size() < most_requests) requests_.push_back({client, message.parameter, message.value});
       return;
     case ClientMessage::Kind::stop:
-      session_.stop();
+      stop_asked_ = true;
+      if (taking_) session_.stop();
       return;
     case ClientMessage::Kind::ack:
     case ClientMessage::Kind::control:
@@ -170,6 +174,8 @@ void SessionView::attend() {
     const std::scoped_lock lock(mutex_);
     taking_ = true;
     requests.swap(requests_);
+    // It was asked for before the session began.
+    if (stop_asked_) session_.stop();
   }
   for (const Request& request : requests) set(request);
   if (MonotonicClock::now() - told_ < status_period) return;
@@ -204,6 +210,7 @@ std::string SessionView::status_text() {
   }
   json status = {{"type", "status"},
                  {"now", now.seconds()},
+                 {"monotonic", static_cast<double>(wall.ns) * 1e-9},
                  {"phase", live ? word(live->phase) : "running"},
                  {"speed", passed / (wall - told_).seconds()},
                  {"nodes", std::move(nodes)},

@@ -82,6 +82,7 @@ class SessionView final : private ViewSource {
   std::map<std::string, std::string> values_;  // of parameters that were set
   std::string status_;
   bool taking_ = false;  // between the start of the session and its end
+  bool stop_asked_ = false;
   std::optional<std::string> failure_;
 
   // For rates.
