@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT / "tests/command"))
 sys.path.insert(0, str(ROOT / "bench"))
 import page  # noqa: E402
 from browser import MISSING, open_browser  # noqa: E402
-from view_client import Closed, View  # noqa: E402
+from view_client import Closed, Page, View  # noqa: E402
 
 BUILD = ROOT / "build/release"
 TACTOR = str(BUILD / "bin/tactor")
@@ -114,7 +114,6 @@ def stalled(seconds, pairs):
                                             "--set", "nodes.metrics=~"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
                 url = process.stdout.readline()
                 port, token = int(url.split(":")[2].split("/")[0]), url.strip().split("#")[1]
-                from view_client import Page
                 held = [Page(port, token, receive_buffer=4096) for _ in range(clients)]
                 process.communicate()
                 for client in held:
@@ -157,8 +156,7 @@ def latency(seconds):
                 except Closed:
                     pass
             with h5py.File(recording) as file:
-                streams = {name: file[f"streams/{name}"][()] if f"streams/{name}" in file else file[name][()] for name in
-                           ("device.state", "device.commanded", "select.segment")}
+                streams = {name: file[f"streams/{name}/data"][()] for name in ("device.state", "device.commanded", "select.segment")}
             rows.append({"method": label, **latencies(streams, [t - zero for t in sent])})
     return rows
 
@@ -166,8 +164,8 @@ def latency(seconds):
 def latencies(streams, sent):
     """By the recording: ticks at which the handle begins to move, and the first force made from such a sample."""
     def times(stream, stamp):
-        return streams[stream][stamp] * 1e-9
-    state, speed = times("device.state", "valid"), np.abs(streams["device.state"]["V_WD"]["v"][:, 0])
+        return streams[stream][f"{stamp}_ns"] * 1e-9
+    state, speed = times("device.state", "valid"), np.abs(streams["device.state"]["v_WD"][:, 0])
     ticks = times("device.commanded", "valid")
     made_from, made = times("select.segment", "valid"), times("select.segment", "produced")
     to_state, to_force = [], []

@@ -72,7 +72,8 @@ json scene_object(const Scene& scene, const Pose& start) {
     add_shape(object, scene, body);
     bodies.push_back(std::move(object));
   }
-  return {{"bodies", std::move(bodies)}};
+  return {{"bodies", std::move(bodies)},
+          {"camera", {{"from", array_of(scene.camera.from_W)}, {"up", array_of(scene.camera.up_W)}}}};
 }
 
 json streams_array(const std::vector<ShownStream>& streams) {

@@ -72,9 +72,17 @@ struct Body {
 /// The most moving bodies of a scene.
 inline constexpr std::size_t max_moving_bodies = 8;
 
+/// From where a scene is looked at.
+struct Camera {
+  Vec3 from_W{1, 0.5, 0.42};  ///< from the middle of the scene towards the camera, of any length above zero
+  Vec3 up_W{0, 0, 1};         ///< what is up in the picture; not along `from_W`
+  bool operator==(const Camera&) const = default;
+};
+
 /// What a graph's nodes act in.
 struct Scene {
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2
+  Camera camera;                ///< for those who draw it; nothing else depends on it
   std::vector<Body> bodies;
   std::string tool_name;  ///< the moving body that hangs on the device; empty: the first one that moves
 

@@ -198,15 +198,35 @@ void read_tool(Scene& scene, const Tree& tree, const SourceLocation& last, const
   if (const auto name = read_choice(*tool, "scene.tool", moving, diagnostics)) scene.tool_name = *name;
 }
 
+Camera read_camera(const Tree& tree, Diagnostics& diagnostics) {
+  Camera camera;
+  if (!expect_map(tree, "scene.camera", "a map with from and up", diagnostics)) return camera;
+  check_keys(tree, "scene.camera", "key", {"from", "up"}, diagnostics);
+  const auto read = [&](const char* key, Vec3& direction) {
+    if (const Tree* value = tree.value(key)) {
+      direction =
+          read_vector(*value, std::string("scene.camera.") + key, {.unit = "1"}, diagnostics).value_or(direction);
+    }
+  };
+  read("from", camera.from_W);
+  read("up", camera.up_W);
+  if (norm(cross(camera.from_W, camera.up_W)) < 1e-6 * norm(camera.from_W) * norm(camera.up_W) ||
+      norm(camera.from_W) == 0 || norm(camera.up_W) == 0) {
+    diagnostics.error(tree.place, "scene.camera: expected from and up along different lines");
+  }
+  return camera;
+}
+
 }  // namespace
 
 Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnostics) {
   Scene scene;
-  if (!expect_map(tree, "scene", "a map with gravity, tool and bodies", diagnostics)) return scene;
-  check_keys(tree, "scene", "key", {"gravity", "tool", "bodies"}, diagnostics);
+  if (!expect_map(tree, "scene", "a map with gravity, camera, tool and bodies", diagnostics)) return scene;
+  check_keys(tree, "scene", "key", {"gravity", "camera", "tool", "bodies"}, diagnostics);
   if (const Tree* gravity = tree.value("gravity")) {
     scene.gravity_W = read_vector(*gravity, "scene.gravity", {.unit = "m/s^2"}, diagnostics).value_or(scene.gravity_W);
   }
+  if (const Tree* camera = tree.value("camera")) scene.camera = read_camera(*camera, diagnostics);
   const Tree* bodies = tree.value("bodies");
   if (bodies == nullptr || !expect_map(*bodies, "scene.bodies", "a map of bodies", diagnostics)) return scene;
   std::vector<std::string> moving;

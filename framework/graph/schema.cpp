@@ -142,6 +142,7 @@ Json scene_schema() {
   for (auto& [key, schema] : body["properties"].items()) schema = or_nothing(schema);
   body["type"] = {"object", "null"};
   return closed({{"gravity", list(number("m/s^2"), 3)},
+                 {"camera", closed({{"from", list(number("1"), 3)}, {"up", list(number("1"), 3)}})},
                  {"tool", {{"type", "string"}}},
                  {"bodies", {{"type", "object"}, {"additionalProperties", body}}}});
 }

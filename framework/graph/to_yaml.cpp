@@ -250,6 +250,9 @@ std::string to_yaml(const GraphSpec& spec) {
   text += "rate: " + number_text(spec.rate) + "\n";
   text += write_live(spec.live);
   text += "scene:\n  gravity: " + list(spec.scene.gravity_W) + "\n";
+  if (const Camera& camera = spec.scene.camera; camera != Camera{}) {
+    text += "  camera: {from: " + list(camera.from_W) + ", up: " + list(camera.up_W) + "}\n";
+  }
   if (!spec.scene.tool_name.empty()) text += "  tool: " + spec.scene.tool_name + "\n";
   text += spec.scene.bodies.empty() ? "  bodies: {}\n" : "  bodies:\n";
   for (const Body& body : spec.scene.bodies) text += write_body(body);

@@ -169,8 +169,8 @@ class Text(unittest.TestCase):
                 page = (scene / "README.md").read_text()
                 named = re.findall(r"^\| `([^`]+)` \| \S.* \|$", page, re.MULTILINE)
                 self.assertEqual(sorted(named), sorted(file.name for file in scene.glob("*.yaml")))
-                self.assertIn("](scene.svg)", page)
-                self.assertLess((scene / "scene.svg").stat().st_size, 150_000)
+                self.assertIn("](scene.png)", page)
+                self.assertLess((scene / "scene.png").stat().st_size, 150_000)
 
     def test_links_of_pages_lead_somewhere(self):
         pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")),

@@ -141,6 +141,7 @@ BOOST_FIXTURE_TEST_CASE(written_yaml_loads_to_the_same_graph, Fixture) {
   BOOST_TEST(again.seed == spec.seed);
   BOOST_TEST((again.live == spec.live));
   BOOST_TEST((again.scene.gravity_W == spec.scene.gravity_W));
+  BOOST_TEST((again.scene.camera == spec.scene.camera));
   BOOST_TEST_REQUIRE(again.scene.bodies.size() == spec.scene.bodies.size());
   for (std::size_t i = 0; i < spec.scene.bodies.size(); ++i) {
     BOOST_TEST(same(again.scene.bodies[i], spec.scene.bodies[i]));

@@ -181,7 +181,7 @@ export class SceneView {
     parent.append(this.canvas);
     this.three = new Scene();
     this.camera = new PerspectiveCamera(32, 1, 0.001, 100);
-    this.camera.up.set(0, 0, 1);
+    this.camera.up.fromArray(hello.scene.camera?.up ?? [0, 0, 1]).normalize();
     this.sun = new DirectionalLight(0xffffff, 2.0);
     this.fill = new DirectionalLight(0xffffff, 0.7);
     this.three.add(this.sun, this.sun.target, this.fill, this.fill.target, new AmbientLight(0xffffff, 0.85));
@@ -330,11 +330,11 @@ export class SceneView {
 
   /** Puts the camera back to where all is seen. */
   look() {
-    const direction = new Vector3(1, 0.5, 0.42).normalize();
+    const direction = new Vector3().fromArray(this.hello.scene.camera?.from ?? [1, 0.5, 0.42]).normalize();
     // As near as all bodies allow.
     const up_part = 0.8 * Math.tan((this.camera.fov * Math.PI) / 360);
     const right_part = up_part * this.camera.aspect;
-    const right = new Vector3().crossVectors(Z, direction).normalize();
+    const right = new Vector3().crossVectors(this.camera.up, direction).normalize();
     const up = new Vector3().crossVectors(direction, right);
     const view = new Box3();
     const seen = this.outline.map((p) => new Vector3(p.dot(right), p.dot(up), p.dot(direction)));
@@ -372,7 +372,11 @@ export class SceneView {
       this.ground.quaternion.copy(plane.object.quaternion);
       this.ground.position.add(new Vector3(0, 0, this.radius * 0.001).applyQuaternion(plane.object.quaternion));
     } else {
-      this.ground.position.set(this.centre.x, this.centre.y, this.box.min.z - 0.02 * this.radius);
+      const { up } = this.camera;
+      this.ground.quaternion.setFromUnitVectors(Z, up);
+      const lowest = Math.min(...this.outline.map((p) => p.dot(up)));
+      const centre = this.box.getCenter(new Vector3());
+      this.ground.position.copy(centre).addScaledVector(up, lowest - centre.dot(up) - 0.02 * this.radius);
     }
     this.layers ??= {};
     this.three.add(this.ground);
