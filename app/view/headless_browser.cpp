@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int patience_ms = 120'000;
-constexpr std::chrono::milliseconds look_period{50};
+constexpr std::chrono::milliseconds page_look_period{50};
 // The files by which the browser is told what to do and answers, as --remote-debugging-pipe wants them.
 constexpr int browser_reads = 3, browser_writes = 4;
 
@@ -120,7 +120,7 @@ HeadlessBrowser::~HeadlessBrowser() {
   for (int looks = 0; process_ > 0; ++looks) {
     if (waitpid(process_, nullptr, WNOHANG) != 0) return;
     if (looks == 60) kill(process_, SIGKILL);
-    std::this_thread::sleep_for(look_period);
+    std::this_thread::sleep_for(page_look_period);
   }
 }
 
@@ -168,7 +168,7 @@ void HeadlessBrowser::wait_for(const std::string& expression) {
   const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(patience_ms);
   while (evaluate("Boolean(" + expression + ")") != "true") {
     if (std::chrono::steady_clock::now() > until) throw RunError("the browser drew nothing in two minutes");
-    std::this_thread::sleep_for(look_period);
+    std::this_thread::sleep_for(page_look_period);
   }
 }
 

@@ -17,7 +17,7 @@ namespace tactor {
 namespace {
 
 constexpr Duration look_period{20'000'000};
-constexpr Duration follower_patience{200'000'000};
+constexpr Duration reference_patience{200'000'000};
 
 void run(Session& session, SessionView& view) {
   session.start();
@@ -64,7 +64,7 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   } catch (const RunError& error) {
     failure = error.what();
   }
-  if (follower) follower->finish(follower_patience);
+  if (follower) follower->finish(reference_patience);
   if (recorder) recorder->close();
   view.tell_end(failure ? *failure : "the run was ended");
   if (session.is_abandoned()) {

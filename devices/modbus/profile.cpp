@@ -11,7 +11,6 @@ namespace tactor::modbus {
 namespace {
 
 const YamlFileKind profile_file{"a profile of a Modbus device", "line, registers, identify, axes, ..."};
-constexpr int last_address = 65535;
 constexpr double longest_wait_s = 60;
 
 }  // namespace

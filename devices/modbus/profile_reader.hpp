@@ -11,6 +11,8 @@
 
 namespace tactor::modbus {
 
+inline constexpr int last_address = 65535;  ///< of a register
+
 /// One reading; errors go to the diagnostics.
 class ProfileReader {
  public:

@@ -7,12 +7,6 @@
 
 namespace tactor::modbus {
 
-namespace {
-
-constexpr int last_address = 65535;
-
-}  // namespace
-
 void ProfileReader::line(const Tree& tree) {
   if (!expect_map(tree, "line", "a map", diagnostics_)) return;
   check_keys(tree, "line", "key",

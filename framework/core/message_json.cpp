@@ -29,7 +29,7 @@ constexpr std::array<std::pair<FieldKind, std::string_view>, 11> kinds{{{FieldKi
 /// Bounds of what a text may describe, so that no text asks for more memory than a message has.
 constexpr int most_depth = 8;
 constexpr std::size_t most_fields = 4096;
-constexpr std::size_t most_bytes = std::size_t{16} << 20U;
+constexpr std::size_t most_message_bytes = std::size_t{16} << 20U;
 
 Json fields_json(const std::vector<Field>& fields) {
   Json list = Json::array();
@@ -115,7 +115,8 @@ class FieldReader {
     if (!shape->is_array() || shape->empty() || shape->size() > most_depth) refuse(where, "shape is no short list");
     std::size_t count = 1;
     for (const Json& n : *shape) {
-      if (!n.is_number_unsigned() || n.get<std::uint64_t>() == 0 || n.get<std::uint64_t>() > most_bytes / count) {
+      if (!n.is_number_unsigned() || n.get<std::uint64_t>() == 0 ||
+          n.get<std::uint64_t>() > most_message_bytes / count) {
         refuse(where, "shape holds what is no size");
       }
       field.shape.push_back(n.get<std::size_t>());
@@ -141,15 +142,15 @@ class FieldReader {
   std::size_t count_ = 0;
 };
 
-/// Bytes of a message, without overflow; more than `most_bytes` where it is too large.
+/// Bytes of a message, without overflow; more than `most_message_bytes` where it is too large.
 std::size_t bounded_size(const std::vector<Field>& fields) {
   std::size_t sum = 0;
   for (const Field& field : fields) {
     const std::size_t element = field.kind == FieldKind::record ? bounded_size(field.fields) + 8 : 8;
     const std::size_t count = count_of(field);
-    if (element > most_bytes || count > most_bytes / element) return most_bytes + 1;
+    if (element > most_message_bytes || count > most_message_bytes / element) return most_message_bytes + 1;
     sum += element * count;
-    if (sum > most_bytes) return sum;
+    if (sum > most_message_bytes) return sum;
   }
   return sum;
 }
@@ -171,7 +172,7 @@ MessageType message_type_from_json(std::string_view text) {
   type.name = text_of(object, "name", "without a name");
   type.frame = text_of(object, "frame", type.name);
   type.fields = FieldReader().read(object, type.name, 0, false);
-  if (bounded_size(type.fields) > most_bytes) refuse(type.name, "a message would be larger than 16 MiB");
+  if (bounded_size(type.fields) > most_message_bytes) refuse(type.name, "a message would be larger than 16 MiB");
   lay_out(type);
   return type;
 }

@@ -9,13 +9,13 @@ namespace tactor {
 
 namespace {
 
-constexpr const char* type = "forcefield.grid";
+constexpr const char* grid_type = "forcefield.grid";
 
 ForceGrid::Options checked(const GridForceField::Params& params, const NodeContext& context) {
-  check_static_scene(type, *context.scene);
+  check_static_scene(grid_type, *context.scene);
   if (params.reach > ForceGrid::most_reach_cells * params.cell * (1 + 1e-9)) {
-    throw ValueError("reach", std::string(type) + ": reach (" + std::to_string(params.reach) + " m) is more than " +
-                                  std::to_string(ForceGrid::most_reach_cells) + " cells of " +
+    throw ValueError("reach", std::string(grid_type) + ": reach (" + std::to_string(params.reach) +
+                                  " m) is more than " + std::to_string(ForceGrid::most_reach_cells) + " cells of " +
                                   std::to_string(params.cell) + " m; lower the one or raise the other");
   }
   return {.cell = params.cell, .reach = params.reach, .forgetting = params.forgetting, .nodes = params.nodes};
@@ -24,7 +24,8 @@ ForceGrid::Options checked(const GridForceField::Params& params, const NodeConte
 }  // namespace
 
 NodeInfo GridForceField::declare() {
-  Declare<GridForceField> d(type, "Forces kept on a grid where they were felt, interpolated at the device's position.");
+  Declare<GridForceField> d(grid_type,
+                            "Forces kept on a grid where they were felt, interpolated at the device's position.");
   d.details(
       "Each physics force is stored at the position the device had at the force's stamp: F(p) = sum w_i F_i, trilinear "
       "between grid nodes, and a sample draws its corners by F_i += forgetting min(1, w_i / sum w_j^2) (F - F_i). At "

@@ -12,7 +12,7 @@ namespace tactor {
 
 namespace {
 
-constexpr const char* type = "forcefield.rbf";
+constexpr const char* rbf_type = "forcefield.rbf";
 constexpr std::size_t held_out = 2000;         // points
 constexpr std::size_t draws = 100 * held_out;  // points tried for them, at most
 constexpr double same_stiffness = 1e-3;        // of k_t
@@ -51,7 +51,7 @@ Bounds region_of(const RbfForceField::Params& params, const Scene& scene, double
   if (!params.region.empty()) {
     const std::vector<double>& r = params.region;
     if (r.size() != 6 || !(r[0] < r[3] && r[1] < r[4] && r[2] < r[5])) {
-      throw InputError(std::string(type) +
+      throw InputError(std::string(rbf_type) +
                        ": region: expected six lengths, the low x, y, z and the high x, y, z, each low one below its "
                        "high one, or none");
     }
@@ -62,7 +62,7 @@ Bounds region_of(const RbfForceField::Params& params, const Scene& scene, double
   for (const Body& body : scene.bodies) {
     if (body.motion != Motion::fixed) continue;
     if (std::holds_alternative<PlaneShape>(body.shape)) {
-      throw InputError(std::string(type) + ": the fixed body '" + body.name +
+      throw InputError(std::string(rbf_type) + ": the fixed body '" + body.name +
                        "' is a plane, which has no end; give region: [low x, y, z, high x, y, z]");
     }
     const Bounds bounds = world_bounds(body, body.X_WB, notes);
@@ -86,16 +86,16 @@ Lattice lattice_in(const Bounds& region, const RbfForceField::Params& params) {
   }
   if (points > static_cast<double>(params.most_points)) {
     const Vec3 size = region.size();
-    throw InputError(std::string(type) + ": a region of " + std::to_string(size.x) + " by " + std::to_string(size.y) +
-                     " by " + std::to_string(size.z) + " m has more than " + std::to_string(params.most_points) +
-                     " points at a spacing of " + std::to_string(params.spacing) +
+    throw InputError(std::string(rbf_type) + ": a region of " + std::to_string(size.x) + " by " +
+                     std::to_string(size.y) + " by " + std::to_string(size.z) + " m has more than " +
+                     std::to_string(params.most_points) + " points at a spacing of " + std::to_string(params.spacing) +
                      " m; raise the spacing or most_points, or give a smaller region");
   }
   return lattice;
 }
 
 const Scene& checked(const NodeContext& context) {
-  check_static_scene(type, *context.scene);
+  check_static_scene(rbf_type, *context.scene);
   return *context.scene;
 }
 
@@ -109,7 +109,8 @@ void check(const RbfForceField::Params& params, const NodeContext& context) {
 }  // namespace
 
 NodeInfo RbfForceField::declare() {
-  Declare<RbfForceField> d(type, "The static force of a fixed scene, fitted by radial basis functions before the run.");
+  Declare<RbfForceField> d(rbf_type,
+                           "The static force of a fixed scene, fitted by radial basis functions before the run.");
   d.details(
       "Before the run the node samples the force that the coupling's spring shows in balance with the scene's "
       "contacts, "

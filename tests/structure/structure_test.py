@@ -124,6 +124,38 @@ class Includes(unittest.TestCase):
                     self.assertIsNone(forbidden.search(path.read_text()))
 
 
+class PrivateNames(unittest.TestCase):
+    """The preset `checked` compiles several sources of a library as one, so their unnamed namespaces become one."""
+
+    DEFINITION = re.compile(r"(?:[A-Za-z_][\w:<>,&* ]*[ &*])(\w+)( = |\{|;|\(([^)]*)\))")
+    TYPE = re.compile(r"(?:struct|class|enum class) (\w+)|using (\w+) =")
+
+    def test_they_are_unique_in_a_library(self):
+        clashes = []
+        for lists in [ROOT / "CMakeLists.txt", *(p for folder in ("framework", "nodes", "devices", "meshes", "app")
+                                                 for p in sorted((ROOT / folder).rglob("CMakeLists.txt")))]:
+            for sources in re.findall(r"SOURCES\s+((?:[\w/.-]+\.cpp\s*)+)", lists.read_text()):
+                owner = {}
+                for source in sources.split():
+                    for name in self.names_of(lists.parent / source):
+                        if owner.setdefault(name, source) != source:
+                            clashes.append(f"{lists.parent.relative_to(ROOT)}: {owner[name]} and {source} both define {name[0]}")
+        self.assertFalse(clashes, "\n".join(clashes))
+
+    def names_of(self, path):
+        """Of a source: what its unnamed namespaces define. Functions that share a name may differ in their parameters."""
+        inside_unnamed = False
+        names = set()
+        for line in path.read_text().splitlines():
+            if line.startswith(("namespace {", "}  // namespace")):
+                inside_unnamed = line.startswith("namespace {")
+            elif inside_unnamed and (match := self.TYPE.match(line) or self.DEFINITION.match(line)):
+                parameters = match.group(3) if match.re is self.DEFINITION else None
+                types = [re.sub(r"\bconst\b|[&\s]|\w+$", "", p.strip()) for p in parameters.split(",")] if parameters is not None else []
+                names.add((match.group(1) or match.group(2), *types))
+        return names
+
+
 class Text(unittest.TestCase):
     def test_sources_are_formatted(self):
         if shutil.which("clang-format") is None:

@@ -12,11 +12,6 @@
 
 namespace tactor {
 
-namespace {
-constexpr std::string_view delivered_error = "delivered.force.rms_error_N";
-constexpr std::string_view one_step_error = "one_step.force.rms_error_N";
-}  // namespace
-
 std::string judged_text(const Comparison& comparison) {
   std::string out;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {

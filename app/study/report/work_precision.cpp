@@ -191,7 +191,7 @@ std::vector<Chart> charts_of(const WorkPrecision& found, const WorkGraph& graph)
   return charts;
 }
 
-std::string file_name(const std::string& graph) {
+std::string chart_file(const std::string& graph) {
   std::string out = "work_precision_" + graph;
   std::replace(out.begin(), out.end(), ' ', '_');
   return out;
@@ -340,8 +340,8 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
     const std::vector<Chart> charts = charts_of(found, *graph);
     if (!charts.empty()) {
       const std::string svg = draw_svg(charts, chart_width, chart_height);
-      write_file(folder / (file_name(graph->graph) + ".svg"), svg);
-      write_file(folder / (file_name(graph->graph) + ".png"), draw_png(charts, chart_width, chart_height));
+      write_file(folder / (chart_file(graph->graph) + ".svg"), svg);
+      write_file(folder / (chart_file(graph->graph) + ".png"), draw_png(charts, chart_width, chart_height));
       body += figure(svg);
     }
     body += table_html(found, *graph);

@@ -15,9 +15,6 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr std::string_view delivered_error = "delivered.force.rms_error_N";
-constexpr std::string_view one_step_error = "one_step.force.rms_error_N";
-
 /// The seeds of which the row and what it is compared with are done.
 std::vector<bool> judged_seeds(const Comparison& comparison, std::size_t row) {
   const CompareRow& mine = comparison.rows[row];

@@ -13,6 +13,10 @@
 
 namespace tactor {
 
+/// The metrics that ErrorRatio compares.
+inline constexpr std::string_view delivered_error = "delivered.force.rms_error_N";
+inline constexpr std::string_view one_step_error = "one_step.force.rms_error_N";
+
 /// The RMS errors of a row, or of a configuration over all graphs, as a multiple of those of what it is compared with,
 /// by the geometric mean over the seeds that both have; over graphs too, where each seed's ratio is the geometric mean
 /// of theirs.

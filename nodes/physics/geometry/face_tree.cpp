@@ -13,7 +13,7 @@ namespace {
 
 using wide::F8;
 
-constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float far_away = std::numeric_limits<float>::infinity();
 
 /// The squared distances of x to the boxes of a node.
 TACTOR_INLINE F8 squared_to_boxes(const FaceTree::Node& node, const float* x) {
@@ -124,7 +124,7 @@ std::int32_t FaceTree::build(const Surface& surface, std::vector<int>& order, st
   Node node;
   for (std::size_t k = 0; k < 8; ++k) {
     const std::size_t from = std::min(begin + k * full, end), to = std::min(from + full, end);
-    for (std::size_t axis = 0; axis < 3; ++axis) node.low[axis][k] = infinity, node.high[axis][k] = -infinity;
+    for (std::size_t axis = 0; axis < 3; ++axis) node.low[axis][k] = far_away, node.high[axis][k] = -far_away;
     node.child[k] = no_child;
     if (from == to) continue;
     for (std::size_t i = from; i < to; ++i) {
