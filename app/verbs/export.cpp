@@ -1,6 +1,7 @@
-// `tactor export`: a recorded stream as CSV, or a recording as a page that replays it.
+// `tactor export`: a recorded stream as CSV, or a recording as a page that replays it or as a file for Foxglove.
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 
 #include "app/interruption.hpp"
@@ -9,6 +10,7 @@
 #include "app/verbs/verbs.hpp"
 #include "app/view/recorded_show.hpp"
 #include "app/view/saved_page.hpp"
+#include "app/view/view_server.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
 #include "framework/record/recorder.hpp"
@@ -19,10 +21,10 @@ namespace {
 struct ExportArguments {
   std::filesystem::path recording;
   std::string stream;
-  std::filesystem::path html;
+  std::filesystem::path html, mcap;
 };
 
-void export_page(const ExportArguments& arguments) {
+void export_show(const ExportArguments& arguments) {
   Registry registry(default_node_folders());
   ProgressBar bar;
   const ShowOptions options{tell_note, [&bar](double share) {
@@ -31,13 +33,20 @@ void export_page(const ExportArguments& arguments) {
                             }};
   const Show show = show_of_recording(arguments.recording, registry, true, options);
   bar.clear();
-  write_file(arguments.html, saved_page(show));
+  if (!arguments.html.empty()) write_file(arguments.html, saved_page(show));
+  if (!arguments.mcap.empty()) {
+    std::ofstream out(arguments.mcap, std::ios::binary);
+    load_view_library().export_mcap(out, show.hello, show.meshes, show.frames);
+    out.close();
+    if (!out) throw RunError("cannot write " + arguments.mcap.string());
+  }
 }
 
 }  // namespace
 
 void add_export(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("export", "Print a recorded stream as CSV, or write a page that replays the run");
+  CLI::App* verb = app.add_subcommand(
+      "export", "Print a recorded stream as CSV, or write a page or a file for Foxglove that replays the run");
   const auto arguments = std::make_shared<ExportArguments>();
   verb->add_option("recording", arguments->recording, "A recording (HDF5)")->required();
   CLI::Option* stream =
@@ -45,11 +54,14 @@ void add_export(CLI::App& app, int& exit_code) {
   CLI::Option* html =
       verb->add_option("--html", arguments->html, "Write one HTML file that replays scene and curves without a server");
   html->excludes(stream);
+  verb->add_option("--mcap", arguments->mcap, "Write an MCAP file, for Foxglove, Lichtblick and PlotJuggler")
+      ->excludes(stream);
   verb->callback([arguments, &exit_code] {
     exit_code = 0;
-    if (!arguments->html.empty()) return export_page(*arguments);
+    if (!arguments->html.empty() || !arguments->mcap.empty()) return export_show(*arguments);
     if (arguments->stream.empty()) {
-      throw InputError("expected the stream to print, or --html FILE; `tactor export RECORDING ?` lists the streams");
+      throw InputError(
+          "expected the stream to print, --html FILE or --mcap FILE; `tactor export RECORDING ?` lists the streams");
     }
     const std::unique_ptr<RecordingReader> reader = load_record_library().open(arguments->recording);
     export_csv(*reader, reader->find(arguments->stream), std::cout);

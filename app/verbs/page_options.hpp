@@ -1,8 +1,9 @@
 // Options of the verbs that open a page in the browser.
 #pragma once
 
-#include <cstdint>
 #include <string>
+
+#include "app/view/view_server.hpp"
 
 namespace CLI {
 class App;
@@ -11,16 +12,18 @@ class Option;
 
 namespace tactor {
 
-/// --port and --no-open.
+/// --port, --foxglove and --no-open.
 struct PageOptions {
-  std::uint16_t port = 0;  ///< 0: any that is free
+  ViewPorts ports;
   bool no_open = false;
+  std::string foxglove_port;  ///< as it was given; see ports
 
-  /// `needed`: not null where both are only for runs with that option.
+  /// `needed`: not null where they are only for runs with that option.
   void add_to(CLI::App& verb, CLI::Option* needed = nullptr);
 };
 
 /// Prints the address of a page and opens it with the program that the desktop has for it, where there is a desktop.
-void show_page(const PageOptions& options, const std::string& url);
+/// `foxglove`: what a Foxglove viewer connects to, or empty.
+void show_page(const PageOptions& options, const std::string& url, const std::string& foxglove);
 
 }  // namespace tactor

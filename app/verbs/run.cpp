@@ -84,8 +84,10 @@ int run_graph(const RunArguments& arguments) {
   }
   std::unique_ptr<RunView> shown;
   if (arguments.view) {
-    shown = std::make_unique<RunView>(plan, arguments.page.port,
-                                      [&arguments](const std::string& url) { show_page(arguments.page, url); });
+    shown = std::make_unique<RunView>(plan, arguments.page.ports,
+                                      [&arguments](const std::string& url, const std::string& foxglove) {
+                                        show_page(arguments.page, url, foxglove);
+                                      });
     run_options.watcher = shown.get();
   }
   if (plan.graph.clock == Clock::real) end_instead_of_stopping();

@@ -59,11 +59,16 @@ int view_recording(const ViewArguments& arguments, Registry& registry, const Vie
     throw InputError(
         "a recording is shown as it was: --set, --over, --duration, --seed, --device and --record are for graphs");
   }
+  if (options.ports.foxglove) {
+    throw InputError("--foxglove is for live runs; `tactor export RECORDING --mcap FILE` gives Foxglove a recording");
+  }
   ProgressBar bar;
   const ShowOptions making = show_options(bar, options);
   Show show = show_of_recording(arguments.shown, registry, options.reference, making);
   bar.clear();
-  serve_show(std::move(show), options.port, options.opened, options.stop_asked);
+  serve_show(
+      std::move(show), options.ports.page, [&options](const std::string& url) { options.opened(url, {}); },
+      options.stop_asked);
   return 0;
 }
 
@@ -112,13 +117,15 @@ int view_live(ViewArguments arguments, Registry& registry, const ViewOptions& op
 int view(const ViewArguments& arguments) {
   Registry registry(default_node_folders());
   ViewOptions options;
-  options.port = arguments.page.port;
+  options.ports = arguments.page.ports;
   options.own_device = arguments.device == "graph";
   options.reference = !arguments.no_reference;
   if (!arguments.recording.empty()) options.recording = arguments.recording;
   options.note = tell_note;
   options.stop_asked = is_interrupted;
-  options.opened = [&arguments](const std::string& url) { show_page(arguments.page, url); };
+  options.opened = [&arguments](const std::string& url, const std::string& foxglove) {
+    show_page(arguments.page, url, foxglove);
+  };
   if (!arguments.picture.empty()) return draw_picture(arguments, registry, options);
   return is_recording(arguments.shown) ? view_recording(arguments, registry, options)
                                        : view_live(arguments, registry, options);

@@ -6,9 +6,8 @@
 
 namespace tactor {
 
-RunView::RunView(const Plan& plan, std::uint16_t port, std::function<void(const std::string& url)> opened)
-    : opened_(std::move(opened)) {
-  options_.port = port;
+RunView::RunView(const Plan& plan, const ViewPorts& ports, Opened opened) : opened_(std::move(opened)) {
+  options_.ports = ports;
   // What is to be known of the meshes the run's own nodes say.
   options_.meshes = mesh_messages(plan.graph.scene, [](const std::string&) {});
   if (const Body* tool = plan.graph.scene.tool(); tool != nullptr) options_.start = tool->X_WB;
@@ -16,7 +15,7 @@ RunView::RunView(const Plan& plan, std::uint16_t port, std::function<void(const 
 
 void RunView::begin(Session& session, Follower* follower) {
   view_ = std::make_unique<SessionView>(session, follower, options_);
-  opened_(view_->url());
+  opened_(view_->url(), view_->foxglove_url());
 }
 
 void RunView::end() {

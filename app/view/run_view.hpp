@@ -1,7 +1,6 @@
 // Shows a run of `tactor run` to pages while it goes on.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -13,15 +12,16 @@ namespace tactor {
 
 class RunView final : public RunWatcher {
  public:
-  /// `opened` is called with the address of the page. Throws InputError where a mesh cannot be read.
-  RunView(const Plan& plan, std::uint16_t port, std::function<void(const std::string& url)> opened);
+  using Opened = std::function<void(const std::string& url, const std::string& foxglove)>;
+  /// `opened`: see ViewOptions. Throws InputError where a mesh cannot be read.
+  RunView(const Plan& plan, const ViewPorts& ports, Opened opened);
 
   void begin(Session& session, Follower* follower) override;
   void attend() override { view_->attend(); }
   void end() override;
 
  private:
-  std::function<void(const std::string& url)> opened_;
+  Opened opened_;
   SessionView::Options options_;
   std::unique_ptr<SessionView> view_;
 };

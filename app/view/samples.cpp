@@ -1,7 +1,10 @@
 #include "app/view/samples.hpp"
 
 #include <bit>
+#include <cstring>
 #include <type_traits>
+
+#include "framework/core/check.hpp"
 
 namespace tactor {
 
@@ -10,7 +13,7 @@ namespace {
 // Written as they lie in memory.
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::size_t chunk_header = 16;
+constexpr std::size_t chunk_header = 16, frame_header_bytes = 16;
 
 template <class T>
 void put(std::string& bytes, T value) {
@@ -21,6 +24,26 @@ void put(std::string& bytes, T value) {
 template <class T>
 void put_all(std::string& bytes, std::span<const T> values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+template <class T>
+T get(std::string_view bytes, std::size_t at) {
+  TACTOR_DEMAND(at + sizeof(T) <= bytes.size());
+  T value;
+  std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+template <class T>
+void get_all(std::string_view bytes, std::size_t& at, std::vector<T>& values, std::size_t count) {
+  TACTOR_DEMAND(count <= (bytes.size() - at) / sizeof(T));
+  values.resize(count);
+  if (count > 0) std::memcpy(values.data(), bytes.data() + at, count * sizeof(T));
+  at += count * sizeof(T);
+}
+
+constexpr std::size_t aligned(std::size_t bytes) {
+  return (bytes + 7) / 8 * 8;
 }
 
 }  // namespace
@@ -36,7 +59,7 @@ void ChunkWriter::begin(std::uint16_t kind, std::size_t stream, std::size_t coun
 
 void ChunkWriter::add_values(std::span<const float> values) {
   put_all(bytes_, values);
-  bytes_.append((8 - bytes_.size() % 8) % 8, '\0');
+  bytes_.resize(aligned(bytes_.size()), '\0');
 }
 
 void ChunkWriter::add_rows(std::size_t stream, std::span<const double> times, std::span<const float> values) {
@@ -61,6 +84,37 @@ std::string ChunkWriter::take(double end) {
   chunk.replace(0, chunk_header, header);
   sections_ = 0;
   return chunk;
+}
+
+void for_each_section(std::string_view chunk, std::span<const std::size_t> columns,
+                      const std::function<void(const ChunkSection& section)>& take) {
+  ChunkSection section;
+  std::size_t at = chunk_header;
+  for (std::uint32_t left = get<std::uint32_t>(chunk, 4); left > 0; --left) {
+    section.is_set = get<std::uint16_t>(chunk, at) == 1;
+    section.stream = get<std::uint16_t>(chunk, at + 2);
+    const std::size_t rows = get<std::uint32_t>(chunk, at + 4);
+    TACTOR_DEMAND(section.stream < columns.size());
+    at += 8;
+    get_all(chunk, at, section.times, section.is_set ? 1 : rows);
+    get_all(chunk, at, section.values, rows * columns[section.stream]);
+    at = aligned(at);
+    take(section);
+  }
+}
+
+double chunk_end(std::string_view chunk) {
+  return get<double>(chunk, 8);
+}
+
+void for_each_chunk(std::string_view frame, const std::function<void(std::string_view chunk)>& take) {
+  std::size_t at = frame_header_bytes;
+  for (std::uint32_t left = get<std::uint32_t>(frame, 4); left > 0; --left) {
+    const std::size_t bytes = get<std::uint32_t>(frame, at);
+    TACTOR_DEMAND(bytes >= chunk_header && bytes <= frame.size() - at);
+    take(frame.substr(at, bytes));
+    at += bytes;
+  }
 }
 
 std::string frame_header(std::size_t chunks, std::uint64_t number) {

@@ -3,8 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "framework/core/time.hpp"
 
@@ -29,6 +32,24 @@ class ChunkWriter {
   std::string bytes_;
   std::uint32_t sections_ = 0;
 };
+
+/// A section of a chunk: rows with a time each, or a set with one.
+struct ChunkSection {
+  bool is_set = false;
+  std::size_t stream = 0;
+  std::vector<double> times;  ///< s
+  std::vector<float> values;
+};
+
+/// Calls `take` with each section of a chunk that a ChunkWriter made. `columns`: of each stream.
+void for_each_section(std::string_view chunk, std::span<const std::size_t> columns,
+                      const std::function<void(const ChunkSection& section)>& take);
+
+/// The time at the end of a chunk, s.
+double chunk_end(std::string_view chunk);
+
+/// Calls `take` with each chunk of a frame.
+void for_each_chunk(std::string_view frame, const std::function<void(std::string_view chunk)>& take);
 
 /// What precedes `chunks` chunks in frame `number`.
 std::string frame_header(std::size_t chunks, std::uint64_t number);

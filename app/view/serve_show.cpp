@@ -34,7 +34,7 @@ void serve_show(Show show, std::uint16_t port, const std::function<void(const st
                 const std::function<bool()>& stop_asked) {
   constexpr std::chrono::milliseconds look_period{100};
   ShowSource source(std::move(show));
-  const std::unique_ptr<ViewServer> server = load_view_library().serve(source, port);
+  const std::unique_ptr<ViewServer> server = load_view_library().serve(source, {port, {}});
   std::thread thread = make_thread("view", [&server] { server->run(); });
   opened(server->url());
   while (!stop_asked()) std::this_thread::sleep_for(look_period);

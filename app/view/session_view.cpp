@@ -78,7 +78,7 @@ SessionView::SessionView(Session& session, Follower* follower, Options options)
   if (extras_.mouse) cursor_ = session.feed(*options_.mouse + ".cursor");
   steps_.resize(plan.nodes.size());
   delivered_.resize(plan.edges.size());
-  server_ = load_view_library().serve(*this, options_.port);
+  server_ = load_view_library().serve(*this, options_.ports);
   url_ = server_->url();
   thread_ = make_thread("view", [this] {
     begin_server_thread();

@@ -23,13 +23,13 @@ namespace tactor {
 class SessionView final : private ViewSource {
  public:
   struct Options {
-    std::uint16_t port = 0;            ///< 0: any that is free
+    ViewPorts ports;
     std::vector<std::string> meshes;   ///< see mesh_messages
     std::optional<std::string> mouse;  ///< the node device.mouse that the page leads
     Pose start;                        ///< of the handle
   };
   /// Before the session starts; it and the follower outlive the view. `follower`: null where nothing follows; not
-  /// started yet. Throws InputError where the port is taken or the build has no view.
+  /// started yet. Throws InputError where a port is taken or the build has no view.
   SessionView(Session& session, Follower* follower, Options options);
   /// Ends the server.
   ~SessionView() override;
@@ -38,6 +38,8 @@ class SessionView final : private ViewSource {
 
   /// What the page is opened by.
   [[nodiscard]] const std::string& url() const { return url_; }
+  /// What a Foxglove viewer connects to; empty where none may.
+  [[nodiscard]] std::string foxglove_url() const { return server_->foxglove_url(); }
   /// Does what pages have asked for, and tells them the state; about fifty times a second while the session runs.
   void attend();
   /// Tells the pages that the run has ended, and why; the server goes on until the end of the object.

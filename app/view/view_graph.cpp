@@ -32,7 +32,7 @@ void run(Session& session, SessionView& view) {
 
 std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const ViewOptions& options) {
   SessionView::Options shown;
-  shown.port = options.port;
+  shown.ports = options.ports;
   shown.meshes = mesh_messages(graph.scene, options.note);
   if (!options.own_device) {
     shown.start = first_handle_pose(graph);
@@ -56,7 +56,7 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   session.stop_when(options.stop_asked);
   SessionView view(session, follower.get(), std::move(shown));
   if (follower) follower->start();
-  options.opened(view.url());
+  options.opened(view.url(), view.foxglove_url());
   std::optional<std::string> failure;
   try {
     run(session, view);

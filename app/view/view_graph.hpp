@@ -1,12 +1,12 @@
 // Runs a graph live while pages look at it and lead its device.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 
+#include "app/view/view_server.hpp"
 #include "framework/graph/spec.hpp"
 
 namespace tactor {
@@ -14,13 +14,14 @@ namespace tactor {
 class Registry;
 
 struct ViewOptions {
-  std::uint16_t port = 0;   ///< 0: any that is free
+  ViewPorts ports;
   bool own_device = false;  ///< the graph's device stays
   bool reference = true;    ///< a reference runs beside it, where the graph has a sink that compares
   std::optional<std::filesystem::path> recording;  ///< where the run is recorded, for a replay
   std::function<void(const std::string& note)> note;
-  std::function<void(const std::string& url)> opened;  ///< called when pages may come
-  std::function<bool()> stop_asked;                    ///< ends the run; asked on another thread
+  /// Called when pages may come. `foxglove`: what a Foxglove viewer connects to; empty where none may.
+  std::function<void(const std::string& url, const std::string& foxglove)> opened;
+  std::function<bool()> stop_asked;  ///< ends the run; asked on another thread
 };
 
 /// Runs the graph live until it is stopped or its duration has passed. Returns why it failed, where it did. Throws

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <memory>
 #include <optional>
 #include <span>
@@ -53,27 +54,38 @@ struct ViewFile {
   std::string_view gzip;               ///< its bytes, compressed
 };
 
+/// Where a view is served, on 127.0.0.1.
+struct ViewPorts {
+  std::uint16_t page = 0;                 ///< 0: any that is free
+  std::optional<std::uint16_t> foxglove;  ///< of the server for Foxglove, where there is to be one
+};
+
 /// Serves one view.
 class ViewServer {
  public:
   virtual ~ViewServer() = default;
   /// What the page is opened by: `http://127.0.0.1:8080/#TOKEN`.
   [[nodiscard]] virtual std::string url() const = 0;
+  /// What a Foxglove viewer connects to; empty where none may.
+  [[nodiscard]] virtual std::string foxglove_url() const = 0;
   /// Serves until `stop`, on the calling thread.
   virtual void run() = 0;
   /// Any thread: a text for one client or, without one, for all.
   virtual void post(std::string text, std::optional<ClientId> client = {}) = 0;
   /// Any thread: sends what waits, for at most a second, and ends `run`.
   virtual void stop() = 0;
-  /// Pages that are connected. Any thread.
+  /// Pages that are connected; viewers of Foxglove do not count. Any thread.
   [[nodiscard]] virtual std::uint32_t clients() const = 0;
 };
 
 /// The functions of the library of the view.
 struct ViewLibrary {
-  /// Listens on that port of 127.0.0.1, 0: any that is free. `source` outlives the server. Throws InputError where the
-  /// port is taken or refused.
-  std::unique_ptr<ViewServer> (*serve)(ViewSource& source, std::uint16_t port);
+  /// `source` outlives the server. Throws InputError where a port is taken or refused.
+  std::unique_ptr<ViewServer> (*serve)(ViewSource& source, const ViewPorts& ports);
+  /// Writes a replay as MCAP: `hello`, first messages and frames as ViewSource gives them. A write that fails is seen
+  /// at the stream.
+  void (*export_mcap)(std::ostream& out, const std::string& hello, const std::vector<std::string>& first_messages,
+                      const std::vector<std::string>& frames);
   /// The program of the page. `/saved.html` is a page that replays the recording it is given.
   std::span<const ViewFile> (*files)();
 };

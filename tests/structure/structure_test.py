@@ -127,7 +127,7 @@ class Includes(unittest.TestCase):
 class PrivateNames(unittest.TestCase):
     """The preset `checked` compiles several sources of a library as one, so their unnamed namespaces become one."""
 
-    DEFINITION = re.compile(r"(?:[A-Za-z_][\w:<>,&* ]*[ &*])(\w+)( = |\{|;|\(([^)]*)\))")
+    DEFINITION = re.compile(r"(?!namespace )(?:[A-Za-z_][\w:<>,&* ]*[ &*])(\w+)( = |\{|;|\(([^)]*)\))")
     TYPE = re.compile(r"(?:struct|class|enum class) (\w+)|using (\w+) =")
 
     def test_they_are_unique_in_a_library(self):

@@ -1,6 +1,7 @@
 // Who may connect.
 #include "app/view/server/request_rules.hpp"
 
+#include <array>
 #include <boost/test/unit_test.hpp>
 #include <set>
 
@@ -35,6 +36,17 @@ BOOST_AUTO_TEST_CASE(the_token_is_among_the_subprotocols) {
        {"", ",", "tactor.view", "token.abc", "tactor.viewer, token.abc", "tactor.view, tokenabc"}) {
     BOOST_TEST_CONTEXT(offers) {
       BOOST_TEST(!offered_token(offers).has_value());
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_first_known_protocol_that_is_offered_is_spoken) {
+  constexpr std::array<std::string_view, 2> known{"new.v1", "old.v1"};
+  BOOST_TEST(offered_protocol("old.v1,new.v1", known).value() == "new.v1");
+  BOOST_TEST(offered_protocol(" old.v1 ", known).value() == "old.v1");
+  for (const char* offers : {"", ",", "old.v2", "old", "new.v1.x", "old.v1 new.v1"}) {
+    BOOST_TEST_CONTEXT(offers) {
+      BOOST_TEST(!offered_protocol(offers, known).has_value());
     }
   }
 }

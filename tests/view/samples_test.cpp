@@ -73,3 +73,29 @@ BOOST_AUTO_TEST_CASE(a_mesh_holds_positions_and_then_indices) {
   BOOST_TEST(at<std::uint32_t>(mesh, 52 + 8) == 2U);
   BOOST_TEST(mesh.size() == 64U);
 }
+
+BOOST_AUTO_TEST_CASE(sections_and_chunks_are_read_as_they_were_written) {
+  ChunkWriter writer;
+  writer.add_rows(1, std::vector<double>{0.5, 0.75, 1}, std::vector<float>{1, 2, 3});
+  writer.add_set(0, 1.25, 2, std::vector<float>{4, 5, 6, 7, 8, 9});
+  writer.add_set(0, 1.5, 0, {});
+  const std::string first = writer.take(1.5);
+  writer.add_rows(1, std::vector<double>{2}, std::vector<float>{10});
+  const std::string second = writer.take(2);
+  std::vector<std::string> chunks;
+  for_each_chunk(frame_header(2, 1) + first + second, [&](std::string_view chunk) { chunks.emplace_back(chunk); });
+  BOOST_TEST(chunks == (std::vector<std::string>{first, second}));
+  BOOST_TEST(chunk_end(first) == 1.5);
+
+  const std::vector<std::size_t> columns{3, 1};
+  std::vector<ChunkSection> sections;
+  for_each_section(first, columns, [&](const ChunkSection& section) { sections.push_back(section); });
+  BOOST_REQUIRE(sections.size() == 3U);
+  BOOST_TEST((!sections[0].is_set && sections[0].stream == 1U));
+  BOOST_TEST(sections[0].times == (std::vector<double>{0.5, 0.75, 1}));
+  BOOST_TEST(sections[0].values == (std::vector<float>{1, 2, 3}));
+  BOOST_TEST((sections[1].is_set && sections[1].stream == 0U));
+  BOOST_TEST(sections[1].times == std::vector<double>{1.25});
+  BOOST_TEST(sections[1].values == (std::vector<float>{4, 5, 6, 7, 8, 9}));
+  BOOST_TEST((sections[2].is_set && sections[2].times == std::vector<double>{1.5} && sections[2].values.empty()));
+}

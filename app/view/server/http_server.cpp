@@ -18,6 +18,7 @@
 #include <map>
 
 #include "app/view/server/client_text.hpp"
+#include "app/view/server/foxglove_server.hpp"
 #include "app/view/server/frame_queue.hpp"
 #include "app/view/server/request_rules.hpp"
 #include "framework/core/check.hpp"
@@ -128,24 +129,27 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
 class Server final : public ViewServer {
  public:
-  Server(ViewSource& shown, std::uint16_t port) : source(shown) {
-    const tcp::endpoint at(asio::ip::address_v4::loopback(), port);
+  Server(ViewSource& shown, const ViewPorts& ports) : source(shown) {
+    const tcp::endpoint at(asio::ip::address_v4::loopback(), ports.page);
     error_code error;
     acceptor_.open(at.protocol(), error);
     if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
     if (!error) acceptor_.bind(at, error);
     if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
     if (error) {
-      throw InputError("the view cannot listen on port " + std::to_string(port) + " of 127.0.0.1: " + error.message() +
-                       "; choose another with --port");
+      throw InputError("the view cannot listen on port " + std::to_string(ports.page) +
+                       " of 127.0.0.1: " + error.message() + "; choose another with --port");
     }
     url_ = "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()) + "/#" + token;
+    if (ports.foxglove) foxglove_ = make_foxglove_server(io_, source, *ports.foxglove);
   }
 
   [[nodiscard]] std::string url() const override { return url_; }
+  [[nodiscard]] std::string foxglove_url() const override { return foxglove_ ? foxglove_->url() : std::string(); }
 
   void run() override {
     accept();
+    if (foxglove_) foxglove_->start();
     tick();
     io_.run();
   }
@@ -155,12 +159,14 @@ class Server final : public ViewServer {
       for (const auto& [id, page] : pages_) {
         if (!client || *client == id) page->send(text);
       }
+      if (foxglove_ && !client) foxglove_->tell(text);
     });
   }
 
   void stop() override {
     asio::post(io_, [this] {
       acceptor_.close();
+      if (foxglove_) foxglove_->stop();
       stop_by_ = std::chrono::steady_clock::now() + farewell;
     });
   }
@@ -221,6 +227,7 @@ class Server final : public ViewServer {
       if (std::string chunk = source.collect(); !chunk.empty()) {
         const auto shared = std::make_shared<const std::string>(std::move(chunk));
         for (const auto& [id, page] : pages_) page->add(shared);
+        if (foxglove_) foxglove_->add(*shared);
       }
       if (now >= next_status_) {
         next_status_ = now + status_period;
@@ -240,7 +247,8 @@ class Server final : public ViewServer {
       io_.stop();
       return;
     }
-    timer_.expires_after(pages.empty() ? idle_period : frame_period);
+    const bool watched = !pages.empty() || (foxglove_ && foxglove_->has_viewers());
+    timer_.expires_after(watched ? frame_period : idle_period);
     timer_.async_wait([this](error_code error) {
       if (!error) tick();
     });
@@ -262,6 +270,7 @@ class Server final : public ViewServer {
   asio::io_context io_{1};
   tcp::acceptor acceptor_{io_};
   asio::steady_timer timer_{io_};
+  std::unique_ptr<FoxgloveServer> foxglove_;  // null: none
   std::map<ClientId, std::shared_ptr<Page>> pages_;
   std::atomic<std::uint32_t> count_{0};  // pages that are open
   ClientId last_client_ = 0;
@@ -478,8 +487,8 @@ void Connection::respond(http::response<http::string_body> response) {
 
 }  // namespace
 
-std::unique_ptr<ViewServer> make_http_server(ViewSource& source, std::uint16_t port) {
-  return std::make_unique<Server>(source, port);
+std::unique_ptr<ViewServer> make_http_server(ViewSource& source, const ViewPorts& ports) {
+  return std::make_unique<Server>(source, ports);
 }
 
 }  // namespace tactor

@@ -8,7 +8,7 @@
 namespace tactor {
 
 /// `ViewLibrary::serve`.
-std::unique_ptr<ViewServer> make_http_server(ViewSource& source, std::uint16_t port);
+std::unique_ptr<ViewServer> make_http_server(ViewSource& source, const ViewPorts& ports);
 
 /// The program of the page, made while building.
 std::span<const ViewFile> view_files();

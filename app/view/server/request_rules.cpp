@@ -5,10 +5,29 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <vector>
 
 #include "framework/core/check.hpp"
 
 namespace tactor {
+
+namespace {
+
+/// The entries of a list between commas, without the blanks around them.
+std::vector<std::string_view> offers_in(std::string_view list) {
+  std::vector<std::string_view> offers;
+  while (!list.empty()) {
+    const std::size_t comma = std::min(list.find(','), list.size());
+    std::string_view offer = list.substr(0, comma);
+    list.remove_prefix(std::min(comma + 1, list.size()));
+    while (!offer.empty() && offer.front() == ' ') offer.remove_prefix(1);
+    while (!offer.empty() && offer.back() == ' ') offer.remove_suffix(1);
+    offers.push_back(offer);
+  }
+  return offers;
+}
+
+}  // namespace
 
 bool is_own_host(std::string_view host) {
   const std::size_t colon = host.find(':');
@@ -25,16 +44,20 @@ bool is_same_origin(std::string_view origin, std::string_view host) {
   return origin.substr(0, scheme.size()) == scheme && origin.substr(scheme.size()) == host;
 }
 
+std::optional<std::string_view> offered_protocol(std::string_view subprotocols,
+                                                 std::span<const std::string_view> known) {
+  const std::vector<std::string_view> offers = offers_in(subprotocols);
+  for (const std::string_view protocol : known) {
+    if (std::find(offers.begin(), offers.end(), protocol) != offers.end()) return protocol;
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string_view> offered_token(std::string_view subprotocols) {
   constexpr std::string_view prefix = "token.";
   std::optional<std::string_view> token;
   bool is_view = false;
-  while (!subprotocols.empty()) {
-    const std::size_t comma = std::min(subprotocols.find(','), subprotocols.size());
-    std::string_view offer = subprotocols.substr(0, comma);
-    subprotocols.remove_prefix(std::min(comma + 1, subprotocols.size()));
-    while (!offer.empty() && offer.front() == ' ') offer.remove_prefix(1);
-    while (!offer.empty() && offer.back() == ' ') offer.remove_suffix(1);
+  for (const std::string_view offer : offers_in(subprotocols)) {
     if (offer == "tactor.view") is_view = true;
     if (offer.substr(0, prefix.size()) == prefix && !token) token = offer.substr(prefix.size());
   }

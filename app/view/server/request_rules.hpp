@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -12,6 +13,9 @@ namespace tactor {
 bool is_own_host(std::string_view host);
 /// True where a page of that origin came from that host and port, by http.
 bool is_same_origin(std::string_view origin, std::string_view host);
+/// The first of `known` that is among the subprotocols that a client offers.
+std::optional<std::string_view> offered_protocol(std::string_view subprotocols,
+                                                 std::span<const std::string_view> known);
 /// The token among the subprotocols that a page offers (`tactor.view, token.TOKEN`); nothing where `tactor.view` or the
 /// token is not among them.
 std::optional<std::string_view> offered_token(std::string_view subprotocols);

@@ -1,8 +1,9 @@
 // What libtactor_view.so exports.
+#include "app/view/foxglove/export_mcap.hpp"
 #include "app/view/server/http_server.hpp"
 #include "tactor_abi.hpp"
 
 extern "C" __attribute__((visibility("default"))) const tactor::ViewLibrary* tactor_view_library(std::uint64_t abi) {
-  static const tactor::ViewLibrary library{tactor::make_http_server, tactor::view_files};
+  static const tactor::ViewLibrary library{tactor::make_http_server, tactor::export_mcap, tactor::view_files};
   return abi == TACTOR_ABI ? &library : nullptr;
 }
