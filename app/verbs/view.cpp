@@ -73,7 +73,7 @@ int view_recording(const ViewArguments& arguments, Registry& registry, const Vie
 }
 
 /// The frames and the length of an animation.
-constexpr int animation_frames = 40;
+constexpr int animation_frames = 30;
 constexpr double animation_seconds = 6;
 
 int draw_picture(const ViewArguments& arguments, Registry& registry, const ViewOptions& options) {
@@ -95,8 +95,8 @@ int draw_picture(const ViewArguments& arguments, Registry& registry, const ViewO
     }
     write_picture(show, arguments.picture, drawing);
   } else if (ending == ".svg") {
-    drawing.width = 640;
-    drawing.height = 480;
+    drawing.width = 480;
+    drawing.height = 360;
     write_animation(show, arguments.picture, animation_frames, animation_seconds, drawing);
   } else {
     throw InputError("--picture: expected a name that ends in .png, or in .svg for one that moves, found " +

@@ -12,6 +12,28 @@ namespace {
 constexpr Duration kept{2'000'000'000};
 constexpr Duration lately{1'000'000'000};
 constexpr Duration longest_delay{100'000'000};
+/// What differs after the shift, as a part of what the true force varies: above it the shift explains nothing.
+constexpr double most_unexplained = 0.5;
+
+/// Whether x is the reference, later by so many steps: the force must vary much more than what then differs.
+bool explains(double late, const std::vector<Vec3>& x, const std::vector<Vec3>& reference) {
+  const auto count = static_cast<double>(reference.size());
+  Vec3 mean;
+  for (const Vec3& force : reference) mean = mean + (1 / count) * force;
+  double varies = 0, differs = 0, compared = 0;
+  for (const Vec3& force : reference) varies += dot(force - mean, force - mean) / count;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double at = static_cast<double>(i) - late;
+    if (at < 0 || at > count - 1) continue;
+    const auto before = static_cast<std::size_t>(at);
+    const Vec3& first = reference[before];
+    const Vec3 then =
+        first + (at - static_cast<double>(before)) * (reference[std::min(before + 1, reference.size() - 1)] - first);
+    differs += dot(x[i] - then, x[i] - then);
+    ++compared;
+  }
+  return compared > 0 && differs / compared < most_unexplained * most_unexplained * varies;
+}
 
 }  // namespace
 
@@ -91,7 +113,8 @@ ErrorFigures RunningError::figures() const {
   if (times_.size() < 2) return figures;
   // Samples come at the rate of the device; one that was missed shifts nothing that could be seen.
   const double step = (times_.back() - times_.front()).seconds() / static_cast<double>(times_.size() - 1);
-  if (const auto late = delay_steps(x, reference, std::llround(longest_delay.seconds() / step))) {
+  if (const auto late = delay_steps(x, reference, std::llround(longest_delay.seconds() / step));
+      late && explains(*late, x, reference)) {
     figures.delay = Duration::from_seconds(*late * step);
   }
   return figures;

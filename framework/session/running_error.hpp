@@ -19,7 +19,7 @@ struct ErrorFigures {
   double rms_N = 0;               ///< of |displayed - true|, over all
   double max_N = 0;               ///< the largest
   double rms_lately_N = 0;        ///< over the last second
-  std::optional<Duration> delay;  ///< over the last two seconds; none where the force is constant
+  std::optional<Duration> delay;  ///< over the last two seconds; none where they do not tell it
 };
 
 /// Compares the force of each displayed sample with the true one at the same time, between two true samples in a

@@ -17,13 +17,15 @@ export class Timeline {
     this.zoom = null; // [from, to] in s
     this.held = null; // s, the right side while paused
     this.begin = 0; // s, of the first sample
+    this.whole = Infinity; // s, the length of a replay: a window is no longer
     this.ahead = 0; // part of the window right of now, in a replay
   }
   /** @param {number} now s @returns {[number, number]} */
   range(now) {
     if (this.zoom) return this.zoom;
-    const right = Math.max((this.held ?? now) + this.ahead * this.window, this.begin + this.window);
-    return [right - this.window, right];
+    const width = Math.min(this.window, this.whole);
+    const right = Math.min(Math.max((this.held ?? now) + this.ahead * width, this.begin + width), this.begin + this.whole);
+    return [right - width, right];
   }
 }
 

@@ -218,6 +218,7 @@ function begin() {
     app.replay = new Replay(() => [app.store.begin ?? 0, Math.max(app.store.now ?? 0, app.store.begin ?? 0)], () => moved());
     app.replay.complete = app.complete;
     app.timeline.ahead = 0.25;
+    if (hello.duration > 0) app.timeline.whole = hello.duration;
     app.knobs?.enable(false);
     app.methods?.enable(false);
   }
@@ -230,6 +231,13 @@ function begin() {
 const force_max = () => app.hello.device?.force_max || 5;
 
 function make_scene() {
+  // A recorded force alone has nothing that could be drawn.
+  if (!app.hello.scene.bodies.length && !app.hello.device?.mouse) {
+    show(by_id('scene'), false);
+    show(by_id('scene-bar'), false);
+    app.scene_failed = true;
+    return;
+  }
   try {
     app.scene = new SceneView(by_id('scene'), app.hello, app.meshes);
   } catch (error) {
@@ -287,7 +295,7 @@ function make_charts() {
   const contacts = store.role('contact_count');
   if (contacts) small('Contacts', '', [{ rows: contacts, column: 'contacts', label: 'contacts', role: 'contacts', step: true }], { from_zero: true });
   if (app.hello.mode === 'live' || recording) {
-    small('Wake-up latency of the device (µs)', 'µs', ['p50', 'p99', 'max'].map((column) => ({ rows: store.wakeup, column, label: column, role: column, scale: 1e6, step: true })), { from_zero: true });
+    small('Wake-up latency of the device since the start (µs)', 'µs', ['p50', 'p99', 'max'].map((column) => ({ rows: store.wakeup, column, label: column, role: column, scale: 1e6, step: true })), { from_zero: true });
   }
   dress_charts();
 }
@@ -566,10 +574,10 @@ by_id('save').addEventListener('click', async () => {
  * @param {number[]} times s
  * @param {number} [width] px
  * @param {number} [height] px
- * @param {string} [type] image/jpeg or image/png
+ * @param {string} [type] image/webp, image/jpeg or image/png
  * @returns {string[]} data URLs
  */
-function frames(times, width = 640, height = 480, type = 'image/jpeg') {
+function frames(times, width = 640, height = 480, type = 'image/webp') {
   const canvas = make('canvas');
   canvas.width = width;
   canvas.height = height;
@@ -586,7 +594,7 @@ function frames(times, width = 640, height = 480, type = 'image/jpeg') {
     app.scene?.picture(width, height - strip, (drawn) => context.drawImage(drawn, 0, 0, width, height - strip));
     draw_strip(context, { x: 0, y: height - strip, width, height: strip }, app.force_chart.curves.filter((curve) => !app.force_chart.hidden.has(curve.label)),
       [time - 2, time + 0.5], time, dark);
-    return canvas.toDataURL(type, 0.9);
+    return canvas.toDataURL(type, 0.6);
   });
   if (replay) replay.time = was;
   else app.replay = null;
@@ -601,6 +609,8 @@ window.tactor = {
   get status() { return app.status; },
   get counters() { return structuredClone({ ...app.counters, fps: app.fps, pixel_ratio: app.scene?.pixel_ratio }); },
   get parameters() { return { ...app.values }; },
+  /** How many samples of each stream came too late to be shown, where any did. */
+  get unordered() { return Object.fromEntries((app.store?.streams ?? []).filter((s) => s.unordered).map((s) => [s.told.name, s.unordered])); },
   get lag_s() { return app.lag; },
   get error() { return app.error; },
   get held() { return Boolean(app.cursor?.held); },

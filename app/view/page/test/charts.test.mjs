@@ -1,6 +1,7 @@
 // What charts and knobs compute: rows by time, pixel columns, slider places.
 import assert from 'node:assert/strict';
 import test from 'node:test';
+import { Timeline } from '../src/charts.js';
 import { column_grid, column_times, decimate } from '../src/decimate.js';
 import { from_slider, is_log, to_slider } from '../src/knobs.js';
 import { Rows, Store } from '../src/store.js';
@@ -86,4 +87,16 @@ test('sliders go by decades where both bounds are positive and far apart', () =>
   assert.ok(!is_log(order));
   assert.equal(from_slider(order, 0.33), 3);
   assert.equal(from_slider(stiffness, 1), 100000);
+});
+
+test('a window ends with the samples, and is no longer than a replay', () => {
+  const timeline = new Timeline();
+  assert.deepEqual(timeline.range(2), [0, 5]);
+  assert.deepEqual(timeline.range(12), [7, 12]);
+  timeline.whole = 3;
+  timeline.ahead = 0.25;
+  for (const now of [0, 1, 3]) assert.deepEqual(timeline.range(now), [0, 3]);
+  timeline.whole = 20;
+  assert.deepEqual(timeline.range(10), [6.25, 11.25]);
+  assert.deepEqual(timeline.range(20), [15, 20]);
 });
