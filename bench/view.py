@@ -111,7 +111,7 @@ def stalled(seconds, pairs):
             for clients in (0, 3, 0):
                 out = pathlib.Path(folder) / "out"
                 process = subprocess.Popen([TACTOR, "run", graph, "--duration", f"{seconds} s", "--view", "--no-open", "--out", out, "--overwrite",
-                                            "--set", "nodes.metrics=~"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                                            "--set", "nodes.metrics=~", "--set", "record=[device.commanded]"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
                 url = process.stdout.readline()
                 port, token = int(url.split(":")[2].split("/")[0]), url.strip().split("#")[1]
                 held = [Page(port, token, receive_buffer=4096) for _ in range(clients)]
