@@ -77,7 +77,7 @@ std::string chosen_and_left_out(const RunResult& run) {
   return "<ul>" + items + "</ul>\n";
 }
 
-std::string run_report(const RunResult& run) {
+std::string run_report(const RunResult& run, const std::string& scene) {
   const std::string time = run.live ? "live" : fmt::format("of virtual time in {} s", pretty(run.wall_s));
   std::string body = verdict(run);
   body += fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
@@ -92,6 +92,7 @@ std::string run_report(const RunResult& run) {
     body += "<p>The run was ended early.</p>\n";
   }
   for (const std::string& text : warnings_of(run)) body += "<p class=\"bad\">" + escape(text) + "</p>\n";
+  body += scene;
   const std::vector<Chart> rows = four_rows(run);
   if (!rows.empty()) body += "<h2>The run</h2>\n" + chart_figure(rows, 1160, 210);
   const std::pair<double, double> range = liveliest_window(run);

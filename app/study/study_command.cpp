@@ -11,6 +11,8 @@
 #include "app/interruption.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
+#include "app/report/html_page.hpp"
+#include "app/report/scene_picture.hpp"
 #include "app/results_folder.hpp"
 #include "app/study/report/stability_map.hpp"
 #include "app/study/report/study_report.hpp"
@@ -101,13 +103,20 @@ std::string missing_metrics(const Study& study) {
   return out;
 }
 
-/// Notes in each row in what its scene differs from that of the first.
-void tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases, Registry& registry) {
+/// Notes in each row in what its scene differs from that of the first, and draws those that differ.
+std::string tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases, Registry& registry) {
   const auto scene_of = [&](const RunCase& c) { return load_graph(c.graph, registry, c.overrides).scene; };
+  const auto figure_of = [&](const Scene& scene, std::size_t row) {
+    return scene_figure(scene, "The scene of " + breakable(comparison.rows[row].graph) + " as the run begins.");
+  };
   const Scene first = scene_of(cases.front());
+  std::string figures = figure_of(first, 0);
   for (std::size_t i = 1; i < cases.size(); ++i) {
-    comparison.rows[i].unlike = scene_difference(scene_of(cases[i]), first, comparison.rows.front().graph);
+    const Scene scene = scene_of(cases[i]);
+    comparison.rows[i].unlike = scene_difference(scene, first, comparison.rows.front().graph);
+    if (!comparison.rows[i].unlike.empty()) figures += figure_of(scene, i);
   }
+  return figures;
 }
 
 /// Runs the worst cells anew in workers, `jobs` at once. False where it was interrupted; a worker that ends costs the
@@ -243,7 +252,7 @@ int run_compare(const CompareRequest& request) {
   if (outcome.interrupted) throw RunError("interrupted");
   Comparison comparison =
       make_comparison(cases, options.seeds, std::move(outcome.records), {}, std::move(outcome.declared));
-  tell_scenes_apart(comparison, cases, registry);
+  const std::string scenes = tell_scenes_apart(comparison, cases, registry);
   const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", comparison_table(comparison, timing, terminal_columns()));
   // A file that cannot be written leaves the table.
@@ -251,7 +260,7 @@ int run_compare(const CompareRequest& request) {
   nlohmann::ordered_json json = to_json(comparison);
   json["timing"] = to_json(timing);
   write_file(request.out / "compare.json", json.dump(2) + "\n");
-  write_file(request.out / "report.html", compare_report(comparison, timing));
+  write_file(request.out / "report.html", compare_report(comparison, timing, scenes));
   fmt::print("  {}\n", (request.out / "report.html").string());
   const int code = told_failures(comparison);
   const bool refused = std::any_of(comparison.rows.begin(), comparison.rows.end(), [](const CompareRow& row) {

@@ -11,6 +11,7 @@
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/report/run_report.hpp"
+#include "app/report/scene_picture.hpp"
 #include "app/results_folder.hpp"
 #include "app/run/headline.hpp"
 #include "app/run/live.hpp"
@@ -46,7 +47,8 @@ void write_results(const fs::path& folder, const Plan& plan, const RunResult& re
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
   if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
-  write_file(folder / "report.html", run_report(result));
+  write_file(folder / "report.html",
+             run_report(result, scene_figure(plan.graph.scene, "The scene as the run begins.")));
   // Last, because the terminal may have been closed.
   const std::size_t columns = terminal_columns();
   fmt::print("{}", headline_text(result, (folder / "report.html").string(), all, columns));

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "app/base64.hpp"
 #include "app/view/view_server.hpp"
 #include "framework/core/check.hpp"
 
@@ -46,22 +47,6 @@ std::string gunzip(std::string_view packed) {
   TACTOR_DEMAND(state == Z_STREAM_END);
   inflateEnd(&stream);
   return bytes;
-}
-
-std::string base64(const std::string& bytes) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      bits = bits << 8U | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += i + k > bytes.size() ? '=' : digits[bits >> (18U - 6U * k) & 63U];
-    }
-  }
-  return text;
 }
 
 void pack(std::string& packed, bool binary, const std::string& message) {

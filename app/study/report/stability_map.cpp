@@ -13,6 +13,7 @@
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/run_report.hpp"
+#include "app/report/scene_picture.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/table/warnings.hpp"
 #include "framework/core/user_folders.hpp"
@@ -341,7 +342,7 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   }
   write_file(out / "summary.json", to_json(result).dump(2) + "\n");
   write_file(out / "graph.yaml", result.graph_yaml);
-  write_file(out / "report.html", run_report(result));
+  write_file(out / "report.html", run_report(result, scene_figure(plan.graph.scene, "The scene as the run begins.")));
   return "worst/" + name;
 }
 

@@ -187,7 +187,7 @@ std::string timing_html(const TimingNote& timing) {
 
 }  // namespace
 
-std::string compare_report(const Comparison& comparison, const TimingNote& timing) {
+std::string compare_report(const Comparison& comparison, const TimingNote& timing, const std::string& scene) {
   std::string names;
   for (const CompareRow& row : comparison.rows) names += (names.empty() ? "" : ", ") + row.graph;
   const std::size_t seeds = comparison.seeds.size();
@@ -199,7 +199,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   for (const CompareRow& row : comparison.rows) {
     body += fmt::format("<li><b>{}</b>: {}</li>\n", breakable(row.name()), escape(row.title));
   }
-  body += "</ul>\n";
+  body += "</ul>\n" + scene;
 
   body += "<h2>Error and run time</h2>\n" + arrows_html() +
           "<p>★: the best of its row, and what ties with it: alike in three digits, or within the spread of the "

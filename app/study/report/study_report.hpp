@@ -8,8 +8,8 @@
 
 namespace tactor {
 
-/// The report of a comparison, and what is said of its run times.
-std::string compare_report(const Comparison& comparison, const TimingNote& timing);
+/// The report of a comparison, and what is said of its run times. `scene`: see scene_figure.
+std::string compare_report(const Comparison& comparison, const TimingNote& timing, const std::string& scene = {});
 
 /// The report of a study: every graph by every configuration, errors and run times side by side.
 std::string study_report(const Study& study);

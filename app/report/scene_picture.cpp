@@ -1,0 +1,309 @@
+#include "app/report/scene_picture.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "app/base64.hpp"
+#include "framework/core/check.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
+
+namespace tactor {
+
+namespace {
+
+struct Rgb {
+  double r = 0, g = 0, b = 0;
+};
+
+constexpr Rgb fixed_body{169, 182, 196}, moving_body{134, 168, 200}, tool_body{224, 160, 48}, plane_body{223, 228, 232};
+/// Samples of a pixel, each way.
+constexpr int fineness = 2;
+constexpr int around = 64;        // parts of a circle
+constexpr double margin = 0.06;   // of the picture, on each side
+constexpr double ambient = 0.45;  // of the light
+
+/// The axes of the camera in W. It looks along -toward.
+struct CameraAxes {
+  Vec3 right, up, toward;
+};
+
+CameraAxes axes_of(const Camera& camera) {
+  const auto unit = [](const Vec3& v) { return (1 / norm(v)) * v; };
+  const Vec3 toward = unit(camera.from_W);
+  const Vec3 right = unit(cross(camera.up_W, toward));
+  return {right, cross(toward, right), toward};
+}
+
+/// The surface that a line from one point of the z axis to another makes round that axis. `profile`: distance from the
+/// axis and height, from below to above.
+TriangleMesh turned(const std::vector<std::pair<double, double>>& profile) {
+  TriangleMesh mesh;
+  for (const auto& [distance, height] : profile) {
+    for (int k = 0; k < around; ++k) {
+      const double angle = 2 * std::numbers::pi * k / around;
+      mesh.vertices.push_back({distance * std::cos(angle), distance * std::sin(angle), height});
+    }
+  }
+  for (int ring = 0; ring + 1 < static_cast<int>(profile.size()); ++ring) {
+    for (int k = 0; k < around; ++k) {
+      const int a = ring * around + k, b = ring * around + (k + 1) % around;
+      mesh.faces.push_back({a, b, b + around});
+      mesh.faces.push_back({a, b + around, a + around});
+    }
+  }
+  return mesh;
+}
+
+/// A capsule along z; a sphere where it has no length.
+TriangleMesh capsule_mesh(double radius, double length) {
+  std::vector<std::pair<double, double>> profile;
+  for (int i = 0; i <= around / 2; ++i) {
+    const double angle = std::numbers::pi * (i / (around / 2.0) - 0.5);
+    profile.emplace_back(radius * std::cos(angle), radius * std::sin(angle) + (angle < 0 ? -0.5 : 0.5) * length);
+  }
+  return turned(profile);
+}
+
+TriangleMesh box_mesh(const Vec3& size) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    mesh.vertices.push_back({((i & 1) != 0 ? 0.5 : -0.5) * size.x, ((i & 2) != 0 ? 0.5 : -0.5) * size.y,
+                             ((i & 4) != 0 ? 0.5 : -0.5) * size.z});
+  }
+  constexpr std::array<std::array<int, 4>, 6> sides{
+      {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+  for (const auto& [a, b, c, d] : sides) {
+    mesh.faces.push_back({a, b, c});
+    mesh.faces.push_back({a, c, d});
+  }
+  return mesh;
+}
+
+TriangleMesh square_mesh(double side) {
+  const double half = 0.5 * side;
+  return {{{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+}
+
+TriangleMesh mesh_of(const Body& body) {
+  if (body.mesh() != nullptr) return load_body_mesh(body);
+  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) return capsule_mesh(sphere->radius, 0);
+  if (const auto* capsule = std::get_if<CapsuleShape>(&body.shape))
+    return capsule_mesh(capsule->radius, capsule->length);
+  return box_mesh(std::get<BoxShape>(body.shape).size);
+}
+
+/// What is drawn, in W.
+struct Painted {
+  TriangleMesh mesh;
+  Rgb color;
+};
+
+/// Bodies but planes.
+std::vector<Painted> painted_bodies(const Scene& scene) {
+  std::vector<Painted> painted;
+  for (const Body& body : scene.bodies) {
+    if (std::holds_alternative<PlaneShape>(body.shape)) continue;
+    TriangleMesh mesh = mesh_of(body);
+    for (Vec3& vertex : mesh.vertices) vertex = transform(body.X_WB, vertex);
+    const Rgb color = body.motion == Motion::fixed ? fixed_body : &body == scene.tool() ? tool_body : moving_body;
+    painted.push_back({std::move(mesh), color});
+  }
+  return painted;
+}
+
+/// A picture that is being drawn: colours, and how near each sample is.
+class Canvas {
+ public:
+  Canvas(int width, int height)
+      : width_(width * fineness),
+        height_(height * fineness),
+        near_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
+              -std::numeric_limits<double>::infinity()),
+        color_(near_.size()) {}
+
+  /// `corners`: right and down in samples, and how near.
+  void fill(const std::array<Vec3, 3>& corners, const Rgb& color) {
+    const auto& [a, b, c] = corners;
+    const double area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
+    if (area == 0) return;
+    const int left = std::max(0, static_cast<int>(std::floor(std::min({a.x, b.x, c.x}))));
+    const int right = std::min(width_ - 1, static_cast<int>(std::ceil(std::max({a.x, b.x, c.x}))));
+    const int top = std::max(0, static_cast<int>(std::floor(std::min({a.y, b.y, c.y}))));
+    const int bottom = std::min(height_ - 1, static_cast<int>(std::ceil(std::max({a.y, b.y, c.y}))));
+    for (int y = top; y <= bottom; ++y) {
+      for (int x = left; x <= right; ++x) {
+        const double px = x + 0.5, py = y + 0.5;
+        const double of_b = ((px - a.x) * (c.y - a.y) - (c.x - a.x) * (py - a.y)) / area;
+        const double of_c = ((b.x - a.x) * (py - a.y) - (px - a.x) * (b.y - a.y)) / area;
+        if (of_b < 0 || of_c < 0 || of_b + of_c > 1) continue;
+        const double near = a.z + of_b * (b.z - a.z) + of_c * (c.z - a.z);
+        const std::size_t i =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+        if (near <= near_[i]) continue;
+        near_[i] = near;
+        color_[i] = color;
+      }
+    }
+  }
+
+  /// Rows of red, green, blue and opacity, each behind a byte 0: a PNG's unfiltered rows.
+  [[nodiscard]] std::string rows() const {
+    std::string rows;
+    for (int y = 0; y < height_; y += fineness) {
+      rows += '\0';
+      for (int x = 0; x < width_; x += fineness) add_pixel(rows, x, y);
+    }
+    return rows;
+  }
+
+ private:
+  void add_pixel(std::string& rows, int x, int y) const {
+    Rgb sum;
+    int seen = 0;
+    for (int dy = 0; dy < fineness; ++dy) {
+      for (int dx = 0; dx < fineness; ++dx) {
+        const std::size_t i =
+            static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x + dx);
+        if (std::isinf(near_[i])) continue;
+        ++seen;
+        sum.r += color_[i].r;
+        sum.g += color_[i].g;
+        sum.b += color_[i].b;
+      }
+    }
+    const double share = seen == 0 ? 0 : 1.0 / seen;
+    for (const double value : {share * sum.r, share * sum.g, share * sum.b, 255.0 * seen / (fineness * fineness)}) {
+      rows += static_cast<char>(static_cast<unsigned char>(std::lround(std::clamp(value, 0.0, 255.0))));
+    }
+  }
+
+  int width_, height_;
+  std::vector<double> near_;
+  std::vector<Rgb> color_;
+};
+
+/// Where the camera's axes lie on the canvas.
+struct Frame {
+  CameraAxes axes;
+  double scale = 1;          // samples per m
+  double left = 0, top = 0;  // of the canvas, m along right and up
+
+  [[nodiscard]] Vec3 operator()(const Vec3& p) const {
+    return {(dot(p, axes.right) - left) * scale, (top - dot(p, axes.up)) * scale, dot(p, axes.toward)};
+  }
+};
+
+Frame frame_of(const std::vector<Painted>& painted, const Camera& camera, int width, int height) {
+  Frame frame{axes_of(camera)};
+  double left = std::numeric_limits<double>::infinity(), right = -left, low = left, high = -left;
+  for (const Painted& body : painted) {
+    for (const Vec3& p : body.mesh.vertices) {
+      left = std::min(left, dot(p, frame.axes.right));
+      right = std::max(right, dot(p, frame.axes.right));
+      low = std::min(low, dot(p, frame.axes.up));
+      high = std::max(high, dot(p, frame.axes.up));
+    }
+  }
+  const double across = width * fineness, down = height * fineness;
+  frame.scale = (1 - 2 * margin) * std::min(across / std::max(right - left, 1e-9), down / std::max(high - low, 1e-9));
+  frame.left = 0.5 * (left + right) - 0.5 * across / frame.scale;
+  frame.top = 0.5 * (low + high) + 0.5 * down / frame.scale;
+  return frame;
+}
+
+void paint(Canvas& canvas, const Frame& frame, const Painted& body) {
+  const Vec3 light = frame.axes.toward + 0.5 * frame.axes.up - 0.4 * frame.axes.right;
+  for (const auto& face : body.mesh.faces) {
+    const Vec3 doubled = doubled_area_normal(body.mesh, face);
+    const double area = norm(doubled);
+    if (!(area > 0) || dot(doubled, frame.axes.toward) <= 0) continue;
+    const double bright = ambient + (1 - ambient) * std::max(0.0, dot(doubled, light) / (area * norm(light)));
+    std::array<Vec3, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k) corners[k] = frame(body.mesh.vertices[static_cast<std::size_t>(face[k])]);
+    canvas.fill(corners, {bright * body.color.r, bright * body.color.g, bright * body.color.b});
+  }
+}
+
+/// Planes, as large as the bodies above them: each a square below their middle.
+void add_planes(const Scene& scene, std::vector<Painted>& painted) {
+  Vec3 low, high;
+  bool first = true;
+  for (const Painted& body : painted) {
+    for (const Vec3& p : body.mesh.vertices) {
+      low = first ? p : Vec3{std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = first ? p : Vec3{std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+      first = false;
+    }
+  }
+  const Vec3 middle = 0.5 * (low + high);
+  for (const Body& body : scene.bodies) {
+    if (!std::holds_alternative<PlaneShape>(body.shape)) continue;
+    Vec3 below = transform(inverse(body.X_WB), middle);
+    below.z = 0;
+    TriangleMesh square = square_mesh(2 * norm(high - low));
+    for (Vec3& vertex : square.vertices) vertex = transform(body.X_WB, below + vertex);
+    painted.push_back({std::move(square), plane_body});
+  }
+}
+
+void add_big_endian(std::string& bytes, std::uint32_t value) {
+  for (const unsigned shift : {24U, 16U, 8U, 0U})
+    bytes += static_cast<char>(static_cast<unsigned char>(value >> shift & 255U));
+}
+
+void add_png_chunk(std::string& png, const std::string& kind, const std::string& data) {
+  add_big_endian(png, static_cast<std::uint32_t>(data.size()));
+  const std::string checked = kind + data;
+  png += checked;
+  add_big_endian(
+      png, static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(checked.data()), checked.size())));
+}
+
+std::string png_of(int width, int height, const std::string& rows) {
+  uLongf size = compressBound(static_cast<uLong>(rows.size()));
+  std::string packed(size, '\0');
+  TACTOR_DEMAND(compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()),
+                          static_cast<uLong>(rows.size()), Z_BEST_COMPRESSION) == Z_OK);
+  packed.resize(size);
+  std::string png = "\x89PNG\r\n\x1a\n", header;
+  add_big_endian(header, static_cast<std::uint32_t>(width));
+  add_big_endian(header, static_cast<std::uint32_t>(height));
+  header += {8, 6, 0, 0, 0};  // 8 bits each of red, green, blue and opacity
+  add_png_chunk(png, "IHDR", header);
+  add_png_chunk(png, "IDAT", packed);
+  add_png_chunk(png, "IEND", "");
+  return png;
+}
+
+}  // namespace
+
+std::string scene_png(const Scene& scene, int width, int height) {
+  std::vector<Painted> painted = painted_bodies(scene);
+  if (painted.empty()) return {};
+  const Frame frame = frame_of(painted, scene.camera, width, height);
+  add_planes(scene, painted);
+  Canvas canvas(width, height);
+  for (const Painted& body : painted) paint(canvas, frame, body);
+  return png_of(width, height, canvas.rows());
+}
+
+std::string scene_figure(const Scene& scene, const std::string& caption) {
+  constexpr int width = 480, height = 300;
+  try {
+    const std::string png = scene_png(scene, width, height);
+    if (png.empty()) return {};
+    return "<figure class=\"scene\"><img alt=\"The bodies of the scene\" src=\"data:image/png;base64," + base64(png) +
+           "\"><figcaption>" + caption + "</figcaption></figure>\n";
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+}  // namespace tactor

@@ -1,0 +1,18 @@
+// The picture of a scene in a report: its bodies where they are at the start, without a browser.
+#pragma once
+
+#include <string>
+
+#include "framework/core/scene.hpp"
+
+namespace tactor {
+
+/// The scene from its camera, in parallel projection, as the bytes of a PNG file on a transparent ground. Empty where
+/// there is no body but planes. Throws InputError where a mesh cannot be read.
+std::string scene_png(const Scene& scene, int width, int height);
+
+/// The same as a figure of a page with its caption, which is HTML; empty where there is nothing to draw, or where a
+/// mesh cannot be read any more.
+std::string scene_figure(const Scene& scene, const std::string& caption);
+
+}  // namespace tactor
