@@ -12,8 +12,16 @@ namespace {
 constexpr Duration kept{2'000'000'000};
 constexpr Duration lately{1'000'000'000};
 constexpr Duration longest_delay{100'000'000};
+/// The delay is that of what the forces change in this time: of a force that rises slowly, parts far apart are alike.
+constexpr Duration change_time{20'000'000};
 /// What differs after the shift, as a part of what the true force varies: above it the shift explains nothing.
 constexpr double most_unexplained = 0.5;
+
+std::vector<Vec3> changes(const std::vector<Vec3>& x, std::size_t steps) {
+  std::vector<Vec3> out;
+  for (std::size_t i = steps; i < x.size(); ++i) out.push_back(x[i] - x[i - steps]);
+  return out;
+}
 
 /// Whether x is the reference, later by so many steps: the force must vary much more than what then differs.
 bool explains(double late, const std::vector<Vec3>& x, const std::vector<Vec3>& reference) {
@@ -113,10 +121,10 @@ ErrorFigures RunningError::figures() const {
   if (times_.size() < 2) return figures;
   // Samples come at the rate of the device; one that was missed shifts nothing that could be seen.
   const double step = (times_.back() - times_.front()).seconds() / static_cast<double>(times_.size() - 1);
-  if (const auto late = delay_steps(x, reference, std::llround(longest_delay.seconds() / step));
-      late && explains(*late, x, reference)) {
-    figures.delay = Duration::from_seconds(*late * step);
-  }
+  const auto change = static_cast<std::size_t>(std::max(1LL, std::llround(change_time.seconds() / step)));
+  const auto late =
+      delay_steps(changes(x, change), changes(reference, change), std::llround(longest_delay.seconds() / step));
+  if (late && explains(*late, x, reference)) figures.delay = Duration::from_seconds(*late * step);
   return figures;
 }
 

@@ -45,6 +45,29 @@ BOOST_AUTO_TEST_CASE(a_wave_that_is_late_has_the_delay_and_the_error_of_its_clos
   BOOST_TEST(found.delay->seconds() == late, boost::test_tools::tolerance(1e-2));
 }
 
+BOOST_AUTO_TEST_CASE(a_force_that_rises_slowly_is_late_by_what_a_held_sample_is_late) {
+  // Rises for two seconds with small waves on it, shown 12 ms late and held for 16 ms: 20 ms late in the mean.
+  const auto rise = [](double t_s) { return 3 - 3 * std::cos(t_s) + 0.02 * std::sin(2 * std::numbers::pi * 7 * t_s); };
+  RunningError error;
+  for (int i = 0; i < 2500; ++i) {
+    error.add_true(at_ms(i), along(rise(i * 1e-3)));
+    error.add_displayed(at_ms(i), along(rise((i / 16 * 16 - 12) * 1e-3)));
+  }
+  error.compare();
+  BOOST_REQUIRE(error.figures().delay.has_value());
+  BOOST_TEST(error.figures().delay->seconds() == 0.0195, boost::test_tools::tolerance(0.1));
+}
+
+BOOST_AUTO_TEST_CASE(forces_that_have_nothing_in_common_have_no_delay) {
+  RunningError error;
+  for (int i = 0; i < 2500; ++i) {
+    error.add_true(at_ms(i), along(wave(i * 1e-3)));
+    error.add_displayed(at_ms(i), along(wave(i * 2.3e-3)));
+  }
+  error.compare();
+  BOOST_TEST(!error.figures().delay.has_value());
+}
+
 BOOST_AUTO_TEST_CASE(a_true_force_between_two_samples_is_on_the_line_between_them) {
   RunningError error;
   for (int i = 0; i <= 10; ++i) error.add_true(at_ms(10 * i), along(i));
