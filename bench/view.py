@@ -126,12 +126,12 @@ def stalled(seconds, pairs):
 
 
 def latency(seconds):
-    """From a cursor that a client sends to the device's state and to the first commanded force that knows of it, by method."""
+    """From a cursor that a client sends to the device's state and to the commanded force, by method."""
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for method in METHODS:
             graph = pathlib.Path(folder) / "graph.yaml"
-            graph.write_text(f"extends: {TOUCH}\nrecord: [device.state, device.commanded, select.segment]\nnodes: {{select: {{use: {method}}}}}\n")
+            graph.write_text(f"extends: {TOUCH}\nrecord: [device.state, device.commanded]\nnodes: {{select: {{use: {method}}}}}\n")
             recording = pathlib.Path(folder) / "run.h5"
             sent = []
             with View(TACTOR, str(graph), "--record", str(recording)) as view:
@@ -139,14 +139,17 @@ def latency(seconds):
                 p = press(client)
                 end = time.monotonic() + seconds
                 side = 1
+                at = p
                 while time.monotonic() < end:
+                    # Still held: the force comes to rest.
+                    for _ in range(6):
+                        client.cursor(at, True)
+                        client.take_for(0.05)
+                    # Not in step with the ticks, nor with the server's frames.
+                    client.take_for(0.05 * np.random.random())
                     side = -side
                     at = [p[0] + side * 2e-4, p[1], p[2]]
-                    # Not in step with the ticks, nor with the server's frames.
-                    client.take_for(0.11 + 0.05 * np.random.random())
                     sent.append(time.monotonic())
-                    client.cursor(at, True)
-                    client.take_for(0.03)
                     client.cursor(at, True)
                 label = next(c["label"] for c in client.hello["methods"]["choices"] if c["value"] == method)
                 zero = client.last("status")["monotonic"] - client.last("status")["now"]
@@ -156,32 +159,31 @@ def latency(seconds):
                 except Closed:
                     pass
             with h5py.File(recording) as file:
-                streams = {name: file[f"streams/{name}/data"][()] for name in ("device.state", "device.commanded", "select.segment")}
+                streams = {name: file[f"streams/{name}/data"][()] for name in ("device.state", "device.commanded")}
             rows.append({"method": label, **latencies(streams, [t - zero for t in sent])})
     return rows
 
 
 def latencies(streams, sent):
-    """By the recording: ticks at which the handle begins to move, and the first force made from such a sample."""
-    def times(stream, stamp):
-        return streams[stream][f"{stamp}_ns"] * 1e-9
-    state, speed = times("device.state", "valid"), np.abs(streams["device.state"]["v_WD"][:, 0])
-    ticks = times("device.commanded", "valid")
-    made_from, made = times("select.segment", "valid"), times("select.segment", "produced")
+    """By the recording: ticks at which the handle begins to move, and at which the commanded force begins to follow."""
+    ticks = {name: rows["valid_ns"] * 1e-9 for name, rows in streams.items()}
+    speed = np.abs(streams["device.state"]["v_WD"][:, 0])
+    force = streams["device.commanded"]["force"]
     to_state, to_force = [], []
     for t in sent:
-        first = np.searchsorted(state, t, side="right")
+        first = np.searchsorted(ticks["device.state"], t, side="right")
         moved = np.flatnonzero(speed[first:first + 40] > 1e-3 + speed[max(first - 1, 0)])
         if not len(moved):
             continue
-        tick = state[first + moved[0]]
-        to_state.append(1e3 * (tick - t))
-        segment = np.searchsorted(made_from, tick)
-        if segment >= len(made):
-            continue
-        commanded = np.searchsorted(ticks, made[segment])
-        if commanded < len(ticks):
-            to_force.append(1e3 * (ticks[commanded] - t))
+        to_state.append(1e3 * (ticks["device.state"][first + moved[0]] - t))
+        # The force has come to rest since the jump before. It follows where it leaves what it did in the 30 ms before by five times.
+        first = np.searchsorted(ticks["device.commanded"], t, side="right")
+        rest = force[first - 30:first]
+        away = np.linalg.norm(force[first:first + 150] - rest.mean(axis=0), axis=1)
+        at_rest = np.linalg.norm(rest - rest.mean(axis=0), axis=1).max()
+        follows = np.flatnonzero(away > max(5 * at_rest, 2e-3))
+        if len(follows):
+            to_force.append(1e3 * (ticks["device.commanded"][first + follows[0]] - t))
     return {"to_state_ms": quantiles(to_state), "to_force_ms": quantiles(to_force)}
 
 
@@ -189,7 +191,7 @@ def page_figures(seconds):
     """The page in a browser that draws in software."""
     found = {}
     with tempfile.TemporaryDirectory() as folder, View(TACTOR, TOUCH) as view:
-        browser = open_browser(pathlib.Path(folder) / "profile", flags=("--window-size=1000,1000",))
+        browser = open_browser(pathlib.Path(folder) / "profile", flags=("--window-size=1100,1120",))
         try:
             looker = view.page()
             looker.close()

@@ -37,7 +37,7 @@ class ViewSource {
   virtual const std::vector<std::string>& first_messages() = 0;
   /// All frames of a replay, numbered from 1; null where the run goes on.
   virtual const std::vector<std::string>* replay() = 0;
-  /// The chunk of samples since the last call; empty where there are none. About 60 times a second, unless a replay.
+  /// The chunk of samples since the last call; empty where there are none. About 40 times a second, unless a replay.
   virtual std::string collect() = 0;
   /// The text `status`, without what the server knows; empty: there is none. Four times a second.
   virtual std::string status() = 0;

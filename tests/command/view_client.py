@@ -56,6 +56,8 @@ class Page:
         self.connection = socket.socket()
         if receive_buffer:
             self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
+        # As browsers do it: what is small is sent at once.
+        self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.connection.settimeout(15)
         self.connection.connect(("127.0.0.1", port))
         self.connection.sendall("\r\n".join(upgrade_lines(port, token) + ["", ""]).encode())

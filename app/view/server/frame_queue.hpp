@@ -15,7 +15,7 @@ namespace tactor {
 class FrameQueue {
  public:
   static constexpr std::uint64_t most_ahead = 8;
-  static constexpr std::size_t most_chunks = 64;  // a second of the server's chunks
+  static constexpr std::size_t most_chunks = 64;  // more than a second of the server's chunks
   static constexpr std::size_t most_bytes = std::size_t{1} << 20U;
 
   /// The oldest chunk goes where there is no room.

@@ -44,7 +44,7 @@ constexpr seconds write_timeout{20};
 constexpr std::size_t most_pages = 8;
 constexpr std::size_t most_connections = 64;
 constexpr std::size_t most_waiting_text = std::size_t{4} << 20U;  // bytes
-constexpr milliseconds frame_period{16};
+constexpr milliseconds frame_period{25};
 constexpr milliseconds idle_period{100};  // while no page is there
 constexpr milliseconds status_period{250};
 constexpr milliseconds farewell{1000};

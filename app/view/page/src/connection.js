@@ -5,7 +5,7 @@
 export class Connection {
   /** @param {string} token @param {Listener} listener */
   constructor(token, listener) {
-    this.pending = []; // frames taken, not yet drawn
+    this.pending = 0; // the newest frame that was taken and is not drawn yet
     this.acks = 0;
     this.open = false;
     const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
@@ -43,13 +43,13 @@ export class Connection {
 
   /** Remembers a frame; it is acknowledged when it was drawn. */
   taken(frame) {
-    this.pending.push(frame);
+    this.pending = frame;
   }
 
-  /** Everything taken so far was drawn. */
+  /** Everything taken so far was drawn: the newest stands for those before it. */
   drawn() {
-    for (const frame of this.pending) this.acknowledge(frame);
-    this.pending.length = 0;
+    if (this.pending) this.acknowledge(this.pending);
+    this.pending = 0;
   }
 
   acknowledge(frame) {
