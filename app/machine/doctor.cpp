@@ -12,7 +12,7 @@ namespace tactor {
 
 namespace {
 
-constexpr std::size_t width = 100;
+constexpr std::size_t text_width = 100;
 constexpr std::size_t grade_width = 12;  ///< of the margin that holds the grade, or what the lines below it are
 constexpr std::size_t title_width = 20;
 
@@ -41,7 +41,7 @@ std::vector<std::string> wrapped_lines(std::string_view text, std::size_t room) 
 /// `head`, which takes up `margin` columns on the terminal, and beside it `text` on as many lines as it takes.
 std::string beside(const std::string& head, std::size_t margin, std::string_view text) {
   std::string out;
-  for (const std::string& line : wrapped_lines(text, width - margin)) {
+  for (const std::string& line : wrapped_lines(text, text_width - margin)) {
     out += (out.empty() ? head : std::string(margin, ' ')) + line + "\n";
   }
   return out;
