@@ -4,7 +4,7 @@
     bench/view.py --out FILE [--seconds 20] [--pairs 20] [--without-browser]
 
 Needs a built release preset, python3-h5py, and for the page itself chromium, chromium-driver and python3-selenium. Takes about fifteen
-minutes on a machine with nothing else to do. Each client is a raw socket that takes what comes and acknowledges it, but where a browser is named.
+minutes on a machine with nothing else to do. Each client is a raw socket; it takes what comes and acknowledges it, unless it is to be one that does not read.
 """
 import argparse
 import json
@@ -109,13 +109,15 @@ def stalled(seconds, pairs):
         for _ in range(pairs):
             row = []
             for clients in (0, 3, 0):
-                out = pathlib.Path(folder) / "out"
-                process = subprocess.Popen([TACTOR, "run", graph, "--duration", f"{seconds} s", "--view", "--no-open", "--out", out, "--overwrite",
+                out = pathlib.Path(folder) / f"out_{len(found)}_{len(row)}"
+                process = subprocess.Popen([TACTOR, "run", graph, "--duration", f"{seconds} s", "--view", "--no-open", "--out", out,
                                             "--set", "nodes.metrics=~", "--set", "record=[device.commanded]"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
                 url = process.stdout.readline()
                 port, token = int(url.split(":")[2].split("/")[0]), url.strip().split("#")[1]
                 held = [Page(port, token, receive_buffer=4096) for _ in range(clients)]
-                process.communicate()
+                said = process.communicate()[1]
+                if process.returncode != 0:
+                    sys.exit(f"bench/view.py: a run failed: {said}")
                 for client in held:
                     client.close()
                 device = json.loads((out / "summary.json").read_text())["device"]

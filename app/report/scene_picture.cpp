@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/base64.hpp"
+#include "app/report/html_page.hpp"
 #include "framework/core/check.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 
@@ -301,8 +302,8 @@ std::string scene_figure(const Scene& scene, const std::string& caption) {
     if (png.empty()) return {};
     return "<figure class=\"scene\"><img alt=\"The bodies of the scene\" src=\"data:image/png;base64," + base64(png) +
            "\"><figcaption>" + caption + "</figcaption></figure>\n";
-  } catch (const InputError&) {
-    return {};
+  } catch (const InputError& error) {
+    return "<p class=\"sub\">No picture of the scene: " + escape(error.what()) + "</p>\n";
   }
 }
 

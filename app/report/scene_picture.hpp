@@ -11,8 +11,8 @@ namespace tactor {
 /// there is no body but planes. Throws InputError where a mesh cannot be read.
 std::string scene_png(const Scene& scene, int width, int height);
 
-/// The same as a figure of a page with its caption, which is HTML; empty where there is nothing to draw, or where a
-/// mesh cannot be read any more.
+/// The same as a figure of a page with its caption, which is HTML; empty where there is nothing to draw. Where a
+/// mesh cannot be read any more, a line that says so.
 std::string scene_figure(const Scene& scene, const std::string& caption);
 
 }  // namespace tactor

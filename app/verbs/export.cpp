@@ -25,6 +25,12 @@ struct ExportArguments {
 };
 
 void export_show(const ExportArguments& arguments) {
+  for (const std::filesystem::path& target : {arguments.html, arguments.mcap}) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(arguments.recording, target, ignored)) {
+      throw InputError(target.string() + " is the recording itself: choose another file for what is written");
+    }
+  }
   Registry registry(default_node_folders());
   ProgressBar bar;
   const ShowOptions options{tell_note, [&bar](double share) {

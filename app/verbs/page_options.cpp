@@ -31,7 +31,7 @@ void PageOptions::add_to(CLI::App& verb, CLI::Option* needed) {
   // A text: CLI11 takes numbers behind flags for counts, and checks none of them.
   CLI::Option* foxglove =
       verb.add_flag("--foxglove{8765}", foxglove_port,
-                    "Serve scene, frames and curves to Foxglove, Lichtblick and PlotJuggler too, on port 8765 or "
+                    "Serve scene, frames and curves to Foxglove and Lichtblick too, on port 8765 or "
                     "--foxglove=PORT")
           ->check(CLI::Range(0, 65535))
           ->each([this](const std::string& given) { ports.foxglove = static_cast<std::uint16_t>(std::stoi(given)); });

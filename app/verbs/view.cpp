@@ -150,6 +150,8 @@ void add_view(CLI::App& app, int& exit_code) {
   CLI::Option* picture =
       verb->add_option("--picture", arguments->picture,
                        "Draw a picture of the run into this file instead: .png, or .svg for one that moves");
+  for (const char* option : {"--port", "--foxglove", "--no-open", "--record"})
+    picture->excludes(verb->get_option(option));
   verb->add_option("--time", arguments->time, "The moment of the picture, s (default: where the force is largest)")
       ->needs(picture);
   verb->add_flag("--page", arguments->whole_page, "Draw the whole page, not the scene alone")->needs(picture);

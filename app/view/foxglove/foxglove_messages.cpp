@@ -116,7 +116,11 @@ FoxgloveMessages::FoxgloveMessages(const std::string& hello_text, std::span<cons
   for (const json& body : bodies) {
     if (body["moves"].get<bool>()) add_first(body["name"], body["pose"]);
   }
-  add_first("handle", hello["device"]["start"]);
+  const json& start = hello["device"]["start"];
+  add_first(handle_frame, start);
+  handle_[0] = {start[0].get<float>(), start[1].get<float>(), start[2].get<float>()};
+  // A live run is told in order of time, and only what was just now matters.
+  if (hello["mode"] == "live") most_handles_ = 1024;
 
   for (const json& shown : hello["streams"]) {
     const std::string role = shown["role"], output = shown["name"];
@@ -139,7 +143,7 @@ FoxgloveMessages::FoxgloveMessages(const std::string& hello_text, std::span<cons
       std::transform(names.begin(), names.end(), names.begin(), transform_name);
       stream.channel = frame_channel;
       stream.pieces =
-          pieces_of(frame_texts(role == "handle" ? "handle"
+          pieces_of(frame_texts(role == "handle" ? std::string(handle_frame)
                                                  : bodies[shown["body"].get<std::size_t>()]["name"].get<std::string>()),
                     names);
     } else {
@@ -164,7 +168,9 @@ void FoxgloveMessages::add_force(double time, const float* force, std::vector<Fo
   if (time < next_force_) return;
   next_force_ = time + force_period;
   FoxgloveArrow arrow;
-  std::copy_n(handle_p_, 3, arrow.p);
+  // Streams come one after another: the handle was here at the time of the force.
+  const auto after = handle_.upper_bound(ns_of(time));
+  std::copy_n((after == handle_.begin() ? after : std::prev(after))->second.data(), 3, arrow.p);
   std::copy_n(force, 3, arrow.d);
   arrow.length = std::hypot(force[0], force[1], force[2]) * length_per_newton * size_;
   messages.push_back({force_channel_, ns_of(time), arrows_update("commanded", ns_of(time), {arrow}, force_color)});
@@ -175,7 +181,8 @@ void FoxgloveMessages::add_rows(const Stream& stream, const ChunkSection& sectio
   for (std::size_t row = 0; row < section.times.size(); ++row) {
     const float* values = &section.values[row * stream.columns];
     const double time = section.times[row];
-    if (stream.is_handle) std::copy_n(values, 3, handle_p_);
+    if (stream.is_handle) handle_[ns_of(time)] = {values[0], values[1], values[2]};
+    while (handle_.size() > most_handles_) handle_.erase(handle_.begin());
     if (stream.is_commanded && wanted[force_channel_]) add_force(time, values, messages);
     if (!wanted[stream.channel]) continue;
     FoxgloveMessage message{stream.channel, ns_of(time), "{\"timestamp\":" + time_text(ns_of(time))};

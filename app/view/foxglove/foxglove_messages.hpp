@@ -1,6 +1,7 @@
 // What a view tells its pages, as channels and messages that Foxglove, Lichtblick and PlotJuggler read.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -63,9 +64,10 @@ class FoxgloveMessages {
   std::vector<Stream> streams_;
   std::vector<std::size_t> columns_;  // by stream
   std::size_t force_channel_ = 0;
-  double size_ = 0.1;       // of the scene's bodies, m
-  float handle_p_[3] = {};  // newest, m in W
-  double next_force_ = 0;   // s
+  double size_ = 0.1;  // of the scene's bodies, m
+  std::size_t most_handles_ = SIZE_MAX;
+  std::map<std::int64_t, std::array<float, 3>> handle_;  // p_WD by time, m and ns
+  double next_force_ = 0;                                // s
 };
 
 }  // namespace tactor

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 namespace tactor {
@@ -51,9 +52,12 @@ json entity_object(const std::string& frame, const std::string& id, std::int64_t
   return entity;
 }
 
-std::string update_text(json entities) {
-  return json({{"deletions", json::array()}, {"entities", std::move(entities)}})
-      .dump(-1, ' ', false, json::error_handler_t::replace);
+std::string text_of_json(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string update_text(const std::vector<std::string>& entities) {
+  return fmt::format("{{\"deletions\":[],\"entities\":[{}]}}", fmt::join(entities, ","));
 }
 
 /// A mesh message of the view.
@@ -108,18 +112,18 @@ double half_extent(const json& body, std::span<const std::string> meshes) {
   return 0;
 }
 
-json triangles_object(const MeshView& mesh, const json& pose, const json& color) {
-  json points = json::array(), indices = json::array();
+/// A member `triangles` as text: as objects of json, large meshes would take seconds and hundreds of megabytes.
+std::string triangles_text(const MeshView& mesh, const json& pose, const json& color) {
+  std::string text = "[{\"pose\":" + pose.dump() + ",\"color\":" + color.dump() + ",\"colors\":[],\"points\":[";
   for (std::size_t i = 0; i < mesh.vertices; ++i) {
     const std::array<float, 3> p = mesh.vertex(i);
-    points.push_back(vector_object(p[0], p[1], p[2]));
+    fmt::format_to(std::back_inserter(text), "{}{{\"x\":{},\"y\":{},\"z\":{}}}", i > 0 ? "," : "", p[0], p[1], p[2]);
   }
-  for (std::size_t i = 0; i < std::size_t{3} * mesh.triangles; ++i) indices.push_back(mesh.index(i));
-  return {{"pose", pose},
-          {"points", std::move(points)},
-          {"color", color},
-          {"colors", json::array()},
-          {"indices", std::move(indices)}};
+  text += "],\"indices\":[";
+  for (std::size_t i = 0; i < std::size_t{3} * mesh.triangles; ++i) {
+    fmt::format_to(std::back_inserter(text), "{}{}", i > 0 ? "," : "", mesh.index(i));
+  }
+  return text + "]}]";
 }
 
 /// A pose that is `height` above `pose` along its z axis.
@@ -149,13 +153,17 @@ void add_capsule(json& entity, const json& capsule, const json& pose, const json
   }
 }
 
-json body_entity(const json& body, std::span<const std::string> meshes, double size) {
+std::string body_entity(const json& body, std::span<const std::string> meshes, double size) {
   const bool moves = body["moves"];
   const json pose = moves ? here : pose_object(body["pose"]);
   const json color = color_object(moves ? moving_color : fixed_color);
   json entity = entity_object(moves ? body["name"].get<std::string>() : "world", body["name"], 0);
   if (body.contains("mesh")) {
-    entity["triangles"].push_back(triangles_object(MeshView(meshes[body["mesh"].get<std::size_t>()]), pose, color));
+    entity.erase("triangles");
+    std::string text = text_of_json(entity);
+    text.back() = ',';
+    return text + "\"triangles\":" + triangles_text(MeshView(meshes[body["mesh"].get<std::size_t>()]), pose, color) +
+           "}";
   } else if (body.contains("sphere")) {
     const double across = 2 * body["sphere"]["radius"].get<double>();
     entity["spheres"].push_back({{"pose", pose}, {"size", vector_object(across, across, across)}, {"color", color}});
@@ -171,7 +179,7 @@ json body_entity(const json& body, std::span<const std::string> meshes, double s
                                {"size", vector_object(extent, extent, thickness)},
                                {"color", color}});
   }
-  return entity;
+  return text_of_json(entity);
 }
 
 /// The turn that brings the x axis onto d, of length `norm`.
@@ -199,13 +207,13 @@ double scene_size(const json& hello, std::span<const std::string> meshes) {
 
 std::string bodies_update(const json& hello, std::span<const std::string> meshes) {
   const double size = scene_size(hello, meshes), across = handle_extent * size;
-  json entities = json::array();
+  std::vector<std::string> entities;
   for (const json& body : hello["scene"]["bodies"]) entities.push_back(body_entity(body, meshes, size));
-  json handle = entity_object("handle", "handle", 0);
+  json handle = entity_object(handle_frame, handle_frame, 0);
   handle["spheres"].push_back(
       {{"pose", here}, {"size", vector_object(across, across, across)}, {"color", color_object(handle_color)}});
-  entities.push_back(std::move(handle));
-  return update_text(std::move(entities));
+  entities.push_back(text_of_json(handle));
+  return update_text(entities);
 }
 
 std::string arrows_update(const std::string& id, std::int64_t time_ns, const std::vector<FoxgloveArrow>& arrows,
@@ -223,7 +231,7 @@ std::string arrows_update(const std::string& id, std::int64_t time_ns, const std
          {"head_diameter", 0.15 * arrow.length},
          {"color", color_object(color)}});
   }
-  return update_text(json::array({std::move(entity)}));
+  return update_text({text_of_json(entity)});
 }
 
 }  // namespace tactor

@@ -20,13 +20,16 @@ struct FoxgloveArrow {
   double length = 0;  ///< m
 };
 
+/// The frame of the handle; no body can have this name.
+inline constexpr const char* handle_frame = "device/handle";
+
 /// `{"sec": ..., "nsec": ...}`
 std::string time_text(std::int64_t time_ns);
 
 /// The largest half extent of the bodies of `hello`, m; of planes none. 0.1 where there is nothing else.
 double scene_size(const nlohmann::json& hello, std::span<const std::string> meshes);
 
-/// All bodies: those that move in frames of their names, the others in `world`; and the handle in the frame `handle`.
+/// All bodies: those that move in frames of their names, the others in `world`; and the handle in its frame.
 std::string bodies_update(const nlohmann::json& hello, std::span<const std::string> meshes);
 
 /// One entity in `world`, that replaces the one before.

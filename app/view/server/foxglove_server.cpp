@@ -41,9 +41,11 @@ constexpr std::size_t most_viewers = 8;
 constexpr std::size_t most_handshakes = 32;  // and viewers
 constexpr std::size_t most_subscriptions = 256;
 /// What waits for a viewer that does not read; then samples are left out.
-constexpr std::size_t most_waiting = std::size_t{8} << 20U;
-/// Then a viewer has gone wrong.
-constexpr std::size_t most_waiting_in_all = std::size_t{64} << 20U;
+constexpr std::size_t most_waiting = std::size_t{1} << 20U;
+/// With the scene, which is sent whatever waits. Beyond it a viewer has gone wrong.
+constexpr std::size_t most_waiting_in_all = std::size_t{1} << 30U;
+/// What the system holds for a viewer; left alone it grows to some megabytes.
+constexpr int send_buffer = 256 * 1024;
 constexpr std::array<std::string_view, 2> protocols{"foxglove.sdk.v1", "foxglove.websocket.v1"};
 
 enum BinaryOperation : char { message_data = 1, time_data = 2 };
@@ -57,6 +59,13 @@ void put_bytes(std::string& bytes, T value) {
 std::string status_text(StatusLevel level, const std::string& message) {
   return json({{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}})
       .dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string data_of(std::uint32_t subscription, const FoxgloveMessage& message) {
+  std::string bytes(1, message_data);
+  put_bytes(bytes, subscription);
+  put_bytes(bytes, static_cast<std::uint64_t>(std::max<std::int64_t>(message.time_ns, 0)));
+  return bytes + message.json;
 }
 
 struct Waiting {
@@ -73,10 +82,12 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void accept();
   void send(std::string text);
   void send(const FoxgloveMessage& message);
-  void send_time(double time);
+  void send_time(std::int64_t time_ns);
   void tell_parameter(const std::string& name, const std::string& value);
   [[nodiscard]] bool wants(std::size_t channel) const;
   [[nodiscard]] bool is_open() const { return open_; }
+  [[nodiscard]] bool has_place() const { return has_place_; }
+  [[nodiscard]] bool is_sending() const { return open_ && writing_; }
   void end();
 
  private:
@@ -100,13 +111,15 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   Waiting current_;
   std::uint64_t left_out_ = 0;
   bool writing_ = false;
+  bool has_place_ = false;  // one of those that may be open at once
   bool open_ = false;
   bool ended_ = false;
 };
 
 class FoxgloveHub final : public FoxgloveServer {
  public:
-  FoxgloveHub(asio::io_context& io, ViewSource& source, std::uint16_t port) : source_(source), io_(io), acceptor_(io) {
+  FoxgloveHub(asio::io_context& io, ViewSource& source, std::uint16_t port)
+      : io_(io), acceptor_(io), translator_(source.hello(), source.first_messages()) {
     const tcp::endpoint at(asio::ip::address_v4::loopback(), port);
     error_code error;
     acceptor_.open(at.protocol(), error);
@@ -117,6 +130,7 @@ class FoxgloveHub final : public FoxgloveServer {
       throw InputError("the server for Foxglove cannot listen on port " + std::to_string(port) +
                        " of 127.0.0.1: " + error.message() + "; choose another with --foxglove=PORT");
     }
+    values_ = translator_.parameters();
     url_ = "ws://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port());
   }
 
@@ -127,6 +141,7 @@ class FoxgloveHub final : public FoxgloveServer {
       if (!acceptor_.is_open()) return;
       if (!error && connections_.size() < most_handshakes) {
         socket.set_option(tcp::no_delay(true), error);
+        socket.set_option(asio::socket_base::send_buffer_size(send_buffer), error);
         const auto viewer = std::make_shared<Viewer>(*this, std::move(socket));
         connections_.insert(viewer);
         viewer->accept();
@@ -136,19 +151,24 @@ class FoxgloveHub final : public FoxgloveServer {
   }
 
   void add(std::string_view chunk) override {
-    if (!translator_) return;
-    std::vector<bool> wanted(translator_->channels().size());
+    if (connections_.empty()) return;
+    std::vector<bool> wanted(translator_.channels().size());
     for (std::size_t channel = 0; channel < wanted.size(); ++channel) {
       for (const auto& viewer : connections_) wanted[channel] = wanted[channel] || viewer->wants(channel);
     }
     messages_.clear();
-    translator_->add(chunk, wanted, messages_);
+    translator_.add(chunk, wanted, messages_);
+    std::stable_sort(messages_.begin(), messages_.end(),
+                     [](const FoxgloveMessage& a, const FoxgloveMessage& b) { return a.time_ns < b.time_ns; });
+    const auto end = static_cast<std::int64_t>(std::max(chunk_end(chunk), 0.0) * 1e9);
     // One may go while it is told.
     const auto viewers = connections_;
     for (const FoxgloveMessage& message : messages_) {
+      // Viewers plot a message at the time that they were told last; a prediction is of a time to come.
+      tell_time(std::min(message.time_ns, end));
       for (const auto& viewer : viewers) viewer->send(message);
     }
-    for (const auto& viewer : viewers) viewer->send_time(chunk_end(chunk));
+    tell_time(end);
   }
 
   void tell(const std::string& text) override {
@@ -157,7 +177,7 @@ class FoxgloveHub final : public FoxgloveServer {
     const auto viewers = connections_;
     if (told["type"] == "set") {
       const std::string name = told["parameter"], value = told["value"].dump();
-      if (translator_) values_[name] = value;
+      values_[name] = value;
       for (const auto& viewer : viewers) viewer->tell_parameter(name, value);
     } else if (told["type"] == "ended") {
       for (const auto& viewer : viewers) {
@@ -167,8 +187,13 @@ class FoxgloveHub final : public FoxgloveServer {
     }
   }
 
+  void close() override { acceptor_.close(); }
+
+  [[nodiscard]] bool is_sending() const override {
+    return std::any_of(connections_.begin(), connections_.end(), [](const auto& v) { return v->is_sending(); });
+  }
+
   void stop() override {
-    acceptor_.close();
     const auto viewers = connections_;
     for (const auto& viewer : viewers) viewer->end();
   }
@@ -178,28 +203,29 @@ class FoxgloveHub final : public FoxgloveServer {
   // For viewers.
 
   [[nodiscard]] bool has_room() const {
-    return std::count_if(connections_.begin(), connections_.end(), [](const auto& v) { return v->is_open(); }) <
+    return std::count_if(connections_.begin(), connections_.end(), [](const auto& v) { return v->has_place(); }) <
            static_cast<std::ptrdiff_t>(most_viewers);
   }
-  /// What the source tells is translated when the first viewer comes.
-  FoxgloveMessages& translator() {
-    if (!translator_) {
-      translator_.emplace(source_.hello(), source_.first_messages());
-      values_ = translator_->parameters();
-    }
-    return *translator_;
-  }
+  [[nodiscard]] const FoxgloveMessages& translator() const { return translator_; }
   /// Of parameters: JSON, by name.
   [[nodiscard]] const std::map<std::string, std::string>& values() const { return values_; }
   void forget(const std::shared_ptr<Viewer>& viewer) { connections_.erase(viewer); }
 
  private:
-  ViewSource& source_;
+  void tell_time(std::int64_t time_ns) {
+    // A step back would be taken for a jump.
+    if (time_ns <= told_ns_) return;
+    told_ns_ = time_ns;
+    const auto viewers = connections_;
+    for (const auto& viewer : viewers) viewer->send_time(time_ns);
+  }
+
+  std::int64_t told_ns_ = 0;
   asio::io_context& io_;
   tcp::acceptor acceptor_;
   std::string url_;
   std::set<std::shared_ptr<Viewer>> connections_;
-  std::optional<FoxgloveMessages> translator_;
+  FoxgloveMessages translator_;
   std::map<std::string, std::string> values_;
   std::vector<FoxgloveMessage> messages_;
 };
@@ -209,6 +235,7 @@ void Viewer::accept() {
   beast::get_lowest_layer(stream_).expires_after(handshake_timeout);
   http::async_read(stream_.next_layer(), buffer_, parser_, [self = shared_from_this()](error_code error, std::size_t) {
     if (error || !websocket::is_upgrade(self->parser_.get()) || !self->hub_.has_room()) return self->end();
+    self->has_place_ = true;
     self->upgrade();
   });
 }
@@ -306,13 +333,17 @@ void Viewer::take(std::string_view text) {
 void Viewer::subscribe(const FoxgloveRequest& request) {
   const FoxgloveMessages& translator = hub_.translator();
   for (const auto& [id, channel] : request.subscriptions) {
-    if (channel >= translator.channels().size() || channels_.size() >= most_subscriptions) {
+    if (channel >= translator.channels().size()) {
       send(status_text(level_warning, "there is no channel " + std::to_string(channel)));
+      continue;
+    }
+    if (channels_.size() >= most_subscriptions && channels_.count(id) == 0) {
+      send(status_text(level_warning, "there are 256 subscriptions already"));
       continue;
     }
     channels_[id] = channel;
     for (const FoxgloveMessage& message : translator.first()) {
-      if (message.channel == channel) send(message);
+      if (message.channel == channel) push(data_of(id, message), true);
     }
   }
 }
@@ -351,17 +382,14 @@ void Viewer::send(const FoxgloveMessage& message) {
           false);
       left_out_ = 0;
     }
-    std::string bytes(1, message_data);
-    put_bytes(bytes, id);
-    put_bytes(bytes, static_cast<std::uint64_t>(std::max<std::int64_t>(message.time_ns, 0)));
-    push(bytes + message.json, true);
+    push(data_of(id, message), true);
   }
 }
 
-void Viewer::send_time(double time) {
+void Viewer::send_time(std::int64_t time_ns) {
   if (waiting_bytes_ > most_waiting) return;
   std::string bytes(1, time_data);
-  put_bytes(bytes, static_cast<std::uint64_t>(std::max(time, 0.0) * 1e9));
+  put_bytes(bytes, static_cast<std::uint64_t>(time_ns));
   push(std::move(bytes), true);
 }
 

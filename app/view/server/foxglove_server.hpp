@@ -27,7 +27,11 @@ class FoxgloveServer {
   virtual void add(std::string_view chunk) = 0;
   /// A text for pages: viewers learn which parameter has changed, and that the run has ended.
   virtual void tell(const std::string& text) = 0;
-  /// Lets nobody in any more and ends the connections.
+  /// Lets nobody in any more.
+  virtual void close() = 0;
+  /// Whether something waits for a viewer.
+  [[nodiscard]] virtual bool is_sending() const = 0;
+  /// Ends the connections.
   virtual void stop() = 0;
   [[nodiscard]] virtual bool has_viewers() const = 0;
 };

@@ -156,7 +156,9 @@ class Server final : public ViewServer {
 
   void post(std::string text, std::optional<ClientId> client) override {
     asio::post(io_, [this, text = std::move(text), client] {
-      for (const auto& [id, page] : pages_) {
+      // A page that is told too much goes.
+      const std::map<ClientId, std::shared_ptr<Page>> pages = pages_;
+      for (const auto& [id, page] : pages) {
         if (!client || *client == id) page->send(text);
       }
       if (foxglove_ && !client) foxglove_->tell(text);
@@ -166,7 +168,7 @@ class Server final : public ViewServer {
   void stop() override {
     asio::post(io_, [this] {
       acceptor_.close();
-      if (foxglove_) foxglove_->stop();
+      if (foxglove_) foxglove_->close();
       stop_by_ = std::chrono::steady_clock::now() + farewell;
     });
   }
@@ -242,8 +244,10 @@ class Server final : public ViewServer {
       page->check(now);
       idle = idle && page->is_idle();
     }
+    idle = idle && !(foxglove_ && foxglove_->is_sending());
     if (stop_by_ && (idle || now > *stop_by_)) {
       for (const auto& [id, page] : pages) page->end();
+      if (foxglove_) foxglove_->stop();
       io_.stop();
       return;
     }
@@ -258,7 +262,8 @@ class Server final : public ViewServer {
     if (pages_.empty()) return;
     const std::string status = source.status();
     if (status.empty()) return;
-    for (const auto& [id, page] : pages_) {
+    const std::map<ClientId, std::shared_ptr<Page>> pages = pages_;
+    for (const auto& [id, page] : pages) {
       if (!page->is_open()) continue;
       page->send(with_members(status, "\"in_control\":" + std::to_string(in_control_) +
                                           ",\"clients\":" + std::to_string(count_.load()) +

@@ -81,7 +81,7 @@ test("forces and frames are those of the recording", async () => {
     for (const axis of ["x", "y", "z"]) assert.equal(Math.fround(shown[i].value.force[axis]), Math.fround(row[`force_${axis} [N]`]));
   });
   const states = recorded("device.state");
-  const handles = (await messagesOf("/tf")).filter(({ value }) => value.child_frame_id === "handle").slice(1);
+  const handles = (await messagesOf("/tf")).filter(({ value }) => value.child_frame_id === "device/handle").slice(1);
   assert.ok(handles.length > 200);
   for (const { time, value } of handles) {
     const state = states.reduce((a, b) => (Math.abs(b.valid_s - time) < Math.abs(a.valid_s - time) ? b : a));
@@ -91,6 +91,7 @@ test("forces and frames are those of the recording", async () => {
 
 test("the arrow of the force points along it, from the handle", async () => {
   const forces = new Map((await messagesOf("/device/commanded")).map(({ time, value }) => [time, value.force]));
+  const handles = (await messagesOf("/tf")).filter(({ value }) => value.child_frame_id === "device/handle");
   let drawn = 0;
   for (const { time, value } of await messagesOf("/force")) {
     const { x, y, z } = forces.get(time), size = Math.hypot(x, y, z);
@@ -98,6 +99,9 @@ test("the arrow of the force points along it, from the handle", async () => {
     if (entity.arrows.length === 0) continue;
     const axis = turnedAxis(entity.arrows[0].pose.orientation);
     [x, y, z].forEach((component, i) => assert.ok(Math.abs(axis[i] - component / size) < 1e-6));
+    const { position } = entity.arrows[0].pose;
+    const handle = handles.filter((at) => at.time <= time + 1e-9).at(-1).value.translation;
+    for (const axis of ["x", "y", "z"]) assert.equal(Math.fround(position[axis]), Math.fround(handle[axis]));
     drawn += 1;
   }
   assert.ok(drawn > 10);
@@ -113,4 +117,14 @@ test("a file that cannot be written is said", () => {
   const failed = spawnSync(tactor, ["export", join(folder, "out/recording.h5"), "--mcap", join(folder, "none/run.mcap")]);
   assert.notEqual(failed.status, 0);
   assert.match(failed.stderr.toString(), /cannot write .*none\/run\.mcap/);
+});
+
+test("a recording is not written over itself", () => {
+  const recording = join(folder, "out/recording.h5"), before = readFileSync(recording);
+  for (const option of ["--mcap", "--html"]) {
+    const failed = spawnSync(tactor, ["export", recording, option, join(folder, "out/../out/recording.h5")]);
+    assert.equal(failed.status, 2);
+    assert.match(failed.stderr.toString(), /is the recording itself/);
+  }
+  assert.deepEqual(readFileSync(recording), before);
 });
