@@ -1,5 +1,6 @@
 """A real browser for tests: Chromium without a window, driven by Selenium."""
 import shutil
+import socket
 import unittest
 
 try:
@@ -7,11 +8,19 @@ try:
 except ImportError:
     webdriver = None
 
+def knows_localhost():
+    try:
+        return bool(socket.getaddrinfo("localhost", None))
+    except OSError:
+        return False
+
+
 MISSING = [name for name, there in (("chromium", shutil.which("chromium")), ("chromium-driver", shutil.which("chromedriver")),
-                                    ("python3-selenium", webdriver)) if not there]
+                                    ("python3-selenium", webdriver),
+                                    ("the name localhost in /etc/hosts, which ChromeDriver asks for", knows_localhost())) if not there]
 FLAGS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--enable-unsafe-swiftshader", "--disable-background-networking",
          "--disable-component-update", "--disable-sync", "--no-first-run")
-needs_browser = unittest.skipIf(MISSING, f"nothing is looked at in a browser: missing are the Debian packages {', '.join(MISSING)}")
+needs_browser = unittest.skipIf(MISSING, f"nothing is looked at in a browser: missing are {', '.join(MISSING)}")
 
 
 def open_browser(profile, downloads=None, flags=()):
