@@ -137,4 +137,25 @@ std::optional<PairedDifference> paired_difference(std::span<const double> a, std
   return result;
 }
 
+std::optional<TwoPopulations> two_populations(std::span<const double> values) {
+  constexpr double least_ratio = 1.25;
+  constexpr std::size_t least_count = 2;
+  std::vector<double> sorted(values.begin(), values.end());
+  if (sorted.size() < 2 * least_count) return std::nullopt;
+  if (!std::all_of(sorted.begin(), sorted.end(), [](double v) { return std::isfinite(v) && v > 0; })) {
+    return std::nullopt;
+  }
+  std::sort(sorted.begin(), sorted.end());
+  const auto ratio = [&](std::size_t low, std::size_t high) { return sorted[high] / sorted[low]; };
+  std::size_t split = 1;  // the first value of the upper group
+  for (std::size_t i = 2; i < sorted.size(); ++i) {
+    if (ratio(i - 1, i) > ratio(split - 1, split)) split = i;
+  }
+  const std::size_t last = sorted.size() - 1;
+  const double gap = ratio(split - 1, split);
+  if (split < least_count || sorted.size() - split < least_count || gap < least_ratio) return std::nullopt;
+  if (gap <= ratio(0, split - 1) || gap <= ratio(split, last)) return std::nullopt;
+  return TwoPopulations{split, sorted.size() - split, sorted[0], sorted[split - 1], sorted[split], sorted[last]};
+}
+
 }  // namespace tactor

@@ -48,4 +48,15 @@ struct GeometricMean {
 /// Of the ratios exp(logs_i). Absent for none, or where one is not finite.
 std::optional<GeometricMean> geometric_mean(std::span<const double> logs);
 
+/// Values that fall into two groups with nothing between them.
+struct TwoPopulations {
+  std::size_t low_count = 0, high_count = 0;
+  double low_min = 0, low_max = 0, high_min = 0, high_max = 0;
+};
+/// The two groups on either side of the widest gap between sorted values. Nothing where that gap is not wider than
+/// either group, where a group has fewer than two values, or where the groups are less than a quarter apart
+/// (high_min < 1.25 low_max). Values are above zero and compared by their logarithms, so that their unit does not
+/// matter; else nothing. Of 20 values drawn from one normal distribution less than 1 in 1,000 sets is said to be two.
+std::optional<TwoPopulations> two_populations(std::span<const double> values);
+
 }  // namespace tactor

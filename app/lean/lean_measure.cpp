@@ -12,6 +12,7 @@
 #include "app/run/run_metrics.hpp"
 #include "app/run/timed_run.hpp"
 #include "app/statistics.hpp"
+#include "framework/engine/warmth.hpp"
 #include "framework/graph/plan_metrics.hpp"
 #include "framework/session/session.hpp"
 
@@ -29,6 +30,17 @@ std::optional<double> value_of(const Report& report, const std::string& name) {
 /// The name of one of the metrics that are looked at: `delivered.force.rms_error_N`.
 std::string error_name(LeanMetric metric, const char* error) {
   return fmt::format("{}.{}", word(metric), error);
+}
+
+/// Since when the nodes of a run that has ended are warm. Throws InputError where they are not by the time from which
+/// on the original is judged, or not at all.
+Time warm_since_of(const PlanNodes& nodes, const std::optional<Time>& judged_from) {
+  const Warmth warmth = warmth_of(nodes);
+  const Time latest = judged_from.value_or(Time{nodes.plan().graph.duration.ns});
+  if (warmth.since && *warmth.since <= latest) return *warmth.since;
+  throw InputError(fmt::format(
+      "{}: node {} is not warm after {} s: {}; errors are compared where all nodes are warm: make the run longer",
+      nodes.plan().graph.file.string(), warmth.last, latest.seconds(), warmth.when));
 }
 
 std::string without_error(const GraphSpec& graph, LeanMetric metric) {
@@ -84,17 +96,21 @@ const LeanMeasure::Truth& LeanMeasure::truth(std::uint64_t seed) {
     if (options_.interrupted()) throw Interrupted();
     throw;
   }
-  truth.torque = run(original_, seed, truth.reference).reference_torque;
+  const Run original = run(original_, seed, truth);
+  truth.torque = original.reference_torque;
+  truth.judged_from = original.warm_since;
   return truths_.emplace(seed, std::move(truth)).first->second;
 }
 
-LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference) {
+LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, const Truth& truth) {
   const Plan plan = make_plan(prepared(graph, seed));
   control_us_.push_back(measure_control());
   Session session(plan, {.measure_cpu = true});
   run_to_end(session, options_.interrupted);
-  set_reference(session.nodes(), reference);
+  set_reference(session.nodes(), truth.reference);
+  const Time warm_since = warm_since_of(session.nodes(), truth.judged_from);
   Report report;
+  report.judge_from(truth.judged_from.value_or(warm_since));
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->sink) continue;
     report.begin(plan.nodes[n].name, node_metrics(plan, n, true).reported);
@@ -103,7 +119,7 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
   const auto error = value_of(report, error_name(options_.metric, "force.rms_error_N"));
   const auto most = value_of(report, error_name(options_.metric, "force.max_error_N"));
   if (!error || !most) throw InputError(without_error(graph, options_.metric));
-  Run result{.error = *error, .max_error = *most};
+  Run result{.error = *error, .max_error = *most, .warm_since = warm_since};
   const std::vector<double> costs = node_costs(session);
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->sink) result.cost += costs[n];
@@ -121,7 +137,7 @@ LeanMetrics LeanMeasure::first_look(const GraphSpec& graph, std::span<const std:
   try {
     double squares = 0, torque_squares = 0;
     for (const std::uint64_t seed : seeds) {
-      const Run found = run(graph, seed, truth(seed).reference);
+      const Run found = run(graph, seed, truth(seed));
       metrics.cost += found.cost / count;
       squares += found.error * found.error;
       metrics.max_error = std::max(metrics.max_error, found.max_error);
@@ -143,8 +159,7 @@ void LeanMeasure::take_turn(std::span<const Looked> graphs, std::span<const std:
   for (const Looked& looked : graphs) looked.metrics->repeats.push_back(0);
   for (const std::uint64_t seed : seeds) {
     for (const Looked& looked : graphs) {
-      looked.metrics->repeats.back() +=
-          run(*looked.graph, seed, truth(seed).reference).cost / static_cast<double>(seeds.size());
+      looked.metrics->repeats.back() += run(*looked.graph, seed, truth(seed)).cost / static_cast<double>(seeds.size());
     }
   }
 }

@@ -74,16 +74,18 @@ class LeanMeasure {
     double error = 0, max_error = 0;
     std::optional<double> torque_error;
     std::optional<double> reference_torque;
+    Time warm_since;
   };
   struct Truth {
     Reference reference;
-    std::optional<double> torque;  // N m, RMS; none where the original has none
+    std::optional<double> torque;     // N m, RMS; none where the original has none
+    std::optional<Time> judged_from;  // when the original's nodes are warm; nothing before it has run
   };
   const Truth& truth(std::uint64_t seed);
   void take_turn(std::span<const Looked> graphs, std::span<const std::uint64_t> seeds);
   void keep_medians(std::span<const Looked> graphs);
   [[nodiscard]] GraphSpec prepared(const GraphSpec& graph, std::uint64_t seed) const;
-  [[nodiscard]] Run run(const GraphSpec& graph, std::uint64_t seed, const Reference& reference);
+  [[nodiscard]] Run run(const GraphSpec& graph, std::uint64_t seed, const Truth& truth);
 
   GraphSpec original_;
   LeanMeasureOptions options_;

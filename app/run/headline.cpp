@@ -69,6 +69,21 @@ std::string error_text(const RunResult& result) {
   return text;
 }
 
+/// Which part of the run the metrics are of, where that is not all but the settling at its start.
+std::string interval_text(const RunResult& result) {
+  if (!result.warmth.since) {
+    return fmt::format("the cold start: {} was not warm when the run ended ({})", result.warmth.last,
+                       result.warmth.when);
+  }
+  if (result.judged_from == Time{}) return {};
+  std::string text = fmt::format("{} s, from {} s on: {}", pretty(result.metric("judged.duration_s")),
+                                 pretty(result.metric("judged.from_s")),
+                                 result.warmth.last.empty() ? "as asked" : result.warmth.last + " is warm");
+  const double cold = result.metric("cold_start.delivered.force.rms_error_N");
+  if (std::isfinite(cold)) text += fmt::format("; before, the error was {} N RMS", pretty(cold));
+  return text;
+}
+
 std::string delay_text(const RunResult& result) {
   const double delay = result.metric("delivered.force.delay_ms");
   const double rate = result.metric("physics.rate_hz_median");
@@ -139,6 +154,10 @@ std::vector<std::string> warnings_of(const RunResult& result) {
     texts.push_back(
         fmt::format("dropped {} of {} messages on {}", edge.metrics.dropped, edge.metrics.delivered, edge.edge));
   }
+  if (!result.warmth.since && !result.failure && !result.interrupted && !result.abandoned) {
+    texts.push_back(fmt::format("{} never was warm ({}): the metrics are those of a cold start; make the run longer",
+                                result.warmth.last, result.warmth.when));
+  }
   if (const std::string text = dynamics_warning(result); !text.empty()) texts.push_back(text);
   texts.insert(texts.end(), result.remarks.begin(), result.remarks.end());
   return texts;
@@ -147,6 +166,7 @@ std::vector<std::string> warnings_of(const RunResult& result) {
 std::vector<HeadlineLine> headline(const RunResult& result) {
   std::vector<HeadlineLine> lines{
       {"verdict", verdict_text(result), "stability.verdict"},
+      {"judged", interval_text(result), "judged.from_s"},
       {"error", error_text(result), "delivered.force.rms_error_N"},
       {"delay", delay_text(result), "delivered.force.delay_ms"},
       {"smooth", smoothness_text(result), "delivered.force.rms_d2_N_per_ms2"},

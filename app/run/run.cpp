@@ -1,5 +1,6 @@
 #include "app/run/run.hpp"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include "app/run/cpu_time.hpp"
 #include "app/run/live.hpp"
 #include "app/run/record.hpp"
+#include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
 #include "framework/graph/plan_metrics.hpp"
 #include "framework/graph/texts.hpp"
@@ -60,6 +62,7 @@ NodeCost node_cost(const NodeSpec& spec, const NodeStatistics& metrics) {
 /// The reference run, or the one in the cache. Sets `interrupted`, and throws RunError, where it is told not to go on.
 void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost,
                     bool& interrupted) {
+  if (options.reference_recording) return set_reference(nodes, recorded_reference(*options.reference_recording, plan));
   const Plan& referred = options.reference != nullptr ? *options.reference : plan;
   const Plan reference_plan = make_reference_plan(referred);
   if (reference_plan.nodes.empty()) return;
@@ -87,6 +90,15 @@ void attempt(RunResult& result, const Work& work) {
   }
 }
 
+/// From when on the run is judged. Throws RunError where its nodes are not warm when the options ask for it.
+Time judged_from(const Warmth& warmth, const RunOptions& options) {
+  if (options.judge_whole) return {};
+  if (!options.judge_from) return warmth.since.value_or(Time{});
+  if (warmth.since && *warmth.since <= *options.judge_from) return *options.judge_from;
+  throw RunError(fmt::format("node {} is not warm at {} s, from when on the run is judged: {}", warmth.last,
+                             options.judge_from->seconds(), warmth.when));
+}
+
 /// What the nodes report, where they can be asked, and the metrics of nodes and edges.
 void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
   if (nodes != nullptr && !result.interrupted && !result.failure && !options.without_reference) {
@@ -98,7 +110,13 @@ void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunRes
     }
   }
   Report report;
+  if (nodes != nullptr) {
+    result.warmth = warmth_of(*nodes);
+    attempt(result, [&] { result.judged_from = judged_from(result.warmth, options); });
+  }
+  report.judge_from(result.judged_from);
   report.begin("", program_metrics());
+  if (result.warmth.since) report.set("warm_from_s", result.warmth.since->seconds());
   report.set("refits", 0);
   report.add("fallbacks", 0);
   for (std::size_t i = 0; nodes != nullptr && i < plan.nodes.size(); ++i) {
@@ -302,6 +320,8 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
   result.planned_s = plan.graph.duration.seconds();
+  // A recording that cannot judge the run is bad input, which is said before it begins.
+  if (options.reference_recording) static_cast<void>(recorded_reference(*options.reference_recording, plan));
   result.declared = run_metrics(plan, !options.without_reference, options.follow != nullptr).reported;
   if (plan.graph.clock == Clock::real) {
     execute_live(plan, options, result);

@@ -12,6 +12,7 @@
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/reference.hpp"
+#include "framework/engine/warmth.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/session/follower.hpp"
 
@@ -60,6 +61,8 @@ struct RunResult {
   std::optional<FollowerFigures> follower;  ///< of the reference that followed it, where one did
   std::uint64_t record_dropped = 0;         ///< messages that the recording could not take in time
   ReferenceCost reference;
+  Warmth warmth;     ///< of its nodes
+  Time judged_from;  ///< what the metrics leave out before `settle`: until all nodes were warm, or what the options say
   std::vector<std::pair<std::string, double>> metrics;  ///< by dotted name
   MetricMap declared;                                   ///< what the run may report, reported or not
   std::vector<Series> series;
@@ -95,6 +98,12 @@ struct RunOptions {
   std::filesystem::path cache_folder;
   /// The plan whose reference run judges this one, with the same sinks; null: the plan itself.
   const Plan* reference = nullptr;
+  /// A recording that judges the run instead of a reference run (see recorded_reference); absent: a reference run does.
+  std::optional<std::filesystem::path> reference_recording;
+  /// From when on the run is judged, as find_warmth has it for all runs that it is compared with; a run that is not
+  /// warm by then fails. Absent: from when its own nodes are warm, or all of it where one of them never is.
+  std::optional<Time> judge_from;
+  bool judge_whole = false;        ///< the run is judged from its start, warm or not
   bool without_reference = false;  ///< no reference run: the metrics that need one are left out
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;

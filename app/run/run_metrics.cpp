@@ -75,6 +75,8 @@ const std::vector<MetricInfo>& program_metrics() {
       {"fallbacks", "1", "predictions and ticks for which a method fell back to something simpler", Better::lower,
        true},
       {"drops", "1", "messages that queues dropped", Better::lower},
+      {"warm_from_s", "s", "when the last of the nodes was warm", Better::neither, false,
+       "a node is not warm when the run ends"},
   };
   return metrics;
 }

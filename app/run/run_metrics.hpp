@@ -10,7 +10,11 @@
 
 namespace tactor {
 
-/// Of every run: refits, fallbacks, drops.
+/// The version of what metrics mean: raised with every change of a definition, so that no table is compared with one of
+/// another meaning unseen. docs/metrics.md has the definitions.
+inline constexpr int metric_definitions = 2;
+
+/// Of every run: refits, fallbacks, drops, warm_from_s.
 const std::vector<MetricInfo>& program_metrics();
 /// Of every run whose clock is real: record_drops, stalled.
 const std::vector<MetricInfo>& live_metrics();

@@ -49,6 +49,7 @@ Json number_json(double value) {
 Json to_json(const RunResult& result) {
   Json json;
   json["tactor"] = TACTOR_VERSION;
+  json["metric_definitions"] = metric_definitions;
   json["graph"] = result.graph;
   json["seed"] = result.seed;
   json["duration_s"] = result.duration_s;
@@ -62,6 +63,7 @@ Json to_json(const RunResult& result) {
   json["cpu_s"] = result.cpu_s;
   json["realtime_factor"] = number(result.duration_s / result.wall_s);
   json["peak_memory_MB"] = result.peak_memory_MB;
+  json["warm"] = {{"all", result.warmth.since.has_value()}, {"last", result.warmth.last}, {"when", result.warmth.when}};
   for (const auto& [name, value] : result.metrics) set_nested(json, name, number(value));
   if (const double verdict = result.metric("stability.verdict"); std::isfinite(verdict)) {
     json["stability"]["verdict_name"] = name_of(static_cast<StabilityVerdict>(static_cast<int>(verdict)));

@@ -169,7 +169,7 @@ int run_study(const StudyRequest& request) {
   }
   const fs::path folder = request.out.value_or(fs::path("out") / spec.name);
   refuse_results_of_runs(folder);
-  const std::vector<RunCase> cases = study_cases(spec, request.overrides);
+  std::vector<RunCase> cases = study_cases(spec, request.overrides);
   CasesOptions options;
   options.seeds = seeds_from(spec.first_seed, spec.seeds);
   options.reference_jobs = request.jobs;
@@ -177,14 +177,17 @@ int run_study(const StudyRequest& request) {
   options.repeats = spec.repeats;
   options.warm_up = spec.warm_up;
   options.without_reference = spec.without_reference;
+  if (request.judge) spec.judge = *request.judge;
+  options.judge_warm = spec.judge == JudgedPart::warm;
   options.refused_are_results = spec.report == StudyReport::stability;
   options.run_timeout_s = spec.run_timeout_s;
   options.table = folder / "study.sqlite";
   options.mode = request.resume ? TableMode::resume : request.overwrite ? TableMode::overwrite : TableMode::create;
   // Of the study's text only what decides how runs are made counts here; what they are, their names and graphs tell.
   options.identity = {spec.name,
-                      content_key({fmt::format("{} repeats, {} warm-up, reference {}", spec.repeats, spec.warm_up,
-                                               spec.without_reference ? "none" : "made")}),
+                      content_key({fmt::format("{} repeats, {} warm-up, reference {}{}, judged {}", spec.repeats,
+                                               spec.warm_up, spec.without_reference ? "none" : "made",
+                                               spec.reference_recording, options.judge_warm ? "warm" : "whole")}),
                       options_text(request, spec),
                       {}};
   Registry registry(default_node_folders());
@@ -196,6 +199,7 @@ int run_study(const StudyRequest& request) {
                   outcome.records.size(), cases.size() * options.seeds.size(), options.table.string());
   if (outcome.interrupted) throw RunError(interrupted);
   const nlohmann::ordered_json runner = to_json(outcome);
+  for (RunCase& c : cases) c.judged = outcome.judged[c.group];
   const Study study = make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records),
                                                        shown_metrics(spec), std::move(outcome.declared)));
   write_file(folder / "study.csv", study_csv(study));
@@ -236,7 +240,7 @@ int run_study(const StudyRequest& request) {
 int run_compare(const CompareRequest& request) {
   refuse_seed(request.overrides);
   std::vector<RunCase> cases;
-  for (const fs::path& graph : request.graphs) cases.push_back({graph, request.overrides, {}, 0, {}, {}});
+  for (const fs::path& graph : request.graphs) cases.push_back({.graph = graph, .overrides = request.overrides});
   CasesOptions options;
   options.seeds = seeds_from(request.first_seed, request.seeds);
   options.reference_jobs = request.jobs;
@@ -244,12 +248,14 @@ int run_compare(const CompareRequest& request) {
   options.repeats = repeats.count;
   options.warm_up = repeats.warm_up;
   options.curves = true;
+  options.judge_warm = request.judge == JudgedPart::warm;
   options.table = request.out / "compare.sqlite";
   options.mode = TableMode::overwrite;
   options.identity.title = "compare";
   Registry registry(default_node_folders());
   CasesOutcome outcome = run_watched(cases, registry, options);
   if (outcome.interrupted) throw RunError("interrupted");
+  for (RunCase& c : cases) c.judged = outcome.judged[c.group];
   Comparison comparison =
       make_comparison(cases, options.seeds, std::move(outcome.records), {}, std::move(outcome.declared));
   const std::string scenes = tell_scenes_apart(comparison, cases, registry);

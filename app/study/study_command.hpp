@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/study/spec/study_spec.hpp"
 #include "framework/graph/spec.hpp"
 
 namespace tactor {
@@ -21,6 +22,7 @@ struct StudyRequest {
   std::optional<std::filesystem::path> out;  ///< absent: out/NAME
   bool resume = false, overwrite = false;
   bool is_short = false;
+  std::optional<JudgedPart> judge;  ///< absent: the study's
 };
 
 struct CompareRequest {
@@ -31,6 +33,7 @@ struct CompareRequest {
   std::int64_t repeats = 1;  ///< of every run, for its run time; one more before them where there are several
   unsigned jobs = 1;         ///< reference runs at once; runs under test go one after the other
   std::filesystem::path out;
+  JudgedPart judge = JudgedPart::warm;
 };
 
 /// Both return the exit code, and throw InputError and RunError. They fork workers, so the program must have no other

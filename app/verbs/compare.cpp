@@ -36,6 +36,13 @@ void add_compare(CLI::App& app, int& exit_code) {
   add_results(*verb, arguments->results,
               "Folder for the results (default: out/compare, or the first of "
               "out/compare_2, out/compare_3, ... that holds none)");
+  verb->add_option_function<std::string>(
+          "--judge",
+          [&comparison](const std::string& part) {
+            comparison.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm;
+          },
+          "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: warm)")
+      ->check(CLI::IsMember({"warm", "whole"}));
   verb->callback([arguments, &exit_code] {
     CompareRequest& made = arguments->comparison;
     for (fs::path& graph : made.graphs) graph = named_file(graph, graph_files);

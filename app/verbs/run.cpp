@@ -37,9 +37,10 @@ struct RunArguments {
   fs::path graph;
   GraphOptions options;
   ResultsRequest results;
-  bool all = false;     // print every metric
-  bool follow = false;  // let a reference follow the run
-  bool view = false;    // show it in the browser
+  bool all = false;                   // print every metric
+  bool follow = false;                // let a reference follow the run
+  std::optional<fs::path> reference;  // a recording that judges the run
+  bool view = false;                  // show it in the browser
   PageOptions page;
 };
 
@@ -77,6 +78,7 @@ int run_graph(const RunArguments& arguments) {
     return true;
   };
   run_options.stop_asked = is_interrupted;
+  run_options.reference_recording = arguments.reference;
   if (arguments.follow) {
     if (plan.graph.clock != Clock::real) {
       throw InputError(
@@ -128,6 +130,9 @@ void add_run(CLI::App& app, int& exit_code) {
   verb->add_flag(
       "--follow", arguments->follow,
       "With clock: real, let a reference follow the run, so that error and delay are known while it goes on");
+  verb->add_option("--reference", arguments->reference,
+                   "A recording that judges the run instead of a reference run: its streams have the names of the "
+                   "outputs that feed the judge, such as coupling.force");
   CLI::Option* view = verb->add_flag(
       "--view", arguments->view,
       "Show the run in the browser while it goes on; under the virtual clock it then takes as long as it lasts");

@@ -34,6 +34,12 @@ void add_study(CLI::App& app, int& exit_code) {
   CLI::Option* resume = verb->add_flag("--resume", study.resume, "Go on with the runs that the folder has");
   verb->add_flag("--overwrite", study.overwrite, "Begin anew where the folder has runs")->excludes(resume);
   verb->add_flag("--short", study.is_short, "Use what the study says under `short`");
+  verb->add_option_function<std::string>(
+          "--judge",
+          [&study](const std::string& part) { study.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm; },
+          "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: the "
+          "study's)")
+      ->check(CLI::IsMember({"warm", "whole"}));
   verb->callback([arguments, &exit_code] {
     StudyRequest& made = arguments->study;
     made.file = named_file(made.file, study_files);

@@ -170,6 +170,46 @@ std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3>
   return std::nullopt;
 }
 
+namespace {
+
+std::vector<Vec3> changes(std::span<const Vec3> x, std::int64_t steps) {
+  std::vector<Vec3> out;
+  for (auto i = static_cast<std::size_t>(steps); i < x.size(); ++i) {
+    out.push_back(x[i] - x[i - static_cast<std::size_t>(steps)]);
+  }
+  return out;
+}
+
+/// What differs after a shift, in RMS, as a share of what the reference varies: from there on it explains nothing.
+constexpr double most_unexplained = 0.5;
+
+/// Whether x is the reference, later by so many steps.
+bool explains(double late, std::span<const Vec3> x, std::span<const Vec3> reference) {
+  const auto count = static_cast<double>(reference.size());
+  double varies = 0, differs = 0, compared = 0;
+  for (const Vec3& force : without_mean(reference)) varies += dot(force, force) / count;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double at = static_cast<double>(i) - late;
+    if (at < 0 || at > count - 1) continue;
+    const auto before = static_cast<std::size_t>(at);
+    const Vec3& first = reference[before];
+    const Vec3& second = reference[std::min(before + 1, reference.size() - 1)];
+    const Vec3 then = first + (at - static_cast<double>(before)) * (second - first);
+    differs += dot(x[i] - then, x[i] - then);
+    ++compared;
+  }
+  return compared > 0 && differs / compared < most_unexplained * most_unexplained * varies;
+}
+
+}  // namespace
+
+std::optional<double> delay_of_changes(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag,
+                                       std::int64_t change) {
+  TACTOR_DEMAND(x.size() == reference.size() && change > 0);
+  const std::optional<double> late = delay_steps(changes(x, change), changes(reference, change), max_lag);
+  return late && explains(*late, x, reference) ? late : std::nullopt;
+}
+
 double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, double floor, double fraction) {
   TACTOR_DEMAND(x.size() == reference.size());
   if (x.empty()) return 0;

@@ -66,6 +66,11 @@ class Declare {
     info_.role = role;
     return *this;
   }
+  /// It is not warm from the start (Node::warm_since), but once that has happened: `its window is full`.
+  Declare& warms_up(std::string when) {
+    info_.warm_when = std::move(when);
+    return *this;
+  }
   Declare& sink() {
     info_.sink = true;
     return role(Role::sink);

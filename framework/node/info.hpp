@@ -211,6 +211,9 @@ struct NodeInfo {
   std::vector<ParamInfo> params;
   std::vector<MetricInfo> metrics;  ///< all that the node's report() may set or add to
   Role role = Role::other;
+  /// What has to happen in a run before the node works as it goes on to (see Node::warm_since): `its window is full`;
+  /// empty: nothing.
+  std::string warm_when{};
   bool sink = false;                          ///< it is what a run is made for; never left out for lack of readers
   bool needs_torque = false;                  ///< it makes no sense in a translation-only scene
   bool actuator = false;                      ///< it drives a device: a run starts and stops around it

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,9 @@ class Node {
   virtual void start(StepContext& context) { static_cast<void>(context); }
   /// The work. Reads inputs, sends outputs; what it sends becomes visible when its cost has passed.
   virtual void step(StepContext& context) = 0;
+  /// Since when the node works as it goes on to: its window is full, say. Nothing where it does not yet. A type that
+  /// returns anything but zero says so (Declare::warms_up). Asked when the run has ended, or between two steps.
+  [[nodiscard]] virtual std::optional<Time> warm_since() const { return Time{}; }
   /// In a reference run: `tested` is the node of the same name in the run under test.
   virtual void follow(const Node& tested) { static_cast<void>(tested); }
   /// True where a reference run depends on what this node did in the run under test (see `follow`).

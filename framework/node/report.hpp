@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "framework/core/time.hpp"
+
 namespace tactor {
 
 struct MetricInfo;
@@ -32,6 +34,10 @@ class Report {
   void add(std::string_view name, double value);
   void add_series(Series series);
 
+  /// What is valid from then on is judged, because every node is warm by then (Node::warm_since); zero: all of the run.
+  void judge_from(Time from) { judged_from_ = from; }
+  [[nodiscard]] Time judged_from() const { return judged_from_; }
+
   /// Says something in words (`iris_orca at ...: 3 timeouts, the last ...`); a remark names what it is about.
   void remark(std::string text) { remarks_.push_back(std::move(text)); }
 
@@ -44,6 +50,7 @@ class Report {
   double& slot(std::string_view name);
 
   std::string node_;
+  Time judged_from_;
   std::map<std::string, bool, std::less<>> declared_;       // by the node: metric -> it is a sum
   std::map<std::string, std::string, std::less<>> owners_;  // metric -> the node that set it
   std::vector<std::pair<std::string, double>> metrics_;

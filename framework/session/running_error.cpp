@@ -12,36 +12,8 @@ namespace {
 constexpr Duration kept{2'000'000'000};
 constexpr Duration lately{1'000'000'000};
 constexpr Duration longest_delay{100'000'000};
-/// The delay is that of what the forces change in this time: of a force that rises slowly, parts far apart are alike.
+/// What the forces change in this time tells the delay.
 constexpr Duration change_time{20'000'000};
-/// What differs after the shift, as a part of what the true force varies: above it the shift explains nothing.
-constexpr double most_unexplained = 0.5;
-
-std::vector<Vec3> changes(const std::vector<Vec3>& x, std::size_t steps) {
-  std::vector<Vec3> out;
-  for (std::size_t i = steps; i < x.size(); ++i) out.push_back(x[i] - x[i - steps]);
-  return out;
-}
-
-/// Whether x is the reference, later by so many steps: the force must vary much more than what then differs.
-bool explains(double late, const std::vector<Vec3>& x, const std::vector<Vec3>& reference) {
-  const auto count = static_cast<double>(reference.size());
-  Vec3 mean;
-  for (const Vec3& force : reference) mean = mean + (1 / count) * force;
-  double varies = 0, differs = 0, compared = 0;
-  for (const Vec3& force : reference) varies += dot(force - mean, force - mean) / count;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double at = static_cast<double>(i) - late;
-    if (at < 0 || at > count - 1) continue;
-    const auto before = static_cast<std::size_t>(at);
-    const Vec3& first = reference[before];
-    const Vec3 then =
-        first + (at - static_cast<double>(before)) * (reference[std::min(before + 1, reference.size() - 1)] - first);
-    differs += dot(x[i] - then, x[i] - then);
-    ++compared;
-  }
-  return compared > 0 && differs / compared < most_unexplained * most_unexplained * varies;
-}
 
 }  // namespace
 
@@ -121,10 +93,9 @@ ErrorFigures RunningError::figures() const {
   if (times_.size() < 2) return figures;
   // Samples come at the rate of the device; one that was missed shifts nothing that could be seen.
   const double step = (times_.back() - times_.front()).seconds() / static_cast<double>(times_.size() - 1);
-  const auto change = static_cast<std::size_t>(std::max(1LL, std::llround(change_time.seconds() / step)));
-  const auto late =
-      delay_steps(changes(x, change), changes(reference, change), std::llround(longest_delay.seconds() / step));
-  if (late && explains(*late, x, reference)) figures.delay = Duration::from_seconds(*late * step);
+  const std::int64_t change = std::max(1LL, std::llround(change_time.seconds() / step));
+  const auto late = delay_of_changes(x, reference, std::llround(longest_delay.seconds() / step), change);
+  if (late) figures.delay = Duration::from_seconds(*late * step);
   return figures;
 }
 

@@ -91,17 +91,19 @@ def write(name, times, position, rotation=None):
 
 
 def ducks(mesh):
-    times = np.arange(0, 10 + STEP / 2, STEP)
+    # 10 s of each test come after the 300 physics results that a refit wants before it is warm, 4 s after 500.
+    end = 16
+    times = np.arange(0, end + STEP / 2, STEP)
     above = -0.010
 
     def pressing(t):
-        return above + (0.014 + 0.003 * math.sin(2 * math.pi * 0.5 * t)) * (ease(t, 0.4, 1.0) - ease(t, 9.0, 9.6))
+        return above + (0.014 + 0.003 * math.sin(2 * math.pi * 0.5 * t)) * (ease(t, 0.4, 1.0) - ease(t, end - 1.0, end - 0.4))
 
     def tapping(t):
         return -0.002 + 0.006 * math.sin(2 * math.pi * 2.5 * t) if t > 0.4 else -0.002
 
     def sliding(t):
-        return above + 0.014 * (ease(t, 0.4, 1.0) - ease(t, 9.0, 9.6))
+        return above + 0.014 * (ease(t, 0.4, 1.0) - ease(t, end - 1.0, end - 0.4))
 
     def making_and_breaking(t):
         return -0.001 + 0.005 * math.sin(2 * math.pi * 0.8 * t) + 0.001 * math.sin(2 * math.pi * 2.1 * t)
@@ -148,7 +150,8 @@ def bunny(mesh):
     dense = np.concatenate([vertices, vertices[faces].mean(1)])
     top = height_field(dense, cell, True)
     tool = dense - centre_of_mass(vertices, faces)
-    times = np.arange(0, 7 + STEP / 2, STEP)
+    end = 13  # 8 s after the 300 results that a refit wants
+    times = np.arange(0, end + STEP / 2, STEP)
     position = []
     rotation = []
     middle = (vertices.min(0) + vertices.max(0)) / 2
@@ -158,7 +161,7 @@ def bunny(mesh):
         xy = middle[:2] + np.array([0.012 * math.sin(2 * math.pi * 0.45 * t), 0.008 * math.sin(2 * math.pi * 0.3 * t)])
         bottom = height_field(tool @ rotation_matrix(r).T + np.array([*xy, 0]), cell, False)
         touch = max(top[key] - z for key, z in bottom.items() if key in top)
-        depth = -0.010 + 0.0135 * (ease(t, 0.2, 0.8) - ease(t, 6.5, 6.9)) + 0.0015 * math.sin(2 * math.pi * 0.8 * t)
+        depth = -0.010 + 0.0135 * (ease(t, 0.2, 0.8) - ease(t, end - 0.5, end - 0.1)) + 0.0015 * math.sin(2 * math.pi * 0.8 * t)
         position.append([*xy, touch - depth])
         rotation.append(r)
     write("bunny.csv", times, smooth(np.array(position), 5), np.array(rotation))

@@ -88,6 +88,7 @@ NodeInfo ArPredictor::declare() {
                 .default_value = 300,
                 .min = 1,
                 .max = 100000});
+  node.warms_up("the first refitted coefficients have come, and what a mean is taken over is full");
   node.coarser("coefficients", {std::string("fixed")}).cheaper("prediction.linear").cheaper("prediction.hold");
   node.formerly("detrend", "remove");
   return node.info();
@@ -104,6 +105,14 @@ ArPredictor::ArPredictor(const Params& params, const NodeContext& context)
 void ArPredictor::read_inputs() {
   if (params_.coefficients == Source::fixed) return;
   if (const Stamped<ArCoefficients>* newest = coefficients.latest()) model_ = newest->value;
+}
+
+bool ArPredictor::is_warm() const {
+  if (params_.coefficients == Source::refit && coefficients.connected() && coefficients.latest() == nullptr) {
+    return false;
+  }
+  return model_.detrend != Detrend::mean ||
+         history_.size() >= std::min(history_.capacity(), static_cast<std::size_t>(std::max(model_.window, 1)));
 }
 
 std::size_t ArPredictor::gather(std::size_t count, std::span<Wrench> past) const {

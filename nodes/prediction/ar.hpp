@@ -35,6 +35,7 @@ class ArPredictor final : public Predictor {
   void read_inputs() override;
   void take(const Stamped<Wrench>& sample) override { history_.push(sample); }
   Outcome predict(Duration horizon, std::span<Wrench> predicted) override;
+  [[nodiscard]] bool is_warm() const override;
   // Writes up to `count` past forces, newest first, as they came or on the model's grid; returns how many there are.
   std::size_t gather(std::size_t count, std::span<Wrench> past) const;
   [[nodiscard]] Wrench mean() const;

@@ -43,7 +43,8 @@ NodeInfo MultiratePredictor::declare() {
             {.doc = "weight of a sample against the one after it", .default_value = 0.98, .min = 0.9, .max = 1})
       .choice("model_structure", &Params::model_structure, {{"axes", Shared::axes}, {"per_axis", Shared::per_axis}},
               std::optional(Shared::per_axis), "one set of parameters for the three axes, or one an axis");
-  return node.coarser("order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
+  return node.warms_up("it has learnt from 3 / (1 - forgetting) samples, which hold 95 % of the weight")
+      .coarser("order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .coarser("input_order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .cheaper("prediction.linear")
       .cheaper("prediction.hold")
@@ -140,8 +141,15 @@ void MultiratePredictor::take(const Stamped<Wrench>& sample) {
   if (seen_++ == 0) return;
   seen_ = std::min(seen_, 2 * max_terms);
   const Wrench way = displacement(before, X_WD_);
+  ++learnt_;
   learn(force_part_, newest_.value.force - last.force, way.force);
   if (torque()) learn(torque_part_, newest_.value.torque - last.torque, way.torque);
+}
+
+bool MultiratePredictor::is_warm() const {
+  const double parameters = params_.order + params_.input_order;
+  const double remembered = params_.forgetting < 1 ? 1.0 / (1.0 - params_.forgetting) : 0;
+  return static_cast<double>(learnt_) >= 3.0 * std::max(parameters, remembered);
 }
 
 Predictor::Outcome MultiratePredictor::predict(Duration horizon, std::span<Wrench> predicted) {

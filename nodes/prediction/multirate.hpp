@@ -47,6 +47,7 @@ class MultiratePredictor final : public Predictor {
   void read_inputs() override { track_.read(device); }
   void take(const Stamped<Wrench>& sample) override;
   Outcome predict(Duration horizon, std::span<Wrench> predicted) override;
+  [[nodiscard]] bool is_warm() const override;
 
   Params params_;
   DeviceTrack track_;
@@ -55,6 +56,7 @@ class MultiratePredictor final : public Predictor {
   Stamped<Wrench> newest_;
   Pose X_WD_;  // at the newest sample
   int seen_ = 0;
+  std::int64_t learnt_ = 0;  // samples that the models have seen
 };
 
 }  // namespace tactor

@@ -4,7 +4,8 @@
 
 namespace tactor {
 
-void Predictor::step(StepContext&) {
+void Predictor::step(StepContext& context) {
+  const bool first = !taken_;
   read_inputs();
   Stamped<Wrench> sample;
   bool any = false;
@@ -32,6 +33,8 @@ void Predictor::step(StepContext&) {
     if (outcome == Outcome::held) guard_.count_held();
     held = outcome != Outcome::predicted;
   }
+  // One that is warm with the first sample is so from the start.
+  if (!warm_since_ && taken_ && is_warm()) warm_since_ = first ? Time{} : context.now();
   const bool repaired = guard_.repair(f.current_D_W, predicted);
   f.fallback = held || repaired ? 1 : 0;
   // What is held although samples come is as old as the last that could be used, and whoever shows it must see that.

@@ -23,6 +23,7 @@ class Predictor : public Node {
  public:
   void step(StepContext& context) final;
   void report(Report& report) const override { guard_.report(report); }
+  [[nodiscard]] std::optional<Time> warm_since() const final { return warm_since_; }
 
   Input<Wrench> force;
   Output<Forecast> forecast;
@@ -45,6 +46,9 @@ class Predictor : public Node {
   /// so that what is not written is held. Tells whether any of it had to be.
   virtual Outcome predict(Duration horizon, std::span<Wrench> predicted) = 0;
 
+  /// Whether it predicts as it goes on to, with the samples taken so far. Asked after each of them.
+  [[nodiscard]] virtual bool is_warm() const { return true; }
+
   [[nodiscard]] bool torque() const { return guard_.torque(); }
 
  private:
@@ -52,6 +56,7 @@ class Predictor : public Node {
   PeriodEstimate period_;
   std::int32_t steps_;
   std::optional<Time> taken_;  ///< stamp of the newest usable sample
+  std::optional<Time> warm_since_;
   NewMessages<Wrench> samples_;
 };
 

@@ -142,6 +142,7 @@ NodeInfo Refitter::declare() {
       .formerly("detrend", "remove")
       .formerly("model_structure", "products")
       .role(Role::prediction)
+      .warms_up("its window is full and fitted (rls: it has taken 3 / (1 - forgetting) samples)")
       .metric("refits", "1", "fits of the coefficients", Better::neither)
       .metric("refit.rejected", "1", "fits of force or torque of samples that hold no energy: order 0 was sent",
               Better::lower)
@@ -176,6 +177,7 @@ void Refitter::take(const Stamped<Wrench>& sample) {
   if (torque_) torque_part_.push(fitted.torque);
   times_.push(sample.stamp.valid);
   ++since_refit_;
+  ++taken_;
   if (params_.window_time <= 0) return;
   while (times_.size() > 1 && (times_[0] - times_.oldest()).seconds() > params_.window_time) {
     times_.drop_oldest();
@@ -190,7 +192,12 @@ bool Refitter::ready() const {
   return times_.full();
 }
 
-void Refitter::step(StepContext&) {
+bool Refitter::window_is_full() const {
+  if (params_.method != ArMethod::rls || params_.forgetting >= 1) return started_;
+  return static_cast<double>(taken_) >= 3.0 / (1.0 - params_.forgetting);
+}
+
+void Refitter::step(StepContext& context) {
   Stamped<Wrench> sample;
   Time newest;
   const std::int64_t before = since_refit_;
@@ -227,6 +234,7 @@ void Refitter::step(StepContext&) {
     rejected_ += c.torque_order == 0;
   }
   coefficients.send(newest, c);
+  if (!warm_since_ && window_is_full()) warm_since_ = context.now();
 }
 
 void Refitter::report(Report& report) const {

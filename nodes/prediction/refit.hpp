@@ -1,6 +1,9 @@
 // The refitter: auto-regressive coefficients from the last N physics samples, anew as samples come.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
@@ -34,6 +37,7 @@ class Refitter final : public Node {
   static NodeInfo declare();
   void step(StepContext& context) override;
   void report(Report& report) const override;
+  [[nodiscard]] std::optional<Time> warm_since() const override { return warm_since_; }
 
   Input<Wrench> force;
   Output<ArCoefficients> coefficients;
@@ -41,6 +45,7 @@ class Refitter final : public Node {
  private:
   void take(const Stamped<Wrench>& sample);
   [[nodiscard]] bool ready() const;
+  [[nodiscard]] bool window_is_full() const;
 
   Params params_;
   bool torque_;
@@ -52,7 +57,9 @@ class Refitter final : public Node {
   NewMessages<Wrench> samples_;
   Wrench last_;
   bool any_ = false, started_ = false;
+  std::optional<Time> warm_since_;
   std::int64_t since_refit_ = 0;
+  std::int64_t taken_ = 0;  // samples, or differences, that the model has seen
   std::int64_t refits_ = 0, rejected_ = 0, rejected_samples_ = 0, order_sum_ = 0;
 };
 

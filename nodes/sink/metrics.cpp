@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -45,7 +46,10 @@ void drain(NewMessages<T>& messages, Input<T>& in, Of of) {
   while (messages.next(in, m)) of(m);
 }
 
-constexpr const char* too_short = "fewer than three commands come after `settle`";
+/// What the forces change in this time tells the delay.
+constexpr Duration change_time{20'000'000};
+
+constexpr const char* too_short = "fewer than three commands come in the judged interval";
 
 std::string without_reference(const MetricUse& use) {
   return use.reference ? "" : "no reference run is made";
@@ -84,7 +88,7 @@ class PartMetrics {
     add(delivered + "error_above_30hz_" + suffix_, unit_, "RMS of the error above 30 Hz", Better::lower, true,
         string(too_short) + ", or commands come at 60 Hz or slower");
     add(delivered + "delay_ms", "ms", "delay behind the reference; positive: late", Better::lower, true,
-        string(too_short) + ", or the cross-correlation has no peak");
+        string(too_short) + ", or no delay explains the difference");
     add(delivered + "share_beyond_jnd", "1", "share of the time in which the error can be felt", Better::lower, true);
     const string no_loss = string(too_short) + ", or contact is never lost";
     add(delivered + "overshoot_after_loss_" + suffix_, unit_,
@@ -98,7 +102,7 @@ class PartMetrics {
     add_one_step(one_step + "rms_error_hold_" + suffix_, "RMS error that a hold would have", Better::neither);
 
     const string physics = "physics." + name_ + ".";
-    const string no_result = "no physics result comes after `settle` and before the end of the reference run";
+    const string no_result = "no physics result comes in the judged interval and before the end of the reference run";
     add(physics + "rms_error_" + suffix_, unit_, "RMS error of the physics results at their stamps", Better::lower,
         true, no_result);
     add(physics + "max_error_" + suffix_, unit_, "largest error of the physics results at their stamps", Better::lower,
@@ -118,7 +122,7 @@ class PartMetrics {
   void add_one_step(string name, string doc, Better better) {
     const bool is_torque = name_ == "torque";
     node_.metric(std::move(name), unit_, std::move(doc), better)
-        .missing_where("no physics result comes after a forecast that comes after `settle`")
+        .missing_where("no physics result comes after a forecast in the judged interval")
         .left_out_when([is_torque](const Metrics::Params&, const MetricUse& use) {
           string why = is_torque ? without_torque(use) : string();
           return why.empty() ? without_input(use, "forecast") : why;
@@ -132,7 +136,19 @@ class PartMetrics {
 void declare_metrics(Declare<Metrics>& node) {
   PartMetrics(node, "force", "N", "N").declare();
   PartMetrics(node, "torque", "Nm", "N m").declare();
-  const char* const no_rate = "fewer than two physics results come, or none after `settle`";
+  const char* const never_cold = "all nodes are warm from the start, or nothing comes before they are";
+  node.metric("judged.from_s", "s", "when the judged interval begins", Better::neither)
+      .metric("judged.duration_s", "s", "how long it is", Better::neither)
+      .missing_where("no command comes after its begin")
+      .metric("cold_start.delivered.force.rms_error_N", "N",
+              "RMS error against the reference from `settle` until all nodes are warm", Better::lower)
+      .missing_where(never_cold)
+      .left_out_when([](const Metrics::Params&, const MetricUse& use) { return without_reference(use); })
+      .metric("cold_start.one_step.force.rms_error_N", "N",
+              "RMS error of the first step predicted from `settle` until all nodes are warm", Better::lower)
+      .missing_where(never_cold)
+      .left_out_when([](const Metrics::Params&, const MetricUse& use) { return without_input(use, "forecast"); });
+  const char* const no_rate = "fewer than two physics results come, or none in the judged interval";
   node.metric("physics.steps", "1", "physics results", Better::neither)
       .metric("physics.rate_hz_min", "Hz", "lowest rate of the physics over ten intervals", Better::neither)
       .missing_where(no_rate)
@@ -141,7 +157,7 @@ void declare_metrics(Declare<Metrics>& node) {
       .metric("physics.rate_hz_median", "Hz", "median rate of the physics over ten intervals", Better::neither)
       .missing_where(no_rate);
   const auto without_state = [](const Metrics::Params&, const MetricUse& use) { return without_input(use, "state"); };
-  const char* const no_state = "no state comes after `settle`";
+  const char* const no_state = "no state comes in the judged interval";
   node.metric("contacts.max", "1", "most contacts that carried force", Better::neither)
       .missing_where(no_state)
       .left_out_when(without_state)
@@ -184,8 +200,9 @@ NodeInfo Metrics::declare() {
       .details(
           "delivered.*: `commanded` against the physics force of the reference run at the same time: RMS and largest "
           "error, RMS of the error above 30 Hz (Butterworth of fourth order forwards and backwards, so without a "
-          "shift), delay (lag of the cross-correlation peak, positive: late; left out where there is none), RMS of the "
-          "first and second difference, "
+          "shift), delay (lag at which what the two change in 20 ms correlates best, positive: late; left out where "
+          "that "
+          "shift explains nothing), RMS of the first and second difference, "
           "the second also as the excess over the reference's, largest step, share of time beyond what can be felt. "
           "After contact is lost, if it ever is: the overshoot is the largest force towards the surface, beyond the "
           "reference's own, "
@@ -294,6 +311,8 @@ void Metrics::step(StepContext&) {
 void Metrics::report(Report& report) const {
   const Part force_part{"force", "N", &Wrench::force, params_.jnd_force, params_.loss_force};
   const Part torque_part{"torque", "Nm", &Wrench::torque, params_.jnd_torque, params_.loss_torque};
+  report_interval(report);
+  report_cold_start(report);
   report_delivered(report, force_part);
   if (torque_) report_delivered(report, torque_part);
   report_one_step(report, force_part, true);
@@ -312,11 +331,12 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
   std::vector<Vec3> shown;
   std::vector<Vec3> wanted;
   std::size_t cursor = 0;
+  const Time from = begin_of(report);
   std::size_t settled = 0;
   for (const Stamped<Wrench>& c : commands_) {
     const Time t = c.stamp.valid;
     if (!truth.empty() && t > truth.back().stamp.valid) break;
-    if (t.ns < params_.settle.ns) ++settled;
+    if (t < from) ++settled;
     time.push_back(t.seconds());
     shown.push_back(c.value.*part.member);
     if (!truth.empty()) wanted.push_back(value_at(truth, t, cursor).*part.member);
@@ -354,7 +374,8 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
     for (std::size_t i = 0; i < error.size(); ++i) error[i] -= r[i];
     report.set(delivered + "error_above_30hz_" + N, rms_above(error, rough_hz, 1 / step));
   }
-  if (const auto lag = delay_steps(x, r, std::llround(params_.max_delay.seconds() / step))) {
+  const std::int64_t change = std::max(1LL, std::llround(change_time.seconds() / step));
+  if (const auto lag = delay_of_changes(x, r, std::llround(params_.max_delay.seconds() / step), change)) {
     report.set(delivered + "delay_ms", *lag * step_ms);
   }
   report.set(delivered + "share_beyond_jnd", share_beyond(x, r, part.jnd, params_.jnd_fraction));
@@ -364,26 +385,59 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
   }
 }
 
-void Metrics::report_one_step(Report& report, const Part& part, bool series) const {
-  std::vector<double> predicted;
-  std::vector<double> held;
-  Series errors{"one_step_error", "N", {}, {}};
+Metrics::OneStep Metrics::one_step(const Part& part, Time from, Time until) const {
+  OneStep errors;
   std::size_t next = 0;
   for (const Stamped<Forecast>& f : forecasts_) {
     while (next < forces_.size() && forces_[next].stamp.valid <= f.stamp.valid) ++next;
     if (next == forces_.size()) break;
-    if (f.stamp.valid.ns < params_.settle.ns) continue;
+    if (f.stamp.valid < from || f.stamp.valid >= until) continue;
     const Vec3 actual = forces_[next].value.*part.member;
-    predicted.push_back(norm(f.value.predicted_D_W.front().*part.member - actual));
-    held.push_back(norm(f.value.current_D_W.*part.member - actual));
     errors.time.push_back(forces_[next].stamp.valid.seconds());
-    errors.value.push_back(predicted.back());
+    errors.predicted.push_back(norm(f.value.predicted_D_W.front().*part.member - actual));
+    errors.held.push_back(norm(f.value.current_D_W.*part.member - actual));
   }
-  if (predicted.empty()) return;
+  return errors;
+}
+
+void Metrics::report_one_step(Report& report, const Part& part, bool series) const {
+  constexpr Time never{std::numeric_limits<std::int64_t>::max()};
+  OneStep errors = one_step(part, begin_of(report), never);
+  if (errors.predicted.empty()) return;
   const string one_step = string("one_step.") + part.name + ".";
-  report.set(one_step + "rms_error_" + part.unit, rms(predicted));
-  report.set(one_step + "rms_error_hold_" + part.unit, rms(held));
-  if (series) report.add_series(std::move(errors));
+  report.set(one_step + "rms_error_" + part.unit, rms(errors.predicted));
+  report.set(one_step + "rms_error_hold_" + part.unit, rms(errors.held));
+  if (series) report.add_series({"one_step_error", "N", std::move(errors.time), std::move(errors.predicted)});
+}
+
+Time Metrics::begin_of(const Report& report) const {
+  return report.judged_from() + params_.settle;
+}
+
+void Metrics::report_interval(Report& report) const {
+  const Time from = begin_of(report);
+  report.set("judged.from_s", from.seconds());
+  if (commands_.empty() || commands_.back().stamp.valid <= from) return;
+  report.set("judged.duration_s", (commands_.back().stamp.valid - from).seconds());
+}
+
+void Metrics::report_cold_start(Report& report) const {
+  const Time from = Time{} + params_.settle;
+  const Time until = report.judged_from();
+  const Part force_part{"force", "N", &Wrench::force, params_.jnd_force, params_.loss_force};
+  const OneStep errors = one_step(force_part, from, until);
+  if (!errors.predicted.empty()) report.set("cold_start.one_step.force.rms_error_N", rms(errors.predicted));
+  const auto truth = force.reference();
+  std::vector<Vec3> shown, wanted;
+  std::size_t cursor = 0;
+  for (const Stamped<Wrench>& c : commands_) {
+    const Time t = c.stamp.valid;
+    if (t < from) continue;
+    if (truth.empty() || t >= until || t > truth.back().stamp.valid) break;
+    shown.push_back(c.value.force);
+    wanted.push_back(value_at(truth, t, cursor).force);
+  }
+  if (!shown.empty()) report.set("cold_start.delivered.force.rms_error_N", rms_error(shown, wanted));
 }
 
 void Metrics::report_physics(Report& report) const {
@@ -403,7 +457,7 @@ void Metrics::report_physics(Report& report) const {
     if (time <= 0) continue;
     rate.time.push_back(stamp.produced.seconds());
     rate.value.push_back(static_cast<double>(intervals) / time);
-    if (stamp.valid.ns >= params_.settle.ns) settled_rates.push_back(rate.value.back());
+    if (stamp.valid >= begin_of(report)) settled_rates.push_back(rate.value.back());
   }
   report.set("physics.steps", static_cast<double>(forces_.size()));
   if (!settled_rates.empty()) {
@@ -425,7 +479,7 @@ void Metrics::report_physics_error(Report& report, const Part& part) const {
   for (const Stamped<Wrench>& f : forces_) {
     const Time t = f.stamp.valid;
     // A stamp may come twice; one that goes back would be looked up wrongly.
-    if (t.ns < params_.settle.ns || t > truth.back().stamp.valid || t < before) continue;
+    if (t < begin_of(report) || t > truth.back().stamp.valid || t < before) continue;
     before = t;
     errors.push_back(norm(f.value.*part.member - value_at(truth, t, cursor).*part.member));
   }
@@ -442,7 +496,7 @@ void Metrics::report_contacts(Report& report) const {
   for (const Contacts& c : contacts_) {
     count.time.push_back(c.produced.seconds());
     count.value.push_back(c.count);
-    if (c.valid.ns >= params_.settle.ns) settled.push_back(c.count);
+    if (c.valid >= begin_of(report)) settled.push_back(c.count);
   }
   if (!settled.empty()) {
     report.set("contacts.max", *std::max_element(settled.begin(), settled.end()));

@@ -52,6 +52,19 @@ class Metrics final : public Node {
     double loss;
   };
 
+  /// Errors of the first step predicted, in N or N m.
+  struct OneStep {
+    std::vector<double> time;       ///< s, of the physics force that was predicted
+    std::vector<double> predicted;  ///< the norm of the error
+    std::vector<double> held;       ///< of a hold instead
+  };
+
+  /// When the judged interval begins: all nodes are warm, and `settle` has passed since.
+  [[nodiscard]] Time begin_of(const Report& report) const;
+  /// Of forecasts stamped in [from, until).
+  [[nodiscard]] OneStep one_step(const Part& part, Time from, Time until) const;
+  void report_interval(Report& report) const;
+  void report_cold_start(Report& report) const;
   void report_delivered(Report& report, const Part& part) const;
   void report_one_step(Report& report, const Part& part, bool series) const;
   void report_physics(Report& report) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "framework/core/check.hpp"
 #include "framework/core/units.hpp"
@@ -63,6 +64,28 @@ std::vector<WayPoint> points_of_file(const std::filesystem::path& path) {
   return points;
 }
 
+/// Passes of a path that begins again: what comes later is the third of them over and over. Two on either side of it
+/// keep what a spline does at its ends away from it.
+constexpr int passes = 5;
+
+/// The way-points of all passes, each `after` s later. Where the first point of a pass comes at the time of the last
+/// one of the pass before, it is left out.
+std::vector<WayPoint> repeated(const std::vector<WayPoint>& points, double after) {
+  if (points.empty() || after <= 0) return points;
+  if (after < points.back().t) {
+    throw ValueError("repeat_after", "repeat_after: expected at least the time of the last way-point, " +
+                                         std::to_string(points.back().t) + " s, found " + std::to_string(after) + " s");
+  }
+  std::vector<WayPoint> all = points;
+  for (int pass = 1; pass < passes; ++pass) {
+    for (WayPoint point : points) {
+      point.t += pass * after;
+      if (point.t > all.back().t) all.push_back(point);
+    }
+  }
+  return all;
+}
+
 Path make_path(const TrajectorySource::Params& params, const std::string& name) {
   const bool table = params.points.rows() > 0;
   if (table == !params.file.empty()) {
@@ -70,7 +93,8 @@ Path make_path(const TrajectorySource::Params& params, const std::string& name) 
                      name + ": exactly one of points and file is expected, found " + (table ? "both" : "neither"));
   }
   return about(table ? "points" : "file", [&] {
-    return Path(table ? points_of_table(params.points) : points_of_file(params.file), params.interpolation,
+    const std::vector<WayPoint> points = table ? points_of_table(params.points) : points_of_file(params.file);
+    return Path(repeated(points, params.repeat_after.seconds()), params.interpolation,
                 table ? name + ": points" : params.file.string());
   });
 }
@@ -98,6 +122,7 @@ HandPath hand_path(const TrajectorySource::Params& params, const NodeContext& co
 TrajectorySource::TrajectorySource(const Params& params, const NodeContext& context)
     : rotates_(context.torque),
       halt_(params.halt.ns > 0 ? std::optional(params.halt.seconds()) : std::nullopt),
+      repeat_after_(params.repeat_after.seconds()),
       path_(make_path(params, context.name)),
       tremor_(params.tremor_amplitude, params.tremor_low, params.tremor_high, params.tremor_components, context.seed) {
   if (params.tremor_low > params.tremor_high) {
@@ -116,7 +141,9 @@ NodeInfo TrajectorySource::declare() {
   return Declare<TrajectorySource>("source.trajectory", "Moves the hand's target along way-points, with tremor.")
       .details(
           "Between way-points the target moves from rest to rest with minimum jerk (Flash and Hogan 1985), evenly, or "
-          "along a natural cubic spline. It rests before the first and after the last. Rotations are given as rotation "
+          "along a natural cubic spline. It rests before the first and after the last, or goes through all of them "
+          "again "
+          "where `repeat_after` says when; the tremor is not repeated. Rotations are given as rotation "
           "vectors and left out where the tool cannot rotate. Tremor is a sum of sinusoids whose frequencies and "
           "phases "
           "follow from the seed, so that the motion is one function of time at any rate.")
@@ -129,6 +156,11 @@ NodeInfo TrajectorySource::declare() {
       .choice("interpolation", &Params::interpolation,
               {{"minimum_jerk", PathKind::minimum_jerk}, {"linear", PathKind::linear}, {"cubic", PathKind::cubic}},
               std::optional(PathKind::minimum_jerk), "how the target moves between way-points")
+      .real("repeat_after", &Params::repeat_after,
+            {.doc = "time after which the path begins again, not before its last way-point; 0: never",
+             .unit = "s",
+             .default_value = 0,
+             .min = 0})
       .real("halt", &Params::halt,
             {.doc = "time from which on the target rests where it is then, without tremor: what follows shows whether "
                     "a tool comes to rest; 0: never",
@@ -154,7 +186,9 @@ NodeInfo TrajectorySource::declare() {
 Target TrajectorySource::at(double t) const {
   const bool halted = halt_ && t >= *halt_;
   const double then = halted ? *halt_ : t;
-  Target result = path_.at(then, rotates_);
+  // Later passes are the third one.
+  const double late = repeat_after_ > 0 ? std::max(0.0, std::floor(then / repeat_after_) - 2) * repeat_after_ : 0;
+  Target result = path_.at(then - late, rotates_);
   const Tremor::Value shake = tremor_.at(then);
   result.X_WH.p += shake.p;
   result.V_WH.v += shake.v;

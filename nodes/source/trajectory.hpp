@@ -21,6 +21,7 @@ class TrajectorySource final : public Node {
     Table points;     ///< t [s], x y z [m], rx ry rz [rad]
     std::filesystem::path file;
     PathKind interpolation = PathKind::minimum_jerk;
+    Duration repeat_after;        ///< 0: never
     Duration halt;                ///< 0: never
     double tremor_amplitude = 0;  ///< m rms on each axis
     double tremor_low = 0;        ///< Hz
@@ -42,6 +43,7 @@ class TrajectorySource final : public Node {
  private:
   bool rotates_;
   std::optional<double> halt_;  // s
+  double repeat_after_;         // s, 0: never
   Path path_;
   Tremor tremor_;
 };

@@ -112,12 +112,12 @@ std::vector<RunCase> study_cases(const StudySpec& spec, const Overrides& command
   for (const auto& graph : spec.graphs) {
     const std::size_t first = cases.size();
     for (const StudyConfiguration& configuration : configurations) {
-      RunCase c{graph,
-                overrides_of(spec, configuration.files, configuration.set, command_line),
-                label(configuration),
-                first + configuration.against,
-                {},
-                {}};
+      RunCase c{.graph = graph,
+                .overrides = overrides_of(spec, configuration.files, configuration.set, command_line),
+                .configuration = label(configuration),
+                .against = first + configuration.against,
+                .reference_recording = spec.reference_recording,
+                .group = first / configurations.size()};
       Overrides method = configuration.files;
       method.resize(spec.methods.empty() ? 0 : 1);
       c.unvaried = overrides_of(spec, method, {}, command_line);

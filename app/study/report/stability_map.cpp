@@ -333,6 +333,7 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   options.cache_folder = default_cache_folder();
   options.recording = out / "recording.h5";
   options.without_reference = study.spec.without_reference;
+  options.judge_whole = study.spec.judge == JudgedPart::whole;
   options.progress = [&](double, const char*) { return !interrupted(); };
   const RunResult result = execute(plan, options);
   if (result.interrupted || result.reference_interrupted) {

@@ -31,16 +31,26 @@ std::string deviation(const std::vector<double>& values) {
 }
 
 HtmlTable table_of_study(const Study& study, bool metrics) {
-  std::vector<std::string> heads{"", "delivered RMS, ratio", "one-step RMS, ratio"};
+  std::vector<std::string> heads{"", "delivered RMS, ratio", "5 to 95 % of seeds", "worst (seed)",
+                                 "one-step RMS, ratio"};
   for (const Column& column : study.comparison.columns) {
     if (metrics) heads.push_back(head_text(study.comparison, column));
   }
   return HtmlTable(std::move(heads));
 }
 
-std::vector<std::string> study_cells(const Study& study, const std::string& name, const ErrorRatio& ratio) {
+std::vector<std::string> study_cells(const Study& study, const std::string& name, const ErrorRatio& ratio,
+                                     const std::optional<SeedSpread>& spread) {
   const std::size_t seeds = study.comparison.seeds.size();
-  return {escape(name), ratio_text(ratio.delivered, seeds), ratio_text(ratio.one_step, seeds)};
+  return {escape(name), ratio_text(ratio.delivered, seeds), quantiles_text(spread), worst_text(spread),
+          ratio_text(ratio.one_step, seeds)};
+}
+
+/// Which part of the runs is judged, and by which definitions.
+std::string judged_html(const Comparison& comparison) {
+  std::string html;
+  for (const std::string& sentence : judged_sentences(comparison)) html += "<li>" + escape(sentence) + "</li>\n";
+  return "<ul>\n" + html + "</ul>\n";
 }
 
 /// On a wide screen a table of many metrics is scrolled in its frame.
@@ -51,17 +61,22 @@ std::string in_frame(const HtmlTable& table) {
 std::string study_graph_html(const Study& study, std::size_t first) {
   const Comparison& comparison = study.comparison;
   HtmlTable table = table_of_study(study, true);
+  std::string remarks;
   for (std::size_t row = first; row < first + study.configurations.size(); ++row) {
     const std::string seeds = comparison.rows[row].seeds_text();
-    std::vector<std::string> cells = study_cells(
-        study, comparison.rows[row].configuration + (seeds.empty() ? "" : " (" + seeds + ")"), study.ratios[row]);
+    std::vector<std::string> cells =
+        study_cells(study, comparison.rows[row].configuration + (seeds.empty() ? "" : " (" + seeds + ")"),
+                    study.ratios[row], study.spreads[row]);
     for (const std::vector<double>& by_seed : comparison.rows[row].values) {
       const std::vector<double> values = comparison.rows[row].done(by_seed);
       cells.push_back(fmt::format("{} ± {}", pretty(mean(values)), deviation(values)));
     }
     table.add(cells);
+    if (const std::string two = populations_text(study.spreads[row]); !two.empty()) {
+      remarks += "<p>" + escape(label(study.configuration(row)) + ": " + two) + "</p>\n";
+    }
   }
-  return "<h2>" + escape(comparison.rows[first].graph) + "</h2>\n" + in_frame(table);
+  return "<h2>" + escape(comparison.rows[first].graph) + "</h2>\n" + in_frame(table) + remarks;
 }
 
 /// Error over all graphs against run time, a mark a configuration; empty where there is nothing to show.
@@ -123,6 +138,15 @@ std::string compare_tables(const Comparison& comparison) {
         cells.push_back(compare_cell(comparison.rows[row].done(comparison.rows[row].values[c]), order.is_best(row)));
       }
       table.add(cells);
+      if (comparison.columns[c].metric != delivered_error || comparison.seeds.size() < 2) continue;
+      std::vector<std::string> quantiles{"5 to 95 % of seeds"}, worst{"worst (seed)"};
+      for (std::size_t row = begin; row < end; ++row) {
+        const auto spread = seed_spread(comparison.seeds, comparison.rows[row].values[c]);
+        quantiles.push_back(spread ? pretty(spread->low) + " to " + pretty(spread->high) : "-");
+        worst.push_back(spread ? fmt::format("{} ({})", pretty(spread->worst), spread->worst_seed) : "-");
+      }
+      table.add(quantiles);
+      table.add(worst);
     }
     html += table.html();
   }
@@ -201,7 +225,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   }
   body += "</ul>\n" + scene;
 
-  body += "<h2>Error and run time</h2>\n" + arrows_html() +
+  body += "<h2>Error and run time</h2>\n" + judged_html(comparison) + arrows_html() +
           "<p>★: the best of its row, and what ties with it: alike in three digits, or within the spread of the "
           "seeds</p>\n" +
           compare_tables(comparison) + timing_html(timing);
@@ -282,12 +306,12 @@ std::string study_report(const Study& study) {
       comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(),
       ratios.empty() ? "" : escape(ratios) + ", by the geometric mean, with their 95 % confidence interval over seeds",
       TACTOR_VERSION);
-  body += warnings_html(comparison) + arrows_html();
+  body += warnings_html(comparison) + judged_html(comparison) + arrows_html();
   if (study.spec.graphs.size() > 1) {
     HtmlTable table = table_of_study(study, false);
     for (std::size_t s = 0; s < configurations; ++s) {
-      table.add(
-          study_cells(study, comparison.rows[s].configuration + study.incomplete(s), study.ratios_over_graphs[s]));
+      table.add(study_cells(study, comparison.rows[s].configuration + study.incomplete(s), study.ratios_over_graphs[s],
+                            study.spreads_over_graphs[s]));
     }
     body += "<h2>All graphs</h2>\n" + in_frame(table);
   }

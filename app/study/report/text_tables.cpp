@@ -35,6 +35,29 @@ std::string judged_text(const Comparison& comparison) {
   return out;
 }
 
+namespace {
+
+/// How the values of a column lie over the seeds: quantiles, the worst seed, two populations where there are.
+void add_spread(TextTable& table, const Comparison& comparison, std::size_t column) {
+  if (comparison.seeds.size() < 2) return;
+  std::vector<std::string> quantiles{"  5 to 95 % of seeds"}, worst{"  worst (seed)"}, two{"  two populations"};
+  bool any = false;
+  for (const CompareRow& row : comparison.rows) {
+    const auto spread = seed_spread(comparison.seeds, row.values[column]);
+    quantiles.push_back(spread ? fmt::format("{} to {}", pretty(spread->low), pretty(spread->high)) : "-");
+    worst.push_back(spread ? fmt::format("{} ({})", pretty(spread->worst), spread->worst_seed) : "-");
+    const bool split = spread && spread->populations;
+    any = any || split;
+    two.push_back(split ? fmt::format("{} + {} seeds", spread->populations->low_count, spread->populations->high_count)
+                        : "");
+  }
+  table.add(std::move(quantiles));
+  table.add(std::move(worst));
+  if (any) table.add(std::move(two));
+}
+
+}  // namespace
+
 std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns) {
   std::string out = warning_lines(comparison);
   out += fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
@@ -57,9 +80,11 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
     std::vector<std::string> cells{head_of(comparison, comparison.columns[c])};
     for (const CompareRow& row : comparison.rows) cells.push_back(pretty(mean(row.done(row.values[c]))));
     table.add(std::move(cells));
+    if (comparison.columns[c].metric == delivered_error) add_spread(table, comparison, c);
   }
   out += table.text(columns);
   out += fmt::format("\n  {}\n", arrows_text);
+  for (const std::string& sentence : judged_sentences(comparison)) out += fmt::format("  {}\n", sentence);
   out += lines_of(timing, "  ");
   out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
   out += judged_text(comparison);
@@ -71,6 +96,14 @@ std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t se
   const std::string interval =
       std::isfinite(ratio->low) ? fmt::format("{:.3f}, {:.3f}", ratio->low, ratio->high) : std::string("-");
   return fmt::format("{:.3f} [{}]{}", ratio->ratio, interval, over_seeds(ratio->count, seeds));
+}
+
+std::string quantiles_text(const std::optional<SeedSpread>& spread) {
+  return spread ? fmt::format("{:.3f} to {:.3f}", spread->low, spread->high) : "-";
+}
+
+std::string worst_text(const std::optional<SeedSpread>& spread) {
+  return spread ? fmt::format("{:.3f} ({})", spread->worst, spread->worst_seed) : "-";
 }
 
 std::string ratios_text(const StudySpec& spec) {
@@ -88,11 +121,12 @@ std::string study_table(const Study& study, std::size_t columns) {
   const auto text_of = [&](const std::optional<GeometricMean>& ratio) {
     return ratio_text(ratio, comparison.seeds.size());
   };
-  const auto add = [&](TextTable& table, const std::string& name, const ErrorRatio& ratio, const auto& value) {
+  const auto add = [&](TextTable& table, const std::string& name, const ErrorRatio& ratio,
+                       const std::optional<SeedSpread>& spread, const auto& value) {
     const auto metric = [&](std::string_view f) { return pretty(value(f)); };
-    table.add({name, metric(delivered_error), text_of(ratio.delivered), metric("delivered.force.delay_ms"),
-               metric("delivered.force.rms_d2_N_per_ms2"), metric(one_step_error), text_of(ratio.one_step),
-               metric("method_us_per_result"), metric("method_us_per_tick")});
+    table.add({name, metric(delivered_error), text_of(ratio.delivered), quantiles_text(spread), worst_text(spread),
+               metric("delivered.force.delay_ms"), metric("delivered.force.rms_d2_N_per_ms2"), metric(one_step_error),
+               text_of(ratio.one_step), metric("method_us_per_result"), metric("method_us_per_tick")});
   };
   using enum TextTable::Align;
   const auto head = [&comparison](const char* text, std::string_view metric) {
@@ -101,6 +135,8 @@ std::string study_table(const Study& study, std::size_t columns) {
   const TextTable empty({{""},
                          head("RMS err", delivered_error),
                          {"ratio [95 %]", right},
+                         {"5 to 95 % of seeds", right},
+                         {"worst (seed)", right},
                          head("delay", "delivered.force.delay_ms"),
                          {"2nd diff", right},
                          head("1-step", one_step_error),
@@ -113,20 +149,25 @@ std::string study_table(const Study& study, std::size_t columns) {
   for (std::size_t first = 0; first < comparison.rows.size(); first += configurations) {
     TextTable table = empty;
     for (std::size_t row = first; row < first + configurations; ++row) {
-      add(table, name_of_row(row), study.ratios[row],
+      add(table, name_of_row(row), study.ratios[row], study.spreads[row],
           [&](std::string_view metric) { return comparison.rows[row].mean_of(metric, comparison.columns); });
     }
     out += fmt::format("\n{}\n{}", comparison.rows[first].graph, table.text(columns));
+    for (std::size_t row = first; row < first + configurations; ++row) {
+      const std::string two = populations_text(study.spreads[row]);
+      if (!two.empty()) out += fmt::format("  {}: {}\n", name_of_row(row), two);
+    }
   }
   if (study.spec.graphs.size() > 1) {
     TextTable table = empty;
     for (std::size_t s = 0; s < configurations; ++s) {
       add(table, label(study.configurations[s]) + study.incomplete(s), study.ratios_over_graphs[s],
-          [&](std::string_view metric) { return study.over_graphs(s, metric); });
+          study.spreads_over_graphs[s], [&](std::string_view metric) { return study.over_graphs(s, metric); });
     }
     out += fmt::format("\nall {} graphs\n{}", study.spec.graphs.size(), table.text(columns));
   }
-  out += lines_of(timing_note(study));
+  for (const std::string& sentence : judged_sentences(comparison)) out += "\n" + sentence;
+  out += "\n" + lines_of(timing_note(study));
   const std::string judged = judged_text(comparison);
   if (!judged.empty()) out += fmt::format("\nagainst {}\n{}", baseline_text(study.spec), judged);
   return wrapped(out, columns);

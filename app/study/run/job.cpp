@@ -21,12 +21,22 @@ void fields(auto& bytes, SameAs<Assignment> auto& assignment) {
 void fields(auto& bytes, SameAs<Patch> auto& patch) {
   bytes(patch.place, patch.change);
 }
+void fields(auto& bytes, SameAs<Time> auto& time) {
+  bytes(time.ns);
+}
+void fields(auto& bytes, SameAs<Warmth> auto& warmth) {
+  bytes(warmth.since, warmth.last, warmth.when);
+}
 void fields(auto& bytes, SameAs<Job> auto& job) {
   bytes(job.kind, job.graph, job.overrides, job.reference, job.seed, job.libraries, job.repeats, job.warm_up,
-        job.without_reference, job.all_curves, job.time_limit_s, job.cache_folder);
+        job.without_reference, job.reference_recording, job.judge_from, job.judge_whole, job.all_curves, job.time_limit_s,
+        job.cache_folder);
 }
 void fields(auto& bytes, SameAs<JobCost> auto& cost) {
   bytes(cost.cpu_s, cost.waited_for_core_s);
+}
+void fields(auto& bytes, SameAs<WarmUp> auto& warm_up) {
+  bytes(warm_up.warmth, warm_up.failure, warm_up.cost);
 }
 void fields(auto& bytes, SameAs<MetricInfo> auto& info) {
   bytes(info.name, info.unit, info.doc, info.better, info.summed, info.missing);
@@ -35,8 +45,8 @@ void fields(auto& bytes, SameAs<RunMetrics> auto& metrics) {
   bytes(metrics.reported, metrics.left_out);
 }
 void fields(auto& bytes, SameAs<CaseCheck> auto& check) {
-  bytes(check.result, check.message, check.title, check.content, check.reference, check.metrics, check.notes,
-        check.libraries, check.code_files);
+  bytes(check.result, check.message, check.title, check.content, check.reference, check.duration_s,
+        check.has_to_warm_up, check.metrics, check.notes, check.libraries, check.code_files);
 }
 void fields(auto& bytes, SameAs<NodeCost> auto& node) {
   bytes(node.node, node.type, node.role, node.steps, node.missed_ticks, node.median_us, node.p99_us, node.total_s);
@@ -70,6 +80,9 @@ std::string to_message(const JobCost& cost) {
 std::string to_message(const CaseCheck& check) {
   return to_bytes(check);
 }
+std::string to_message(const WarmUp& warm_up) {
+  return to_bytes(warm_up);
+}
 std::string to_message(const RunAnswer& answer) {
   return to_bytes(answer);
 }
@@ -81,6 +94,7 @@ T from_message(const std::string& text) {
 template Job from_message<Job>(const std::string&);
 template JobCost from_message<JobCost>(const std::string&);
 template CaseCheck from_message<CaseCheck>(const std::string&);
+template WarmUp from_message<WarmUp>(const std::string&);
 template RunAnswer from_message<RunAnswer>(const std::string&);
 
 }  // namespace tactor

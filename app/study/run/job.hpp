@@ -9,12 +9,14 @@
 
 #include "app/run/run_metrics.hpp"
 #include "app/study/table/run_table.hpp"
+#include "framework/engine/warmth.hpp"
 #include "framework/graph/patch.hpp"
 
 namespace tactor {
 
 enum class JobKind : std::uint8_t {
   plan,       ///< read and check the graph; answered by a CaseCheck
+  warm_up,    ///< run it until all nodes are warm; answered by a WarmUp
   reference,  ///< make the reference run, into the cache; answered by a JobCost
   run,        ///< run it, repeats and all; answered by a RunAnswer
 };
@@ -31,6 +33,9 @@ struct Job {
   std::int64_t repeats = 1;
   std::int64_t warm_up = 0;
   bool without_reference = false;
+  std::string reference_recording{};   ///< as RunCase::reference_recording
+  std::optional<Time> judge_from{};    ///< as RunOptions::judge_from
+  bool judge_whole = false;  ///< as RunOptions::judge_whole
   bool all_curves = false;             ///< else those of the table alone
   std::optional<double> time_limit_s;  ///< of real time, for each repeat
   std::filesystem::path cache_folder;
@@ -40,6 +45,13 @@ struct Job {
 struct JobCost {
   double cpu_s = 0;
   double waited_for_core_s = 0;  ///< in which the worker was ready to run and other programs had the cores
+};
+
+/// When a run is warm.
+struct WarmUp {
+  Warmth warmth;
+  std::string failure;  ///< why it ended before; empty: it did not
+  JobCost cost;
 };
 
 /// How the check of a case ended.
@@ -57,6 +69,8 @@ struct CaseCheck {
   std::string content;  ///< as RunName::content
   /// Names the reference run together with the seed of a run; empty where it needs none.
   std::string reference;
+  double duration_s = 0;                          ///< of its runs
+  bool has_to_warm_up = false;                    ///< a node may not be warm from the start
   RunMetrics metrics;                             ///< that its runs report, and the run times that tables show
   std::vector<std::string> notes;                 ///< for the user
   std::vector<std::string> libraries;             ///< node libraries that the worker has loaded by now
@@ -71,8 +85,9 @@ struct RunAnswer {
 std::string to_message(const Job& job);
 std::string to_message(const JobCost& cost);
 std::string to_message(const CaseCheck& check);
+std::string to_message(const WarmUp& warm_up);
 std::string to_message(const RunAnswer& answer);
-/// For Job, JobCost, CaseCheck and RunAnswer. Throws RunError where the text is none.
+/// For Job, JobCost, CaseCheck, WarmUp and RunAnswer. Throws RunError where the text is none.
 template <class T>
 T from_message(const std::string& text);
 

@@ -13,6 +13,7 @@
 #include "app/study/run/job.hpp"
 #include "app/study/run/study_worker.hpp"
 #include "app/study/run/worker_pool.hpp"
+#include "framework/core/disk_cache.hpp"
 
 namespace tactor {
 
@@ -32,6 +33,7 @@ class StudyRunner {
 
   CasesOutcome run() {
     check_cases();
+    find_intervals();
     TableIdentity identity = options_.identity;
     identity.program = program_hash(code_files_);
     make_folder(options_.table.parent_path());
@@ -51,6 +53,7 @@ class StudyRunner {
     outcome.crashes = pool_.lost();
     outcome.records = table.read();
     outcome.declared = table.declared();
+    outcome.judged = judged_;
     outcome.interrupted = outcome.records.size() < finished.size();
     if (!outcome.interrupted) tell(1, 1, "done");
     for (RunRecord& record : outcome.records) {
@@ -102,6 +105,9 @@ class StudyRunner {
     job.repeats = options_.repeats;
     job.warm_up = options_.warm_up;
     job.without_reference = options_.without_reference;
+    job.reference_recording = cases_[c].reference_recording;
+    job.judge_whole = !options_.judge_warm;
+    if (options_.judge_warm && kind == JobKind::run) job.judge_from = judged_[cases_[c].group].from;
     job.time_limit_s = options_.run_timeout_s;
     job.cache_folder = options_.cache_folder;
     return job;
@@ -154,10 +160,86 @@ class StudyRunner {
     std::vector<RunName> names;
     for (std::size_t c = 0; c < cases_.size(); ++c) {
       for (const std::uint64_t seed : options_.seeds) {
-        names.push_back({graph_name(c), cases_[c].configuration, seed, checks_[c].content});
+        names.push_back({graph_name(c), cases_[c].configuration, seed, content_of(c)});
       }
     }
     return names;
+  }
+
+  /// What its runs are, with the interval that they are judged on.
+  [[nodiscard]] std::string content_of(std::size_t c) const {
+    const Time from = judged_[cases_[c].group].from;
+    return from == Time{} ? checks_[c].content : content_key({checks_[c].content, std::to_string(from.ns)});
+  }
+
+  /// Finds from when on the nodes of all runs of a group are warm. Throws InputError where one never is, or where too
+  /// little is left.
+  void find_intervals() {
+    judged_.resize(1);
+    for (const RunCase& c : cases_) judged_.resize(std::max(judged_.size(), c.group + 1));
+    if (!options_.judge_warm) return;
+    std::vector<std::size_t> runs;
+    for (std::size_t run = 0; run < cases_.size() * seeds(); ++run) {
+      if (checks_[run / seeds()].has_to_warm_up && !obstacles_[run / seeds()]) runs.push_back(run);
+    }
+    JobBatch batch = batch_of(runs.size(), std::max(options_.reference_jobs, options_.jobs));
+    batch.time_limit_s = options_.run_timeout_s;
+    batch.job = [&](std::size_t i) {
+      tell(i, runs.size(), "when runs are warm");
+      return to_message(job_of(JobKind::warm_up, runs[i] / seeds(), seed_of(runs[i])));
+    };
+    batch.done = [&](std::size_t i, const std::string& text) {
+      const auto answer = from_message<WarmUp>(text);
+      cost_.reference_cpu_s += answer.cost.cpu_s;
+      cost_.waited_for_core_s += answer.cost.waited_for_core_s;
+      // A run that fails before it is warm fails again, and is a row that says so.
+      if (answer.failure.empty()) take_warmth(runs[i], answer.warmth);
+      return true;
+    };
+    batch.lost = [](std::size_t, const Ending&) {};
+    if (!pool_.run(batch)) throw RunError("interrupted before the first run; runs that had finished are kept");
+    if (!never_warm_.empty()) {
+      // Jobs end in any order, and what is told of them does not depend on it.
+      throw InputError(never_warm_.begin()->second + advice());
+    }
+    for (std::size_t c = 0; c < cases_.size(); ++c) refuse_too_short(c);
+  }
+
+  void take_warmth(std::size_t run, const Warmth& warmth) {
+    const double duration = checks_[run / seeds()].duration_s;
+    if (!warmth.since) {
+      never_warm_[run] = fmt::format("{}: node {} is not warm when the run ends, after {:.6g} s: {}", name_of(run),
+                                     warmth.last, duration, warmth.when);
+      return;
+    }
+    JudgedFrom& judged = judged_[cases_[run / seeds()].group];
+    const Time from = rounded_up(*warmth.since);
+    if (from <= judged.from && (from < judged.from || run > judged.run)) return;
+    judged = {from, run, fmt::format("{}: {}", name_of(run), warmth.last)};
+  }
+
+  /// To a tenth of a second, so that a table can name it.
+  static Time rounded_up(Time time) {
+    constexpr std::int64_t tenth = 100'000'000;
+    return Time{(time.ns + tenth - 1) / tenth * tenth};
+  }
+
+  static std::string advice() {
+    return "; what is compared is judged where all of it is warm: make the runs longer (duration) or what has to fill "
+           "shorter, or say `judge: whole` (--judge whole) to judge the cold start too";
+  }
+
+  /// A judged interval that is a small rest of the run would say little of it.
+  void refuse_too_short(std::size_t c) const {
+    constexpr double least_s = 1;
+    const JudgedFrom& judged = judged_[cases_[c].group];
+    const double duration = checks_[c].duration_s;
+    if (judged.from == Time{} || duration - judged.from.seconds() >= least_s || obstacles_[c]) return;
+    throw InputError(fmt::format(
+        "{}: expected {} s or more of the run after all that it is compared with is warm, "
+        "found {:.1f} s: the run lasts {:.6g} s, and {} is warm at {:.6g} s{}",
+        case_name(graph_name(c), cases_[c].configuration), least_s, std::max(0.0, duration - judged.from.seconds()),
+        duration, judged.last, judged.from.seconds(), advice()));
   }
 
   /// All that the table does not have.
@@ -266,7 +348,9 @@ class StudyRunner {
   std::set<fs::path> code_files_;
   /// Reference runs that runs need, and what keeps them from being made.
   std::map<std::pair<std::string, std::uint64_t>, std::optional<Obstacle>> references_;
-  std::size_t done_ = 0, all_ = 0;  // runs to be made
+  std::vector<JudgedFrom> judged_;                 // by group
+  std::map<std::size_t, std::string> never_warm_;  // by run: what is said of it
+  std::size_t done_ = 0, all_ = 0;                 // runs to be made
   CasesCost cost_;
 };
 

@@ -19,10 +19,13 @@ class Registry;
 
 struct CasesOptions {
   std::vector<std::uint64_t> seeds;
-  unsigned reference_jobs = 2;     ///< reference runs at once, and cases that are planned at once
-  unsigned jobs = 1;               ///< runs under test at once; metrics do not depend on it
-  std::int64_t repeats = 1;        ///< of every run; run times are their medians
-  std::int64_t warm_up = 0;        ///< runs before these that do not count
+  unsigned reference_jobs = 2;  ///< reference runs at once, and cases that are planned at once
+  unsigned jobs = 1;            ///< runs under test at once; metrics do not depend on it
+  std::int64_t repeats = 1;     ///< of every run; run times are their medians
+  std::int64_t warm_up = 0;     ///< runs before these that do not count
+  /// Judges the cases of a group on one interval, from when the nodes of all of them are warm on; false: each run from
+  /// its start.
+  bool judge_warm = false;
   bool without_reference = false;  ///< no reference runs: metrics that need one are left out
   /// Of real time, for every repeat of a run and every reference run: one that ends later has failed, and the worker
   /// of one that does not end is killed.
@@ -57,6 +60,7 @@ struct CasesOutcome {
   std::size_t found = 0;           ///< runs that the table had before the command
   std::size_t crashes = 0;         ///< workers that ended in the middle of a job
   bool interrupted = false;
+  std::vector<JudgedFrom> judged;  ///< by group
   CasesCost cost;
 };
 

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "app/run/cpu_time.hpp"
+#include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
 #include "app/run/timing.hpp"
+#include "app/run/warm_up.hpp"
 #include "app/statistics.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/engine/reference.hpp"
@@ -88,6 +90,11 @@ std::string case_of(const Job& job) {
   return to_message(bare);
 }
 
+/// The recording that judges the run of the job.
+std::filesystem::path recording_of(const Job& job, const Plan& plan) {
+  return tactor::recording_of(job.reference_recording, plan.graph.name, job.seed);
+}
+
 std::string content_of(const Plan& plan, const std::optional<Plan>& reference) {
   const std::string own = reference_key(plan, {});
   if (!reference) return content_key({to_yaml(plan.graph), own});
@@ -104,6 +111,8 @@ std::string StudyWorker::do_job(const std::string& message, const PoolLink& pool
   switch (job.kind) {
     case JobKind::plan:
       return to_message(check(job));
+    case JobKind::warm_up:
+      return to_message(warm_up(job, pool));
     case JobKind::reference:
       make_reference(job, pool, cost);
       return to_message(cost);
@@ -152,7 +161,13 @@ CaseCheck StudyWorker::check(const Job& job) {
     }
     found.title = plan.graph.title;
     found.content = content_of(plan, reference);
-    if (!job.without_reference) found.reference = reference_id(reference ? *reference : plan);
+    found.duration_s = plan.graph.duration.seconds();
+    found.has_to_warm_up = has_to_warm_up(plan);
+    if (!job.reference_recording.empty()) {
+      static_cast<void>(recorded_reference(recording_of(job, plan), plan));
+    } else if (!job.without_reference) {
+      found.reference = reference_id(reference ? *reference : plan);
+    }
     found.metrics = run_metrics(plan, !job.without_reference);
     found.metrics.add(run_times(plan));
     planned_.emplace(case_of(job), Plans{plan, std::move(reference)});
@@ -167,6 +182,20 @@ CaseCheck StudyWorker::check(const Job& job) {
   found.libraries = registry_.loaded_libraries();
   found.code_files = code_files();
   return found;
+}
+
+WarmUp StudyWorker::warm_up(const Job& job, const PoolLink& pool) {
+  WarmUp answer;
+  const CostMeter meter(answer.cost);
+  try {
+    const Plans plans = plans_of(job);
+    pool.begin_clock();
+    answer.warmth = cached_warmth(plans.own, {job.cache_folder, [&](double) { return pool.go_on(); },
+                                              [&](const std::string& note) { pool.note(note); }});
+  } catch (const std::exception& error) {
+    answer.failure = error.what();
+  }
+  return answer;
 }
 
 void StudyWorker::make_reference(const Job& job, const PoolLink& pool, JobCost& cost) {
@@ -206,6 +235,9 @@ std::optional<RunRecord> StudyWorker::run_repeats(const Job& job, const PoolLink
     options.progress = [&](double, const char*) { return pool.go_on(); };
     if (plans.reference) options.reference = &*plans.reference;
     options.without_reference = job.without_reference;
+    if (!job.reference_recording.empty()) options.reference_recording = recording_of(job, plans.own);
+    options.judge_from = job.judge_from;
+    options.judge_whole = job.judge_whole;
     std::vector<RunResult> results;
     for (std::int64_t r = -job.warm_up; r < job.repeats; ++r) {
       pool.begin_clock();

@@ -28,6 +28,7 @@ class StudyWorker {
   };
 
   CaseCheck check(const Job& job);
+  WarmUp warm_up(const Job& job, const PoolLink& pool);
   void make_reference(const Job& job, const PoolLink& pool, JobCost& cost);
   RunAnswer run(const Job& job, const PoolLink& pool);
   std::optional<RunRecord> run_repeats(const Job& job, const PoolLink& pool);

@@ -30,7 +30,7 @@ constexpr std::int64_t most_values = 10'000;  // of one axis, and of a hypercube
 const std::vector<std::string>& study_keys() {
   static const std::vector<std::string> keys{"title",  "graphs",     "methods",  "set",       "vary",        "design",
                                              "seeds",  "first_seed", "duration", "reference", "run_timeout", "metrics",
-                                             "report", "timing",     "short",    "baseline"};
+                                             "report", "timing",     "short",    "baseline",  "judge"};
   return keys;
 }
 
@@ -114,6 +114,11 @@ class StudyReader {
     if (const Tree* t = tree.value("report")) read_report(*t, study);
     if (study.report == StudyReport::work_precision) study.repeats = 3, study.warm_up = 1;
     if (const Tree* t = tree.value("timing")) read_timing(*t, study);
+    if (study.report == StudyReport::stability) study.judge = JudgedPart::whole;
+    if (const Tree* t = tree.value("judge")) {
+      const std::string part = read_choice(*t, "judge", {"warm", "whole"}, diagnostics_).value_or("warm");
+      study.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm;
+    }
     check_together(tree, study);
   }
 
@@ -371,8 +376,18 @@ class StudyReader {
       study.without_reference = read_choice(tree, "reference", {"own", "none"}, diagnostics_).value_or("own") == "none";
       return;
     }
-    if (!expect_map(tree, "reference", "own, none or a map {over, set}", diagnostics_)) return;
-    check_keys(tree, "reference", "key of a reference", {"over", "set"}, diagnostics_);
+    if (!expect_map(tree, "reference", "own, none, a map {over, set} or {recording}", diagnostics_)) return;
+    check_keys(tree, "reference", "key of a reference", {"over", "set", "recording"}, diagnostics_);
+    if (const Tree* t = tree.value("recording")) {
+      if (tree.entries.size() > 1) {
+        diagnostics_.error(t->place,
+                           "reference.recording: expected no other key beside it: a recording is the truth "
+                           "as it is, and nothing is run for it");
+      }
+      const std::string recording = read_text(*t, "reference.recording", diagnostics_).value_or("");
+      if (!recording.empty()) study.reference_recording = (study.file.parent_path() / recording).lexically_normal();
+      return;
+    }
     if (const Tree* t = tree.value("over")) {
       for (Overlay& overlay : read_overlays(*t, "reference.over")) study.reference.push_back(std::move(overlay.patch));
     }

@@ -62,6 +62,12 @@ enum class StudyReport : std::uint8_t { table, work_precision, stability };
 /// Which run time a work-precision diagram shows: of the whole run, of the methods alone, or one diagram of each.
 enum class StudyTime : std::uint8_t { both, run, tick };
 
+/// Which part of its runs a study judges.
+enum class JudgedPart : std::uint8_t {
+  warm,   ///< one interval of each graph, in which the nodes of all its configurations are warm
+  whole,  ///< each run from its start
+};
+
 /// A checked study file. Paths of files are absolute.
 struct StudySpec {
   std::string name;   ///< the file's stem
@@ -86,6 +92,10 @@ struct StudySpec {
   std::optional<double> run_timeout_s;  ///< of real time, for every run and reference run; absent: none
   /// Laid over each graph to make its reference run; empty: the graph's under test own reference run.
   Overrides reference;
+  /// Of recordings that judge the runs instead of reference runs, an absolute path that may have `{graph}` and `{seed}`
+  /// in it (see recording_of); empty: reference runs do.
+  std::string reference_recording;
+  JudgedPart judge = JudgedPart::warm;        ///< `whole` by default where the report is a map of stability
   bool without_reference = false;             ///< no reference run is made, and no metric that needs one
   std::vector<std::string> metrics;           ///< metrics that tables show; none: the usual ones
   std::vector<SourceLocation> metric_places;  ///< of each

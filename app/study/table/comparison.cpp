@@ -32,6 +32,9 @@ const std::vector<Column>& error_columns() {
       {"delivered.torque.rms_error_Nm", "torque RMS error"},
       {"one_step.force.rms_error_N", "one-step RMS"},
       {"one_step.force.rms_error_hold_N", "one-step RMS of hold"},
+      {"judged.from_s", "judged from"},
+      {"warm_from_s", "warm from"},
+      {"cold_start.delivered.force.rms_error_N", "RMS error of the cold start"},
       {"reference.force.rms_N", "reference RMS"},
       {"physics.force.rms_error_N", "physics RMS error"},
       {"physics.rate_hz_median", "physics"},
@@ -206,6 +209,7 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
     row.graph = graph_name(c.graph);
     row.configuration = c.configuration;
     row.against = c.against;
+    row.judged = c.judged;
     row.runs.resize(seeds.size());
     row.status.assign(seeds.size(), RunStatus::failed);
     row.message.assign(seeds.size(), "it has not run");
@@ -305,6 +309,41 @@ TimingNote timing_note(const Comparison& comparison, Repeats repeats) {
                      "measure anew on an idle machine, a study with --jobs 1");
 }
 
+std::optional<SeedSpread> seed_spread(const std::vector<std::uint64_t>& seeds, std::span<const double> by_seed,
+                                      bool higher_is_better) {
+  std::vector<double> values;
+  std::optional<std::size_t> worst;
+  for (std::size_t s = 0; s < std::min(seeds.size(), by_seed.size()); ++s) {
+    if (!std::isfinite(by_seed[s])) continue;
+    values.push_back(by_seed[s]);
+    if (!worst || (higher_is_better ? by_seed[s] < by_seed[*worst] : by_seed[s] > by_seed[*worst])) worst = s;
+  }
+  if (!worst) return std::nullopt;
+  return SeedSpread{quantile(values, 0.05), median(values), quantile(values, 0.95),
+                    by_seed[*worst],        seeds[*worst],  two_populations(values)};
+}
+
+std::string populations_text(const std::optional<SeedSpread>& spread) {
+  if (!spread || !spread->populations) return {};
+  const TwoPopulations& two = *spread->populations;
+  return fmt::format("two populations: {} seeds at {} to {}, {} at {} to {}", two.low_count, pretty(two.low_min),
+                     pretty(two.low_max), two.high_count, pretty(two.high_min), pretty(two.high_max));
+}
+
+std::vector<std::string> judged_sentences(const Comparison& comparison) {
+  std::vector<std::string> sentences;
+  std::string graph;
+  for (const CompareRow& row : comparison.rows) {
+    // The rows of a group are judged alike; those of a study are the configurations of a graph.
+    if (row.judged.last.empty() || row.judged.last == graph) continue;
+    graph = row.judged.last;
+    sentences.push_back(fmt::format("{}: judged from {} s on, when all that is compared is warm (last: {})", row.graph,
+                                    pretty(row.judged.from.seconds()), row.judged.last));
+  }
+  sentences.push_back(fmt::format("metrics by version {} of their definitions", metric_definitions));
+  return sentences;
+}
+
 std::string word_of(RunStatus status) {
   return status == RunStatus::done ? "done" : status == RunStatus::failed ? "failed" : "refused";
 }
@@ -318,6 +357,19 @@ std::string failures_text(const Comparison& comparison) {
     }
   }
   return out;
+}
+
+Json to_json(const SeedSpread& spread) {
+  Json json{{"q05", spread.low},
+            {"q50", spread.middle},
+            {"q95", spread.high},
+            {"worst", spread.worst},
+            {"worst_seed", spread.worst_seed}};
+  if (const auto& two = spread.populations) {
+    json["populations"] = Json::array({{{"seeds", two->low_count}, {"from", two->low_min}, {"to", two->low_max}},
+                                       {{"seeds", two->high_count}, {"from", two->high_min}, {"to", two->high_max}}});
+  }
+  return json;
 }
 
 Json to_json(const Comparison& comparison, const CompareRow& row) {
@@ -354,12 +406,18 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     const double centre = mean(values);
     metric = {{"mean", number_json(centre)},
               {"sd", std::isfinite(centre) && values.size() > 1 ? Json(standard_deviation(values)) : Json()}};
-    if (const MetricInfo* info = comparison.info(comparison.columns[c].metric)) {
+    const MetricInfo* info = comparison.info(comparison.columns[c].metric);
+    const bool higher_is_better = info != nullptr && info->better == Better::higher;
+    if (const auto spread = seed_spread(comparison.seeds, row.values[c], higher_is_better)) {
+      metric["spread"] = to_json(*spread);
+    }
+    if (info != nullptr) {
       metric["unit"] = info->unit;
       metric["better"] = name_of(info->better);
     }
     metric["by_seed"] = by_seed(row.values[c]);
   }
+  json["judged"] = {{"from_s", row.judged.from.seconds()}, {"last_warm", row.judged.last}};
   json["spread_of_repeats"] = by_seed(row.spread);
   json["control_us"] = by_seed(row.control_us);
   json["against"]["row"] = comparison.rows[row.against].name();
@@ -375,6 +433,7 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
 Json to_json(const Comparison& comparison) {
   Json json;
   json["tactor"] = TACTOR_VERSION;
+  json["metric_definitions"] = metric_definitions;
   json["seeds"] = comparison.seeds;
   json["warnings"] = comparison_warnings(comparison);
   json["graphs"] = Json::array();

@@ -37,6 +37,7 @@ struct CompareRow {
   std::vector<double> control_us;           ///< one a seed, see RunRecord
   /// How it differs from what the rows are compared on, such as in its scene; empty: in nothing.
   std::string unlike;
+  JudgedFrom judged;  ///< the interval that its metrics are of
   /// Against the row `against`; absent for that row itself, and where no run of both touches anything.
   std::optional<Anova> one_step_anova;        ///< over the single one-step errors of all seeds, as in the paper
   std::optional<PairedDifference> one_step;   ///< of the one-step RMS error over seeds, in N
@@ -74,6 +75,23 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
                            std::vector<RunRecord> records, const std::vector<std::string>& metrics = {},
                            MetricMap declared = {});
 
+/// How the values of one row over the seeds lie, beside their mean.
+struct SeedSpread {
+  double low = 0, middle = 0, high = 0;  ///< the quantiles 0.05, 0.5 and 0.95
+  double worst = 0;                      ///< the value of the worst seed
+  std::uint64_t worst_seed = 0;
+  std::optional<TwoPopulations> populations;
+};
+/// Of values by seed, those that are finite; absent for none. The worst is the smallest where `higher_is_better`.
+std::optional<SeedSpread> seed_spread(const std::vector<std::uint64_t>& seeds, std::span<const double> by_seed,
+                                      bool higher_is_better = false);
+/// `two populations: 8 seeds at 0.24 to 0.34, 2 at 0.69 to 0.7`; empty where there are none.
+std::string populations_text(const std::optional<SeedSpread>& spread);
+/// What tables say of the part of the runs that they judge, a sentence for each group of rows that is not judged from
+/// its start: `duck: judged from 3.7 s on, when all is warm (last: duck refit, seed 1003: refit)`; and the version of
+/// the metrics' definitions.
+std::vector<std::string> judged_sentences(const Comparison& comparison);
+
 /// `text` with the unit of the metric behind it.
 std::string with_unit(const Comparison& comparison, const std::string& text, std::string_view metric);
 /// The column's label, and an arrow down where lower is better, up where higher is.
@@ -84,6 +102,7 @@ inline constexpr const char* arrows_text = "↓: lower is better; ↑: higher is
 /// Of all runs that are done. `warning` names the rows with a run whose repeats spread too far, the worst first.
 TimingNote timing_note(const Comparison& comparison, Repeats repeats);
 
+nlohmann::ordered_json to_json(const SeedSpread& spread);
 nlohmann::ordered_json to_json(const Comparison& comparison);
 /// One row of it: how each run ended, mean and deviation (null for fewer than two) over the runs that are done and the
 /// values by seed of every metric, and what it is against another.

@@ -46,14 +46,32 @@ std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std:
   return row_logs(comparison, row, metric, judged_seeds(comparison, row));
 }
 
-/// The mean over the graphs for each seed that all of them have; none where a graph has none.
-std::vector<double> logs_over_graphs(const Study& study, std::size_t configuration, std::string_view metric) {
-  const std::size_t configurations = study.configurations.size();
+/// The seeds that a configuration, and what it is compared with, have in all graphs.
+std::vector<bool> judged_seeds_of_all(const Study& study, std::size_t configuration) {
   std::vector<bool> seeds(study.comparison.seeds.size(), true);
-  for (std::size_t row = configuration; row < study.comparison.rows.size(); row += configurations) {
+  for (std::size_t row = configuration; row < study.comparison.rows.size(); row += study.configurations.size()) {
     const std::vector<bool> mine = judged_seeds(study.comparison, row);
     for (std::size_t s = 0; s < seeds.size(); ++s) seeds[s] = seeds[s] && mine[s];
   }
+  return seeds;
+}
+
+/// How the ratios exp(logs) of those seeds lie; nothing where there are none.
+std::optional<SeedSpread> spread_of_ratios(const Comparison& comparison, const std::vector<bool>& of,
+                                           const std::vector<double>& logs) {
+  std::vector<std::uint64_t> seeds;
+  for (std::size_t s = 0; s < of.size(); ++s) {
+    if (of[s]) seeds.push_back(comparison.seeds[s]);
+  }
+  std::vector<double> ratios;
+  for (const double log : logs) ratios.push_back(std::exp(log));
+  return seed_spread(seeds, ratios);
+}
+
+/// The mean over the graphs for each seed that all of them have; none where a graph has none.
+std::vector<double> logs_over_graphs(const Study& study, std::size_t configuration, std::string_view metric) {
+  const std::size_t configurations = study.configurations.size();
+  const std::vector<bool> seeds = judged_seeds_of_all(study, configuration);
   std::vector<double> sum(static_cast<std::size_t>(std::count(seeds.begin(), seeds.end(), true)), 0.0);
   for (std::size_t row = configuration; row < study.comparison.rows.size(); row += configurations) {
     const std::vector<double> logs = row_logs(study.comparison, row, metric, seeds);
@@ -102,12 +120,18 @@ std::string Study::incomplete(std::size_t configuration) const {
 }
 
 Study make_study(const StudySpec& spec, Comparison comparison) {
-  Study study{spec, study_configurations(spec), std::move(comparison), {}, {}};
+  Study study{spec, study_configurations(spec), std::move(comparison), {}, {}, {}, {}};
   for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
     study.ratios.push_back({geometric_mean(row_logs(study.comparison, row, delivered_error)),
                             geometric_mean(row_logs(study.comparison, row, one_step_error))});
   }
+  for (std::size_t row = 0; row < study.comparison.rows.size(); ++row) {
+    study.spreads.push_back(spread_of_ratios(study.comparison, judged_seeds(study.comparison, row),
+                                             row_logs(study.comparison, row, delivered_error)));
+  }
   for (std::size_t s = 0; s < study.configurations.size(); ++s) {
+    study.spreads_over_graphs.push_back(
+        spread_of_ratios(study.comparison, judged_seeds_of_all(study, s), logs_over_graphs(study, s, delivered_error)));
     study.ratios_over_graphs.push_back({geometric_mean(logs_over_graphs(study, s, delivered_error)),
                                         geometric_mean(logs_over_graphs(study, s, one_step_error))});
   }
@@ -121,17 +145,20 @@ TimingNote timing_note(const Study& study) {
 Json to_json(const Study& study) {
   Json json;
   json["tactor"] = TACTOR_VERSION;
+  json["metric_definitions"] = metric_definitions;
   json["study"] = study.spec.name;
   json["title"] = study.spec.title;
   json["seeds"] = study.comparison.seeds;
   json["baseline"] = Json::object();
   for (const AxisValue& at : study.spec.baseline) json["baseline"][at.axis] = at.value;
+  if (!study.spec.reference_recording.empty()) json["reference_recording"] = study.spec.reference_recording;
   json["warnings"] = comparison_warnings(study.comparison);
   json["timing"] = to_json(timing_note(study));
   json["configurations"] = Json::array();
   for (std::size_t s = 0; s < study.configurations.size(); ++s) {
     Json one = to_json(study.configurations[s]);
     one["over_graphs"] = to_json(study.ratios_over_graphs[s], study.comparison.seeds.size());
+    if (const auto& spread = study.spreads_over_graphs[s]) one["over_graphs"]["spread"] = to_json(*spread);
     json["configurations"].push_back(std::move(one));
   }
   json["rows"] = Json::array();
@@ -139,6 +166,7 @@ Json to_json(const Study& study) {
     Json one = to_json(study.configuration(row));
     one.update(to_json(study.comparison, study.comparison.rows[row]));
     one["against"]["ratio"] = to_json(study.ratios[row], study.comparison.seeds.size());
+    if (const auto& spread = study.spreads[row]) one["against"]["ratio"]["spread"] = to_json(*spread);
     json["rows"].push_back(std::move(one));
   }
   return json;

@@ -33,6 +33,9 @@ struct Study {
   Comparison comparison;
   std::vector<ErrorRatio> ratios;              ///< one a row
   std::vector<ErrorRatio> ratios_over_graphs;  ///< one a configuration
+  /// How the ratios of the delivered error lie over the seeds, one a row; absent where there is no ratio.
+  std::vector<std::optional<SeedSpread>> spreads;
+  std::vector<std::optional<SeedSpread>> spreads_over_graphs;  ///< likewise, one a configuration
 
   /// The mean over the graphs of a metric's mean over the seeds that are done.
   [[nodiscard]] double over_graphs(std::size_t configuration, std::string_view metric) const;
