@@ -34,6 +34,8 @@ DEPTHS = (2e-3, 5e-3)  # m, of the hand's target inside the wall; 5 mm is the gr
 SPEED = 2e-3  # m/s; a handle at rest is slower
 REFERENCE = "floor_exact"  # physics at 1 kHz, an encoder without steps
 STIFF = [f"coupling.{name}=4 N/mm" for name in ("k_0", "k_device")] + ["coupling.a=0"]
+DEVICES = {name: GRAPHS / f"devices/{name}.yaml" for name in ("ideal", "phantom_premium_1_5", "touch", "omega_3")}
+TEN_SECONDS = "duration=10 s"
 SCENES = {"duck": ("duck", []), "duck, coupling of 4 N/mm": ("duck", STIFF), "wall": ("wall", []),
           "wall, coupling of 4 N/mm": ("wall", STIFF)}  # with a tremor in the hand's target
 
@@ -70,12 +72,14 @@ def settings(stiffness, rate, grip, depth):
             *([] if rate is None else [f"collision.cost={{constant: {1000 / rate:.6g} ms}}"])]
 
 
-def run(graph, method, settings_of_run):
-    """The handle's speeds (m/s, one a tick), and the run's summary. No reference run is made."""
+def run(graph, method, settings_of_run, device=None):
+    """The handle's speeds (m/s, one a tick), and the run's summary. No reference run is made. `device`: an overlay; none: the graph's."""
     import h5py  # the tables of scripts/results are tested without it
 
     with tempfile.TemporaryDirectory() as out:
         command = [TACTOR, "run", graph_file(graph), "--over", GRAPHS / f"methods/{method}.yaml", "--overwrite", "--out", out]
+        if device:
+            command += ["--over", device]
         for setting in ("record=[device.truth]", "metrics=~", *settings_of_run):
             command += ["--set", setting]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -90,13 +94,13 @@ def generated(summary):
     return 1e3 * summary["device"]["energy_generated_J"]
 
 
-def cell(method, rate, grip, more=()):
+def cell(method, rate, grip, more=(), device=None):
     """The limit in N/m, and the most energy in mJ that the device's port generated there."""
     energies = {}
 
     def quiet(stiffness):
         for depth in DEPTHS:
-            speeds, summary = run("wall_closed_loop", method, [*settings(stiffness, rate, grip, depth), *more])
+            speeds, summary = run("wall_closed_loop", method, [*settings(stiffness, rate, grip, depth), *more], device)
             energies.setdefault(stiffness, []).append(generated(summary))
             if not is_quiet(speeds, summary["device"]["faults"]):
                 return False
@@ -106,20 +110,20 @@ def cell(method, rate, grip, more=()):
     return limit, max(energies[limit]) if limit else None
 
 
-def limits(jobs, methods=METHODS, more=()):
+def limits(jobs, methods=METHODS, more=(), device=None):
     """{(method, rate, grip): (limit, energy)}."""
     keys = [(m, r, g) for m in methods for r in ((None,) if m.startswith("floor") else RATES) for g in GRIPS]
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        return dict(zip(keys, pool.map(lambda key: cell(*key, more), keys)))
+        return dict(zip(keys, pool.map(lambda key: cell(*key, more, device), keys)))
 
 
-def energies(jobs, methods=(*METHODS, REFERENCE), more=()):
+def energies(jobs, methods=(*METHODS, REFERENCE), more=(), device=None):
     """{(method, scene): mJ generated at the device's port} in closed loop over SCENES."""
     keys = [(m, s) for m in methods for s in SCENES]
 
     def one(key):
         graph, values = SCENES[key[1]]
-        return generated(run(graph, key[0], ["device.loop=closed", *values, *more])[1])
+        return generated(run(graph, key[0], ["device.loop=closed", TEN_SECONDS, *values, *more], device)[1])
 
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         return dict(zip(keys, pool.map(one, keys)))
@@ -150,8 +154,10 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--method", action="append", help="one of graphs/methods; may be repeated")
+    parser.add_argument("--device", choices=DEVICES, help="one of graphs/devices; none: the graph's own")
     parser.add_argument("--set", action="append", default=[], help="as of tactor run, for every run")
     arguments = parser.parse_args()
     methods = tuple(arguments.method or METHODS)
-    print(limit_table(limits(arguments.jobs, methods, arguments.set)))
-    print(energy_table(energies(arguments.jobs, (*methods, REFERENCE), arguments.set)), end="")
+    of = DEVICES.get(arguments.device)
+    print(limit_table(limits(arguments.jobs, methods, arguments.set, of)))
+    print(energy_table(energies(arguments.jobs, (*methods, REFERENCE), arguments.set, of)), end="")

@@ -147,7 +147,7 @@ class Outputs(CommandTest):
     def test_compare_puts_error_and_run_time_side_by_side(self):
         out = self.folder / "cmp"
         compared = self.run_ok("compare", *(GRAPHS / f"duck/{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "2",
-                               "--duration", "1.5", "--out", out)
+                               "--duration", "5", "--out", out)
         result = json.loads((out / "compare.json").read_text())
         # How far the run times can be trusted is told everywhere.
         self.assertGreater(result["timing"]["control_us"], 0)
@@ -182,6 +182,7 @@ graphs: [{GRAPHS / "recorded/scene.yaml"}]
 methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/burg.yaml"}]
 vary: {{coupling.cost.constant: [0.01, 0.001]}}
 seeds: 3
+judge: whole
 """)
         folder = self.folder / out
         self.run_ok("study", self.folder / "small_study.yaml", "--duration", "1.5", "--out", folder, *options)

@@ -33,7 +33,7 @@ class Pages(CommandTest):
             graphs.append(cls.made / f"a_method_with_a_rather_long_name_{i}.yaml")
             graphs[-1].write_text(f"extends: {base}\n")
         study = cls.made / "study.yaml"
-        study.write_text(f"graphs: [{base}]\nmethods: [{GRAPHS}/methods/hold.yaml, {GRAPHS}/methods/burg.yaml]\nseeds: 2\nduration: 0.6 s\n")
+        study.write_text(f"graphs: [{base}]\nmethods: [{GRAPHS}/methods/hold.yaml, {GRAPHS}/methods/burg.yaml]\nseeds: 2\nduration: 0.6 s\njudge: whole\n")
         cls.pages = {}
         for name, arguments in (("compare", (*graphs, "--seeds", "2", "--duration", "0.6 s")), ("run", (base, "--duration", "0.6 s")),
                                 ("study", (study,))):

@@ -126,7 +126,7 @@ class Touching(CommandTest):
         return result, json.loads((self.folder / "out" / "compare.json").read_text()), (self.folder / "out" / "report.html").read_text()
 
     def test_a_comparison_in_which_nothing_touches_tests_nothing_and_begins_with_that(self):
-        result, found, page = self.compare(WALL, GRAPHS / "wall/refit.yaml", "--duration", "0.4")
+        result, found, page = self.compare(WALL, GRAPHS / "wall/refit.yaml", "--duration", "0.4", "--judge", "whole")
         says = "nothing touches in any run: every force is that of a tool in free space, and no difference is tested"
         self.assertTrue(plain(result.stdout).startswith("WARNING: " + says), result.stdout)
         self.assertIn("wall_refit: not tested, nothing touches", plain(result.stdout))
@@ -149,7 +149,7 @@ class Touching(CommandTest):
 
     def test_a_study_in_which_nothing_touches_begins_with_that(self):
         study = self.write("study.yaml", f"graphs: [{WALL}]\nmethods: [{GRAPHS}/methods/hold.yaml, {GRAPHS}/methods/burg.yaml]\n"
-                           "seeds: 2\nduration: 0.4 s\n")
+                           "seeds: 2\nduration: 0.4 s\njudge: whole\n")
         result = self.run_ok("study", study, "--out", self.folder / "out")
         self.assertTrue(plain(result.stdout).startswith("WARNING: nothing touches in any run"), result.stdout)
         found = json.loads((self.folder / "out" / "study.json").read_text())

@@ -41,15 +41,15 @@ class Table(StudyTest):
     @needs_meshes
     def test_any_number_of_jobs_gives_the_same_bytes_of_a_mesh_and_its_reference(self):
         # Two methods share the reference run of a seed; the cache begins empty, so that each number of jobs makes its own.
-        text = (f"graphs: [{GRAPHS / 'duck/scene.yaml'}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/burg.yaml'}]\n"
-                "seeds: 2\nduration: 1.2 s\n")
+        text = (f"graphs: [{GRAPHS / 'duck/scene.yaml'}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {GRAPHS / 'methods/blend.yaml'}]\n"
+                "seeds: 2\nduration: 1.2 s\njudge: whole\n")
         for jobs in ("1", "2"):
             self.environment["TACTOR_CACHE"] = str(self.folder / f"cache{jobs}")
             self.study(text, jobs, "--jobs", jobs)
         self.assertEqual(self.bytes_of("1"), self.bytes_of("2"))
         lines = self.lines("1")
         self.assertEqual([(line["method"], line["seed"]) for line in lines],
-                         [(method, seed) for method in ("hold", "burg") for seed in ("1001", "1002")])
+                         [(method, seed) for method in ("hold", "blend") for seed in ("1001", "1002")])
         for line in lines:  # in contact, judged by a reference run, and not all alike
             self.assertGreater(float(line["contacts.max"]), 0)
             self.assertGreater(float(line["delivered.force.rms_error_N"]), 0)
@@ -253,7 +253,7 @@ class Failures(StudyTest):
 
     def test_a_metric_of_some_configurations_alone_is_shown(self):
         refit = GRAPHS / "methods/refit.yaml"
-        text = f"graphs: [{RECORDED}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {refit}]\nseeds: 1\nduration: 0.6 s\nmetrics: [refit.unstable, delivered.force.rms_error_N]\n"
+        text = f"graphs: [{RECORDED}]\nmethods: [{GRAPHS / 'methods/hold.yaml'}, {refit}]\nseeds: 1\nduration: 0.6 s\njudge: whole\nmetrics: [refit.unstable, delivered.force.rms_error_N]\n"
         self.study(text, "out")
         hold, other = self.lines("out")
         self.assertEqual(hold["refit.unstable"], "")
