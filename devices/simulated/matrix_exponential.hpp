@@ -16,6 +16,7 @@ SquareMatrix<N> product(const SquareMatrix<N>& a, const SquareMatrix<N>& b) {
   SquareMatrix<N> c{};
   for (std::size_t i = 0; i < N; ++i) {
     for (std::size_t k = 0; k < N; ++k) {
+      if (a[i][k] == 0) continue;  // as in the rows of held forces
       for (std::size_t j = 0; j < N; ++j) c[i][j] += a[i][k] * b[k][j];
     }
   }
