@@ -24,6 +24,8 @@ class Friction {
   [[nodiscard]] double level(double speed) const noexcept;
   /// F_s: what a body at rest holds.
   [[nodiscard]] double holds() const noexcept { return falls_ ? parameters_.breakaway : parameters_.coulomb; }
+  /// True where a body at rest is held more firmly than one that slides.
+  [[nodiscard]] bool has_breakaway() const noexcept { return falls_; }
   /// The velocity `v` after `h` s of friction alone on `inertia`; it comes to rest and never turns round. Exact where
   /// F is constant; else by the midpoint rule, with an error of order h^3.
   [[nodiscard]] Vec3 slowed(const Vec3& v, double h, double inertia) const noexcept;

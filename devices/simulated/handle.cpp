@@ -65,8 +65,10 @@ Handle::Propagator Handle::make_propagator(const HandleParameters& coupling, dou
 Vec3 Handle::move(const HandleParameters& coupling, const Friction& friction, const Cogging* cogging,
                   const Propagator& by, double h, const Vec3& f, const Vec3& x, Vec3& v) {
   const Vec3 ripple = cogging != nullptr ? cogging->force(x) : Vec3{};
-  if (v == Vec3{} && norm(f + ripple) <= friction.holds()) return {};
+  const bool holds = norm(f + ripple) <= friction.holds();
+  if (v == Vec3{} && holds) return {};
   v = friction.slowed(v, 0.5 * h, coupling.inertia);
+  if (v == Vec3{} && holds && (friction.has_breakaway() || cogging != nullptr)) return {};
   if (cogging != nullptr) v += (0.5 * h / coupling.inertia) * ripple;
   const Vec3 way = by.x_v * v + by.x_f * f;
   v = by.v_v * v + by.v_f * f;

@@ -41,7 +41,9 @@ struct DeviceParts {
 /// motors' mean force over the step (exact where they have no pole, else error of order h^2); friction and cogging as
 /// impulses of h/2 before and after it (Strang splitting, error of order h^2), of which that of friction at most brings
 /// the body to rest; a body at rest stays for a step where the force on it is at most its friction, so that it breaks
-/// away up to h late. Stable for any constants.
+/// away up to h late. One body with Coulomb friction alone counts as at rest only when a step ends so: one that stops
+/// under a force f between half its friction and all of it creeps on by f h / (2 M), 4 um/s at most with the defaults.
+/// With breakaway friction, cogging or a transmission it stays. Stable for any constants.
 class Handle {
  public:
   /// `sub_step` is the longest h in s; fast cogging and the contacts of a gap take shorter ones.

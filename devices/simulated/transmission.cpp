@@ -140,9 +140,10 @@ void Transmission::advance(double h, const Vec3& motor_F_W, const Vec3& hand_F_W
   prepare(h);
   const double m_1 = parameters_.link.motor_mass;
   const Vec3 ripple = cogging_.force(motor.p);
-  const bool held = friction_.holds() > 0 && motor.v == Vec3{} &&
-                    norm(motor_F_W + ripple + link_force(motor, handle)) <= friction_.holds();
-  if (!held) motor.v = friction_.slowed(motor.v, 0.5 * h, m_1) + (0.5 * h / m_1) * ripple;
+  const bool holds = friction_.holds() > 0 && norm(motor_F_W + ripple + link_force(motor, handle)) <= friction_.holds();
+  motor.v = friction_.slowed(motor.v, 0.5 * h, m_1);
+  const bool held = holds && motor.v == Vec3{};
+  if (!held) motor.v += (0.5 * h / m_1) * ripple;
   for (int i = 0; i < 3; ++i) {
     Axis axis{motor.p[i], motor.v[i], handle.p[i], handle.v[i]};
     advance_axis(axis, held, motor_F_W[i], hand_F_W[i]);

@@ -41,8 +41,9 @@ struct PointState {
 /// A step of h: half of friction and cogging as impulses, the linear part exactly by the matrix exponential, the other
 /// half (Strang splitting): an error of order h^2, and none where both are zero and there is no gap. An axis that
 /// enters or leaves its gap within a step is stepped in halves of halves, down to h/256, so that it changes at most
-/// h/256 late; a contact that opens and closes again within h/2^n of an undivided step is not seen. Motors at rest
-/// stay for a step where the force on them is at most the friction. Stable for any constants, since each part is.
+/// h/256 late; a contact that opens and closes again within h/2^n of an undivided step is not seen. Motors at rest,
+/// or that the first half of the friction brings to rest, stay for the step where the force on them is at most the
+/// friction. Stable for any constants, since each part is.
 class Transmission {
  public:
   /// `damping` b; `hand_stiffness` K and `hand_damping` B act on the handle, of `handle_mass`. `motor_friction` and

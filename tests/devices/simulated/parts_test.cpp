@@ -173,6 +173,21 @@ BOOST_AUTO_TEST_CASE(a_body_breaks_away_at_the_static_level_and_slides_on_above_
   BOOST_TEST(std::abs(handle.state().V.v.x - (v + 0.1 / 0.5)) < 1e-9);
 }
 
+BOOST_AUTO_TEST_CASE(a_body_that_stops_under_a_force_below_its_breakaway_level_stays_where_it_is) {
+  const HandleParameters body{.inertia = 0.5, .coulomb = 0.3, .breakaway = 0.4, .stribeck_velocity = 0.01};
+  const HandleParameters coulomb{.inertia = 0.5, .coulomb = 0.3};
+  Handle one(body, free_body, sub_step, false);
+  Handle two(coulomb, free_body, sub_step, false, {.transmission = transmission_of(0.5, 0.5, 60, 0.3, 0)});
+  for (Handle* handle : {&one, &two}) {
+    handle->place({{}, {{0.1, 0, 0}, {}}});
+    for (int i = 0; i < 2000; ++i) handle->advance(tick, {{0.25, 0, 0}, {}}, {}, {});
+    const Vec3 rest = handle->motor_side().X.p;
+    for (int i = 0; i < 2000; ++i) handle->advance(tick, {{0.25, 0, 0}, {}}, {}, {});
+    BOOST_TEST((handle->motor_side().X.p == rest));
+    BOOST_TEST(rest.x > 0.01);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_body_stops_under_stribeck_friction_where_the_integral_over_its_speed_says) {
   // M v dv = -F(v) dx: the way is the integral of M v / F(v), the time that of M / F(v).
   const double m = 0.5, v0 = 0.05;
