@@ -1,6 +1,7 @@
 // The simulated device with the parts of a real one: amplifiers, lines, play, noise.
 #include <boost/test/unit_test.hpp>
 #include <cmath>
+#include <complex>
 #include <map>
 #include <vector>
 
@@ -201,6 +202,36 @@ BOOST_AUTO_TEST_CASE(parts_that_are_off_change_nothing_whatever_their_other_cons
     BOOST_REQUIRE((plain.truth.X_WD == other.truth.X_WD));
     BOOST_REQUIRE((plain.shown->X_WD == other.shown->X_WD));
     BOOST_REQUIRE((plain.shown->V_WD.v == other.shown->V_WD.v));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_rendered_spring_swings_up_or_down_as_the_delay_of_its_loop_says) {
+  // M s^2 + b s + k_h + k e^(-s T) = 0, T being the delays, a tick until the command, and half a tick of hold.
+  const double k = 1000;
+  for (const double delay : {0.0, 0.002, 0.004}) {
+    Bench bench(with({{"delay_in", delay}, {"delay_out", delay}, {"friction", 0.0}}, closed_loop), false);
+    const double T = 2 * delay + 0.0015;
+    std::complex<double> s(0, std::sqrt((k + 135) / 0.65));
+    for (int i = 0; i < 50; ++i) {
+      const std::complex<double> late = k * std::exp(-s * T);
+      s -= (0.65 * s * s + 6.7 * s + 135.0 + late) / (1.3 * s + 6.7 - T * late);
+    }
+    // Samples 20 ticks apart of one mode: x_2 = a x_1 - c x_0, with c = e^(2 Re(s) 20 ms).
+    std::vector<double> x;
+    for (int i = 0; i < 1200; ++i) {
+      bench.target({{{i < 100 ? 1e-3 : 0, 0, 0}, {}}, {}});
+      bench.tick();
+      bench.segment(constant_segment(bench.now(), {{-k * bench.shown->X_WD.p.x, 0, 0}, {}}));
+      if (i >= 400) x.push_back(bench.truth.X_WD.p.x);
+    }
+    double m11 = 0, m12 = 0, m22 = 0, r1 = 0, r2 = 0;
+    for (std::size_t i = 40; i < x.size(); ++i) {
+      const double x_0 = x[i - 40], x_1 = x[i - 20];
+      m11 += x_1 * x_1, m12 += x_1 * x_0, m22 += x_0 * x_0, r1 += x_1 * x[i], r2 += x_0 * x[i];
+    }
+    const double c = -(m11 * r2 - m12 * r1) / (m11 * m22 - m12 * m12);
+    BOOST_TEST(std::abs(0.5 * std::log(c) / 0.02 - s.real()) < 0.02);
+    BOOST_TEST((s.real() > 0) == (delay == 0.004));
   }
 }
 
