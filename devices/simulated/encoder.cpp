@@ -10,29 +10,45 @@ Vec3 rounded(const Vec3& value, double step) {
   return {step * std::round(value.x / step), step * std::round(value.y / step), step * std::round(value.z / step)};
 }
 
-/// The standard deviation of rounding to a step; any, where there is none and the filter is not asked.
-double noise_of(double step) {
-  return step > 0 ? step / std::sqrt(12.0) : 1;
+/// The standard deviation of noise and of rounding to a step; any, where there is neither and the filter is not asked.
+double deviation_of(double step, double noise) {
+  const double rounding = step / std::sqrt(12.0);
+  if (noise <= 0) return step > 0 ? rounding : 1;
+  return std::hypot(rounding, noise);
 }
 
 }  // namespace
 
-Encoder::Encoder(double step, double step_angle, double departure, double departure_angle, bool rotate)
-    : step_(step),
-      step_angle_(step_angle),
+Encoder::Encoder(const EncoderParameters& parameters, bool rotate)
+    : parameters_(parameters),
       rotate_(rotate),
-      filter_(departure, noise_of(step), departure_angle, noise_of(step_angle), rotate) {}
+      engine_(parameters.seed),
+      filter_(parameters.departure, deviation_of(parameters.step, parameters.noise), parameters.departure_angle,
+              deviation_of(parameters.step_angle, parameters.noise_angle), rotate) {}
+
+Vec3 Encoder::noisy(const Vec3& value, double deviation) {
+  // One after the other, so that the order of the draws is that of the axes.
+  const double x = normal_(engine_);
+  const double y = normal_(engine_);
+  const double z = normal_(engine_);
+  return value + deviation * Vec3{x, y, z};
+}
 
 MotionState Encoder::read(const MotionState& truth, Time now) {
+  const EncoderParameters& p = parameters_;
   MotionState shown = truth;
-  if (step_ > 0) shown.X.p = rounded(truth.X.p, step_);
-  if (rotate_ && step_angle_ > 0) {
-    shown.X.R = from_rotation_vector(rounded(to_rotation_vector(truth.X.R), step_angle_));
+  if (p.noise > 0) shown.X.p = noisy(shown.X.p, p.noise);
+  if (p.step > 0) shown.X.p = rounded(shown.X.p, p.step);
+  if (rotate_ && (p.step_angle > 0 || p.noise_angle > 0)) {
+    Vec3 r_W = to_rotation_vector(truth.X.R);
+    if (p.noise_angle > 0) r_W = noisy(r_W, p.noise_angle);
+    if (p.step_angle > 0) r_W = rounded(r_W, p.step_angle);
+    shown.X.R = from_rotation_vector(r_W);
   }
   filter_.take(shown.X, now);
   const Twist estimate = filter_.velocity();
-  if (step_ > 0) shown.V.v = estimate.v;
-  if (step_angle_ > 0) shown.V.w = estimate.w;
+  if (p.step > 0 || p.noise > 0) shown.V.v = estimate.v;
+  if (p.step_angle > 0 || p.noise_angle > 0) shown.V.w = estimate.w;
   return shown;
 }
 

@@ -1,5 +1,9 @@
-// What a device's encoders show of its motion: steps of position, and a velocity estimated from them.
+// What a device's encoders show of its motion: noise, steps of position, and a velocity estimated from them.
 #pragma once
+
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+#include <cstdint>
 
 #include "devices/simulated/motion.hpp"
 #include "framework/core/time.hpp"
@@ -7,20 +11,33 @@
 
 namespace tactor {
 
-/// Rounds each coordinate to the nearest multiple of a step, and the rotation vector likewise. The velocity is what
-/// PoseFilter makes of that, a step being noise of the variance step^2/12, or the true one where the step is 0.
+struct EncoderParameters {
+  double step = 0;             ///< m; 0: none
+  double step_angle = 0;       ///< rad; 0: none
+  double departure = 0;        ///< m in 10 ms, as MotionFilter has it
+  double departure_angle = 0;  ///< rad in 10 ms
+  double noise = 0;            ///< m, root of the mean square, of each coordinate; 0: none
+  double noise_angle = 0;      ///< rad, of each coordinate of the rotation vector
+  std::uint64_t seed = 0;      ///< of the noise
+};
+
+/// Adds white Gaussian noise to each coordinate, then rounds it to the nearest multiple of a step; the rotation vector
+/// likewise. The velocity is what PoseFilter makes of that, a step being noise of the variance step^2/12, or the true
+/// one where there is neither step nor noise.
 class Encoder {
  public:
-  /// Steps in m and rad; departures as MotionFilter has them.
-  Encoder(double step, double step_angle, double departure, double departure_angle, bool rotate);
+  Encoder(const EncoderParameters& parameters, bool rotate);
 
   /// What is shown of `truth` at `now`; called once a tick.
   MotionState read(const MotionState& truth, Time now);
 
  private:
-  double step_;
-  double step_angle_;
+  Vec3 noisy(const Vec3& value, double deviation);
+
+  EncoderParameters parameters_;
   bool rotate_;
+  boost::random::mt19937_64 engine_;
+  boost::random::normal_distribution<double> normal_;
   PoseFilter filter_;
 };
 

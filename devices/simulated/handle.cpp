@@ -1,78 +1,112 @@
 #include "devices/simulated/handle.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "devices/simulated/matrix_exponential.hpp"
 
 namespace tactor {
 
 namespace {
 
-using Matrix3 = std::array<std::array<double, 3>, 3>;
+/// However fast the cogging is, a tick of a millisecond takes no more than a thousand steps.
+constexpr double shortest_step = 1e-6;
 
-Matrix3 product(const Matrix3& a, const Matrix3& b) {
-  Matrix3 c{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t j = 0; j < 3; ++j) c[i][j] += a[i][k] * b[k][j];
-    }
-  }
-  return c;
+Friction friction_of(const HandleParameters& coupling) {
+  return Friction(
+      {.coulomb = coupling.coulomb, .breakaway = coupling.breakaway, .stribeck_velocity = coupling.stribeck_velocity});
 }
 
-/// exp(a) by scaling and squaring of its Taylor series; 14 terms are exact in double for a norm up to 1/4.
-Matrix3 exponential(Matrix3 a) {
-  double size = 0;
-  for (const auto& row : a) size = std::max(size, std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2]));
-  int halvings = 0;
-  for (; size > 0.25 && halvings < 60; size *= 0.5) ++halvings;
-  for (auto& row : a) {
-    for (double& entry : row) entry = std::ldexp(entry, -halvings);
-  }
-  const Matrix3 one{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  Matrix3 sum = one;
-  // Horner: 1 + a (1 + a/2 (1 + a/3 (...))).
-  for (int n = 14; n >= 1; --n) {
-    sum = product(a, sum);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) sum[i][j] = sum[i][j] / n + one[i][j];
-    }
-  }
-  for (; halvings > 0; --halvings) sum = product(sum, sum);
-  return sum;
-}
-
-/// `v` after an impulse of friction that takes at most `loss` of its norm.
-Vec3 slowed(const Vec3& v, double loss) {
-  const double speed = norm(v);
-  return speed <= loss ? Vec3{} : (1.0 - loss / speed) * v;
+/// The longest step that resolves the device's own fast motions, at most `sub_step`.
+double step_for(double sub_step, double cogged_mass, const Cogging& cogging, const Transmission& transmission) {
+  double step = std::min(sub_step, transmission.longest_step());
+  // A twentieth of the swing about a rest position of the cogging; impulses are stable up to a third of it.
+  if (cogging.acts()) step = std::min(step, 0.3 * std::sqrt(cogged_mass / cogging.stiffness()));
+  return std::max(step, std::min(sub_step, shortest_step));
 }
 
 }  // namespace
 
-Handle::Handle(const HandleParameters& translation, const HandleParameters& rotation, double sub_step, bool rotate)
-    : translation_(translation), rotation_(rotation), sub_step_(sub_step), rotate_(rotate) {}
+Handle::Handle(const HandleParameters& translation, const HandleParameters& rotation, double sub_step, bool rotate,
+               const DeviceParts& parts)
+    : translation_(translation),
+      rotation_(rotation),
+      rotate_(rotate),
+      amplifier_(parts.amplifier),
+      friction_(friction_of(translation)),
+      friction_angle_(friction_of(rotation)),
+      cogging_(parts.cogging),
+      has_transmission_(parts.transmission.motor_mass > 0),
+      transmission_({.link = parts.transmission,
+                     .damping = translation.damping,
+                     .handle_mass = translation.inertia - parts.transmission.motor_mass,
+                     .hand_stiffness = translation.hand_stiffness,
+                     .hand_damping = translation.hand_damping},
+                    friction_, cogging_) {
+  sub_step_ = step_for(sub_step, has_transmission_ ? parts.transmission.motor_mass : translation.inertia, cogging_,
+                       transmission_);
+}
+
+void Handle::place(const MotionState& state) {
+  state_ = state;
+  motor_ = state;
+}
 
 Handle::Propagator Handle::make_propagator(const HandleParameters& coupling, double h) {
   // d/dt (x, v, f) = (v, (f - K x - B v) / M, 0).
   const double damping = coupling.damping + coupling.hand_damping;
-  const Matrix3 step = exponential(
+  const SquareMatrix<3> step = exponential<3>(
       {{{0, h, 0},
         {-h * coupling.hand_stiffness / coupling.inertia, -h * damping / coupling.inertia, h / coupling.inertia},
         {0, 0, 0}}});
   return {.x_v = step[0][1], .x_f = step[0][2], .v_v = step[1][1], .v_f = step[1][2]};
 }
 
-Vec3 Handle::move(const HandleParameters& coupling, const Propagator& by, double h, const Vec3& f, Vec3& v) {
-  if (v == Vec3{} && norm(f) <= coupling.coulomb) return {};
-  const double loss = 0.5 * h * coupling.coulomb / coupling.inertia;
-  v = slowed(v, loss);
+Vec3 Handle::move(const HandleParameters& coupling, const Friction& friction, const Cogging* cogging,
+                  const Propagator& by, double h, const Vec3& f, const Vec3& x, Vec3& v) {
+  const Vec3 ripple = cogging != nullptr ? cogging->force(x) : Vec3{};
+  const bool holds = norm(f + ripple) <= friction.holds();
+  if (v == Vec3{} && holds) return {};
+  v = friction.slowed(v, 0.5 * h, coupling.inertia);
+  if (v == Vec3{} && holds && (friction.has_breakaway() || cogging != nullptr)) return {};
+  if (cogging != nullptr) v += (0.5 * h / coupling.inertia) * ripple;
   const Vec3 way = by.x_v * v + by.x_f * f;
-  v = slowed(by.v_v * v + by.v_f * f, loss);
+  v = by.v_v * v + by.v_f * f;
+  if (cogging != nullptr) v += (0.5 * h / coupling.inertia) * cogging->force(x + way);
+  v = friction.slowed(v, 0.5 * h, coupling.inertia);
   return way;
 }
 
-void Handle::advance(double dt, const Wrench& wrench, const MotionState& from, const MotionState& to) {
+void Handle::translate(double h, const Vec3& motor_F_W, const MotionState& target) {
+  const Vec3 spring_F_W = translation_.hand_stiffness * (target.X.p - state_.X.p);
+  const Vec3 damper_F_W = translation_.hand_damping * target.V.v;
+  const Vec3 before = motor_.X.p;
+  if (has_transmission_) {
+    PointState motor{motor_.X.p, motor_.V.v}, handle{state_.X.p, state_.V.v};
+    transmission_.advance(h, motor_F_W, spring_F_W + damper_F_W, motor, handle);
+    motor_.X.p = motor.p;
+    motor_.V.v = motor.v;
+    state_.X.p = handle.p;
+    state_.V.v = handle.v;
+  } else {
+    const Cogging* cogging = cogging_.acts() ? &cogging_ : nullptr;
+    state_.X.p += move(translation_, friction_, cogging, translate_by_, h, motor_F_W + spring_F_W + damper_F_W,
+                       state_.X.p, state_.V.v);
+    motor_.X.p = state_.X.p;
+    motor_.V.v = state_.V.v;
+  }
+  work_ += dot(motor_F_W, motor_.X.p - before);
+}
+
+void Handle::turn(double h, const Vec3& motor_T_W, const MotionState& target) {
+  const Vec3 arc_W = to_rotation_vector(target.X.R * inverse(state_.X.R));
+  const Vec3 torque_W = motor_T_W + rotation_.hand_stiffness * arc_W + rotation_.hand_damping * target.V.w;
+  const Vec3 turn_W = move(rotation_, friction_angle_, nullptr, rotate_by_, h, torque_W, {}, state_.V.w);
+  state_.X.R = normalized(from_rotation_vector(turn_W) * state_.X.R);
+  work_ += dot(motor_T_W, turn_W);
+}
+
+void Handle::advance(double dt, const Wrench& commanded, const MotionState& from, const MotionState& to) {
   if (dt <= 0) return;
   const int steps = std::max(1, static_cast<int>(std::ceil(dt / sub_step_ - 1e-9)));
   const double h = dt / steps;
@@ -83,18 +117,20 @@ void Handle::advance(double dt, const Wrench& wrench, const MotionState& from, c
   }
   for (int i = 0; i < steps; ++i) {
     const MotionState target = interpolate(from, to, dt, (i + 0.5) / steps, rotate_);
-    const Vec3 force_W =
-        wrench.force + translation_.hand_stiffness * (target.X.p - state_.X.p) + translation_.hand_damping * target.V.v;
-    state_.X.p += move(translation_, translate_by_, h, force_W, state_.V.v);
+    const Wrench motors = amplifier_.advance(h, commanded);
+    translate(h, motors.force, target);
     if (rotate_) {
-      const Vec3 arc_W = to_rotation_vector(target.X.R * inverse(state_.X.R));
-      const Vec3 torque_W = wrench.torque + rotation_.hand_stiffness * arc_W + rotation_.hand_damping * target.V.w;
-      const Vec3 turn_W = move(rotation_, rotate_by_, h, torque_W, state_.V.w);
-      state_.X.R = normalized(from_rotation_vector(turn_W) * state_.X.R);
+      turn(h, motors.torque, target);
     } else {
       state_.X.R = target.X.R;
     }
+    motor_.X.R = state_.X.R;
+    motor_.V.w = state_.V.w;
   }
+}
+
+void Handle::advance_amplifier(double dt, const Wrench& commanded) {
+  if (dt > 0) amplifier_.advance(dt, commanded);
 }
 
 }  // namespace tactor
