@@ -53,8 +53,8 @@ def tactor_program(given=None):
 
 
 def engine_program(engine, tactor, given=None):
-    """truth_mujoco or truth_simbody: in the folder that is given, of TACTOR_TRUTH, or of the build that tactor is of."""
-    folders = [given, os.environ.get("TACTOR_TRUTH"), tactor.resolve().parent.parent / "bench/truth"]
+    """truth_mujoco or truth_simbody: in the folder that is given, in that of TACTOR_TRUTH, or beside tactor."""
+    folders = [given, os.environ.get("TACTOR_TRUTH"), tactor.resolve().parent]
     for folder in folders:
         if folder and (pathlib.Path(folder) / f"truth_{engine}").exists():
             return pathlib.Path(folder) / f"truth_{engine}"
