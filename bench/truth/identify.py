@@ -30,6 +30,7 @@ nodes:
 record: [coupling.force]
 """
 START = {"stiffness": 2000.0, "damping": 5.0, "friction": 0.3}
+MOVES = 0.01  # m/s: a tool that is slower may stick
 SETTLE = 0.2  # s, left out at the start, as sink.metrics does
 
 
@@ -107,20 +108,22 @@ def fit(arguments, tactor, program, material):
 def table_of(arguments, tactor, program, material):
     """Prints a row a graph: RMS of the force, of what is left of it with the overlay and with the scene's own material."""
     rows = []
-    print("| graph | seed | force RMS, N | left with the overlay | left with the scene's own | torque RMS, mN m | left with the overlay |")
-    print("|---|---|---|---|---|---|---|")
+    print("| graph | seed | force RMS, N | left with the overlay | of it where the tool moves | left with the scene's own | torque RMS, mN m | left with the overlay |")
+    print("|---|---|---|---|---|---|---|---|")
     for graph in arguments.graphs:
         table, name = make_truth.engine_force(graph, arguments.engine, tactor, program, arguments.seed, material, fineness=arguments.fineness)
         late = table["t"] >= SETTLE
         truth = wrench_of(table)[late]
+        moves = np.linalg.norm(np.column_stack([table[c][late] for c in ("vx", "vy", "vz")]), axis=1) > MOVES
         row = {"graph": name, "seed": arguments.seed, "force_rms_N": rms(truth[:, :3]), "torque_rms_Nm": rms(truth[:, 3:])}
         for label, options in (("overlay", ["--over", arguments.over]), ("own", [])):
             ours = reference_force(tactor, graph, arguments.seed, table["t"][late], options)
             row[label] = rms((ours - truth)[:, :3]) / row["force_rms_N"]
+            row[label + "_moving"] = rms((ours - truth)[moves, :3]) / rms(truth[moves, :3])
             row[label + "_torque"] = rms((ours - truth)[:, 3:]) / row["torque_rms_Nm"] if row["torque_rms_Nm"] > 1e-9 else None
         rows.append(row)
         torque = f"{1e3 * row['torque_rms_Nm']:.2f} | {100 * row['overlay_torque']:.1f} %" if row["overlay_torque"] is not None else "none | "
-        print(f"| {name} | {row['seed']} | {row['force_rms_N']:.3f} | {100 * row['overlay']:.1f} % | {100 * row['own']:.1f} % | {torque} |", flush=True)
+        print(f"| {name} | {row['seed']} | {row['force_rms_N']:.3f} | {100 * row['overlay']:.1f} % | {100 * row['overlay_moving']:.1f} % | {100 * row['own']:.1f} % | {torque} |", flush=True)
     if arguments.json:
         pathlib.Path(arguments.json).write_text(json.dumps(rows, indent=1))
 
