@@ -10,7 +10,7 @@ namespace tactor {
 namespace {
 
 /// Version of the bytes; the code that finds them is in their key.
-constexpr std::uint32_t layout = 1;
+constexpr std::uint32_t warmth_layout = 1;
 
 std::string to_bytes(const Warmth& warmth) {
   nlohmann::json json{{"last", warmth.last}, {"when", warmth.when}};
@@ -42,7 +42,7 @@ std::string costs_of(const Plan& plan) {
 
 Warmth cached_warmth(const Plan& plan, const ReferenceOptions& options) {
   if (!has_to_warm_up(plan)) return {};
-  const DiskCache cache("warm", layout, options.cache_folder);
+  const DiskCache cache("warm", warmth_layout, options.cache_folder);
   const std::string key = content_key({costs_of(plan), reference_key(plan, code_files())});
   const auto tell = [&options](const std::string& note) {
     if (options.note && !note.empty()) options.note(note);

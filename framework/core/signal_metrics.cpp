@@ -180,11 +180,17 @@ std::vector<Vec3> changes(std::span<const Vec3> x, std::int64_t steps) {
   return out;
 }
 
-/// What differs after a shift, in RMS, as a share of what the reference varies: from there on it explains nothing.
-constexpr double most_unexplained = 0.5;
+}  // namespace
 
-/// Whether x is the reference, later by so many steps.
-bool explains(double late, std::span<const Vec3> x, std::span<const Vec3> reference) {
+std::optional<double> delay_of_changes(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag,
+                                       std::int64_t change) {
+  TACTOR_DEMAND(x.size() == reference.size() && change > 0);
+  return delay_steps(changes(x, change), changes(reference, change), max_lag);
+}
+
+bool is_explained_by(double late, std::span<const Vec3> x, std::span<const Vec3> reference) {
+  TACTOR_DEMAND(x.size() == reference.size());
+  constexpr double most_unexplained = 0.5;
   const auto count = static_cast<double>(reference.size());
   double varies = 0, differs = 0, compared = 0;
   for (const Vec3& force : without_mean(reference)) varies += dot(force, force) / count;
@@ -199,15 +205,6 @@ bool explains(double late, std::span<const Vec3> x, std::span<const Vec3> refere
     ++compared;
   }
   return compared > 0 && differs / compared < most_unexplained * most_unexplained * varies;
-}
-
-}  // namespace
-
-std::optional<double> delay_of_changes(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag,
-                                       std::int64_t change) {
-  TACTOR_DEMAND(x.size() == reference.size() && change > 0);
-  const std::optional<double> late = delay_steps(changes(x, change), changes(reference, change), max_lag);
-  return late && explains(*late, x, reference) ? late : std::nullopt;
 }
 
 double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, double floor, double fraction) {

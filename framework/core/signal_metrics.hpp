@@ -47,11 +47,13 @@ double rms_above(std::span<const Vec3> x, double cutoff_hz, double rate_hz);
 std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag);
 
 /// By how many steps `x` is behind `reference`, as delay_steps has it of what both change in `change` steps: of a force
-/// that rises slowly, parts far apart are alike, and their changes are not. Nothing, too, where the shift explains
-/// nothing: where x and the reference shifted by it still differ, in RMS, by half or more of what the reference varies
-/// about its mean.
+/// that rises slowly, parts far apart are alike, and their changes are not.
 std::optional<double> delay_of_changes(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag,
                                        std::int64_t change);
+
+/// Whether a delay by `late` steps explains how x differs from the reference: x and the reference shifted by it differ,
+/// in RMS, by less than half of what the reference varies about its mean.
+bool is_explained_by(double late, std::span<const Vec3> x, std::span<const Vec3> reference);
 
 /// The share of samples with |x_i - reference_i| > max(floor, fraction |reference_i|).
 double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, double floor, double fraction);

@@ -95,7 +95,7 @@ ErrorFigures RunningError::figures() const {
   const double step = (times_.back() - times_.front()).seconds() / static_cast<double>(times_.size() - 1);
   const std::int64_t change = std::max(1LL, std::llround(change_time.seconds() / step));
   const auto late = delay_of_changes(x, reference, std::llround(longest_delay.seconds() / step), change);
-  if (late) figures.delay = Duration::from_seconds(*late * step);
+  if (late && is_explained_by(*late, x, reference)) figures.delay = Duration::from_seconds(*late * step);
   return figures;
 }
 

@@ -88,7 +88,7 @@ class PartMetrics {
     add(delivered + "error_above_30hz_" + suffix_, unit_, "RMS of the error above 30 Hz", Better::lower, true,
         string(too_short) + ", or commands come at 60 Hz or slower");
     add(delivered + "delay_ms", "ms", "delay behind the reference; positive: late", Better::lower, true,
-        string(too_short) + ", or no delay explains the difference");
+        string(too_short) + ", or the changes of the two do not correlate");
     add(delivered + "share_beyond_jnd", "1", "share of the time in which the error can be felt", Better::lower, true);
     const string no_loss = string(too_short) + ", or contact is never lost";
     add(delivered + "overshoot_after_loss_" + suffix_, unit_,
@@ -201,8 +201,8 @@ NodeInfo Metrics::declare() {
           "delivered.*: `commanded` against the physics force of the reference run at the same time: RMS and largest "
           "error, RMS of the error above 30 Hz (Butterworth of fourth order forwards and backwards, so without a "
           "shift), delay (lag at which what the two change in 20 ms correlates best, positive: late; left out where "
-          "that "
-          "shift explains nothing), RMS of the first and second difference, "
+          "there "
+          "is none), RMS of the first and second difference, "
           "the second also as the excess over the reference's, largest step, share of time beyond what can be felt. "
           "After contact is lost, if it ever is: the overshoot is the largest force towards the surface, beyond the "
           "reference's own, "

@@ -64,9 +64,9 @@ std::vector<WayPoint> points_of_file(const std::filesystem::path& path) {
   return points;
 }
 
-/// Passes of a path that begins again: what comes later is the third of them over and over. Two on either side of it
-/// keep what a spline does at its ends away from it.
-constexpr int passes = 5;
+/// A path that begins again is laid out with that many passes on either side of one that stands for all later ones, so
+/// that what a spline does at its ends has died away there.
+constexpr int passes_beside = 4;
 
 /// The way-points of all passes, each `after` s later. Where the first point of a pass comes at the time of the last
 /// one of the pass before, it is left out.
@@ -77,7 +77,7 @@ std::vector<WayPoint> repeated(const std::vector<WayPoint>& points, double after
                                          std::to_string(points.back().t) + " s, found " + std::to_string(after) + " s");
   }
   std::vector<WayPoint> all = points;
-  for (int pass = 1; pass < passes; ++pass) {
+  for (int pass = 1; pass <= 2 * passes_beside; ++pass) {
     for (WayPoint point : points) {
       point.t += pass * after;
       if (point.t > all.back().t) all.push_back(point);
@@ -186,8 +186,8 @@ NodeInfo TrajectorySource::declare() {
 Target TrajectorySource::at(double t) const {
   const bool halted = halt_ && t >= *halt_;
   const double then = halted ? *halt_ : t;
-  // Later passes are the third one.
-  const double late = repeat_after_ > 0 ? std::max(0.0, std::floor(then / repeat_after_) - 2) * repeat_after_ : 0;
+  const double passes = repeat_after_ > 0 ? std::floor(then / repeat_after_) : 0;
+  const double late = std::max(0.0, passes - passes_beside) * repeat_after_;
   Target result = path_.at(then - late, rotates_);
   const Tremor::Value shake = tremor_.at(then);
   result.X_WH.p += shake.p;

@@ -278,6 +278,7 @@ BOOST_AUTO_TEST_CASE(a_reference_follows_a_run_and_finds_the_error_that_is_found
   BOOST_TEST(found.behind.seconds() < 0.01);
   RunOptions options;
   options.cache_folder = fs::path(TACTOR_BINARY_DIR) / "tests/cache";
+  options.judge_whole = true;  // as the follower does
   const RunResult judged = execute(plan, options);
   const double error = judged.metric("delivered.force.rms_error_N"),
                largest = judged.metric("delivered.force.max_error_N");

@@ -60,9 +60,9 @@ class RefitAgainstFixed(unittest.TestCase):
         return cells(results.refit_against_fixed({"rows": [row] * 2 * len(results.PAPER_TESTS)}))[2]
 
     def test_one_seed_alone_has_no_difference(self):
-        self.assertEqual(self.table(None)[5:9], ["-", "-", "-", "4 (0.25)"])
+        self.assertEqual(self.table(None)[7:11], ["-", "-", "-", "4 (0.25)"])
         said = {"mean_N": -0.5, "low_N": -0.75, "high_N": -0.25, "effect_size": 2.0, "p_wilcoxon": 0.03125}
-        self.assertEqual(self.table(said)[5:9], ["-0.5000 [-0.7500, -0.2500]", "2", "0.031", "4 (0.25)"])
+        self.assertEqual(self.table(said)[7:11], ["-0.5000 [-0.7500, -0.2500]", "2", "0.031", "4 (0.25)"])
 
 
 class Template(unittest.TestCase):

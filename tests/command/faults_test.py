@@ -508,11 +508,11 @@ class VirtualClock(FaultRun):
 
     def test_a_comparison_with_such_a_node_fails(self):
         graph = self.write("fault.yaml", self.virtual(duck(THROWS)))
-        result = tactor("compare", graph, "--seeds", "1", "--out", self.out, environment=self.environment)
+        result = tactor("compare", graph, "--seeds", "1", "--judge", "whole", "--out", self.out, environment=self.environment)
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertRegex(result.stderr, "fault, seed 1: .*it broke on purpose")
         study = self.write("study.yaml", f"graphs: [{graph}]\nset: {{culprit.lasts: 1 s}}\n"
-                                         "vary: {duration: [0.5 s, 1.5 s]}\nseeds: 1\nfirst_seed: 3\n")
+                                         "vary: {duration: [0.5 s, 1.5 s]}\nseeds: 1\nfirst_seed: 3\njudge: whole\n")
         result = tactor("study", study, "--out", self.folder / "study", environment=self.environment)
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertRegex(result.stderr, r"fault duration=1\.5 s, seed 3: .*it broke on purpose")

@@ -149,7 +149,7 @@ class RefusedThreads(CommandTest):
 
     def test_a_comparison_that_is_refused_a_worker_ends_and_names_the_limit(self):
         names = self.refused("compare", GRAPHS / "wall/off.yaml", GRAPHS / "wall/refit.yaml", "--seeds", "2",
-                             "--duration", "0.1", "--jobs", "3", "--out", "out", "--overwrite", most=12)
+                             "--duration", "0.1", "--judge", "whole", "--jobs", "3", "--out", "out", "--overwrite", most=12)
         self.assertEqual(set(names), {"process of the study"})
 
     @unittest.skipUnless(HAS_MODBUS, "this build has no Modbus")

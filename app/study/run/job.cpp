@@ -29,8 +29,8 @@ void fields(auto& bytes, SameAs<Warmth> auto& warmth) {
 }
 void fields(auto& bytes, SameAs<Job> auto& job) {
   bytes(job.kind, job.graph, job.overrides, job.reference, job.seed, job.libraries, job.repeats, job.warm_up,
-        job.without_reference, job.reference_recording, job.judge_from, job.judge_whole, job.all_curves, job.time_limit_s,
-        job.cache_folder);
+        job.without_reference, job.reference_recording, job.judge_from, job.judge_whole, job.all_curves,
+        job.time_limit_s, job.cache_folder);
 }
 void fields(auto& bytes, SameAs<JobCost> auto& cost) {
   bytes(cost.cpu_s, cost.waited_for_core_s);

@@ -35,7 +35,7 @@ struct Job {
   bool without_reference = false;
   std::string reference_recording{};   ///< as RunCase::reference_recording
   std::optional<Time> judge_from{};    ///< as RunOptions::judge_from
-  bool judge_whole = false;  ///< as RunOptions::judge_whole
+  bool judge_whole = false;            ///< as RunOptions::judge_whole
   bool all_curves = false;             ///< else those of the table alone
   std::optional<double> time_limit_s;  ///< of real time, for each repeat
   std::filesystem::path cache_folder;
