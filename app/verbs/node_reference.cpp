@@ -132,6 +132,11 @@ std::string lane_text(const NodeInfo& info) {
   return {};
 }
 
+/// What it waits for before runs with it are judged; empty for nothing.
+std::string warm_text(const NodeInfo& info) {
+  return info.warm_when.empty() ? "" : " Warm when: " + info.warm_when + ".";
+}
+
 }  // namespace
 
 std::string node_list(const std::vector<const NodeInfo*>& types) {
@@ -152,7 +157,7 @@ std::string metric_help(const MetricInfo& metric) {
 std::string node_help(const NodeInfo& info) {
   std::string out = fmt::format("{}: {}\n", info.type, info.summary);
   if (!info.details.empty()) out += "\n" + info.details + "\n";
-  out += "\n" + lane_text(info) + "\n";
+  out += "\n" + lane_text(info) + warm_text(info) + "\n";
   if (!info.inputs.empty()) out += "\ninputs\n";
   for (const InputInfo& input : info.inputs) {
     out += fmt::format("  {} ({}; {})\n      {}\n", input.name, input.type->name, trigger_text(input), input.doc);
@@ -179,7 +184,7 @@ std::string node_reference_markdown(const std::vector<const NodeInfo*>& types) {
   for (const NodeInfo* info : types) {
     out += fmt::format("\n## {}\n\n{}\n", info->type, info->summary);
     if (!info->details.empty()) out += "\n" + info->details + "\n";
-    out += "\n" + lane_text(*info) + "\n";
+    out += "\n" + lane_text(*info) + warm_text(*info) + "\n";
     if (!info->inputs.empty()) out += "\n| input | message | | |\n|---|---|---|---|\n";
     for (const InputInfo& input : info->inputs) {
       out +=
