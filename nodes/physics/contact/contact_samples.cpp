@@ -69,6 +69,13 @@ double default_spacing(const Shape& shape) {
   return 0;
 }
 
+double box_spacing(const BoxShape& box, double others) {
+  constexpr double most_by_default = 2e5;
+  const double area = 2 * (box.size.x * box.size.y + box.size.y * box.size.z + box.size.z * box.size.x);
+  const double finest = std::sqrt(area / most_by_default);
+  return std::min(default_spacing(box), std::max(others, finest));
+}
+
 ContactSamples shape_samples(const Shape& shape, double spacing) {
   const double most = spacing > 0 ? spacing : default_spacing(shape);
   if (const auto* sphere = std::get_if<SphereShape>(&shape)) return {{{{}, 0}}, {sphere->radius}, {1}};

@@ -19,6 +19,11 @@ struct ContactSamples {
 /// for a capsule of radius r sqrt(0.08) r, with which the error below is no more than a hundredth of r at touch.
 double default_spacing(const Shape& shape);
 
+/// That of a box which meets others whose own spacing is `others` (m) at the least: not coarser than theirs, so that no
+/// sample stands for more of a surface than a body that lies on it covers. Not so fine that the box has more than
+/// 200,000 samples.
+double box_spacing(const BoxShape& box, double others);
+
 /// Samples with at most `spacing` (m) between neighbours, or that of default_spacing where it is 0.
 ///   sphere   its centre, as a ball of the whole radius and of weight 1: its distance is exact.
 ///   capsule  n + 1 balls of its radius r along its segment of length L, n >= 2. The ends weigh 1, as the half balls

@@ -95,3 +95,33 @@ BOOST_AUTO_TEST_CASE(a_capsule_falls_short_of_a_spike_by_no_more_than_its_bound)
   BOOST_TEST(default_spacing(CapsuleShape{r, 0.04}) * default_spacing(CapsuleShape{r, 0.04}) / (8 * r) == 0.01 * r,
              tt::tolerance(1e-12));
 }
+
+BOOST_AUTO_TEST_CASE(a_small_box_on_a_large_one_is_pushed_off_it_alike_wherever_it_lies) {
+  // A tool of 24 x 16 x 12 mm, 1 mm deep in a wall of 300 mm whose own eighth would be 37.5 mm.
+  constexpr double depth = 1e-3;
+  Scene scene;
+  scene.bodies = {test::shaped("wall", BoxShape{{0.02, 0.3, 0.3}}),
+                  test::shaped("tool", BoxShape{{0.024, 0.016, 0.012}}, Motion::rigid)};
+  PrimitiveCollision node(test::default_params<PrimitiveCollision>(), test::context_for(scene));
+  double least = 1e9, most = 0, sideways = 0;
+  for (int i = 0; i <= 400; ++i) {
+    ContactSet set;
+    node.query({{0.01 + 0.012 - depth, 1e-4 * i, 0.37e-4 * i}, {}}, set);
+    const Wrench push = test::spring_wrench(set);
+    least = std::min(least, push.force.x);
+    most = std::max(most, push.force.x);
+    sideways = std::max(sideways, std::hypot(push.force.y, push.force.z));
+  }
+  BOOST_TEST(least > 0);
+  BOOST_TEST(most < 1.5 * least);
+  BOOST_TEST(sideways < 0.15 * least);
+}
+
+BOOST_AUTO_TEST_CASE(a_very_large_box_has_no_more_samples_than_it_needs_memory_for) {
+  const BoxShape floor{{3, 3, 0.1}};
+  const double spacing = box_spacing(floor, 1e-3);
+  BOOST_TEST(shape_samples(floor, spacing).points.size() < 250000U);
+  BOOST_TEST(shape_samples(floor, spacing).points.size() > 100000U);
+  // Among larger bodies it keeps its own.
+  BOOST_TEST(box_spacing(floor, 1.0) == default_spacing(floor));
+}
