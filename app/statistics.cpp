@@ -139,9 +139,10 @@ std::optional<PairedDifference> paired_difference(std::span<const double> a, std
 
 std::optional<TwoPopulations> two_populations(std::span<const double> values) {
   constexpr double least_ratio = 1.25;
-  constexpr std::size_t least_count = 2;
+  constexpr std::size_t least_count = 2, least_values = 8;
+  constexpr double wider = 2;  // the gap than a group, as logarithms
   std::vector<double> sorted(values.begin(), values.end());
-  if (sorted.size() < 2 * least_count) return std::nullopt;
+  if (sorted.size() < least_values) return std::nullopt;
   if (!std::all_of(sorted.begin(), sorted.end(), [](double v) { return std::isfinite(v) && v > 0; })) {
     return std::nullopt;
   }
@@ -154,7 +155,7 @@ std::optional<TwoPopulations> two_populations(std::span<const double> values) {
   const std::size_t last = sorted.size() - 1;
   const double gap = ratio(split - 1, split);
   if (split < least_count || sorted.size() - split < least_count || gap < least_ratio) return std::nullopt;
-  if (gap <= ratio(0, split - 1) || gap <= ratio(split, last)) return std::nullopt;
+  if (gap <= std::pow(std::max(ratio(0, split - 1), ratio(split, last)), wider)) return std::nullopt;
   return TwoPopulations{split, sorted.size() - split, sorted[0], sorted[split - 1], sorted[split], sorted[last]};
 }
 

@@ -53,10 +53,11 @@ struct TwoPopulations {
   std::size_t low_count = 0, high_count = 0;
   double low_min = 0, low_max = 0, high_min = 0, high_max = 0;
 };
-/// The two groups on either side of the widest gap between sorted values. Nothing where that gap is not wider than
-/// either group, where a group has fewer than two values, or where the groups are less than a quarter apart
-/// (high_min < 1.25 low_max). Values are above zero and compared by their logarithms, so that their unit does not
-/// matter; else nothing. Of 20 values drawn from one normal distribution less than 1 in 1,000 sets is said to be two.
+/// The two groups on either side of the widest gap between sorted values. Nothing for fewer than eight values, where
+/// the gap is not twice as wide as either group, where a group has fewer than two values, or where the groups are less
+/// than a quarter apart (high_min < 1.25 low_max). Values are above zero and compared by their logarithms, so that
+/// their unit does not matter; else nothing. Of values drawn from one normal distribution about 1 in 100 sets of 8, 1
+/// in 500 of 10 and fewer than 1 in 1,000 of 12 and more are said to be two.
 std::optional<TwoPopulations> two_populations(std::span<const double> values);
 
 }  // namespace tactor

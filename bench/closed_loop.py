@@ -90,7 +90,7 @@ def run(graph, method, settings_of_run, device=None):
 
 
 def generated(summary):
-    """The most energy, in mJ, that the commanded force had given to the handle, net, at any time."""
+    """The most energy, in mJ, that the motors had given to the handle, net, at any time."""
     return 1e3 * summary["device"]["energy_generated_J"]
 
 

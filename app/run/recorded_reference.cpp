@@ -18,8 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// How much of a run's end a recording may lack.
+/// How much of a run a recording may lack at either end, and between two of its values.
 constexpr Duration may_lack{100'000'000};
+constexpr Duration longest_gap{50'000'000};
 
 void refuse_bad_values(const MessageBatch& batch, const fs::path& recording, const RecordedStream& stream) {
   const bool is_wrench = same_type(batch.type(), message_type<Wrench>());
@@ -28,6 +29,11 @@ void refuse_bad_values(const MessageBatch& batch, const fs::path& recording, con
     if (i > 0 && batch.stamp(i).valid <= batch.stamp(i - 1).valid) {
       throw InputError(fmt::format("{}: stream {}: expected times that grow, found {} s after {} s (message {})",
                                    recording.string(), stream.name, at, batch.stamp(i - 1).valid.seconds(), i));
+    }
+    if (i > 0 && batch.stamp(i).valid - batch.stamp(i - 1).valid > longest_gap) {
+      throw InputError(
+          fmt::format("{}: stream {}: expected a value every {} s at the least, found none from {:.6g} s to {:.6g} s",
+                      recording.string(), stream.name, longest_gap.seconds(), batch.stamp(i - 1).valid.seconds(), at));
     }
     if (!is_wrench) continue;
     Wrench wrench;
@@ -53,6 +59,10 @@ ReferenceStream read_stream(RecordingReader& reader, const std::string& name, co
     throw InputError(fmt::format("{}: stream {}: expected values up to the end of the run, {} s, found {}",
                                  path.string(), name, run.seconds(),
                                  batch.size() == 0 ? "none" : fmt::format("the last at {} s", end.seconds())));
+  }
+  if (batch.stamp(0).valid > Time{} + may_lack) {
+    throw InputError(fmt::format("{}: stream {}: expected values from the begin of the run on, found the first at {} s",
+                                 path.string(), name, batch.stamp(0).valid.seconds()));
   }
   ReferenceStream found;
   for (std::size_t i = 0; i < batch.size(); ++i) {
@@ -80,6 +90,19 @@ Reference recorded_reference(const fs::path& recording, const Plan& plan) {
                      "none; a reference is for that");
   }
   return reference;
+}
+
+void check_recorded_reference(const fs::path& recording, const Plan& plan) {
+  const std::string graph = plan.graph.file.string();
+  if (plan.graph.clock == Clock::real) {
+    throw InputError(
+        graph + ": expected clock: virtual, in which the hand moves as it did for the recording, found clock: real");
+  }
+  static_cast<void>(recorded_reference(recording, plan));
+  if (!must_be_followed(PlanNodes(plan))) return;
+  throw InputError(graph +
+                   ": expected a hand whose path does not depend on the forces, as it did not when the recording was "
+                   "made; found a device in closed loop; add --set NODE.loop=open");
 }
 
 fs::path recording_of(const std::string& pattern, const std::string& graph, std::uint64_t seed) {

@@ -321,7 +321,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.graph_yaml = to_yaml(plan.graph);
   result.planned_s = plan.graph.duration.seconds();
   // A recording that cannot judge the run is bad input, which is said before it begins.
-  if (options.reference_recording) static_cast<void>(recorded_reference(*options.reference_recording, plan));
+  if (options.reference_recording) check_recorded_reference(*options.reference_recording, plan);
   result.declared = run_metrics(plan, !options.without_reference, options.follow != nullptr).reported;
   if (plan.graph.clock == Clock::real) {
     execute_live(plan, options, result);

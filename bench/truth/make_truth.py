@@ -132,6 +132,9 @@ def scene_of(file, engine, material):
     """The scene for the engine's program, out of the resolved graph and the coupling that a recording holds."""
     text = file.attrs["graph"]
     scene = yaml.safe_load(text.decode() if isinstance(text, bytes) else text)["scene"]
+    for node, values in yaml.safe_load(text.decode() if isinstance(text, bytes) else text)["nodes"].items():
+        if values.get("loop") == "closed":
+            raise BadInput(f"nodes.{node}.loop: expected open, for a hand whose path does not depend on the forces, found closed")
     moving = {name: body for name, body in scene["bodies"].items() if body.get("motion", "static") != "static"}
     if len(moving) != 1:
         raise BadInput(f"expected a scene in which one body moves, found {len(moving)}: {', '.join(moving)}")

@@ -162,7 +162,8 @@ NodeInfo SimulatedDevice::declare() {
         return std::string(limited ? "" : "the motors have no limit");
       });
   declaration.output("truth", &D::truth, "the handle as it is")
-      .output("motors", &D::motors, "the wrench of the motors at this tick, behind delay_out, amplifier and limits")
+      .output("motors", &D::motors,
+              "the wrench of the motors as this tick begins, behind delay_out, amplifier and limits")
       .choice("loop", &Params::loop, {{"open", Loop::open}, {"closed", Loop::closed}}, std::optional(Loop::open),
               "whether the commanded force moves the handle")
       .real("encoder_step", &Params::encoder_step,

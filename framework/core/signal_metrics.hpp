@@ -48,6 +48,7 @@ std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3>
 
 /// By how many steps `x` is behind `reference`, as delay_steps has it of what both change in `change` steps: of a force
 /// that rises slowly, parts far apart are alike, and their changes are not.
+inline constexpr double delay_change_time_s = 0.02;  ///< which `change` stands for wherever a delay is told
 std::optional<double> delay_of_changes(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag,
                                        std::int64_t change);
 

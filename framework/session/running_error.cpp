@@ -12,9 +12,6 @@ namespace {
 constexpr Duration kept{2'000'000'000};
 constexpr Duration lately{1'000'000'000};
 constexpr Duration longest_delay{100'000'000};
-/// What the forces change in this time tells the delay.
-constexpr Duration change_time{20'000'000};
-
 }  // namespace
 
 void RunningError::add_true(Time t, const Wrench& force) {
@@ -93,7 +90,7 @@ ErrorFigures RunningError::figures() const {
   if (times_.size() < 2) return figures;
   // Samples come at the rate of the device; one that was missed shifts nothing that could be seen.
   const double step = (times_.back() - times_.front()).seconds() / static_cast<double>(times_.size() - 1);
-  const std::int64_t change = std::max(1LL, std::llround(change_time.seconds() / step));
+  const std::int64_t change = std::max(1LL, std::llround(delay_change_time_s / step));
   const auto late = delay_of_changes(x, reference, std::llround(longest_delay.seconds() / step), change);
   if (late && is_explained_by(*late, x, reference)) figures.delay = Duration::from_seconds(*late * step);
   return figures;

@@ -37,7 +37,8 @@ void declare_pairs(Declare<N>& declaration) {
            "within this, so that no more than this of a depth is missed, and far less where faces lie on each other; "
            "0: all vertices, and points between them where an edge is longer than an eighth of the mesh's longest "
            "side. Of a box or a capsule, the longest distance between neighbours; 0: an eighth of the longest edge, "
-           "0.28 of the radius, and of a box no more than of the smallest box or moving mesh that it may meet",
+           "0.28 of the radius, of a box no more than that of the smallest box that it may meet, of a fixed box nor "
+           "than that of a moving mesh",
        .unit = "m",
        .default_value = 0,
        .min = 0,

@@ -43,7 +43,8 @@ NodeInfo MultiratePredictor::declare() {
             {.doc = "weight of a sample against the one after it", .default_value = 0.98, .min = 0.9, .max = 1})
       .choice("model_structure", &Params::model_structure, {{"axes", Shared::axes}, {"per_axis", Shared::per_axis}},
               std::optional(Shared::per_axis), "one set of parameters for the three axes, or one an axis");
-  return node.warms_up("it has learnt from 3 / (1 - forgetting) samples, which hold 95 % of the weight")
+  return node
+      .warms_up("it has learnt from 3 / (1 - forgetting) samples, which hold 95 % of the weight, and 3 a parameter")
       .coarser("order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .coarser("input_order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .cheaper("prediction.linear")

@@ -142,7 +142,7 @@ NodeInfo Refitter::declare() {
       .formerly("detrend", "remove")
       .formerly("model_structure", "products")
       .role(Role::prediction)
-      .warms_up("its window is full and fitted (rls: it has taken 3 / (1 - forgetting) samples)")
+      .warms_up("its window is full (rls: it has taken 3 / (1 - forgetting) samples)")
       .metric("refits", "1", "fits of the coefficients", Better::neither)
       .metric("refit.rejected", "1", "fits of force or torque of samples that hold no energy: order 0 was sent",
               Better::lower)

@@ -46,9 +46,6 @@ void drain(NewMessages<T>& messages, Input<T>& in, Of of) {
   while (messages.next(in, m)) of(m);
 }
 
-/// What the forces change in this time tells the delay.
-constexpr Duration change_time{20'000'000};
-
 constexpr const char* too_short = "fewer than three commands come in the judged interval";
 
 std::string without_reference(const MetricUse& use) {
@@ -88,7 +85,7 @@ class PartMetrics {
     add(delivered + "error_above_30hz_" + suffix_, unit_, "RMS of the error above 30 Hz", Better::lower, true,
         string(too_short) + ", or commands come at 60 Hz or slower");
     add(delivered + "delay_ms", "ms", "delay behind the reference; positive: late", Better::lower, true,
-        string(too_short) + ", or the changes of the two do not correlate");
+        string(too_short) + ", or the correlation of their changes has no peak");
     add(delivered + "share_beyond_jnd", "1", "share of the time in which the error can be felt", Better::lower, true);
     const string no_loss = string(too_short) + ", or contact is never lost";
     add(delivered + "overshoot_after_loss_" + suffix_, unit_,
@@ -136,7 +133,8 @@ class PartMetrics {
 void declare_metrics(Declare<Metrics>& node) {
   PartMetrics(node, "force", "N", "N").declare();
   PartMetrics(node, "torque", "Nm", "N m").declare();
-  const char* const never_cold = "all nodes are warm from the start, or nothing comes before they are";
+  const char* const never_cold =
+      "all nodes are warm from the start or one never is, nothing comes before, or the whole run is judged";
   node.metric("judged.from_s", "s", "when the judged interval begins", Better::neither)
       .metric("judged.duration_s", "s", "how long it is", Better::neither)
       .missing_where("no command comes after its begin")
@@ -374,7 +372,7 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
     for (std::size_t i = 0; i < error.size(); ++i) error[i] -= r[i];
     report.set(delivered + "error_above_30hz_" + N, rms_above(error, rough_hz, 1 / step));
   }
-  const std::int64_t change = std::max(1LL, std::llround(change_time.seconds() / step));
+  const std::int64_t change = std::max(1LL, std::llround(delay_change_time_s / step));
   if (const auto lag = delay_of_changes(x, r, std::llround(params_.max_delay.seconds() / step), change)) {
     report.set(delivered + "delay_ms", *lag * step_ms);
   }

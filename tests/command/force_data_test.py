@@ -42,7 +42,7 @@ class ForceData(CommandTest):
         for force, (_, hold, fixed, refit, judged) in zip(forces, rows):
             # By a computation of its own: fixed is F_t + (F_t - F_{t-1}) / 2, from when all is warm on.
             stamps = 0.01 * numpy.arange(1, len(force) - 1)
-            warm = stamps >= float(judged) + 0.2
+            warm = stamps >= float(judged)
             held = numpy.linalg.norm(force[2:] - force[1:-1], axis=1)[warm]
             damped = numpy.linalg.norm(force[2:] - force[1:-1] - 0.5 * (force[1:-1] - force[:-2]), axis=1)[warm]
             self.assertAlmostEqual(float(hold), numpy.sqrt(numpy.mean(held ** 2)), delta=6e-4)
@@ -64,6 +64,7 @@ class ForceData(CommandTest):
         self.refused(good, "t_ms,fx_N,fy_N,fz_N", "bad.traj:1: expected 4 numbers", "found 6")
         self.refused(good + "30 0 0 1 2\n", COLUMNS, "bad.traj:4: expected 6 numbers", "found 5")
         self.refused(good + "30 0 0 1 2 nan\n", COLUMNS, "bad.traj:4: expected a finite number", "'nan'")
+        self.refused(good + "nan 0 0 1 2 3\n", COLUMNS, "bad.traj:4: expected a finite number", "'nan'")
         self.refused(good + "15 0 0 1 2 3\n", COLUMNS, "bad.traj:4: expected times that grow")
         self.refused("# nothing\n", COLUMNS, "expected three samples or more, found 0")
         # Too short for any window: that is the study's to refuse.

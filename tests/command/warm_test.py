@@ -120,6 +120,13 @@ class OneRun(CommandTest):
 
         self.refused(made("other", rows(2), of="dynamics.force"), "other.h5", "coupling.force")
         self.refused(made("short", rows(1)), "short.h5", "up to the end of the run, 2 s", "1 s")
+        self.refused(made("late", rows(2)[50:]), "late.h5", "from the begin of the run on", "0.5 s")
+        self.refused(made("gap", rows(2)[:80] + rows(2)[120:]), "gap.h5", "found none from 0.79 s to 1.2 s")
+        whole = made("whole", rows(2))
+        closed = self.write("closed.yaml", f"extends: {WALL / 'closed_loop.yaml'}\n")
+        result = tactor("run", closed, "--duration", "2", "--reference", whole, "--out", self.folder / "refused", environment=self.environment)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("closed loop", result.stderr)
         back = rows(2)
         back[50], back[51] = back[51], back[50]
         self.refused(made("back", back), "back.h5", "times that grow", "message 51")
@@ -148,7 +155,7 @@ duration: 5.5 s
         self.assertGreaterEqual(begin - SETTLE, max(warm))
         self.assertLess(begin - SETTLE, max(warm) + 0.1)
         for row in study["rows"]:
-            self.assertAlmostEqual(row["judged"]["from_s"], begin - SETTLE)
+            self.assertAlmostEqual(row["judged"]["from_s"], begin)
         self.assertIn("refit", study["rows"][0]["judged"]["last_warm"])
         self.assertGreaterEqual(study["metric_definitions"], 2)
         # As many one-step errors of each method count.
@@ -157,6 +164,7 @@ duration: 5.5 s
     def test_the_whole_is_judged_where_that_is_asked_for(self):
         self.study(self.STUDY, "whole", "--judge", "whole", "--seeds", "1")
         self.assertEqual({float(line["judged.from_s"]) for line in self.lines("whole")}, {SETTLE})
+        self.assertIn("judged from the start of the runs, their cold start with it", (self.folder / "whole/report.html").read_text())
         self.study(self.STUDY + "judge: whole\n", "said", "--seeds", "1")
         self.assertEqual({float(line["judged.from_s"]) for line in self.lines("said")}, {SETTLE})
         result = self.study(self.STUDY + "judge: most\n", "wrong", code=2)
@@ -198,7 +206,17 @@ duration: 5.5 s
             graph = self.write("truth.yaml", f"extends: {WALL / 'fixed.yaml'}\nrecord: [coupling.force]\n")
             self.run_ok("run", graph, "--duration", "5.5", "--seed", seed, "--out", self.folder / f"run{seed}")
             (self.folder / f"run{seed}/recording.h5").rename(self.folder / f"truth/wall_{seed}.h5")
+        # Every seed's is looked at before the first run.
+        (self.folder / "truth/wall_1002.h5").rename(self.folder / "other.h5")
+        self.assertIn("truth/wall_1002.h5", self.study(text, "missing", code=2).stderr)
+        self.assertFalse((self.folder / "missing/study.sqlite").exists())
+        (self.folder / "other.h5").rename(self.folder / "truth/wall_1002.h5")
         self.study(text, "judged")
+        # Another recording of the same name makes other runs.
+        saved = (self.folder / "truth/wall_1002.h5").read_bytes()
+        (self.folder / "truth/wall_1002.h5").write_bytes((self.folder / "truth/wall_1001.h5").read_bytes())
+        self.study(None, "judged", "--resume", code=2)
+        (self.folder / "truth/wall_1002.h5").write_bytes(saved)
         for line in self.lines("judged"):
             # Physics is its own truth: the open loop gives it the same motion.
             self.assertLess(float(line["physics.force.rms_error_N"]), 1e-12)

@@ -16,6 +16,7 @@ struct JudgedFrom {
   Time from{};          ///< before `settle`; zero: from the start
   std::size_t run = 0;  ///< the number of the run that was warm last, where `last` is not empty
   std::string last{};   ///< that run, and its node: `bunny refit, seed 1003: refit`; empty: all are warm from the start
+  bool cold = false;    ///< runs are judged from their start although a node of them has to warm up
 };
 
 /// What is run with every seed.

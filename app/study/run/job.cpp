@@ -28,7 +28,7 @@ void fields(auto& bytes, SameAs<Warmth> auto& warmth) {
   bytes(warmth.since, warmth.last, warmth.when);
 }
 void fields(auto& bytes, SameAs<Job> auto& job) {
-  bytes(job.kind, job.graph, job.overrides, job.reference, job.seed, job.libraries, job.repeats, job.warm_up,
+  bytes(job.kind, job.graph, job.overrides, job.reference, job.seed, job.seeds, job.libraries, job.repeats, job.warm_up,
         job.without_reference, job.reference_recording, job.judge_from, job.judge_whole, job.all_curves,
         job.time_limit_s, job.cache_folder);
 }

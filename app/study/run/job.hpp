@@ -28,6 +28,7 @@ struct Job {
   Overrides overrides;
   std::optional<Overrides> reference;  ///< as RunCase::reference
   std::uint64_t seed = 1;              ///< of the run; of a plan any seed of the study, for all of them
+  std::vector<std::uint64_t> seeds{};  ///< of a plan whose runs recordings judge: of all of them
   /// The node libraries that the study needs: keys of reference runs name those that are loaded.
   std::vector<std::string> libraries;
   std::int64_t repeats = 1;

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
 
 #include "app/output.hpp"
 #include "app/run/cpu_time.hpp"
+#include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
 #include "app/study/run/job.hpp"
 #include "app/study/run/study_worker.hpp"
@@ -106,6 +109,7 @@ class StudyRunner {
     job.warm_up = options_.warm_up;
     job.without_reference = options_.without_reference;
     job.reference_recording = cases_[c].reference_recording;
+    if (kind == JobKind::plan && !job.reference_recording.empty()) job.seeds = options_.seeds;
     job.judge_whole = !options_.judge_warm;
     if (options_.judge_warm && kind == JobKind::run) job.judge_from = judged_[cases_[c].group].from;
     job.time_limit_s = options_.run_timeout_s;
@@ -160,16 +164,20 @@ class StudyRunner {
     std::vector<RunName> names;
     for (std::size_t c = 0; c < cases_.size(); ++c) {
       for (const std::uint64_t seed : options_.seeds) {
-        names.push_back({graph_name(c), cases_[c].configuration, seed, content_of(c)});
+        names.push_back({graph_name(c), cases_[c].configuration, seed, content_of(c, seed)});
       }
     }
     return names;
   }
 
-  /// What its runs are, with the interval that they are judged on.
-  [[nodiscard]] std::string content_of(std::size_t c) const {
+  /// What a run is, with the interval that it is judged on and the recording that judges it.
+  [[nodiscard]] std::string content_of(std::size_t c, std::uint64_t seed) const {
     const Time from = judged_[cases_[c].group].from;
-    return from == Time{} ? checks_[c].content : content_key({checks_[c].content, std::to_string(from.ns)});
+    std::string content = checks_[c].content;
+    if (from != Time{}) content = content_key({content, std::to_string(from.ns)});
+    if (cases_[c].reference_recording.empty()) return content;
+    std::ifstream file(recording_of(cases_[c].reference_recording, graph_name(c), seed), std::ios::binary);
+    return content_key({content, std::string(std::istreambuf_iterator<char>(file), {})});
   }
 
   /// Finds from when on the nodes of all runs of a group are warm. Throws InputError where one never is, or where too
@@ -177,7 +185,12 @@ class StudyRunner {
   void find_intervals() {
     judged_.resize(1);
     for (const RunCase& c : cases_) judged_.resize(std::max(judged_.size(), c.group + 1));
-    if (!options_.judge_warm) return;
+    if (!options_.judge_warm) {
+      for (std::size_t c = 0; c < cases_.size(); ++c) {
+        judged_[cases_[c].group].cold = judged_[cases_[c].group].cold || checks_[c].has_to_warm_up;
+      }
+      return;
+    }
     std::vector<std::size_t> runs;
     for (std::size_t run = 0; run < cases_.size() * seeds(); ++run) {
       if (checks_[run / seeds()].has_to_warm_up && !obstacles_[run / seeds()]) runs.push_back(run);
@@ -196,7 +209,9 @@ class StudyRunner {
       if (answer.failure.empty()) take_warmth(runs[i], answer.warmth);
       return true;
     };
-    batch.lost = [](std::size_t, const Ending&) {};
+    batch.lost = [&](std::size_t i, const Ending& ending) {
+      tell_loss("the search for when " + name_of(runs[i]) + " is warm", ending);
+    };
     if (!pool_.run(batch)) throw RunError("interrupted before the first run; runs that had finished are kept");
     if (!never_warm_.empty()) {
       // Jobs end in any order, and what is told of them does not depend on it.
@@ -213,9 +228,10 @@ class StudyRunner {
       return;
     }
     JudgedFrom& judged = judged_[cases_[run / seeds()].group];
+    if (*warmth.since == Time{}) return;
     const Time from = rounded_up(*warmth.since);
     if (from <= judged.from && (from < judged.from || run > judged.run)) return;
-    judged = {from, run, fmt::format("{}: {}", name_of(run), warmth.last)};
+    judged = {from, run, fmt::format("{}: {}", name_of(run), warmth.last), false};
   }
 
   /// To a tenth of a second, so that a table can name it.

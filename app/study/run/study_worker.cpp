@@ -90,9 +90,9 @@ std::string case_of(const Job& job) {
   return to_message(bare);
 }
 
-/// The recording that judges the run of the job.
-std::filesystem::path recording_of(const Job& job, const Plan& plan) {
-  return tactor::recording_of(job.reference_recording, plan.graph.name, job.seed);
+/// The recording that judges the run of that seed.
+std::filesystem::path recording_of(const Job& job, const Plan& plan, std::uint64_t seed) {
+  return tactor::recording_of(job.reference_recording, plan.graph.name, seed);
 }
 
 std::string content_of(const Plan& plan, const std::optional<Plan>& reference) {
@@ -164,7 +164,7 @@ CaseCheck StudyWorker::check(const Job& job) {
     found.duration_s = plan.graph.duration.seconds();
     found.has_to_warm_up = has_to_warm_up(plan);
     if (!job.reference_recording.empty()) {
-      static_cast<void>(recorded_reference(recording_of(job, plan), plan));
+      for (const std::uint64_t seed : job.seeds) check_recorded_reference(recording_of(job, plan, seed), plan);
     } else if (!job.without_reference) {
       found.reference = reference_id(reference ? *reference : plan);
     }
@@ -235,7 +235,7 @@ std::optional<RunRecord> StudyWorker::run_repeats(const Job& job, const PoolLink
     options.progress = [&](double, const char*) { return pool.go_on(); };
     if (plans.reference) options.reference = &*plans.reference;
     options.without_reference = job.without_reference;
-    if (!job.reference_recording.empty()) options.reference_recording = recording_of(job, plans.own);
+    if (!job.reference_recording.empty()) options.reference_recording = recording_of(job, plans.own, job.seed);
     options.judge_from = job.judge_from;
     options.judge_whole = job.judge_whole;
     std::vector<RunResult> results;

@@ -330,6 +330,19 @@ std::string populations_text(const std::optional<SeedSpread>& spread) {
                      pretty(two.low_max), two.high_count, pretty(two.high_min), pretty(two.high_max));
 }
 
+namespace {
+
+/// From when on the runs of the row are judged, `settle` included where they say so.
+double judged_from_s(const CompareRow& row) {
+  for (const RunResult& run : row.runs) {
+    const double said = run.metric("judged.from_s");
+    if (std::isfinite(said)) return said;
+  }
+  return row.judged.from.seconds();
+}
+
+}  // namespace
+
 std::vector<std::string> judged_sentences(const Comparison& comparison) {
   std::vector<std::string> sentences;
   std::string graph;
@@ -338,7 +351,11 @@ std::vector<std::string> judged_sentences(const Comparison& comparison) {
     if (row.judged.last.empty() || row.judged.last == graph) continue;
     graph = row.judged.last;
     sentences.push_back(fmt::format("{}: judged from {} s on, when all that is compared is warm (last: {})", row.graph,
-                                    pretty(row.judged.from.seconds()), row.judged.last));
+                                    pretty(judged_from_s(row)), row.judged.last));
+  }
+  if (std::any_of(comparison.rows.begin(), comparison.rows.end(),
+                  [](const CompareRow& row) { return row.judged.cold; })) {
+    sentences.emplace_back("judged from the start of the runs, their cold start with it (judge: whole)");
   }
   sentences.push_back(fmt::format("metrics by version {} of their definitions", metric_definitions));
   return sentences;
@@ -417,7 +434,7 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     }
     metric["by_seed"] = by_seed(row.values[c]);
   }
-  json["judged"] = {{"from_s", row.judged.from.seconds()}, {"last_warm", row.judged.last}};
+  json["judged"] = {{"from_s", judged_from_s(row)}, {"last_warm", row.judged.last}};
   json["spread_of_repeats"] = by_seed(row.spread);
   json["control_us"] = by_seed(row.control_us);
   json["against"]["row"] = comparison.rows[row.against].name();

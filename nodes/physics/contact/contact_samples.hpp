@@ -20,8 +20,8 @@ struct ContactSamples {
 double default_spacing(const Shape& shape);
 
 /// That of a box which meets others whose own spacing is `others` (m) at the least: not coarser than theirs, so that no
-/// sample stands for more of a surface than a body that lies on it covers. Not so fine that the box has more than
-/// 200,000 samples.
+/// sample stands for more of a surface than a body that lies on it covers. Not so fine that the box has many more
+/// than 200,000 samples.
 double box_spacing(const BoxShape& box, double others);
 
 /// Samples with at most `spacing` (m) between neighbours, or that of default_spacing where it is 0.
