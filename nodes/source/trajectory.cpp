@@ -76,11 +76,20 @@ std::vector<WayPoint> repeated(const std::vector<WayPoint>& points, double after
     throw ValueError("repeat_after", "repeat_after: expected at least the time of the last way-point, " +
                                          std::to_string(points.back().t) + " s, found " + std::to_string(after) + " s");
   }
+  // Sums of times are not exact: nearer than that, two points are at one time.
+  constexpr double same_time = 1e-6;
+  const WayPoint &first = points.front(), &last = points.back();
+  const bool returns = first.p_WH == last.p_WH && first.r_WH == last.r_WH;
+  if (after + first.t < last.t + same_time && !returns) {
+    throw ValueError("repeat_after",
+                     "repeat_after: expected more than the time of the last way-point, " + std::to_string(last.t) +
+                         " s, which leaves time for the way to the first one, found " + std::to_string(after) + " s");
+  }
   std::vector<WayPoint> all = points;
   for (int pass = 1; pass <= 2 * passes_beside; ++pass) {
     for (WayPoint point : points) {
       point.t += pass * after;
-      if (point.t > all.back().t) all.push_back(point);
+      if (point.t > all.back().t + same_time) all.push_back(point);
     }
   }
   return all;

@@ -330,3 +330,29 @@ BOOST_AUTO_TEST_CASE(a_path_that_begins_again_repeats_its_motion_and_not_its_tre
   params.repeat_after = Duration::from_seconds(1.4);
   check_refused(params, "repeat_after: expected at least the time of the last way-point, 1.5");
 }
+
+BOOST_AUTO_TEST_CASE(a_path_of_any_length_that_begins_again_stays_among_its_points) {
+  // Sums of such times differ in their last digits, and two points at nearly one time would throw a spline far off.
+  for (int ms = 1001; ms < 1400; ms += 7) {
+    const double end = 1e-3 * ms;
+    const Table closed{7, {0,         0.02,  0, 0, 0, 0, 0, 0.3 * end, 0.012, 0, 0, 0, 0, 0,
+                           0.6 * end, 0.025, 0, 0, 0, 0, 0, end,       0.02,  0, 0, 0, 0, 0}};
+    TrajectorySource::Params params = params_of(closed, PathKind::cubic);
+    params.repeat_after = Duration::from_seconds(end);
+    const TrajectorySource path(params, context_of());
+    for (double t = 0; t < 20 * end; t += 0.013) BOOST_TEST(std::abs(path.at(t).X_WH.p.x - 0.02) < 0.02);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_path_that_ends_elsewhere_needs_time_for_the_way_back) {
+  const Table open{7, {0, 0.02, 0, 0, 0, 0, 0, 1, 0.01, 0, 0, 0, 0, 0}};
+  TrajectorySource::Params params = params_of(open, PathKind::minimum_jerk);
+  params.repeat_after = Duration::from_seconds(1);
+  check_refused(params, "repeat_after: expected more than the time of the last way-point, 1.000000 s");
+  params.repeat_after = Duration::from_seconds(1.5);
+  const TrajectorySource path(params, context_of());
+  for (const int pass : {1, 2, 4, 9}) {
+    BOOST_TEST(std::abs(path.at(1.5 * pass).X_WH.p.x - 0.02) < 1e-9);
+    BOOST_TEST(std::abs(path.at(1.5 * pass + 1).X_WH.p.x - 0.01) < 1e-9);
+  }
+}
