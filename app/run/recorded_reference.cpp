@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <memory>
 
@@ -73,9 +71,23 @@ ReferenceStream read_stream(RecordingReader& reader, const std::string& name, co
   return found;
 }
 
+/// Refuses a plan whose hand moves otherwise than it did when the recording was made.
+void refuse_unknown_paths(const Plan& plan) {
+  const std::string graph = plan.graph.file.string();
+  if (plan.graph.clock == Clock::real) {
+    throw InputError(
+        graph + ": expected clock: virtual, in which the hand moves as it did for the recording, found clock: real");
+  }
+  if (!must_be_followed(PlanNodes(plan))) return;
+  throw InputError(graph +
+                   ": expected a hand whose path does not depend on the forces, as it did not when the recording was "
+                   "made; found a device in closed loop; add --set NODE.loop=open");
+}
+
 }  // namespace
 
 Reference recorded_reference(const fs::path& recording, const Plan& plan) {
+  refuse_unknown_paths(plan);
   Reference reference;
   const std::unique_ptr<RecordingReader> reader = load_record_library().open(recording);
   for (const PlannedEdge& edge : plan.edges) {
@@ -90,19 +102,6 @@ Reference recorded_reference(const fs::path& recording, const Plan& plan) {
                      "none; a reference is for that");
   }
   return reference;
-}
-
-void check_recorded_reference(const fs::path& recording, const Plan& plan) {
-  const std::string graph = plan.graph.file.string();
-  if (plan.graph.clock == Clock::real) {
-    throw InputError(
-        graph + ": expected clock: virtual, in which the hand moves as it did for the recording, found clock: real");
-  }
-  static_cast<void>(recorded_reference(recording, plan));
-  if (!must_be_followed(PlanNodes(plan))) return;
-  throw InputError(graph +
-                   ": expected a hand whose path does not depend on the forces, as it did not when the recording was "
-                   "made; found a device in closed loop; add --set NODE.loop=open");
 }
 
 fs::path recording_of(const std::string& pattern, const std::string& graph, std::uint64_t seed) {

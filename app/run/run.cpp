@@ -59,10 +59,11 @@ NodeCost node_cost(const NodeSpec& spec, const NodeStatistics& metrics) {
   return cost;
 }
 
-/// The reference run, or the one in the cache. Sets `interrupted`, and throws RunError, where it is told not to go on.
-void find_reference(const Plan& plan, const RunOptions& options, PlanNodes& nodes, ReferenceCost& cost,
-                    bool& interrupted) {
-  if (options.reference_recording) return set_reference(nodes, recorded_reference(*options.reference_recording, plan));
+/// Gives the nodes what judges the run: the recording, else the reference run or the one in the cache. Sets
+/// `interrupted`, and throws RunError, where it is told not to go on.
+void find_reference(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
+                    PlanNodes& nodes, ReferenceCost& cost, bool& interrupted) {
+  if (recorded) return set_reference(nodes, *recorded);
   const Plan& referred = options.reference != nullptr ? *options.reference : plan;
   const Plan reference_plan = make_reference_plan(referred);
   if (reference_plan.nodes.empty()) return;
@@ -100,10 +101,11 @@ Time judged_from(const Warmth& warmth, const RunOptions& options) {
 }
 
 /// What the nodes report, where they can be asked, and the metrics of nodes and edges.
-void judge(const Plan& plan, const RunOptions& options, PlanNodes* nodes, RunResult& result) {
+void judge(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded, PlanNodes* nodes,
+           RunResult& result) {
   if (nodes != nullptr && !result.interrupted && !result.failure && !options.without_reference) {
     try {
-      find_reference(plan, options, *nodes, result.reference, result.reference_interrupted);
+      find_reference(plan, options, recorded, *nodes, result.reference, result.reference_interrupted);
     } catch (const RunError& error) {
       // The run itself is over and keeps its metrics; those against the reference are left out.
       if (!result.reference_interrupted) result.failure = error.what();
@@ -190,7 +192,8 @@ void run_virtual(Session& session, const RunOptions& options, RunResult& result)
   session.finish();
 }
 
-void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& result) {
+void execute_virtual(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
+                     RunResult& result) {
   Session session(plan, {.measure_cpu = true, .pace = options.watcher != nullptr ? 1.0 : 0.0});
   pass_notes(session.nodes(), options);
   {
@@ -206,7 +209,7 @@ void execute_virtual(const Plan& plan, const RunOptions& options, RunResult& res
   }
   result.duration_s = session.now().seconds();
   add_statistics(session, result);
-  judge(plan, options, &session.nodes(), result);
+  judge(plan, options, recorded, &session.nodes(), result);
 }
 
 /// Goes on until the run has ended, lets the watcher attend fifty times a second, and asks ten times a second whether
@@ -287,7 +290,7 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   add_statistics(session, result);
   add_devices(*result.live, result);
   // The nodes of an abandoned run cannot be asked: one of them is still at work.
-  judge(plan, options, result.abandoned ? nullptr : &session.nodes(), result);
+  judge(plan, options, std::nullopt, result.abandoned ? nullptr : &session.nodes(), result);
 }
 
 }  // namespace
@@ -320,13 +323,14 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
   result.planned_s = plan.graph.duration.seconds();
-  // A recording that cannot judge the run is bad input, which is said before it begins.
-  if (options.reference_recording) check_recorded_reference(*options.reference_recording, plan);
+  // A recording that cannot judge the run is bad input, which is said before it begins. It judges no live run.
+  std::optional<Reference> recorded;
+  if (options.reference_recording) recorded = recorded_reference(*options.reference_recording, plan);
   result.declared = run_metrics(plan, !options.without_reference, options.follow != nullptr).reported;
   if (plan.graph.clock == Clock::real) {
     execute_live(plan, options, result);
   } else {
-    execute_virtual(plan, options, result);
+    execute_virtual(plan, options, recorded, result);
   }
   result.peak_memory_MB = peak_memory_MB();
   return result;

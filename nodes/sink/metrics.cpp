@@ -23,6 +23,8 @@ constexpr double rough_hz = 30;
 /// little late is followed by one in time, a few microseconds after it.
 constexpr std::size_t rate_intervals = 10;
 
+constexpr Time never{std::numeric_limits<std::int64_t>::max()};
+
 double median(std::vector<double> x) {
   const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
   std::nth_element(x.begin(), middle, x.end());
@@ -307,43 +309,44 @@ void Metrics::step(StepContext&) {
 }
 
 void Metrics::report(Report& report) const {
-  const Part force_part{"force", "N", &Wrench::force, params_.jnd_force, params_.loss_force};
-  const Part torque_part{"torque", "Nm", &Wrench::torque, params_.jnd_torque, params_.loss_torque};
   report_interval(report);
   report_cold_start(report);
-  report_delivered(report, force_part);
-  if (torque_) report_delivered(report, torque_part);
-  report_one_step(report, force_part, true);
-  if (torque_) report_one_step(report, torque_part, false);
+  report_delivered(report, force_part());
+  if (torque_) report_delivered(report, torque_part());
+  report_one_step(report, force_part(), true);
+  if (torque_) report_one_step(report, torque_part(), false);
   report_physics(report);
-  report_physics_error(report, force_part);
-  if (torque_) report_physics_error(report, torque_part);
+  report_physics_error(report, force_part());
+  if (torque_) report_physics_error(report, torque_part());
   report_contacts(report);
   report_displacement(report);
   report_stability(report);
 }
 
-void Metrics::report_delivered(Report& report, const Part& part) const {
+Metrics::Delivered Metrics::delivered(const Part& part, Time from, Time until) const {
   const auto truth = force.reference();
-  std::vector<double> time;
-  std::vector<Vec3> shown;
-  std::vector<Vec3> wanted;
+  Delivered found;
   std::size_t cursor = 0;
-  const Time from = begin_of(report);
-  std::size_t settled = 0;
   for (const Stamped<Wrench>& c : commands_) {
     const Time t = c.stamp.valid;
-    if (!truth.empty() && t > truth.back().stamp.valid) break;
-    if (t < from) ++settled;
-    time.push_back(t.seconds());
-    shown.push_back(c.value.*part.member);
-    if (!truth.empty()) wanted.push_back(value_at(truth, t, cursor).*part.member);
+    if (t < from) continue;
+    if (t >= until || (!truth.empty() && t > truth.back().stamp.valid)) break;
+    found.time.push_back(t.seconds());
+    found.shown.push_back(c.value.*part.member);
+    if (!truth.empty()) found.wanted.push_back(value_at(truth, t, cursor).*part.member);
   }
+  return found;
+}
+
+void Metrics::report_delivered(Report& report, const Part& part) const {
+  const auto [time, shown, wanted] = delivered(part, Time{}, never);
+  const auto settled =
+      static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), begin_of(report).seconds()) - time.begin());
   // The series of a force keep the short names; those of a torque say what they are.
   const string prefix = string(part.name) == "force" ? "" : "torque.";
   const char* unit = prefix.empty() ? "N" : "N m";
   add_axes(report, prefix + "commanded", unit, time, shown);
-  if (!truth.empty()) add_axes(report, prefix + "reference", unit, time, wanted);
+  if (!wanted.empty()) add_axes(report, prefix + "reference", unit, time, wanted);
   if (time.size() < settled + 3) return;
 
   const double step = (time.back() - time[settled]) / static_cast<double>(time.size() - settled - 1);
@@ -355,7 +358,7 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
   report.set(delivered + "rms_d1_" + N + "_per_ms", mine.rms_d1);
   report.set(delivered + "rms_d2_" + N + "_per_ms2", mine.rms_d2);
   report.set(delivered + "max_step_" + N, mine.max_step);
-  if (truth.empty()) return;
+  if (wanted.empty()) return;
 
   const std::span<const Vec3> r = std::span(wanted).subspan(settled);
   const Smoothness ideal = smoothness(r, step_ms);
@@ -399,7 +402,6 @@ Metrics::OneStep Metrics::one_step(const Part& part, Time from, Time until) cons
 }
 
 void Metrics::report_one_step(Report& report, const Part& part, bool series) const {
-  constexpr Time never{std::numeric_limits<std::int64_t>::max()};
   OneStep errors = one_step(part, begin_of(report), never);
   if (errors.predicted.empty()) return;
   const string one_step = string("one_step.") + part.name + ".";
@@ -422,20 +424,10 @@ void Metrics::report_interval(Report& report) const {
 void Metrics::report_cold_start(Report& report) const {
   const Time from = Time{} + params_.settle;
   const Time until = report.judged_from();
-  const Part force_part{"force", "N", &Wrench::force, params_.jnd_force, params_.loss_force};
-  const OneStep errors = one_step(force_part, from, until);
+  const OneStep errors = one_step(force_part(), from, until);
   if (!errors.predicted.empty()) report.set("cold_start.one_step.force.rms_error_N", rms(errors.predicted));
-  const auto truth = force.reference();
-  std::vector<Vec3> shown, wanted;
-  std::size_t cursor = 0;
-  for (const Stamped<Wrench>& c : commands_) {
-    const Time t = c.stamp.valid;
-    if (t < from) continue;
-    if (truth.empty() || t >= until || t > truth.back().stamp.valid) break;
-    shown.push_back(c.value.force);
-    wanted.push_back(value_at(truth, t, cursor).force);
-  }
-  if (!shown.empty()) report.set("cold_start.delivered.force.rms_error_N", rms_error(shown, wanted));
+  const Delivered cold = delivered(force_part(), from, until);
+  if (!cold.wanted.empty()) report.set("cold_start.delivered.force.rms_error_N", rms_error(cold.shown, cold.wanted));
 }
 
 void Metrics::report_physics(Report& report) const {

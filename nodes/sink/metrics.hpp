@@ -59,8 +59,22 @@ class Metrics final : public Node {
     std::vector<double> held;       ///< of a hold instead
   };
 
+  /// What was displayed, and what the reference run wanted then; `wanted` is empty without one.
+  struct Delivered {
+    std::vector<double> time;  ///< s
+    std::vector<Vec3> shown, wanted;
+  };
+
+  [[nodiscard]] Part force_part() const {
+    return {"force", "N", &Wrench::force, params_.jnd_force, params_.loss_force};
+  }
+  [[nodiscard]] Part torque_part() const {
+    return {"torque", "Nm", &Wrench::torque, params_.jnd_torque, params_.loss_torque};
+  }
   /// When the judged interval begins: all nodes are warm, and `settle` has passed since.
   [[nodiscard]] Time begin_of(const Report& report) const;
+  /// Of commands in [from, until), none after the reference run's end.
+  [[nodiscard]] Delivered delivered(const Part& part, Time from, Time until) const;
   /// Of forecasts stamped in [from, until).
   [[nodiscard]] OneStep one_step(const Part& part, Time from, Time until) const;
   void report_interval(Report& report) const;

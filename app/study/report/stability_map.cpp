@@ -1,4 +1,5 @@
 #include "app/study/report/stability_map.hpp"
+#include "app/run/recorded_reference.hpp"
 
 #include <fmt/format.h>
 
@@ -334,6 +335,11 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   options.recording = out / "recording.h5";
   options.without_reference = study.spec.without_reference;
   options.judge_whole = study.spec.judge == JudgedPart::whole;
+  // As the cell was: where all that is compared with it is warm.
+  if (!options.judge_whole) options.judge_from = c.judged.from;
+  if (!c.reference_recording.empty()) {
+    options.reference_recording = recording_of(c.reference_recording, plan.graph.name, plan.graph.seed);
+  }
   options.progress = [&](double, const char*) { return !interrupted(); };
   const RunResult result = execute(plan, options);
   if (result.interrupted || result.reference_interrupted) {

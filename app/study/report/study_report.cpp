@@ -142,8 +142,8 @@ std::string compare_tables(const Comparison& comparison) {
       std::vector<std::string> quantiles{"5 to 95 % of seeds"}, worst{"worst (seed)"};
       for (std::size_t row = begin; row < end; ++row) {
         const auto spread = seed_spread(comparison.seeds, comparison.rows[row].values[c]);
-        quantiles.push_back(spread ? pretty(spread->low) + " to " + pretty(spread->high) : "-");
-        worst.push_back(spread ? fmt::format("{} ({})", pretty(spread->worst), spread->worst_seed) : "-");
+        quantiles.push_back(quantiles_text(spread));
+        worst.push_back(worst_text(spread));
       }
       table.add(quantiles);
       table.add(worst);

@@ -44,8 +44,8 @@ void add_spread(TextTable& table, const Comparison& comparison, std::size_t colu
   bool any = false;
   for (const CompareRow& row : comparison.rows) {
     const auto spread = seed_spread(comparison.seeds, row.values[column]);
-    quantiles.push_back(spread ? fmt::format("{} to {}", pretty(spread->low), pretty(spread->high)) : "-");
-    worst.push_back(spread ? fmt::format("{} ({})", pretty(spread->worst), spread->worst_seed) : "-");
+    quantiles.push_back(quantiles_text(spread));
+    worst.push_back(worst_text(spread));
     const bool split = spread && spread->populations;
     any = any || split;
     two.push_back(split ? fmt::format("{} + {} seeds", spread->populations->low_count, spread->populations->high_count)
@@ -99,11 +99,11 @@ std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t se
 }
 
 std::string quantiles_text(const std::optional<SeedSpread>& spread) {
-  return spread ? fmt::format("{:.3f} to {:.3f}", spread->low, spread->high) : "-";
+  return spread ? fmt::format("{} to {}", pretty(spread->low), pretty(spread->high)) : "-";
 }
 
 std::string worst_text(const std::optional<SeedSpread>& spread) {
-  return spread ? fmt::format("{:.3f} ({})", spread->worst, spread->worst_seed) : "-";
+  return spread ? fmt::format("{} ({})", pretty(spread->worst), spread->worst_seed) : "-";
 }
 
 std::string ratios_text(const StudySpec& spec) {

@@ -345,13 +345,16 @@ double judged_from_s(const CompareRow& row) {
 
 std::vector<std::string> judged_sentences(const Comparison& comparison) {
   std::vector<std::string> sentences;
-  std::string graph;
+  const bool alike = std::all_of(comparison.rows.begin(), comparison.rows.end(), [&](const CompareRow& row) {
+    return row.judged.last == comparison.rows.front().judged.last;
+  });
+  std::string last;
   for (const CompareRow& row : comparison.rows) {
     // The rows of a group are judged alike; those of a study are the configurations of a graph.
-    if (row.judged.last.empty() || row.judged.last == graph) continue;
-    graph = row.judged.last;
-    sentences.push_back(fmt::format("{}: judged from {} s on, when all that is compared is warm (last: {})", row.graph,
-                                    pretty(judged_from_s(row)), row.judged.last));
+    if (row.judged.last.empty() || row.judged.last == last) continue;
+    last = row.judged.last;
+    sentences.push_back(fmt::format("{}judged from {} s on, when all that is compared is warm (last: {})",
+                                    alike ? "" : row.graph + ": ", pretty(judged_from_s(row)), last));
   }
   if (std::any_of(comparison.rows.begin(), comparison.rows.end(),
                   [](const CompareRow& row) { return row.judged.cold; })) {

@@ -40,6 +40,8 @@ class BodyPair {
   void find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
   /// The shares of both sides in the last `find` (above); zero where it found nothing.
   [[nodiscard]] Shares shares() const { return shares_; }
+  /// Whether both sides have samples.
+  [[nodiscard]] bool has_two_sides() const { return side_a_ && side_b_; }
   /// The contact of that key (see contact_key) at these poses, however far away, with the weight that shares give it.
   [[nodiscard]] Contact at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const;
 

@@ -1,6 +1,8 @@
 #include "nodes/physics/contact/scene_contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 
 #include "nodes/physics/contact/doubts.hpp"
 
@@ -82,6 +84,7 @@ bool has_spaced_samples(const Scene& scene) {
 SceneContacts::SceneContacts(const Scene& scene, const ContactOptions& options, const MakeMeshDistance& make_distance,
                              const HandPath* hand, Notes* notes)
     : reduction_(options.max_contacts, usual_contacts),
+      margin_(options.margin),
       anchor_count_(static_cast<std::size_t>(options.anchors)),
       anchor_time_(options.anchor_time),
       local_reduction_(options.local_contacts, usual_contacts) {
@@ -108,7 +111,12 @@ SceneContacts::SceneContacts(const Scene& scene, const ContactOptions& options, 
   found_ahead_.reserve(usual_contacts);
   around_.reserve(usual_contacts);
   keys_.reserve(LocalContacts::max_anchors * usual_contacts);
-  for (Anchor& anchor : anchors_) anchor.shares.reserve(pairs_.size());
+  near_.reserve(LocalContacts::max_anchors * usual_contacts);
+  lasting_.resize(pairs_.size());
+  for (Anchor& anchor : anchors_) {
+    anchor.shares.reserve(pairs_.size());
+    anchor.depths.reserve(pairs_.size());
+  }
   if (notes != nullptr) tell_doubts(scene, options.spacing, hand, *notes);
 }
 
@@ -152,10 +160,11 @@ void SceneContacts::find(const BodyStates& states, ContactSet& set) {
   reduction_.reduce(found_, set);
 }
 
-/// Adds the keys of the contacts at an anchor and notes the shares there.
+/// Adds the keys of the contacts at an anchor and notes what each side of a pair has there.
 void SceneContacts::find_at(Anchor& anchor) {
   found_ahead_.clear();
   anchor.shares.clear();
+  anchor.depths.assign(pairs_.size(), {});
   for (Entry& entry : pairs_) {
     const ContactPair indices = entry.pair.indices();
     entry.pair.find(pose(anchor.bodies, indices.body, entry.a), pose(anchor.bodies, indices.other, entry.b),
@@ -163,6 +172,14 @@ void SceneContacts::find_at(Anchor& anchor) {
     anchor.shares.push_back(entry.pair.shares());
   }
   keys_.insert(keys_.end(), found_ahead_.key.begin(), found_ahead_.key.end());
+  for (std::size_t i = 0; i < found_ahead_.key.size(); ++i) {
+    const std::uint64_t key = found_ahead_.key[i];
+    const auto e = static_cast<std::size_t>(pair_number(key));
+    if (!pairs_[e].pair.has_two_sides()) continue;
+    const Contact& c = found_ahead_.contact[i];
+    near_.push_back({key, c.weight * (margin_ - c.distance)});
+    (is_from_b(key) ? anchor.depths[e].b : anchor.depths[e].a) += c.weight * std::max(0.0, -c.distance);
+  }
 }
 
 /// Where a pair has no contact at an anchor, its shares there are those of the last one that has.
@@ -178,6 +195,46 @@ void SceneContacts::fill_shares() {
   }
 }
 
+/// Changes the shares of pairs with samples on both sides, at each anchor, as find_ahead says. Towards the side that
+/// lasts less its share falls with the 32nd power of the ratio in which it lasts: to nothing where that is below 0.8.
+void SceneContacts::prefer_lasting_sides() {
+  constexpr double power = 32, nothing = 1e-3;
+  std::fill(lasting_.begin(), lasting_.end(), std::array<Lasting, 2>{});
+  std::sort(near_.begin(), near_.end(), [](const NearSide& x, const NearSide& y) { return x.key < y.key; });
+  for (std::size_t i = 0; i < near_.size();) {
+    const std::uint64_t key = near_[i].key;
+    double least = near_[i].extent, most = least;
+    std::size_t anchors_near = 0;
+    for (; i < near_.size() && near_[i].key == key; ++i, ++anchors_near) {
+      least = std::min(least, near_[i].extent);
+      most = std::max(most, near_[i].extent);
+    }
+    Lasting& side = lasting_[static_cast<std::size_t>(pair_number(key))][is_from_b(key) ? 1 : 0];
+    if (anchors_near == anchor_count_) side.least += least;
+    side.most += most;
+  }
+  for (std::size_t e = 0; e < pairs_.size(); ++e) {
+    const double a = lasting_[e][0].share(), b = lasting_[e][1].share();
+    // No side lasts, or one alone has samples there.
+    if (!(std::max(a, b) > 0) || lasting_[e][0].most == 0 || lasting_[e][1].most == 0) continue;
+    const auto preference = [&](double lasting) {
+      const double p = std::pow(lasting / std::max(a, b), power);
+      return p < nothing ? 0 : p;
+    };
+    for (Anchor& anchor : anchors()) {
+      const BodyPair::Shares was = anchor.shares[e], depth = anchor.depths[e];
+      const double of_a = was.a * preference(a), of_b = was.b * preference(b);
+      if (!(of_a + of_b > 0)) continue;
+      BodyPair::Shares is{of_a / (of_a + of_b), of_b / (of_a + of_b)};
+      // The two sides do not make the same force of the same overlap, so what is left is made to push as both did.
+      const auto changed = [](double from, double to) { return from > 0 ? to / from : 0; };
+      const double pushes = depth.a * changed(was.a, is.a) + depth.b * changed(was.b, is.b);
+      const double as_both = pushes > 0 ? std::clamp((depth.a + depth.b) / pushes, 0.5, 2.0) : 1;
+      anchor.shares[e] = {as_both * is.a, as_both * is.b};
+    }
+  }
+}
+
 Contact SceneContacts::contact_at(const Anchor& anchor, std::uint64_t key) const {
   const auto e = static_cast<std::size_t>(pair_number(key));
   const Entry& entry = pairs_[e];
@@ -188,11 +245,13 @@ Contact SceneContacts::contact_at(const Anchor& anchor, std::uint64_t key) const
 
 void SceneContacts::find_ahead(const BodyStates& states, double age, LocalContacts& around) {
   keys_.clear();
+  near_.clear();
   for (std::size_t j = 0; j < anchor_count_; ++j) {
     anchors_[j].bodies = moved_on(states, age + static_cast<double>(j) * anchor_time_);
     find_at(anchors_[j]);
   }
   fill_shares();
+  prefer_lasting_sides();
   std::sort(keys_.begin(), keys_.end());
   keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
   around_.clear();

@@ -40,6 +40,10 @@ class SceneContacts {
   /// velocities. The anchors are where the bodies are by now, and where they will be `anchor_time` and twice that
   /// later. Every sample within the margin at one of them is a contact, looked up at all. Of more than
   /// `local_contacts`, ContactReduction chooses by the middle one.
+  ///
+  /// Where both bodies of a pair have samples, those of the body that keeps its samples in contact on this way count
+  /// more than in `find`. So a box that slides over a larger one is known by its own samples: those of the larger one
+  /// that it leaves, and those that it comes over, would be known too late. The force at rest is that of `find`.
   void find_ahead(const BodyStates& bodies, double age, LocalContacts& around);
 
  private:
@@ -58,18 +62,33 @@ class SceneContacts {
   struct Anchor {
     BodyStates bodies;
     std::vector<BodyPair::Shares> shares;  // by pair
+    std::vector<BodyPair::Shares> depths;  // sum(weight * depth) of each side, by pair
+  };
+  /// A sample found at an anchor, of a pair that has samples on both sides.
+  struct NearSide {
+    std::uint64_t key;
+    double extent;  // weight * (margin - distance)
+  };
+  /// What the samples of one side of a pair have in common over the anchors.
+  struct Lasting {
+    double least = 0, most = 0;  // sums of their least and their greatest extent
+    [[nodiscard]] double share() const { return most > 0 ? least / most : 0; }
   };
   void find_at(Anchor& anchor);
   void fill_shares();
+  void prefer_lasting_sides();
   [[nodiscard]] Contact contact_at(const Anchor& anchor, std::uint64_t key) const;
   [[nodiscard]] std::span<Anchor> anchors() { return std::span(anchors_).first(anchor_count_); }
 
+  double margin_;  // m
   std::size_t anchor_count_;
   double anchor_time_;  // s
   std::array<Anchor, LocalContacts::max_anchors> anchors_;
-  FoundContacts found_ahead_;        // at one anchor
-  std::vector<std::uint64_t> keys_;  // of all anchors, sorted
-  FoundContacts around_;             // at the middle one
+  FoundContacts found_ahead_;                    // at one anchor
+  std::vector<NearSide> near_;                   // at all anchors
+  std::vector<std::array<Lasting, 2>> lasting_;  // of either side, by pair
+  std::vector<std::uint64_t> keys_;              // of all anchors, sorted
+  FoundContacts around_;                         // at the middle one
   ContactReduction local_reduction_;
   ContactSet local_set_;
 };

@@ -119,6 +119,43 @@ BOOST_AUTO_TEST_CASE(two_moving_balls_are_looked_at_where_both_will_be) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_box_that_slides_over_a_larger_one_is_known_by_its_own_samples_and_pushed_as_hard) {
+  Scene scene;
+  scene.bodies = {shaped("table", BoxShape{{0.3, 0.3, 0.02}}), shaped("tool", BoxShape{{0.024, 0.016, 0.012}})};
+  scene.bodies[1].motion = Motion::rigid;
+  for (const bool swapped : {false, true}) {
+    if (swapped) std::swap(scene.bodies[0], scene.bodies[1]);
+    auto params = default_params<PrimitiveCollision>();
+    params.local_contacts = LocalContacts::capacity;
+    PrimitiveCollision node(params, context_for(scene));
+    // 0.2 mm deep. In two anchor times of 15 ms it goes 6 mm along its edge of 24 mm.
+    const Pose X{{0.013, -0.007, 0.0158}, {}};
+    for (const double speed : {0.0, 0.2}) {
+      const Twist V{{speed, 0, 0}, {}};
+      LocalContacts local;
+      node.query_ahead(one(X, V), 0, local);
+      double of_tool = 0, of_table = 0;
+      for (std::size_t j = 0; j < 3; ++j) {
+        ContactSet set;
+        node.query(moved(X, V, 0.015 * static_cast<double>(j)), set);
+        BOOST_REQUIRE(set.truncated == 0);
+        double wanted = 0, found = 0;
+        for (const Contact& c : test::contacts_of(set)) wanted += c.weight * std::max(0.0, -c.distance);
+        for (const auto& at : contacts_of(local)) {
+          found += at[j].weight * std::max(0.0, -at[j].distance);
+          // A sample of the tool stays where it is on the tool.
+          const bool stays = norm(at[0].p_TC - at[2].p_TC) < 1e-12;
+          (stays ? of_tool : of_table) += at[j].weight * std::max(0.0, -at[j].distance);
+        }
+        BOOST_TEST(std::abs(found - wanted) < 0.02 * wanted);
+      }
+      // At rest nothing tells the sides apart.
+      BOOST_TEST(of_table < (speed == 0 ? 1 : 1e-3) * of_tool + 1e-12);
+      BOOST_TEST(of_tool > 0);
+    }
+  }
+}
+
 BOOST_AUTO_TEST_CASE(of_more_than_are_sent_those_kept_have_the_wrench_of_all_at_the_middle_anchor) {
   const Scene scene = rock_on_floor();
   auto params = coarse();
