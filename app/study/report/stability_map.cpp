@@ -1,5 +1,4 @@
 #include "app/study/report/stability_map.hpp"
-#include "app/run/recorded_reference.hpp"
 
 #include <fmt/format.h>
 
@@ -15,6 +14,7 @@
 #include "app/report/html_page.hpp"
 #include "app/report/run_report.hpp"
 #include "app/report/scene_picture.hpp"
+#include "app/run/recorded_reference.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/table/warnings.hpp"
 #include "framework/core/user_folders.hpp"
@@ -337,6 +337,13 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   options.judge_whole = study.spec.judge == JudgedPart::whole;
   // As the cell was: where all that is compared with it is warm.
   if (!options.judge_whole) options.judge_from = c.judged.from;
+  std::optional<Plan> reference;
+  if (c.reference) {
+    Overrides of_reference = *c.reference;
+    of_reference.push_back(option_patch("--seed", "seed", std::to_string(study.comparison.seeds[cell.seed])));
+    reference = make_plan(load_graph(c.graph, registry, of_reference));
+    options.reference = &*reference;
+  }
   if (!c.reference_recording.empty()) {
     options.reference_recording = recording_of(c.reference_recording, plan.graph.name, plan.graph.seed);
   }

@@ -42,8 +42,8 @@ HtmlTable table_of_study(const Study& study, bool metrics) {
 std::vector<std::string> study_cells(const Study& study, const std::string& name, const ErrorRatio& ratio,
                                      const std::optional<SeedSpread>& spread) {
   const std::size_t seeds = study.comparison.seeds.size();
-  return {escape(name), ratio_text(ratio.delivered, seeds), quantiles_text(spread), worst_text(spread),
-          ratio_text(ratio.one_step, seeds)};
+  return {escape(name), ratio_text(ratio.delivered, seeds), quantiles_text(spread, ratio_number),
+          worst_text(spread, ratio_number), ratio_text(ratio.one_step, seeds)};
 }
 
 /// Which part of the runs is judged, and by which definitions.
@@ -142,8 +142,8 @@ std::string compare_tables(const Comparison& comparison) {
       std::vector<std::string> quantiles{"5 to 95 % of seeds"}, worst{"worst (seed)"};
       for (std::size_t row = begin; row < end; ++row) {
         const auto spread = seed_spread(comparison.seeds, comparison.rows[row].values[c]);
-        quantiles.push_back(quantiles_text(spread));
-        worst.push_back(worst_text(spread));
+        quantiles.push_back(quantiles_text(spread, pretty));
+        worst.push_back(worst_text(spread, pretty));
       }
       table.add(quantiles);
       table.add(worst);

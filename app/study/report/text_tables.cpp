@@ -44,8 +44,8 @@ void add_spread(TextTable& table, const Comparison& comparison, std::size_t colu
   bool any = false;
   for (const CompareRow& row : comparison.rows) {
     const auto spread = seed_spread(comparison.seeds, row.values[column]);
-    quantiles.push_back(quantiles_text(spread));
-    worst.push_back(worst_text(spread));
+    quantiles.push_back(quantiles_text(spread, pretty));
+    worst.push_back(worst_text(spread, pretty));
     const bool split = spread && spread->populations;
     any = any || split;
     two.push_back(split ? fmt::format("{} + {} seeds", spread->populations->low_count, spread->populations->high_count)
@@ -98,12 +98,16 @@ std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t se
   return fmt::format("{:.3f} [{}]{}", ratio->ratio, interval, over_seeds(ratio->count, seeds));
 }
 
-std::string quantiles_text(const std::optional<SeedSpread>& spread) {
-  return spread ? fmt::format("{} to {}", pretty(spread->low), pretty(spread->high)) : "-";
+std::string quantiles_text(const std::optional<SeedSpread>& spread, std::string (*text)(double)) {
+  return spread ? fmt::format("{} to {}", text(spread->low), text(spread->high)) : "-";
 }
 
-std::string worst_text(const std::optional<SeedSpread>& spread) {
-  return spread ? fmt::format("{} ({})", pretty(spread->worst), spread->worst_seed) : "-";
+std::string worst_text(const std::optional<SeedSpread>& spread, std::string (*text)(double)) {
+  return spread ? fmt::format("{} ({})", text(spread->worst), spread->worst_seed) : "-";
+}
+
+std::string ratio_number(double ratio) {
+  return fmt::format("{:.3f}", ratio);
 }
 
 std::string ratios_text(const StudySpec& spec) {
@@ -124,9 +128,10 @@ std::string study_table(const Study& study, std::size_t columns) {
   const auto add = [&](TextTable& table, const std::string& name, const ErrorRatio& ratio,
                        const std::optional<SeedSpread>& spread, const auto& value) {
     const auto metric = [&](std::string_view f) { return pretty(value(f)); };
-    table.add({name, metric(delivered_error), text_of(ratio.delivered), quantiles_text(spread), worst_text(spread),
-               metric("delivered.force.delay_ms"), metric("delivered.force.rms_d2_N_per_ms2"), metric(one_step_error),
-               text_of(ratio.one_step), metric("method_us_per_result"), metric("method_us_per_tick")});
+    table.add({name, metric(delivered_error), text_of(ratio.delivered), quantiles_text(spread, ratio_number),
+               worst_text(spread, ratio_number), metric("delivered.force.delay_ms"),
+               metric("delivered.force.rms_d2_N_per_ms2"), metric(one_step_error), text_of(ratio.one_step),
+               metric("method_us_per_result"), metric("method_us_per_tick")});
   };
   using enum TextTable::Align;
   const auto head = [&comparison](const char* text, std::string_view metric) {

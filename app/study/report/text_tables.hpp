@@ -18,10 +18,12 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
 /// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio,
 /// and for the interval where there is one seed alone.
 std::string ratio_text(const std::optional<GeometricMean>& ratio, std::size_t seeds);
-/// `0.240 to 0.690`, the quantiles 0.05 and 0.95 over the seeds; `-` for none.
-std::string quantiles_text(const std::optional<SeedSpread>& spread);
+/// `0.240 to 0.690`, the quantiles 0.05 and 0.95 over the seeds, each written by `text`; `-` for none.
+std::string quantiles_text(const std::optional<SeedSpread>& spread, std::string (*text)(double));
 /// `0.693 (1007)`: the value of the worst seed, and which that is; `-` for none.
-std::string worst_text(const std::optional<SeedSpread>& spread);
+std::string worst_text(const std::optional<SeedSpread>& spread, std::string (*text)(double));
+/// `0.998`: ratios near 1 are told apart.
+std::string ratio_number(double ratio);
 /// `; ratios are to method hold with the same tool.stiffness`; empty where nothing is compared with anything.
 std::string ratios_text(const StudySpec& spec);
 /// What `tactor study` prints, in so many columns: every graph's configurations, then the configurations over all

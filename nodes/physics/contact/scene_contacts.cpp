@@ -112,11 +112,8 @@ SceneContacts::SceneContacts(const Scene& scene, const ContactOptions& options, 
   around_.reserve(usual_contacts);
   keys_.reserve(LocalContacts::max_anchors * usual_contacts);
   near_.reserve(LocalContacts::max_anchors * usual_contacts);
-  lasting_.resize(pairs_.size());
-  for (Anchor& anchor : anchors_) {
-    anchor.shares.reserve(pairs_.size());
-    anchor.depths.reserve(pairs_.size());
-  }
+  ahead_.resize(pairs_.size());
+  for (Anchor& anchor : anchors_) anchor.shares.reserve(pairs_.size());
   if (notes != nullptr) tell_doubts(scene, options.spacing, hand, *notes);
 }
 
@@ -161,10 +158,10 @@ void SceneContacts::find(const BodyStates& states, ContactSet& set) {
 }
 
 /// Adds the keys of the contacts at an anchor and notes what each side of a pair has there.
-void SceneContacts::find_at(Anchor& anchor) {
+void SceneContacts::find_at(std::size_t j) {
+  Anchor& anchor = anchors_[j];
   found_ahead_.clear();
   anchor.shares.clear();
-  anchor.depths.assign(pairs_.size(), {});
   for (Entry& entry : pairs_) {
     const ContactPair indices = entry.pair.indices();
     entry.pair.find(pose(anchor.bodies, indices.body, entry.a), pose(anchor.bodies, indices.other, entry.b),
@@ -177,8 +174,8 @@ void SceneContacts::find_at(Anchor& anchor) {
     const auto e = static_cast<std::size_t>(pair_number(key));
     if (!pairs_[e].pair.has_two_sides()) continue;
     const Contact& c = found_ahead_.contact[i];
-    near_.push_back({key, c.weight * (margin_ - c.distance)});
-    (is_from_b(key) ? anchor.depths[e].b : anchor.depths[e].a) += c.weight * std::max(0.0, -c.distance);
+    const double within = margin_ - c.distance;
+    near_.push_back({key, j, c.weight * within, c.weight * (std::max(0.0, -c.distance) + 1e-3 * within)});
   }
 }
 
@@ -195,44 +192,58 @@ void SceneContacts::fill_shares() {
   }
 }
 
-/// Changes the shares of pairs with samples on both sides, at each anchor, as find_ahead says. Towards the side that
-/// lasts less its share falls with the 32nd power of the ratio in which it lasts: to nothing where that is below 0.8.
-void SceneContacts::prefer_lasting_sides() {
-  constexpr double power = 32, nothing = 1e-3;
-  std::fill(lasting_.begin(), lasting_.end(), std::array<Lasting, 2>{});
-  std::sort(near_.begin(), near_.end(), [](const NearSide& x, const NearSide& y) { return x.key < y.key; });
+/// What the samples of each side do over the anchors.
+void SceneContacts::look_at_sides() {
+  std::fill(ahead_.begin(), ahead_.end(), std::array<SideAhead, 2>{});
+  std::sort(near_.begin(), near_.end(), [](const NearSample& x, const NearSample& y) { return x.key < y.key; });
   for (std::size_t i = 0; i < near_.size();) {
     const std::uint64_t key = near_[i].key;
+    SideAhead& side = ahead_[static_cast<std::size_t>(pair_number(key))][is_from_b(key) ? 1 : 0];
     double least = near_[i].extent, most = least;
     std::size_t anchors_near = 0;
     for (; i < near_.size() && near_[i].key == key; ++i, ++anchors_near) {
       least = std::min(least, near_[i].extent);
       most = std::max(most, near_[i].extent);
+      side.push[near_[i].anchor] += near_[i].push;
     }
-    Lasting& side = lasting_[static_cast<std::size_t>(pair_number(key))][is_from_b(key) ? 1 : 0];
     if (anchors_near == anchor_count_) side.least += least;
     side.most += most;
   }
+}
+
+/// Changes the shares of pairs with samples on both sides as find_ahead says. A side that lasts less than the other, by
+/// d, keeps ((1 - d)^10 - 0.05) / 0.95 of its share: nothing where d is above 0.26, and all where neither lasts.
+void SceneContacts::prefer_lasting_sides() {
+  look_at_sides();
   for (std::size_t e = 0; e < pairs_.size(); ++e) {
-    const double a = lasting_[e][0].share(), b = lasting_[e][1].share();
-    // No side lasts, or one alone has samples there.
-    if (!(std::max(a, b) > 0) || lasting_[e][0].most == 0 || lasting_[e][1].most == 0) continue;
-    const auto preference = [&](double lasting) {
-      const double p = std::pow(lasting / std::max(a, b), power);
-      return p < nothing ? 0 : p;
+    const SideAhead &a = ahead_[e][0], &b = ahead_[e][1];
+    // One side alone has samples there.
+    if (a.most == 0 || b.most == 0) continue;
+    const double best = std::max(a.lasting(), b.lasting());
+    const auto kept = [best](const SideAhead& side) {
+      return std::max(0.0, (std::pow(1 - (best - side.lasting()), 10) - 0.05) / 0.95);
     };
-    for (Anchor& anchor : anchors()) {
-      const BodyPair::Shares was = anchor.shares[e], depth = anchor.depths[e];
-      const double of_a = was.a * preference(a), of_b = was.b * preference(b);
-      if (!(of_a + of_b > 0)) continue;
-      BodyPair::Shares is{of_a / (of_a + of_b), of_b / (of_a + of_b)};
-      // The two sides do not make the same force of the same overlap, so what is left is made to push as both did.
-      const auto changed = [](double from, double to) { return from > 0 ? to / from : 0; };
-      const double pushes = depth.a * changed(was.a, is.a) + depth.b * changed(was.b, is.b);
-      const double as_both = pushes > 0 ? std::clamp((depth.a + depth.b) / pushes, 0.5, 2.0) : 1;
-      anchor.shares[e] = {as_both * is.a, as_both * is.b};
+    const double kept_a = kept(a), kept_b = kept(b);
+    for (std::size_t j = 0; j < anchor_count_; ++j) {
+      // What is kept is made to push as both did. Where that takes more than a factor of four (it is about two where
+      // the shares were alike), as where only the other side touches, so much of the other is kept too.
+      const double both = a.push[j] + b.push[j], preferred = kept_a * a.push[j] + kept_b * b.push[j];
+      if (!(both > 0)) continue;
+      const double part = preferred < both / 4 ? 0.75 * both / (both - preferred) : 1;
+      const double scale = both / (both + part * (preferred - both));
+      BodyPair::Shares& shares = anchors_[j].shares[e];
+      shares = {scale * (1 + part * (kept_a - 1)) * shares.a, scale * (1 + part * (kept_b - 1)) * shares.b};
     }
   }
+}
+
+/// Whether the contact has weight at an anchor.
+bool SceneContacts::counts(std::uint64_t key) const {
+  const auto e = static_cast<std::size_t>(pair_number(key));
+  if (!pairs_[e].pair.has_two_sides()) return true;
+  return std::any_of(
+      anchors_.begin(), anchors_.begin() + static_cast<std::ptrdiff_t>(anchor_count_),
+      [&](const Anchor& anchor) { return (is_from_b(key) ? anchor.shares[e].b : anchor.shares[e].a) > 0; });
 }
 
 Contact SceneContacts::contact_at(const Anchor& anchor, std::uint64_t key) const {
@@ -248,7 +259,7 @@ void SceneContacts::find_ahead(const BodyStates& states, double age, LocalContac
   near_.clear();
   for (std::size_t j = 0; j < anchor_count_; ++j) {
     anchors_[j].bodies = moved_on(states, age + static_cast<double>(j) * anchor_time_);
-    find_at(anchors_[j]);
+    find_at(j);
   }
   fill_shares();
   prefer_lasting_sides();
@@ -256,6 +267,7 @@ void SceneContacts::find_ahead(const BodyStates& states, double age, LocalContac
   keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
   around_.clear();
   for (const std::uint64_t key : keys_) {
+    if (!counts(key)) continue;
     around_.contact.push_back(contact_at(anchors_[anchor_count_ / 2], key));
     around_.pair.push_back(pairs_[static_cast<std::size_t>(pair_number(key))].pair.indices());
     around_.key.push_back(key);

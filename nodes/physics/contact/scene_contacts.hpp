@@ -43,7 +43,8 @@ class SceneContacts {
   ///
   /// Where both bodies of a pair have samples, those of the body that keeps its samples in contact on this way count
   /// more than in `find`. So a box that slides over a larger one is known by its own samples: those of the larger one
-  /// that it leaves, and those that it comes over, would be known too late. The force at rest is that of `find`.
+  /// that it leaves, and those that it comes over, would be known too late. The pair's sum of weight times depth is
+  /// that of `find` at each anchor.
   void find_ahead(const BodyStates& bodies, double age, LocalContacts& around);
 
  private:
@@ -61,22 +62,28 @@ class SceneContacts {
   /// What find_ahead looked at.
   struct Anchor {
     BodyStates bodies;
-    std::vector<BodyPair::Shares> shares;  // by pair
-    std::vector<BodyPair::Shares> depths;  // sum(weight * depth) of each side, by pair
+    /// By pair: as `find` has them, and after prefer_lasting_sides as they count here, where they need not sum to 1.
+    std::vector<BodyPair::Shares> shares;
   };
   /// A sample found at an anchor, of a pair that has samples on both sides.
-  struct NearSide {
+  struct NearSample {
     std::uint64_t key;
+    std::size_t anchor;
     double extent;  // weight * (margin - distance)
+    double push;    // weight * (depth + a little of (margin - distance), for pairs that do not touch)
   };
-  /// What the samples of one side of a pair have in common over the anchors.
-  struct Lasting {
-    double least = 0, most = 0;  // sums of their least and their greatest extent
-    [[nodiscard]] double share() const { return most > 0 ? least / most : 0; }
+  /// The samples of one side of a pair, over the anchors.
+  struct SideAhead {
+    double least = 0, most = 0;                             // sums of each sample's least and greatest extent
+    std::array<double, LocalContacts::max_anchors> push{};  // sums over the samples, by anchor
+    /// 1 where all samples stay as near as they are, 0 where none is near at all anchors.
+    [[nodiscard]] double lasting() const { return most > 0 ? least / most : 0; }
   };
-  void find_at(Anchor& anchor);
+  void find_at(std::size_t j);
   void fill_shares();
+  void look_at_sides();
   void prefer_lasting_sides();
+  [[nodiscard]] bool counts(std::uint64_t key) const;
   [[nodiscard]] Contact contact_at(const Anchor& anchor, std::uint64_t key) const;
   [[nodiscard]] std::span<Anchor> anchors() { return std::span(anchors_).first(anchor_count_); }
 
@@ -85,8 +92,8 @@ class SceneContacts {
   double anchor_time_;  // s
   std::array<Anchor, LocalContacts::max_anchors> anchors_;
   FoundContacts found_ahead_;                    // at one anchor
-  std::vector<NearSide> near_;                   // at all anchors
-  std::vector<std::array<Lasting, 2>> lasting_;  // of either side, by pair
+  std::vector<NearSample> near_;                 // at all anchors
+  std::vector<std::array<SideAhead, 2>> ahead_;  // of either side, by pair
   std::vector<std::uint64_t> keys_;              // of all anchors, sorted
   FoundContacts around_;                         // at the middle one
   ContactReduction local_reduction_;

@@ -2,6 +2,9 @@
 // wants.
 #include <boost/test/unit_test.hpp>
 
+#include <cmath>
+#include <numbers>
+
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
@@ -119,41 +122,92 @@ BOOST_AUTO_TEST_CASE(two_moving_balls_are_looked_at_where_both_will_be) {
   }
 }
 
-BOOST_AUTO_TEST_CASE(a_box_that_slides_over_a_larger_one_is_known_by_its_own_samples_and_pushed_as_hard) {
+namespace {
+
+constexpr double anchor_time = 0.015;
+
+/// A moving box, body 0, and a fixed one.
+Scene two_boxes(const Vec3& tool_size, const Vec3& base_size) {
   Scene scene;
-  scene.bodies = {shaped("table", BoxShape{{0.3, 0.3, 0.02}}), shaped("tool", BoxShape{{0.024, 0.016, 0.012}})};
-  scene.bodies[1].motion = Motion::rigid;
-  for (const bool swapped : {false, true}) {
-    if (swapped) std::swap(scene.bodies[0], scene.bodies[1]);
-    auto params = default_params<PrimitiveCollision>();
-    params.local_contacts = LocalContacts::capacity;
-    PrimitiveCollision node(params, context_for(scene));
-    // 0.2 mm deep. In two anchor times of 15 ms it goes 6 mm along its edge of 24 mm.
-    const Pose X{{0.013, -0.007, 0.0158}, {}};
-    for (const double speed : {0.0, 0.2}) {
-      const Twist V{{speed, 0, 0}, {}};
-      LocalContacts local;
-      node.query_ahead(one(X, V), 0, local);
-      double of_tool = 0, of_table = 0;
-      for (std::size_t j = 0; j < 3; ++j) {
-        ContactSet set;
-        node.query(moved(X, V, 0.015 * static_cast<double>(j)), set);
-        BOOST_REQUIRE(set.truncated == 0);
-        double wanted = 0, found = 0;
-        for (const Contact& c : test::contacts_of(set)) wanted += c.weight * std::max(0.0, -c.distance);
-        for (const auto& at : contacts_of(local)) {
-          found += at[j].weight * std::max(0.0, -at[j].distance);
-          // A sample of the tool stays where it is on the tool.
-          const bool stays = norm(at[0].p_TC - at[2].p_TC) < 1e-12;
-          (stays ? of_tool : of_table) += at[j].weight * std::max(0.0, -at[j].distance);
-        }
-        BOOST_TEST(std::abs(found - wanted) < 0.02 * wanted);
-      }
-      // At rest nothing tells the sides apart.
-      BOOST_TEST(of_table < (speed == 0 ? 1 : 1e-3) * of_tool + 1e-12);
-      BOOST_TEST(of_tool > 0);
+  scene.bodies = {shaped("tool", BoxShape{tool_size}, Motion::rigid), shaped("base", BoxShape{base_size})};
+  return scene;
+}
+
+double push(const Contact& c) {
+  return c.weight * std::max(0.0, -c.distance);
+}
+
+/// Sums of weight * depth over contacts and anchors.
+struct Pushes {
+  double of_tool = 0, of_base = 0;  // by contacts at samples of either body
+  double by_query = 0;              // of all contacts of queries at the anchors
+};
+
+Pushes pushes_of(const Scene& scene, const Pose& X, const Twist& V, int local_contacts) {
+  auto params = default_params<PrimitiveCollision>();
+  params.local_contacts = local_contacts;
+  PrimitiveCollision node(params, context_for(scene));
+  LocalContacts local;
+  node.query_ahead(one(X, V), 0, local);
+  Pushes pushes;
+  for (std::size_t j = 0; j < 3; ++j) {
+    ContactSet set;
+    node.query(moved(X, V, anchor_time * static_cast<double>(j)), set);
+    BOOST_REQUIRE(set.truncated == 0);
+    for (const Contact& c : test::contacts_of(set)) pushes.by_query += push(c);
+    for (const auto& at : contacts_of(local)) {
+      // A sample of the tool stays where it is on the tool.
+      (norm(at[0].p_TC - at[2].p_TC) < 1e-12 ? pushes.of_tool : pushes.of_base) += push(at[j]);
     }
   }
+  return pushes;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_sliding_contact_is_known_by_the_samples_that_stay_in_it) {
+  // 0.2 mm deep. In two anchor times it goes 6 mm along the edge of 24 mm of the smaller box.
+  const Vec3 small{0.024, 0.016, 0.012}, large{0.3, 0.3, 0.02};
+  const Twist V{{0.2, 0, 0}, {}};
+  for (const bool tool_is_small : {true, false}) {
+    const Scene scene = tool_is_small ? two_boxes(small, large) : two_boxes(large, small);
+    const Pose X{{tool_is_small ? 0.013 : 0.001, -0.007, 0.0158}, {}};
+    const Pushes at_rest = pushes_of(scene, X, {}, LocalContacts::capacity);
+    BOOST_TEST(at_rest.of_tool + at_rest.of_base == at_rest.by_query, boost::test_tools::tolerance(1e-2));
+    const Pushes sliding = pushes_of(scene, X, V, LocalContacts::capacity);
+    BOOST_TEST(sliding.of_tool + sliding.of_base == sliding.by_query, boost::test_tools::tolerance(1e-2));
+    const double stays = tool_is_small ? sliding.of_tool : sliding.of_base;
+    BOOST_TEST(stays > 0.99 * sliding.by_query);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(where_only_the_samples_that_leave_touch_they_push_all_the_same) {
+  // An edge of the tool, along y, lies across one of the base, along x; both are 3 mm apart from sample to sample. The
+  // tool slides along its own edge, past a sample of the base that stays midway between two of the tool.
+  Scene scene = two_boxes({0.024, 0.024, 0.024}, {0.024, 0.024, 0.024});
+  scene.bodies[1].X_WB.R = from_rotation_vector({0.25 * std::numbers::pi, 0, 0});
+  const Quat tool_on_edge = from_rotation_vector({0, 0.25 * std::numbers::pi, 0});
+  const double above = 0.024 * std::sqrt(2.0) - 0.0004;
+  for (const double along : {0.0, 0.0015}) {
+    const Pose X{{0.0015, along, above}, tool_on_edge};
+    const Pushes pushes = pushes_of(scene, X, {{0, 0.1, 0}, {}}, LocalContacts::capacity);
+    BOOST_TEST(pushes.by_query > 0);
+    BOOST_TEST(pushes.of_tool > 0.9 * pushes.by_query);
+    BOOST_TEST(pushes.of_tool + pushes.of_base < 1.1 * pushes.by_query);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(contacts_sent_have_weight_where_a_plate_hovers_over_a_small_box) {
+  const Scene scene = two_boxes({0.1, 0.1, 0.01}, {0.024, 0.016, 0.012});
+  auto params = default_params<PrimitiveCollision>();
+  params.local_contacts = 24;
+  PrimitiveCollision node(params, context_for(scene));
+  LocalContacts local;
+  node.query_ahead(one({{0, 0, 0.012}, {}}, {{0.2, 0, 0}, {}}), 0, local);
+  BOOST_TEST(local.count == 24);
+  double most = 0;
+  for (const auto& at : contacts_of(local)) most = std::max(most, at[1].weight);
+  for (const auto& at : contacts_of(local)) BOOST_TEST(at[1].weight > 0.1 * most);
 }
 
 BOOST_AUTO_TEST_CASE(of_more_than_are_sent_those_kept_have_the_wrench_of_all_at_the_middle_anchor) {
