@@ -114,7 +114,7 @@ def fit(arguments, tactor, program, material):
 def table_of(arguments, tactor, program, material):
     """Prints a row a graph: RMS of the force, of what is left of it with the overlay and with the scene's own material."""
     rows = []
-    print("| graph | seed | force RMS, N | left with the overlay | of it where the tool moves | left with the scene's own | torque RMS, mN m | left with the overlay |")
+    print("| graph | seed | force RMS, N | left with the overlay | left where it moves | left with the scene's own | torque RMS, mN m | left with the overlay |")
     print("|---|---|---|---|---|---|---|---|")
     for graph in arguments.graphs:
         table, name = make_truth.engine_force(graph, arguments.engine, tactor, program, arguments.seed, material, fineness=arguments.fineness)
