@@ -109,14 +109,15 @@ void declare_parts(Declare<SimulatedDevice>& declaration) {
              .max = 0.1,
              .in_reference = 0})
       .real("delay_in", &Params::delay_in,
-            {.doc = "age of the state that the device shows, in whole ticks; the host does not know it",
+            {.doc = "age of the state that the device shows, in whole ticks, 0 or at least half of one; the host does "
+                    "not know it",
              .unit = "s",
              .default_value = 0,
              .min = 0,
              .max = 0.1,
              .in_reference = 0})
       .real("delay_out", &Params::delay_out,
-            {.doc = "time until a command reaches the amplifiers, in whole ticks",
+            {.doc = "time until a command reaches the amplifiers, in whole ticks, 0 or at least half of one",
              .unit = "s",
              .default_value = 0,
              .min = 0,

@@ -68,7 +68,12 @@ std::size_t line_ticks(const char* name, double delay, double rate) {
     throw InputError(std::string(name) + " is too many ticks: expected at most " +
                      std::to_string(max_line_ticks / rate) + " s at this rate, found " + std::to_string(delay) + " s");
   }
-  return delay_in_ticks(delay, rate);
+  const std::size_t ticks = delay_in_ticks(delay, rate);
+  if (delay > 0 && ticks == 0) {
+    throw InputError(std::string(name) + " is less than half a tick: expected 0 s or at least " +
+                     std::to_string(0.5 / rate) + " s at this rate, found " + std::to_string(delay) + " s");
+  }
+  return ticks;
 }
 
 }  // namespace

@@ -189,9 +189,11 @@ BOOST_AUTO_TEST_CASE(the_same_seed_makes_the_same_run_and_another_one_other_nois
 }
 
 BOOST_AUTO_TEST_CASE(parts_that_are_off_change_nothing_whatever_their_other_constants) {
-  const std::map<std::string, ParamValue> idle{{"cogging_period", 1e-3}, {"stribeck_velocity", 0.5},
-                                               {"mode_damping", 0.7},    {"motor_share", 0.2},
-                                               {"breakaway", 0.01},      {"delay_in", 1e-5}};
+  const std::map<std::string, ParamValue> idle{{"cogging_period", 1e-3},
+                                               {"stribeck_velocity", 0.5},
+                                               {"mode_damping", 0.7},
+                                               {"motor_share", 0.2},
+                                               {"breakaway", 0.01}};
   Bench plain(closed_loop), other(with(idle, closed_loop), true, 99);
   for (int i = 0; i < 1000; ++i) {
     for (Bench* bench : {&plain, &other}) {
@@ -202,6 +204,17 @@ BOOST_AUTO_TEST_CASE(parts_that_are_off_change_nothing_whatever_their_other_cons
     BOOST_REQUIRE((plain.truth.X_WD == other.truth.X_WD));
     BOOST_REQUIRE((plain.shown->X_WD == other.shown->X_WD));
     BOOST_REQUIRE((plain.shown->V_WD.v == other.shown->V_WD.v));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_delay_that_no_tick_can_show_is_refused) {
+  for (const char* name : {"delay_in", "delay_out"}) {
+    BOOST_CHECK_EXCEPTION(Bench(with({{name, 0.0004}}, closed_loop)), InputError, [&](const InputError& e) {
+      return std::string(e.what()).find(std::string(name) +
+                                        " is less than half a tick: expected 0 s or at least 0.000500 s") !=
+             std::string::npos;
+    });
+    Bench(with({{name, 0.0005}}, closed_loop));
   }
 }
 
