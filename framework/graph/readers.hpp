@@ -25,6 +25,10 @@ void read_lanes(std::vector<NodeSpec>& nodes, const Tree& tree, Registry& regist
 /// which must agree. `tree` is that of the graph.
 void read_haptic_rate(GraphSpec& graph, const Tree& tree, Diagnostics& diagnostics);
 
+/// Into parameters that are as in another node (ParamInfo::as_in) and that `tree`, that of the graph, does not give:
+/// the value of the first node of that role that has a parameter of the name.
+void read_shared_parameters(GraphSpec& graph, const Tree& tree);
+
 /// No edge of the realtime lane may wait where the clock is real.
 void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics);
 

@@ -28,6 +28,7 @@ struct RealOptions {
   double max = std::numeric_limits<double>::infinity();
   bool above_min = false;
   std::optional<double> in_reference;
+  std::optional<Role> as_in;
 };
 
 struct IntegerOptions {
@@ -36,6 +37,7 @@ struct IntegerOptions {
   std::int64_t min = 0;
   std::int64_t max = std::int64_t{1} << 31;
   std::optional<std::int64_t> in_reference;
+  std::optional<Role> as_in;
 };
 
 /// A name for a value of an enumeration.
@@ -321,6 +323,7 @@ class Declare {
     p.max = o.max;
     p.above_min = o.above_min;
     if (o.in_reference) p.in_reference = *o.in_reference;
+    p.as_in = o.as_in;
     p.assign = [member](void* params, const ParamValue& v) {
       if constexpr (std::same_as<M, Duration>) {
         static_cast<P*>(params)->*member = Duration::from_seconds(std::get<double>(v));
@@ -351,6 +354,7 @@ class Declare {
     p.min = static_cast<double>(o.min);
     p.max = static_cast<double>(o.max);
     if (o.in_reference) p.in_reference = *o.in_reference;
+    p.as_in = o.as_in;
     p.assign = [member](void* params, const ParamValue& v) {
       static_cast<P*>(params)->*member = static_cast<M>(std::get<std::int64_t>(v));
     };

@@ -64,6 +64,25 @@ struct ParamUse {
   }
 };
 
+/// What a node does in the pipeline.
+enum class Role : std::uint8_t {
+  other,
+  source,         ///< makes motion or force, or plays it back
+  device,         ///< what the hand holds
+  collision,      ///< finds contacts
+  dynamics,       ///< moves the bodies
+  coupling,       ///< makes the force on the device from tool and handle
+  prediction,     ///< expects the next forces, or learns how
+  interpolation,  ///< makes the force between results of the physics
+  force_field,    ///< makes the force from where the device is
+  sink,           ///< what a run is made for
+};
+inline constexpr std::size_t role_count = 10;
+/// `force_field`.
+std::string_view name_of(Role role);
+/// The role of that name; Role::other where there is none.
+Role role_of(std::string_view name);
+
 /// A parameter of a node type.
 struct ParamInfo {
   std::string name;
@@ -81,6 +100,7 @@ struct ParamInfo {
   std::string former;                      ///< what it was called before; empty: always so
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
   bool tunable = false;                    ///< it may be set while a session runs
+  std::optional<Role> as_in;               ///< where a graph gives none, the value that its node of that role has
   std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
   /// Why the node does not read it, given the values of all its parameters, or empty where it does; null: it always
   /// reads it.
@@ -159,25 +179,6 @@ struct MetricInfo {
   /// Why the node does not report it, given the values of its parameters, or empty where it does; null: it does.
   std::function<std::string(const std::vector<ParamValue>&, const MetricUse&)> left_out{};
 };
-
-/// What a node does in the pipeline.
-enum class Role : std::uint8_t {
-  other,
-  source,         ///< makes motion or force, or plays it back
-  device,         ///< what the hand holds
-  collision,      ///< finds contacts
-  dynamics,       ///< moves the bodies
-  coupling,       ///< makes the force on the device from tool and handle
-  prediction,     ///< expects the next forces, or learns how
-  interpolation,  ///< makes the force between results of the physics
-  force_field,    ///< makes the force from where the device is
-  sink,           ///< what a run is made for
-};
-inline constexpr std::size_t role_count = 10;
-/// `force_field`.
-std::string_view name_of(Role role);
-/// The role of that name; Role::other where there is none.
-Role role_of(std::string_view name);
 
 /// The keys that every node of a graph may have; no parameter has such a name.
 inline constexpr std::array<std::string_view, 7> node_keys{"type",   "cost",     "lane", "thread",

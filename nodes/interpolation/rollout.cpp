@@ -80,6 +80,26 @@ NodeInfo Rollout::declare() {
       .unneeded(nothing_moves)
       .haptic_rate(&Params::rate, {.doc = "ticks a second"});
   declare_rollout(node);
+  declare_surface(node, 2000);
+  node.choice<Params::Restart>(
+          "restart", &Params::restart,
+          {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
+          Params::Restart::on_disagreement,
+          "always: the tool goes back to where each result has it; on_disagreement: it stays where the rollout has "
+          "it as "
+          "long as contacts are found on the surface, nothing else moves, and physics does not keep disagreeing")
+      .real("disagreement", &Params::disagreement,
+            {.doc = "distance between physics' tool and the rollout's beyond which they disagree",
+             .unit = "m",
+             .default_value = 5e-4,
+             .min = 0,
+             .max = 1})
+      .real("patience", &Params::patience,
+            {.doc = "for how long they may, in one direction, before the tool goes to where physics has it",
+             .unit = "s",
+             .default_value = 1,
+             .min = 0,
+             .max = 10});
   return node.role(Role::interpolation)
       .metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
       .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
@@ -89,6 +109,16 @@ NodeInfo Rollout::declare() {
       .summed()
       .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower)
       .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
+      .metric("rollout.disagreements", "1", "times that the tool went to where physics kept having it", Better::lower)
+      .left_out_when([](const Params& p, const MetricUse&) {
+        const bool may_keep =
+            p.contacts == SurfaceOptions::From::surface && p.restart == Params::Restart::on_disagreement;
+        return std::string(may_keep ? "" : "the tool goes back to every result");
+      })
+      .metric("rollout.anchored_steps", "1", "steps on the contacts that came with the result", Better::lower)
+      .left_out_when([](const Params& p, const MetricUse&) {
+        return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all are");
+      })
       .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower)
       .info();
 }
@@ -97,7 +127,8 @@ Rollout::Rollout(const Params& params, const NodeContext& context)
     : params_(params),
       torque_(context.torque),
       tick_(Duration::from_rate(params.rate)),
-      rollout_(rollout_model("interpolation.rollout", params, context)) {}
+      surface_(surface_contacts(params, context)),
+      rollout_(rollout_model("interpolation.rollout", params, context), surface_.get()) {}
 
 void Rollout::take_samples() {
   Stamped<DeviceState> s;
@@ -112,18 +143,44 @@ void Rollout::take_samples() {
   }
 }
 
+/// Whether the tool stays where the rollout has it though a result has come.
+bool Rollout::keeps_tool() const {
+  return params_.restart == Params::Restart::on_disagreement && running_ && !failed_ && source_ == Source::rollout &&
+         rollout_.on_surface() && rollout_.model().bodies.count == 1;
+}
+
+/// Whether physics has had its tool elsewhere, in about the same direction, for longer than the patience.
+bool Rollout::disagrees(const LocalModel& result) {
+  const auto then = std::find_if(path_.begin(), path_.end(), [&](const ToolThen& t) { return t.time == result.time; });
+  if (then == path_.end()) return false;
+  const Vec3 apart = result.bodies.X_WB[0].p - then->p_WT;
+  const bool beyond = norm(apart) > params_.disagreement;
+  if (!beyond || !apart_now_ || dot(apart, apart_) < 0.5 * dot(apart_, apart_)) {
+    apart_now_ = beyond;
+    apart_ = apart;
+    apart_since_ = result.time;
+    return false;
+  }
+  if (result.time - apart_since_ < params_.patience) return false;
+  ++disagreements_;
+  return true;
+}
+
 /// True where a new model has come and is gone on with.
 bool Rollout::take_model(Time now) {
   const Stamped<LocalModel>& newest = *model.latest();
   if (running_ && newest.stamp.sequence == used_.sequence) return false;
   // The bodies may be brought on to a sample that has not arrived here yet, but not to one beyond now.
   const bool older = running_ && newest.stamp.valid < used_.valid;
-  if (older || newest.value.time > now || !rollout_.restart(newest.value)) {
+  const bool keep = keeps_tool() && !(!older && newest.value.time <= now && disagrees(newest.value));
+  if (older || newest.value.time > now || !(keep ? rollout_.learn(newest.value) : rollout_.restart(newest.value))) {
     if (newest.stamp.sequence != rejected_) ++rejected_models_;
     rejected_ = newest.stamp.sequence;
     return false;
   }
   used_ = newest.stamp;
+  if (keep) return false;
+  apart_now_ = false;
   failed_ = false;
   held_ = coupling_wrench(newest.value.coupling, rollout_.state(), torque_);
   advanced_ = samples_ > track_.size() ? samples_ - track_.size() : 0;
@@ -138,12 +195,15 @@ void Rollout::go_on() {
   for (std::size_t k = 1; k <= steps && !failed_; ++k) {
     const std::size_t to = advanced_ + due * k / steps;
     failed_ = !rollout_.advance(track_[(to - 1) % track_.size()]);
+    if (!rollout_.on_surface()) ++steps_on_anchors_;
+    path_[(to - 1) % path_.size()] = {rollout_.model().time, rollout_.model().bodies.X_WB[0].p};
   }
   advanced_ = samples_;
 }
 
 bool Rollout::trusted(Time now) const {
-  return now - used_.valid < params_.trust_time && rollout_.distance_from_anchors() < params_.trust_distance;
+  return now - used_.valid < params_.trust_time &&
+         (rollout_.on_surface() || rollout_.distance_from_anchors() < params_.trust_distance);
 }
 
 Rollout::Source Rollout::choose(Time now) const {
@@ -260,6 +320,10 @@ void Rollout::report(Report& report) const {
   report.add("fallbacks", ticks(Source::jacobian) + ticks(Source::forecast) + ticks(Source::held));
   report.set("rollout.rejected_models", static_cast<double>(rejected_models_));
   report.set("rollout.rejected_samples", static_cast<double>(rejected_samples_));
+  if (surface_ && params_.restart == Params::Restart::on_disagreement) {
+    report.set("rollout.disagreements", static_cast<double>(disagreements_));
+  }
+  if (surface_) report.set("rollout.anchored_steps", static_cast<double>(steps_on_anchors_));
   report.set("rollout.correction_rms_N",
              corrections_ > 0 ? std::sqrt(correction_sum_ / static_cast<double>(corrections_)) : 0.0);
 }

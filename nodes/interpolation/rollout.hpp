@@ -7,6 +7,7 @@
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
 #include "nodes/interpolation/force_state.hpp"
+#include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
 
@@ -25,13 +26,17 @@ namespace tactor {
 /// contacts were looked for. All changes are blended like corrections, which makes the last a hold with a low-pass.
 class Rollout final : public Node {
  public:
-  struct Params {
+  struct Params : SurfaceOptions {
     Duration blend_time;
     Duration trust_time;
     double trust_distance = 0;  // m
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
     double rate = 0;
+    enum class Restart { always, on_disagreement };
+    Restart restart = Restart::on_disagreement;
+    double disagreement = 0;  // m
+    Duration patience;
   };
   Rollout(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -47,9 +52,15 @@ class Rollout final : public Node {
 
  private:
   enum class Source : std::uint8_t { rollout, jacobian, forecast, held };
+  struct ToolThen {
+    Time time;
+    Vec3 p_WT;
+  };
 
   void take_samples();
   bool take_model(Time now);
+  [[nodiscard]] bool keeps_tool() const;
+  bool disagrees(const LocalModel& model);
   void go_on();
   [[nodiscard]] const Stamped<DeviceState>& sample(std::size_t age) const {
     return track_[(samples_ - 1 - age) % track_.size()];
@@ -64,12 +75,17 @@ class Rollout final : public Node {
   Params params_;
   bool torque_;
   Duration tick_;
+  std::unique_ptr<ContactSource> surface_;
   LocalRollout rollout_;
   NewMessages<DeviceState> new_states_;
   std::array<Stamped<DeviceState>, 64> track_;
-  std::size_t samples_ = 0;                     // taken so far
-  std::size_t advanced_ = 0;                    // of them, the rollout has been through
-  Stamp used_;                                  // of the model
+  std::size_t samples_ = 0;        // taken so far
+  std::size_t advanced_ = 0;       // of them, the rollout has been through
+  Stamp used_;                     // of the model
+  std::array<ToolThen, 64> path_;  // of the tool, by the times of the samples
+  Vec3 apart_;                     // m, of physics' tool from this one, where they disagree
+  Time apart_since_;               // only while they do
+  bool apart_now_ = false;
   std::uint64_t rejected_ = ~std::uint64_t{0};  // the sequence number of the model refused last
   bool running_ = false;
   bool failed_ = false;    // a step has, since the model came
@@ -84,6 +100,7 @@ class Rollout final : public Node {
   std::array<std::int64_t, 4> ticks_{};  // by source
   std::int64_t rejected_models_ = 0, rejected_samples_ = 0;
   std::int64_t corrections_ = 0;
+  std::int64_t steps_on_anchors_ = 0, disagreements_ = 0;
   double correction_sum_ = 0;  // N^2
 };
 

@@ -92,14 +92,17 @@ NodeInfo LocalPredictor::declare() {
       .unneeded(nothing_moves)
       .role(Role::prediction);
   declare_rollout(node);
+  declare_surface(node, 4000);
   declare_metrics(node);
   return node.formerly("coupling", "law").coarser("curvature", {false}).coarser("resimulate", {false}).info();
 }
 
 LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
     : params_(params),
-      rollout_(rollout_model("prediction.local", params, context)),
-      fit_(rollout_.tool_rotates(), params.stick_velocity) {}
+      surface_(surface_contacts(params, context)),
+      rollout_(rollout_model("prediction.local", params, context), surface_.get()),
+      fit_(rollout_.tool_rotates(), params.stick_velocity,
+           {.scale_all = params.stiffness_scale, .friction_scale_all = params.friction_scale}) {}
 
 void LocalPredictor::take_samples() {
   Stamped<DeviceState> sample;
@@ -117,22 +120,24 @@ void LocalPredictor::take_samples() {
 void LocalPredictor::take_contacts() {
   start_.contacts.count = 0;
   start_.contacts.anchors = 0;
-  if (!contacts.connected() || contacts.latest() == nullptr) return;
-  start_.contacts = contacts.latest()->value;
+  if (surface_) {
+    surface_->find_at_anchor(start_.bodies, start_.contacts);
+  } else {
+    if (!contacts.connected() || contacts.latest() == nullptr) return;
+    start_.contacts = contacts.latest()->value;
+  }
   // A count of no message is for restart to refuse.
   if (start_.contacts.count < 0 || start_.contacts.count > LocalContacts::capacity) return;
   for (std::size_t i = 0; i < static_cast<std::size_t>(start_.contacts.count); ++i) {
     for (Contact& c : start_.contacts.contact[i]) {
-      c.stiffness *= params_.stiffness_scale;
-      c.damping *= params_.stiffness_scale;
-      c.friction *= params_.friction_scale;
       if (!params_.curvature) c.H_W = {};
     }
   }
 }
 
-/// Learns from the result, which must be one that the rollout accepts, and corrects its contacts.
+/// Learns from the result, which must be one that the rollout accepts, how its contacts are to be corrected.
 void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
+  start_.correction = fit_.correction();
   if (!params_.fit || !state.connected()) return;
   const Stamped<PhysicsState>* physics = state.latest();
   if (physics == nullptr || physics->stamp.valid != result.stamp.valid || physics->value.damped != 0) {
@@ -143,7 +148,7 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
                   physics->value.contact_T_W, physics->value.contacts);
     if (outcome == FitOutcome::unusable || outcome == FitOutcome::repeated) ++left_out_of_fit_;
   }
-  fit_.correct(start_.contacts);
+  start_.correction = fit_.correction();
 }
 
 void LocalPredictor::step(StepContext&) {

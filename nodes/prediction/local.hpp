@@ -4,6 +4,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
@@ -16,7 +17,7 @@ namespace tactor {
 /// learns how stiff and how rough these are (ContactFit), and corrects them before they are used.
 class LocalPredictor final : public Node {
  public:
-  struct Params {
+  struct Params : SurfaceOptions {
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
     bool resimulate = true;
@@ -49,6 +50,7 @@ class LocalPredictor final : public Node {
   void fit_contacts(const Stamped<BodyStates>& result);
 
   Params params_;
+  std::unique_ptr<ContactSource> surface_;
   LocalRollout rollout_;
   ContactFit fit_;
   LocalModel start_;

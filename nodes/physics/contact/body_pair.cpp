@@ -109,7 +109,7 @@ void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& foun
       1, !ball_is_a_, 0, found);
 }
 
-void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
+void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, int* left) {
   shares_ = {};
   if (!may_meet(X_WA, X_WB)) return;
   if (ball_) return find_ball(X_WA, X_WB, found);
@@ -117,8 +117,8 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found) {
   const Pose X_BA{rotate(to_B, X_WA.p - X_WB.p), R_BA_ ? *R_BA_ : to_B * X_WA.R};
   const Pose X_AB = inverse(X_BA);
   static const std::vector<NearSample> none;
-  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_) : none;
-  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_) : none;
+  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_, left) : none;
+  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_, left) : none;
 
   const auto extent = [this](const std::vector<NearSample>& near, const std::optional<Side>& side) {
     double sum = 0;

@@ -23,7 +23,7 @@ struct ContactBody {
   Motion motion;
   Pose X_WB;  ///< where the scene puts it
   Material material;
-  std::unique_ptr<SignedDistance> distance;
+  std::shared_ptr<const SignedDistance> distance;
   ContactSamples samples;
   Bounds box;         ///< about it, in its frame; without end for a plane
   Vec3 p_BM;          ///< m, the middle of a sphere that the body lies in

@@ -146,15 +146,31 @@ const Pose& SceneContacts::pose(const BodyStates& states, std::int32_t index, st
   return index == ContactPair::fixed ? bodies_[body].X_WB : states.X_WB[static_cast<std::size_t>(index)];
 }
 
-void SceneContacts::find(const BodyStates& states, ContactSet& set) {
+bool SceneContacts::look(const BodyStates& states, int* left) {
   found_.clear();
   for (Entry& entry : pairs_) {
     const ContactPair indices = entry.pair.indices();
-    entry.pair.find(pose(states, indices.body, entry.a), pose(states, indices.other, entry.b), found_);
+    entry.pair.find(pose(states, indices.body, entry.a), pose(states, indices.other, entry.b), found_, left);
+    if (left != nullptr && *left < 0) return false;
   }
+  return true;
+}
+
+void SceneContacts::keep(const BodyStates& states, ContactSet& set) {
   set.bodies.count = states.count;
   std::copy_n(states.X_WB.begin(), states.count, set.bodies.X_WB.begin());
   reduction_.reduce(found_, set);
+}
+
+void SceneContacts::find(const BodyStates& states, ContactSet& set) {
+  look(states, nullptr);
+  keep(states, set);
+}
+
+bool SceneContacts::find_within(int work, const BodyStates& states, ContactSet& set) {
+  if (!look(states, &work)) return false;
+  keep(states, set);
+  return true;
 }
 
 /// Adds the keys of the contacts at an anchor and notes what each side of a pair has there.

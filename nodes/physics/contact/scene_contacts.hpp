@@ -35,6 +35,9 @@ class SceneContacts {
   /// The contacts where the moving bodies are. Allocates nothing once it has met the most contacts, but for
   /// ExactDistance, whose search does.
   void find(const BodyStates& bodies, ContactSet& set);
+  /// The same with at most `work` steps of work, of which SampleTree::find says what they are. False, and `set` is as
+  /// it was, where that is not enough.
+  bool find_within(int work, const BodyStates& bodies, ContactSet& set);
 
   /// The contacts on the way that the bodies take from `age` s ago, where they were at `bodies`, if they keep their
   /// velocities. The anchors are where the bodies are by now, and where they will be `anchor_time` and twice that
@@ -50,6 +53,10 @@ class SceneContacts {
  private:
   void tell_doubts(const Scene& scene, double spacing, const HandPath* hand, Notes& notes) const;
   [[nodiscard]] const Pose& pose(const BodyStates& bodies, std::int32_t index, std::size_t body) const;
+
+  /// Fills found_; false where the work was not enough.
+  bool look(const BodyStates& bodies, int* left);
+  void keep(const BodyStates& bodies, ContactSet& set);
 
   struct Entry {
     std::size_t a, b;  // indices into bodies_

@@ -10,10 +10,11 @@
 namespace tactor {
 
 /// Makes the distance of a mesh, which contacts ask for up to `reach` (m) from its surface.
-using MakeMeshDistance = std::function<std::unique_ptr<SignedDistance>(const TriangleMesh& mesh, double reach)>;
+using MakeMeshDistance = std::function<std::shared_ptr<const SignedDistance>(const TriangleMesh& mesh, double reach)>;
 
 /// CellDistance with lists as far as `reach`, but no farther than an eighth of the mesh's length, beyond which most of
-/// its box would have them; its tree answers there. Made once and kept in the cache; `notes` as for load_body_mesh.
+/// its box would have them; its tree answers there. Made once and kept in the cache;
+/// all who ask for the same cells in a process share them; `notes` as for load_body_mesh.
 MakeMeshDistance cell_distances(const CellOptions& options, Notes* notes);
 
 /// TreeDistance: nothing to prepare, and slower to ask.

@@ -42,6 +42,11 @@ struct SampleTree::Query {
   float taken;        // m, margin and what rounding may add, rounded up
   float way, turn;    // m and rad, rounded up
   float look_closer;  // m, a sample that is out of reach by less is measured exactly
+  int* left;          // steps of work, or null
+  [[nodiscard]] bool over() const { return left != nullptr && *left < 0; }
+  void work() const {
+    if (left != nullptr) --*left;
+  }
 };
 
 SampleTree::SampleTree(const std::vector<SurfaceSample>& samples, const std::vector<double>& radii) {
@@ -159,7 +164,8 @@ TACTOR_WIDE void SampleTree::place(const Node& node, const Query& query, Points8
 /// Finds the samples below the node and returns the least expiry of its children.
 float SampleTree::visit(Node& node, const Query& query) {
   const unsigned open = expired(node, query.way, query.turn);
-  if (open != 0) {
+  if (open != 0 && !query.over()) {
+    query.work();
     Points8 x;
     place(node, query, x);
     std::array<float, 8> bound;
@@ -168,7 +174,8 @@ float SampleTree::visit(Node& node, const Query& query) {
     }
     query.other.lower_bounds(x, open, bound);
     for (std::size_t k = 0; k < 8; ++k) {
-      if ((open >> k & 1) == 0) continue;
+      // What is not looked at stays as due as it is.
+      if ((open >> k & 1) == 0 || query.over()) continue;
       const float reached = query.way + query.turn * node.lever[k];
       float spare = bound[k] - node.radius[k] - query.taken;
       if (node.child[k] >= 0) {
@@ -176,6 +183,7 @@ float SampleTree::visit(Node& node, const Query& query) {
         continue;
       }
       if (spare <= query.look_closer) {
+        query.work();
         const std::int32_t index = ~node.child[k];
         Sample& sample = samples_[static_cast<std::size_t>(index)];
         const Nearest nearest = query.other.nearest(transform(query.X_OB, sample.p), sample.face);
@@ -196,8 +204,9 @@ float SampleTree::visit(Node& node, const Query& query) {
   return least;
 }
 
-const std::vector<NearSample>& SampleTree::find(const SignedDistance& other, const Pose& X_OB, double margin) {
-  if (nodes_.empty() || (last_pose_ == X_OB && last_margin_ == margin)) return found_;
+const std::vector<NearSample>& SampleTree::find(const SignedDistance& other, const Pose& X_OB, double margin,
+                                                int* left) {
+  if (nodes_.empty() || (complete_ && last_pose_ == X_OB && last_margin_ == margin)) return found_;
   const double before = way_ + turn_ * size_;
   double moved = 0;
   if (!last_pose_ || last_margin_ != margin) {
@@ -218,8 +227,10 @@ const std::vector<NearSample>& SampleTree::find(const SignedDistance& other, con
                     .taken = rounded_up(margin + rounding),
                     .way = rounded_up(way_),
                     .turn = rounded_up(turn_),
-                    .look_closer = static_cast<float>(4 * moved)};
+                    .look_closer = static_cast<float>(4 * moved),
+                    .left = left};
   visit(nodes_.front(), query);
+  complete_ = !query.over();
   return found_;
 }
 

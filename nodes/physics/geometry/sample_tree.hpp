@@ -34,7 +34,10 @@ class SampleTree {
 
   /// The samples whose distance to `other` is below `margin` (m), in an order that only the samples decide, until the
   /// next call. X_OB: the body of the samples in the frame of `other`, which must be the same in every call.
-  const std::vector<NearSample>& find(const SignedDistance& other, const Pose& X_OB, double margin);
+  /// `left`: where not null, the steps of work that it may do, of which it takes what it does: a look at eight spheres
+  /// or at the distance of one sample. Where that goes below zero the search ends and what it returns is not all.
+  const std::vector<NearSample>& find(const SignedDistance& other, const Pose& X_OB, double margin,
+                                      int* left = nullptr);
 
  private:
   struct Node {
@@ -66,6 +69,7 @@ class SampleTree {
   double way_ = 0, turn_ = 0;
   std::optional<Pose> last_pose_;
   double last_margin_ = 0;
+  bool complete_ = true;  // the last search
   std::vector<NearSample> found_;
 };
 

@@ -89,7 +89,8 @@ int ContactFit::collect(const LocalContacts& contacts, const BodyStates& bodies,
   for (std::size_t i = 0; i < static_cast<std::size_t>(contacts.count); ++i) {
     const ContactPair& pair = contacts.pair[i];
     if (!of_tool(pair)) continue;
-    const Contact c = contact_now(contacts, i, bodies);
+    Contact c = contact_now(contacts, i, bodies);
+    scales_.apply_scales(c);
     const ContactPlanes plane{
         std::span(bodies.X_WB).first(static_cast<std::size_t>(bodies.count)), {&c, 1}, {&pair, 1}};
     if (!usable(plane, 0, bodies.count)) continue;
@@ -346,16 +347,13 @@ FitOutcome ContactFit::take(Time valid, const LocalContacts& contacts, const Bod
   return FitOutcome::used;
 }
 
-void ContactFit::correct(LocalContacts& contacts) const {
-  for (std::size_t i = 0; i < static_cast<std::size_t>(contacts.count); ++i) {
-    if (!of_tool(contacts.pair[i])) continue;
-    for (Contact& c : contacts.contact[i]) {
-      if (!materials_.has({c.stiffness, c.damping, c.friction})) continue;
-      c.stiffness *= error_.stiffness_scale;
-      c.damping *= error_.stiffness_scale;
-      c.friction = std::max(0.0, c.friction + error_.friction_excess);
-    }
-  }
+ContactCorrection ContactFit::correction() const {
+  return {.scale_all = scales_.scale_all,
+          .friction_scale_all = scales_.friction_scale_all,
+          .stiffness_scale = error_.stiffness_scale,
+          .friction_excess = error_.friction_excess,
+          .count = materials_.count,
+          .material = materials_.of};
 }
 
 }  // namespace tactor

@@ -8,6 +8,7 @@
 
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
+#include "nodes/physics/mechanics/contact_correction.hpp"
 
 namespace tactor {
 
@@ -61,8 +62,10 @@ enum class FitOutcome : std::uint8_t {
 /// Allocates nothing and throws nothing.
 class ContactFit {
  public:
-  /// `rotates`: the tool has 6 degrees of freedom. `stick_velocity`: m/s, as dynamics has it.
-  ContactFit(bool rotates, double stick_velocity) : rotates_(rotates), stick_velocity_(stick_velocity) {}
+  /// `rotates`: the tool has 6 degrees of freedom. `stick_velocity`: m/s, as dynamics has it. `scales`: of all
+  /// contacts, before the estimate.
+  ContactFit(bool rotates, double stick_velocity, const ContactCorrection& scales = {})
+      : rotates_(rotates), stick_velocity_(stick_velocity), scales_(scales) {}
 
   /// `contacts`: as declared, around `bodies`, those of the result that is valid at `valid`; `massless`: the tool was
   /// moved without its inertia, hence without dampers. `contact_T_W`, N and N m about the tool's origin: of
@@ -71,8 +74,8 @@ class ContactFit {
                   const Wrench& contact_T_W, int touching);
 
   [[nodiscard]] const ContactError& error() const { return error_; }
-  /// Writes the estimate into the contacts of the tool, as declared, of a message whose counts fit.
-  void correct(LocalContacts& contacts) const;
+  /// The estimate, for the contacts of the tool as declared.
+  [[nodiscard]] ContactCorrection correction() const;
 
   [[nodiscard]] std::int64_t used() const { return used_; }
   /// Those used results that told of friction.
@@ -86,11 +89,8 @@ class ContactFit {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
 
  private:
-  struct Material {
-    double stiffness = 0, damping = 0, friction = 0;
-    bool operator==(const Material&) const = default;
-  };
-  static constexpr int most_materials = 8;
+  using Material = ContactMaterial;
+  static constexpr int most_materials = ContactCorrection::most_materials;
   /// Distinct ones of what pushes; further ones are left out.
   struct Materials {
     std::array<Material, most_materials> of{};
@@ -131,6 +131,7 @@ class ContactFit {
 
   bool rotates_;
   double stick_velocity_;
+  ContactCorrection scales_;
   ContactError error_;
   Eigen::Matrix2d P_ = Estimate{}.P;
   Materials materials_;      // of the last result used; none: nothing is known

@@ -12,6 +12,7 @@ const MessageType& message_type<LocalModel>() {
                                       .field("bodies", &LocalModel::bodies)
                                       .field("coupling", &LocalModel::coupling)
                                       .field("contacts", &LocalModel::contacts)
+                                      .field("correction", &LocalModel::correction)
                                       .type();
   return type;
 }

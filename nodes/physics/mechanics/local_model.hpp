@@ -3,6 +3,7 @@
 
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
+#include "nodes/physics/mechanics/contact_correction.hpp"
 
 namespace tactor {
 
@@ -13,7 +14,8 @@ struct LocalModel {
   DeviceState device;  ///< that sample
   BodyStates bodies;   ///< at `time`
   CouplingParameters coupling;
-  LocalContacts contacts;
+  LocalContacts contacts;        ///< as declared
+  ContactCorrection correction;  ///< of those and of all that are found later
 };
 
 template <>

@@ -121,11 +121,32 @@ bool LocalRollout::restart(const LocalModel& model) {
   return true;
 }
 
-/// The contacts as planes where the bodies are now; they refer to what the rollout keeps.
+bool LocalRollout::learn(const LocalModel& model) {
+  if (!accepts(model)) return false;
+  local_.coupling = model.coupling;
+  local_.contacts = model.contacts;
+  local_.correction = model.correction;
+  return true;
+}
+
+/// The contacts where the bodies are now; they refer to what the rollout keeps.
 ContactPlanes LocalRollout::planes_now() {
+  on_surface_ = surface_ != nullptr && surface_->find(local_.bodies, found_);
+  if (!on_surface_) return anchored_planes();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(found_.count); ++i) {
+    local_.correction.apply(found_.contact[i], found_.pair[i]);
+  }
+  return contact_planes(found_);
+}
+
+/// The model's contacts as planes where the bodies are now.
+ContactPlanes LocalRollout::anchored_planes() {
   const auto count = static_cast<std::size_t>(local_.contacts.count);
   X_WB_ = local_.bodies.X_WB;
-  for (std::size_t i = 0; i < count; ++i) planes_[i] = contact_now(local_.contacts, i, local_.bodies);
+  for (std::size_t i = 0; i < count; ++i) {
+    planes_[i] = contact_now(local_.contacts, i, local_.bodies);
+    local_.correction.apply(planes_[i], local_.contacts.pair[i]);
+  }
   return {std::span(X_WB_).first(static_cast<std::size_t>(bodies_)), std::span(planes_).first(count),
           std::span(local_.contacts.pair).first(count)};
 }

@@ -7,6 +7,7 @@
 
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
+#include "nodes/physics/mechanics/contact_source.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
@@ -27,17 +28,23 @@ Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStat
 /// True where these are `count` moving bodies at finite places, and contacts between bodies that there are.
 bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count);
 
-/// The local rollout: dynamics' own step (RigidStep) on the planes of contact_now, from device sample to device sample.
-/// Allocates nothing and throws nothing; its work is bounded by contacts and iterations.
+/// The local rollout: dynamics' own step (RigidStep), from device sample to device sample, on the contacts that a
+/// source finds where the bodies are, or else on the planes of contact_now. Allocates nothing and throws nothing; its
+/// work is bounded by contacts and iterations.
 class LocalRollout {
  public:
-  explicit LocalRollout(const SystemModel& model) : bodies_(model.count), step_(model) {}
+  /// `surface`: where contacts are found anew at each step; null: those of the model serve. It must outlive the
+  /// rollout.
+  explicit LocalRollout(const SystemModel& model, ContactSource* surface = nullptr)
+      : bodies_(model.count), step_(model), surface_(surface) {}
 
   /// False where the model is not of this scene, or has bodies, a handle or a spring that are not finite.
   [[nodiscard]] bool accepts(const LocalModel& model) const;
   /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
   /// changes, where the model is not one that it accepts.
   bool restart(const LocalModel& model);
+  /// Takes what a later model knows, and leaves the bodies where they are. False, and nothing changes, as of restart.
+  bool learn(const LocalModel& model);
   /// Moves the bodies on to the time of `sample` in one step; nothing happens where that is not later. False where the
   /// step did not converge: then the bodies are where a damped step has them, or where they were.
   bool advance(const Stamped<DeviceState>& sample);
@@ -50,6 +57,8 @@ class LocalRollout {
   [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
   /// How far the tool is from the nearest anchor of the contacts, m; zero where no contacts are known.
   [[nodiscard]] double distance_from_anchors() const;
+  /// Whether the last step found its contacts on the surface.
+  [[nodiscard]] bool on_surface() const { return on_surface_; }
   /// How the wrench on the device changes with the handle's place (m and rotation vector in rad, W) where springs
   /// balance: -K (1 - (K + C)^-1 K), with K the coupling and C the planes that push, friction left out. Of the tool
   /// alone; where it does not rotate, of forces alone. Zero where
@@ -58,9 +67,13 @@ class LocalRollout {
 
  private:
   ContactPlanes planes_now();
+  ContactPlanes anchored_planes();
 
   int bodies_;  // moving ones
   RigidStep step_;
+  ContactSource* surface_;
+  bool on_surface_ = false;
+  ContactSet found_;
   LocalModel local_;
   std::array<Pose, BodyStates::capacity> X_WB_;  // of the bodies, for the planes
   std::array<Contact, LocalContacts::capacity> planes_;

@@ -56,6 +56,7 @@ struct Collision final : Idle {
         .input("state", &Collision::state, {.required = false})
         .output("contacts", &Collision::contacts, "")
         .real("margin", &Params::margin, {.doc = "reach", .unit = "m", .default_value = 1e-3, .min = 0, .max = 0.1})
+        .role(Role::collision)
         .info();
   }
   Input<DeviceState> device;
@@ -148,6 +149,24 @@ struct Hold final : Idle {
   }
   Input<Forecast> forecast;
   Output<ForceSegment> segment;
+};
+
+// Its margin is that of the collision node.
+struct Surface final : Idle {
+  struct Params {
+    double margin = 0;
+  };
+  Surface(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Surface>("test.surface", "Finds contacts itself.")
+        .input("device", &Surface::device, {.trigger = Trigger::yes})
+        .output("contacts", &Surface::contacts, "")
+        .real("margin", &Params::margin,
+              {.doc = "reach", .unit = "m", .default_value = 2e-3, .min = 0, .max = 0.1, .as_in = Role::collision})
+        .info();
+  }
+  Input<DeviceState> device;
+  Output<ContactSet> contacts;
 };
 
 struct Torque final : Idle {
@@ -289,6 +308,7 @@ Registry test_registry() {
   registry.add<Predictor>();
   registry.add<Refit>();
   registry.add<Hold>();
+  registry.add<Surface>();
   registry.add<Torque>();
   registry.add<Gate>();
   registry.add<Motor>();

@@ -47,12 +47,21 @@ Scene ball_scene(double mass, int count = 1) {
   return scene;
 }
 
+/// The contacts of the models serve, and each model is gone back to.
+Rollout::Params anchored() {
+  auto params = default_params<Rollout>();
+  params.contacts = SurfaceOptions::From::anchors;
+  params.restart = Rollout::Params::Restart::always;
+  return params;
+}
+
 /// The node, fed with samples and models, and a device that shows the newest segment.
 class Subject {
  public:
-  explicit Subject(double mass = 0.1, const Rollout::Params& params = default_params<Rollout>(),
-                   bool with_forecast = false)
-      : scene_(ball_scene(mass)), node_(params, context_for(scene_)) {
+  explicit Subject(double mass = 0.1, const Rollout::Params& params = anchored(), bool with_forecast = false)
+      : Subject(ball_scene(mass), params, with_forecast) {}
+  Subject(const Scene& scene, const Rollout::Params& params, bool with_forecast = false)
+      : scene_(scene), node_(params, context_for(scene_)) {
     node_.model.configure({});
     node_.device.configure({QueuePolicy::drop_oldest, 64});
     if (with_forecast) node_.forecast.configure({});
@@ -176,6 +185,111 @@ BOOST_AUTO_TEST_CASE(on_a_wall_the_device_shows_the_force_of_its_own_time_though
   BOOST_TEST(subject.metric("rollout.rejected_models") == 0.0);
 }
 
+namespace {
+
+/// The ball over a fixed box whose face is x = 0 and whose edge is at y = 0: there the surface ends.
+Scene box_scene() {
+  Scene scene = ball_scene(0.1);
+  Body box;
+  box.name = "box";
+  box.shape = BoxShape{{0.1, 0.1, 0.1}};
+  box.X_WB.p = {-0.05, -0.05, 0};
+  box.material = {.stiffness = 2000, .damping = 4, .friction = 0};
+  scene.bodies.push_back(box);
+  scene.bodies[0].material = {.stiffness = 2000, .damping = 4, .friction = 0};
+  return scene;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(contacts_that_are_found_anew_need_no_results_after_the_first) {
+  // No model has contacts, and the one that comes later has its tool in the wrong place.
+  Subject subject(box_scene(), default_params<Rollout>());
+  Truth truth(0);
+  double worst = 0, largest = 0;
+  for (int ms = 0; ms <= 1500; ++ms) {
+    const DeviceState handle{{{Handle::x(1e-3 * ms), -0.03, 0}, {}}, {{Handle::v(1e-3 * ms), 0, 0}, {}}, 0};
+    subject.sample(ms, handle);
+    if (ms % 20 == 5) {
+      const double off = ms == 5 ? 0 : ms % 40 == 5 ? 0.003 : -0.003;
+      if (ms == 5) truth.advance(1e-3 * ms);
+      const BodyStates bodies = one_body({truth.bodies().X_WB[0].p.x + off, -0.03, 0}, truth.bodies().V_WB[0].v);
+      subject.model(ms - 20, ms, model_at(ms, bodies, handle.X_WD.p, {}, handle.V_WD.v));
+    }
+    if (!subject.tick(ms)) continue;
+    truth.advance(1e-3 * (ms + 1));
+    if (ms < 100) continue;
+    worst = std::max(worst, std::abs(subject.force(ms + 1).x - truth.reaction()));
+    largest = std::max(largest, std::abs(truth.reaction()));
+  }
+  BOOST_TEST(largest > 1.0);
+  BOOST_TEST(worst < 0.01 * largest);
+  BOOST_TEST(subject.metric("rollout.anchored_steps") == 0.0);
+  BOOST_TEST(subject.metric("rollout.disagreements") == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_tool_that_slides_off_an_edge_is_let_go_though_no_result_has_said_so) {
+  const auto force_beyond = [](const Rollout::Params& params) {
+    Subject subject(box_scene(), params);
+    const LocalContacts wall = wall_around({{0.009, -0.01, 0}, {0.009, -0.008, 0}});
+    double y = 0;
+    for (int ms = 0; ms <= 100; ++ms) {
+      y = -0.01 + 0.0003 * ms;
+      const DeviceState handle{{{0.008, y, 0}, {}}, {{0, 0.3, 0}, {}}, 0};
+      subject.sample(ms, handle);
+      if (ms == 0)
+        subject.model(-10, 0, model_at(0, one_body({0.009, y, 0}, {0, 0.3, 0}), handle.X_WD.p, wall, {0, 0.3, 0}));
+      subject.tick(ms);
+    }
+    BOOST_REQUIRE(y > 0.0195);  // a centre so far beyond the edge, 8 mm above the face, touches nothing
+    return norm(subject.force(101));
+  };
+  BOOST_TEST(force_beyond(default_params<Rollout>()) < 0.02);
+  BOOST_TEST(force_beyond(anchored()) > 0.3);
+}
+
+BOOST_AUTO_TEST_CASE(a_tool_that_physics_keeps_having_elsewhere_goes_there_when_patience_ends) {
+  auto params = default_params<Rollout>();
+  params.patience = Duration::from_seconds(0.25);
+  for (const bool same_way : {true, false}) {
+    Subject subject(box_scene(), params);
+    const Vec3 handle{0.03, -0.03, 0};
+    int sent = 0;
+    for (int ms = 0; ms <= 600; ++ms) {
+      subject.sample(ms, handle);
+      if (ms % 20 == 0) {
+        const double off = same_way || ++sent % 2 == 0 ? 0.002 : -0.002;
+        subject.model(ms - 20, ms + 1, model_at(ms, one_body({0.03 + (ms == 0 ? 0 : off), -0.03, 0}), handle, {}));
+      }
+      subject.tick(ms);
+    }
+    // The first that is off comes at 20 ms, the last at 600 ms; patience is 250 ms here, and after each time it begins
+    // anew.
+    BOOST_TEST(subject.metric("rollout.disagreements") == (same_way ? 2.0 : 0.0));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(where_finding_contacts_is_too_much_work_those_of_the_model_serve_and_are_counted) {
+  auto params = default_params<Rollout>();
+  Scene scene = box_scene();
+  scene.bodies[0].shape = BoxShape{{0.02, 0.02, 0.02}};
+  const auto steps_on_anchors = [&](int work) {
+    params.most_work = work;
+    Subject subject(scene, params);
+    for (int ms = 0; ms <= 100; ++ms) {
+      const Vec3 handle{0.008, -0.03, 0};
+      subject.sample(ms, handle);
+      if (ms == 0)
+        subject.model(-10, 0, model_at(0, one_body({0.0095, -0.03, 0}), handle, wall_around({{0.0095, -0.03, 0}})));
+      subject.tick(ms);
+    }
+    BOOST_TEST(subject.force(101).x > 0.3);
+    return subject.metric("rollout.anchored_steps");
+  };
+  BOOST_TEST(steps_on_anchors(1) == 100.0);
+  BOOST_TEST(steps_on_anchors(100'000) == 0.0);
+}
+
 BOOST_AUTO_TEST_CASE(a_correction_decays_by_two_equal_poles_and_has_neither_jump_nor_kink) {
   // A tool of a billion tonnes stays where a model has it, so what is aimed at is known.
   Subject subject(1e12);
@@ -200,7 +314,7 @@ BOOST_AUTO_TEST_CASE(a_correction_decays_by_two_equal_poles_and_has_neither_jump
 BOOST_AUTO_TEST_CASE(without_results_the_forecast_is_shown_where_the_tool_touched_and_else_the_last_force) {
   for (const bool touching : {true, false}) {
     for (const bool forecasts : {true, false}) {
-      Rollout::Params params = default_params<Rollout>();
+      Rollout::Params params = anchored();
       params.trust_time = Duration::from_seconds(0.1);
       Subject subject(1e12, params, forecasts);
       const LocalContacts wall = wall_around({{0.009, 0, 0}});
@@ -305,7 +419,7 @@ BOOST_AUTO_TEST_CASE(after_a_gap_a_tick_takes_four_steps_at_most) {
   const LocalModel model = model_at(0, one_body({0.0095, 0, 0}), state(0).X_WD.p, wall, {-0.04, 0, 0});
   const Scene scene = ball_scene(0.1);
   SystemModel system = scene_model("test", scene, nullptr);
-  system.iterations = default_params<Rollout>().iterations;
+  system.iterations = anchored().iterations;
   LocalRollout apart(system);
   BOOST_REQUIRE(apart.restart(model));
   for (int ms = 0; ms <= 40; ++ms) {
@@ -411,7 +525,7 @@ BOOST_AUTO_TEST_CASE(whatever_comes_the_force_is_finite_and_bounded_and_soon_rig
 }
 
 BOOST_AUTO_TEST_CASE(no_tick_calls_the_heap, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
-  Rollout::Params params = default_params<Rollout>();
+  Rollout::Params params = anchored();
   params.trust_time = Duration::from_seconds(0.1);
   BOOST_TEST(Rollout::declare().realtime_safe);
   Subject subject(0.1, params, true);
@@ -437,7 +551,7 @@ BOOST_AUTO_TEST_CASE(no_tick_calls_the_heap, *boost::unit_test::precondition(tac
 
 // Physics of 10 Hz: no result is ever young enough to go on from, and each is shown as it comes.
 BOOST_AUTO_TEST_CASE(results_too_old_to_go_on_from_are_held_one_after_the_other) {
-  Rollout::Params params = default_params<Rollout>();
+  Rollout::Params params = anchored();
   params.trust_time = Duration::from_seconds(0.05);
   Subject subject(1e12, params, false);
   const LocalContacts wall = wall_around({{0.009, 0, 0}});
@@ -454,7 +568,7 @@ BOOST_AUTO_TEST_CASE(results_too_old_to_go_on_from_are_held_one_after_the_other)
 
 // A handle that is no longer heard of has not gone on for ever.
 BOOST_AUTO_TEST_CASE(the_force_is_carried_on_for_two_ticks_beyond_the_newest_sample_and_no_further) {
-  Subject subject(1e12, default_params<Rollout>(), false);
+  Subject subject(1e12, anchored(), false);
   const LocalContacts wall = wall_around({{0.009, 0, 0}});
   double last = 0;
   for (int ms = 0; ms < 90; ++ms) {
@@ -469,7 +583,7 @@ BOOST_AUTO_TEST_CASE(the_force_is_carried_on_for_two_ticks_beyond_the_newest_sam
 
 // What is displayed goes from one side to the other without passing either.
 BOOST_AUTO_TEST_CASE(a_correction_does_not_swing_past_what_it_leads_to) {
-  Subject subject(1e12, default_params<Rollout>(), false);
+  Subject subject(1e12, anchored(), false);
   const LocalContacts wall = wall_around({{0.009, 0, 0}});
   double lowest = 1e9;
   for (int ms = 0; ms < 100; ++ms) {

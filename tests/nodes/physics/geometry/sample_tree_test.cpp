@@ -89,6 +89,32 @@ BOOST_AUTO_TEST_CASE(the_tree_finds_what_a_look_at_every_sample_finds_whatever_c
   BOOST_TEST(total > 3000U);
 }
 
+BOOST_AUTO_TEST_CASE(a_search_that_may_not_do_all_its_work_ends_and_spoils_no_later_one) {
+  const TriangleMesh body = spiky(3);
+  const CellDistance cells(body, {.resolution = 48, .band = 0.004});
+  const Counted counted(cells);
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3));
+  SampleTree tree(samples);
+  Walk walk;
+  int ended = 0;
+  for (int step = 0; step < 400; ++step) {
+    const Pose X = walk.next(step);
+    const int most = step % 3 == 0 ? 5 : 60;
+    int left = most;
+    counted.exact = counted.bounds = 0;
+    tree.find(counted, X, 0.002, &left);
+    BOOST_TEST(counted.exact + counted.bounds == most - left);
+    BOOST_TEST(left >= -1);
+    ended += left < 0 ? 1 : 0;
+    if (step % 4 != 0) continue;
+    // At the same place or a little on, with all the work it needs.
+    SampleTree fresh(samples);
+    BOOST_TEST((tree.find(cells, X, 0.002) == fresh.find(cells, X, 0.002)));
+  }
+  BOOST_TEST(ended > 100);
+  BOOST_TEST(ended < 400);
+}
+
 BOOST_AUTO_TEST_CASE(long_ways_lose_nothing) {
   const ExactDistance field(test::box({0.06, 0.06, 0.06}));
   const std::vector<SurfaceSample> samples = sample_surface(test::box({0.02, 0.02, 0.02}), 0.005);

@@ -1,0 +1,20 @@
+// Where a rollout may find the contacts anew at each of its steps.
+#pragma once
+
+#include "framework/core/messages.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
+
+namespace tactor {
+
+/// The surfaces about the moving bodies, which can be asked where these are now.
+class ContactSource {
+ public:
+  virtual ~ContactSource() = default;
+  /// The contacts there. False, and `set` is as it was, where finding them is more work than may be done. Once it has
+  /// met the most contacts it allocates nothing.
+  virtual bool find(const BodyStates& bodies, ContactSet& set) = 0;
+  /// The same as contacts at one anchor, however much work it is.
+  virtual void find_at_anchor(const BodyStates& bodies, LocalContacts& around) = 0;
+};
+
+}  // namespace tactor
