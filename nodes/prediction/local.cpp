@@ -92,15 +92,13 @@ NodeInfo LocalPredictor::declare() {
       .unneeded(nothing_moves)
       .role(Role::prediction);
   declare_rollout(node);
-  declare_surface(node, 4000);
   declare_metrics(node);
   return node.formerly("coupling", "law").coarser("curvature", {false}).coarser("resimulate", {false}).info();
 }
 
 LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
     : params_(params),
-      surface_(surface_contacts(params, context)),
-      rollout_(rollout_model("prediction.local", params, context), surface_.get()),
+      rollout_(rollout_model("prediction.local", params, context)),
       fit_(rollout_.tool_rotates(), params.stick_velocity,
            {.scale_all = params.stiffness_scale, .friction_scale_all = params.friction_scale}) {}
 
@@ -120,12 +118,8 @@ void LocalPredictor::take_samples() {
 void LocalPredictor::take_contacts() {
   start_.contacts.count = 0;
   start_.contacts.anchors = 0;
-  if (surface_) {
-    surface_->find_at_anchor(start_.bodies, start_.contacts);
-  } else {
-    if (!contacts.connected() || contacts.latest() == nullptr) return;
-    start_.contacts = contacts.latest()->value;
-  }
+  if (!contacts.connected() || contacts.latest() == nullptr) return;
+  start_.contacts = contacts.latest()->value;
   // A count of no message is for restart to refuse.
   if (start_.contacts.count < 0 || start_.contacts.count > LocalContacts::capacity) return;
   for (std::size_t i = 0; i < static_cast<std::size_t>(start_.contacts.count); ++i) {

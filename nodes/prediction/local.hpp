@@ -4,7 +4,6 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
-#include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
@@ -17,7 +16,7 @@ namespace tactor {
 /// learns how stiff and how rough these are (ContactFit), and corrects them before they are used.
 class LocalPredictor final : public Node {
  public:
-  struct Params : SurfaceOptions {
+  struct Params {
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
     bool resimulate = true;
@@ -50,7 +49,6 @@ class LocalPredictor final : public Node {
   void fit_contacts(const Stamped<BodyStates>& result);
 
   Params params_;
-  std::unique_ptr<ContactSource> surface_;
   LocalRollout rollout_;
   ContactFit fit_;
   LocalModel start_;

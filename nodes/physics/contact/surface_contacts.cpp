@@ -11,9 +11,6 @@ class SceneSurface final : public ContactSource {
   bool find(const BodyStates& bodies, ContactSet& set) override {
     return contacts_.find_within(most_work_, bodies, set);
   }
-  void find_at_anchor(const BodyStates& bodies, LocalContacts& around) override {
-    contacts_.find_ahead(bodies, 0, around);
-  }
 
  private:
   SceneContacts contacts_;
@@ -24,9 +21,7 @@ class SceneSurface final : public ContactSource {
 
 std::unique_ptr<ContactSource> surface_contacts(const SurfaceOptions& options, const NodeContext& context) {
   if (options.contacts == SurfaceOptions::From::anchors) return nullptr;
-  SurfaceOptions at_one = options;
-  at_one.anchors = 1;
-  return std::make_unique<SceneSurface>(at_one, context);
+  return std::make_unique<SceneSurface>(options, context);
 }
 
 }  // namespace tactor

@@ -48,7 +48,7 @@ void declare_surface(Declare<N>& node, int most_work) {
       .template integer<std::int32_t>(
           "max_contacts", &P::max_contacts,
           {.doc = "contacts of a step at most; of more, some that are spread out stand for all",
-           .default_value = 24,
+           .default_value = 64,
            .min = 8,
            .max = ContactSet::capacity})
       .template integer<std::int32_t>("resolution", &P::resolution,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "framework/core/messages.hpp"
-#include "nodes/physics/contact/local_contacts.hpp"
 
 namespace tactor {
 
@@ -13,8 +12,6 @@ class ContactSource {
   /// The contacts there. False, and `set` is as it was, where finding them is more work than may be done. Once it has
   /// met the most contacts it allocates nothing.
   virtual bool find(const BodyStates& bodies, ContactSet& set) = 0;
-  /// The same as contacts at one anchor, however much work it is.
-  virtual void find_at_anchor(const BodyStates& bodies, LocalContacts& around) = 0;
 };
 
 }  // namespace tactor

@@ -84,16 +84,9 @@ class Physics {
   BodyStates bodies_ = one_body({0.02, 0, 0});
 };
 
-/// The contacts that come with the results serve.
-LocalPredictor::Params anchored() {
-  auto params = default_params<LocalPredictor>();
-  params.contacts = SurfaceOptions::From::anchors;
-  return params;
-}
-
 class Subject {
  public:
-  explicit Subject(const LocalPredictor::Params& params = anchored(), bool with_contacts = true,
+  explicit Subject(const LocalPredictor::Params& params = default_params<LocalPredictor>(), bool with_contacts = true,
                    bool with_state = false)
       : scene_(ball_scene(Motion::translation)), node_(params, context_for(scene_)) {
     node_.bodies.configure({});
@@ -146,7 +139,7 @@ LocalContacts wall_for(const Physics& physics, const Vec3& p) {
 BOOST_AUTO_TEST_CASE(where_contacts_are_exact_the_model_is_where_dynamics_itself_comes_to) {
   for (const bool wall : {true, false}) {
     Physics physics(wall), ahead(wall);
-    Subject subject(anchored(), wall);
+    Subject subject(default_params<LocalPredictor>(), wall);
     int results = 0, touching = 0;
     double moved = 0;
     for (int ms = 0; ms <= 900; ++ms) {
@@ -269,7 +262,7 @@ BOOST_AUTO_TEST_CASE(a_sample_whose_quaternion_is_not_of_length_one_is_that_rota
 }
 
 BOOST_AUTO_TEST_CASE(without_resimulation_the_bodies_of_the_result_meet_the_newest_sample) {
-  auto params = anchored();
+  auto params = default_params<LocalPredictor>();
   params.resimulate = false;
   Subject subject(params);
   for (int ms = 0; ms <= 30; ++ms) subject.sample(ms, handle(ms));
@@ -283,7 +276,7 @@ BOOST_AUTO_TEST_CASE(without_resimulation_the_bodies_of_the_result_meet_the_newe
 }
 
 BOOST_AUTO_TEST_CASE(scales_are_those_of_dynamics_with_such_a_wall) {
-  auto params = anchored();
+  auto params = default_params<LocalPredictor>();
   params.stiffness_scale = 0.5;
   params.friction_scale = 2;
   Physics other(true, 1000, 0.6);
@@ -316,7 +309,7 @@ struct Run {
   std::map<std::string, double> metrics;
 };
 Run wrong_wall(double stiffness, double friction, State state, bool fit = true) {
-  auto params = anchored();
+  auto params = default_params<LocalPredictor>();
   params.stiffness_scale = stiffness;
   params.friction_scale = friction;
   params.fit = fit;
@@ -388,7 +381,7 @@ BOOST_AUTO_TEST_CASE(a_force_of_another_time_or_law_or_not_finite_or_that_is_not
 }
 
 BOOST_AUTO_TEST_CASE(without_curvature_contacts_are_planes) {
-  auto params = anchored();
+  auto params = default_params<LocalPredictor>();
   params.curvature = false;
   Subject subject(params);
   for (int ms = 0; ms <= 20; ++ms) subject.sample(ms, handle(ms));
@@ -400,7 +393,7 @@ BOOST_AUTO_TEST_CASE(without_curvature_contacts_are_planes) {
 }
 
 BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
-  Subject subject(anchored(), true, true);
+  Subject subject(default_params<LocalPredictor>(), true, true);
   subject.contacts(wall_around({{0.009, 0, 0}, {0.0088, 0, 0}, {0.0086, 0, 0}}));
   PhysicsState state;
   state.contact_T_W.force = {0.9, -0.2, 0};
