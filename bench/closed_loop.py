@@ -4,7 +4,7 @@ grip, and the energy that comes out of the device's port.
 
 `bench/closed_loop.py [--jobs N]`, with a built release preset. A cell runs graphs/wall/closed_loop.yaml: a hand comes down onto a
 wall ten times as stiff as the coupling, pushes once and lets its target rest inside, 2 mm or 5 mm deep. The ladder of stiffnesses is
-climbed until the handle does not come to rest at one of the depths; the limit is the step before, so all below it are quiet.
+climbed until the handle comes to no rest at one depth or the other; the limit is the step before, so all below it are quiet.
 """
 import argparse
 import concurrent.futures
@@ -77,9 +77,11 @@ def run(graph, method, settings_of_run, device=None):
     import h5py  # the tables of scripts/results are tested without it
 
     with tempfile.TemporaryDirectory() as out:
-        command = [TACTOR, "run", graph_file(graph), "--over", GRAPHS / f"methods/{method}.yaml", "--overwrite", "--out", out]
+        command = [TACTOR, "run", graph_file(graph)]
         if device:
             command += ["--over", device]
+        # The method comes last: floor_exact takes the encoder's steps away from any device.
+        command += ["--over", GRAPHS / f"methods/{method}.yaml", "--overwrite", "--out", out]
         for setting in ("record=[device.truth]", "metrics=~", *settings_of_run):
             command += ["--set", setting]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -90,7 +92,7 @@ def run(graph, method, settings_of_run, device=None):
 
 
 def generated(summary):
-    """The most energy, in mJ, that the motors had given to the handle, net, at any time."""
+    """The most energy, in mJ, that the motors had given to hand and handle, net, at any time."""
     return 1e3 * summary["device"]["energy_generated_J"]
 
 

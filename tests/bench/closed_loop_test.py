@@ -72,6 +72,15 @@ class Ladder(unittest.TestCase):
         self.assertEqual(lines[3], ["floor"] + 6 * ["9051 or more"] + ["0"])
 
 
+class Runs(unittest.TestCase):
+    def test_the_exact_floor_has_no_encoder_steps_on_any_device(self):
+        found = {}
+        for method in ("floor", "floor_exact"):
+            speeds, _ = closed_loop.run("duck", method, ["device.loop=closed", "duration=1 s"], closed_loop.DEVICES["touch"])
+            found[method] = speeds
+        self.assertNotEqual(found["floor"], found["floor_exact"])
+
+
 class Cells(unittest.TestCase):
     def quiet(self, method, stiffness, rate, grip, depth=5e-3):
         speeds, summary = closed_loop.run("wall_closed_loop", method, closed_loop.settings(stiffness, rate, grip, depth))
