@@ -150,18 +150,19 @@ bool Rollout::keeps_tool() const {
 }
 
 /// Whether physics has had its tool elsewhere, in about the same direction, for longer than the patience.
-bool Rollout::disagrees(const LocalModel& result) {
-  const auto then = std::find_if(path_.begin(), path_.end(), [&](const ToolThen& t) { return t.time == result.time; });
+bool Rollout::disagrees(const Stamped<LocalModel>& result) {
+  const auto then =
+      std::find_if(path_.begin(), path_.end(), [&](const ToolThen& t) { return t.time == result.stamp.valid; });
   if (then == path_.end()) return false;
-  const Vec3 apart = result.bodies.X_WB[0].p - then->p_WT;
+  const Vec3 apart = result.value.p_WT_result - then->p_WT;
   const bool beyond = norm(apart) > params_.disagreement;
   if (!beyond || !apart_now_ || dot(apart, apart_) < 0.5 * dot(apart_, apart_)) {
     apart_now_ = beyond;
     apart_ = apart;
-    apart_since_ = result.time;
+    apart_since_ = result.stamp.valid;
     return false;
   }
-  if (result.time - apart_since_ < params_.patience) return false;
+  if (result.stamp.valid - apart_since_ < params_.patience) return false;
   ++disagreements_;
   return true;
 }
@@ -172,7 +173,7 @@ bool Rollout::take_model(Time now) {
   if (running_ && newest.stamp.sequence == used_.sequence) return false;
   // The bodies may be brought on to a sample that has not arrived here yet, but not to one beyond now.
   const bool older = running_ && newest.stamp.valid < used_.valid;
-  const bool keep = keeps_tool() && !(!older && newest.value.time <= now && disagrees(newest.value));
+  const bool keep = keeps_tool() && !(!older && newest.value.time <= now && disagrees(newest));
   if (older || newest.value.time > now || !(keep ? rollout_.learn(newest.value) : rollout_.restart(newest.value))) {
     if (newest.stamp.sequence != rejected_) ++rejected_models_;
     rejected_ = newest.stamp.sequence;

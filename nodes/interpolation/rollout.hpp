@@ -60,7 +60,7 @@ class Rollout final : public Node {
   void take_samples();
   bool take_model(Time now);
   [[nodiscard]] bool keeps_tool() const;
-  bool disagrees(const LocalModel& model);
+  bool disagrees(const Stamped<LocalModel>& result);
   void go_on();
   [[nodiscard]] const Stamped<DeviceState>& sample(std::size_t age) const {
     return track_[(samples_ - 1 - age) % track_.size()];
@@ -79,12 +79,12 @@ class Rollout final : public Node {
   LocalRollout rollout_;
   NewMessages<DeviceState> new_states_;
   std::array<Stamped<DeviceState>, 64> track_;
-  std::size_t samples_ = 0;        // taken so far
-  std::size_t advanced_ = 0;       // of them, the rollout has been through
-  Stamp used_;                     // of the model
-  std::array<ToolThen, 64> path_;  // of the tool, by the times of the samples
-  Vec3 apart_;                     // m, of physics' tool from this one, where they disagree
-  Time apart_since_;               // only while they do
+  std::size_t samples_ = 0;         // taken so far
+  std::size_t advanced_ = 0;        // of them, the rollout has been through
+  Stamp used_;                      // of the model
+  std::array<ToolThen, 512> path_;  // of the tool, by the times of the samples
+  Vec3 apart_;                      // m, of physics' tool from this one, where they disagree
+  Time apart_since_;                // only while they do
   bool apart_now_ = false;
   std::uint64_t rejected_ = ~std::uint64_t{0};  // the sequence number of the model refused last
   bool running_ = false;

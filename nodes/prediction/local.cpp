@@ -156,6 +156,7 @@ void LocalPredictor::step(StepContext&) {
   start_.time = result->stamp.valid;
   start_.device = track_[std::min(age, track_.size() - 1)].value;
   start_.bodies = result->value;
+  start_.p_WT_result = result->value.X_WB[0].p;
   start_.coupling = spring->value;
   // As dynamics stepped, whatever the spring would be for a tool with mass.
   if (result->value.massless != 0) start_.coupling.massless = 1;

@@ -13,6 +13,7 @@ struct LocalModel {
   Time time;           ///< of the device sample that the bodies were brought on to
   DeviceState device;  ///< that sample
   BodyStates bodies;   ///< at `time`
+  Vec3 p_WT_result;    ///< m, of the tool in the physics result, at the message's stamp
   CouplingParameters coupling;
   LocalContacts contacts;        ///< as declared
   ContactCorrection correction;  ///< of those and of all that are found later
