@@ -68,6 +68,13 @@ NodeInfo LocalPredictor::declare() {
              {.doc = "the moving bodies of a physics result, as dynamics sends them", .trigger = Trigger::yes})
       .input("contacts", &LocalPredictor::contacts,
              {.doc = "the contacts around them; without, nothing touches", .required = false})
+      .input("used", &LocalPredictor::used,
+             {.doc = "the contacts that dynamics uses, for the fit; without, it goes by `contacts`",
+              .required = false,
+              .queue = {QueuePolicy::drop_oldest, 8}})
+      .ignored_when([](const Params& p) {
+        return p.fit ? std::string() : std::string("fit is false: contacts are taken as they come");
+      })
       .input("state", &LocalPredictor::state,
              {.doc = "the same result's contact force, as dynamics sends it, for the fit", .required = false})
       .ignored_when([](const Params& p) {
@@ -129,6 +136,17 @@ void LocalPredictor::take_contacts() {
   }
 }
 
+/// The contacts that dynamics used for the result of that time: the first whose query began no earlier.
+const ContactSet* LocalPredictor::contacts_of(Time result) const {
+  const Stamped<ContactSet>* found = nullptr;
+  for (std::size_t i = 0; i < std::min(sets_taken_, sets_.size()); ++i) {
+    const Stamped<ContactSet>& set = sets_[i];
+    if (set.stamp.valid < result) continue;
+    if (found == nullptr || set.stamp.valid < found->stamp.valid) found = &set;
+  }
+  return found == nullptr ? nullptr : &found->value;
+}
+
 /// Learns from the result, which must be one that the rollout accepts, how its contacts are to be corrected.
 void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
   start_.correction = fit_.correction();
@@ -137,9 +155,13 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
   if (physics == nullptr || physics->stamp.valid != result.stamp.valid || physics->value.damped != 0) {
     ++left_out_of_fit_;
   } else {
+    const bool massless = start_.coupling.massless != 0;
+    const Wrench& felt = physics->value.contact_T_W;
+    const int touching = physics->value.contacts;
+    const ContactSet* set = used.connected() ? contacts_of(result.stamp.valid) : nullptr;
     const FitOutcome outcome =
-        fit_.take(result.stamp.valid, start_.contacts, result.value, start_.coupling.massless != 0,
-                  physics->value.contact_T_W, physics->value.contacts);
+        set != nullptr ? fit_.take(result.stamp.valid, contact_planes(*set), result.value, massless, felt, touching)
+                       : fit_.take(result.stamp.valid, start_.contacts, result.value, massless, felt, touching);
     if (outcome == FitOutcome::unusable || outcome == FitOutcome::repeated) ++left_out_of_fit_;
   }
   start_.correction = fit_.correction();
@@ -147,6 +169,7 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
 
 void LocalPredictor::step(StepContext&) {
   take_samples();
+  while (used.connected() && used.pop(sets_[sets_taken_ % sets_.size()])) ++sets_taken_;
   const Stamped<BodyStates>* result = bodies.latest();
   const Stamped<CouplingParameters>* spring = coupling.latest();
   if (result == nullptr || spring == nullptr || track_.size() == 0) return;

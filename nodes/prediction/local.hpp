@@ -38,6 +38,7 @@ class LocalPredictor final : public Node {
 
   Input<BodyStates> bodies;
   Input<LocalContacts> contacts;
+  Input<ContactSet> used;
   Input<PhysicsState> state;
   Input<CouplingParameters> coupling;
   Input<DeviceState> device;
@@ -46,11 +47,14 @@ class LocalPredictor final : public Node {
  private:
   void take_samples();
   void take_contacts();
+  [[nodiscard]] const ContactSet* contacts_of(Time result) const;
   void fit_contacts(const Stamped<BodyStates>& result);
 
   Params params_;
   LocalRollout rollout_;
   ContactFit fit_;
+  std::array<Stamped<ContactSet>, 8> sets_;  // that dynamics may have used, in a ring
+  std::size_t sets_taken_ = 0;
   LocalModel start_;
   NewMessages<DeviceState> new_states_;
   SampleWindow<Stamped<DeviceState>> track_{512};

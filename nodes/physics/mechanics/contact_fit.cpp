@@ -82,14 +82,13 @@ bool ContactFit::Materials::any_of(const Materials& others) const {
 }
 
 /// Sets what pushes the tool where the bodies are, with its levers and the noise of its depths; returns how many do.
-int ContactFit::collect(const LocalContacts& contacts, const BodyStates& bodies, bool massless, Materials& materials) {
+int ContactFit::collect(const BodyStates& bodies, bool massless, Materials& materials) {
   push_count_ = 0;
   lowest_ = 0;
   double depth_variance = 0, levers = 0, sum = 0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(contacts.count); ++i) {
-    const ContactPair& pair = contacts.pair[i];
-    if (!of_tool(pair)) continue;
-    Contact c = contact_now(contacts, i, bodies);
+  for (std::size_t i = 0; i < count_; ++i) {
+    const ContactPair& pair = pairs_[i];
+    Contact& c = contacts_[i];
     scales_.apply_scales(c);
     const ContactPlanes plane{
         std::span(bodies.X_WB).first(static_cast<std::size_t>(bodies.count)), {&c, 1}, {&pair, 1}};
@@ -318,11 +317,39 @@ FitOutcome ContactFit::take(Time valid, const LocalContacts& contacts, const Bod
                             const Wrench& contact_T_W, int touching) {
   if (any_ && valid <= last_) return FitOutcome::repeated;
   if (!is_scene(contacts, bodies, bodies.count)) return FitOutcome::unusable;
+  count_ = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(contacts.count); ++i) {
+    if (!of_tool(contacts.pair[i])) continue;
+    pairs_[count_] = contacts.pair[i];
+    contacts_[count_++] = contact_now(contacts, i, bodies);
+  }
+  return take_gathered(valid, bodies, massless, contact_T_W, touching);
+}
+
+FitOutcome ContactFit::take(Time valid, const ContactPlanes& planes, const BodyStates& bodies, bool massless,
+                            const Wrench& contact_T_W, int touching) {
+  if (any_ && valid <= last_) return FitOutcome::repeated;
+  if (!is_scene({}, bodies, bodies.count) || planes.planes.size() > contacts_.size()) return FitOutcome::unusable;
+  count_ = 0;
+  for (std::size_t i = 0; i < planes.planes.size(); ++i) {
+    if (!of_tool(planes.pairs[i]) || !usable(planes, i, bodies.count)) continue;
+    const PlaneNow now = plane_now(planes, i, bodies.X_WB);
+    Contact& c = contacts_[count_];
+    c = planes.planes[i];
+    c.n_W = now.n_W;
+    c.distance = now.distance;
+    pairs_[count_++] = planes.pairs[i];
+  }
+  return take_gathered(valid, bodies, massless, contact_T_W, touching);
+}
+
+FitOutcome ContactFit::take_gathered(Time valid, const BodyStates& bodies, bool massless, const Wrench& contact_T_W,
+                                     int touching) {
   Vector6 measured;
   measured << eigen(contact_T_W.force), eigen(rotates_ ? contact_T_W.torque : Vec3{});
   if (!std::isfinite(measured.squaredNorm())) return FitOutcome::unusable;
   Materials materials;
-  if (touching <= 0 || collect(contacts, bodies, massless, materials) == 0) return FitOutcome::silent;
+  if (touching <= 0 || collect(bodies, massless, materials) == 0) return FitOutcome::silent;
   measured.tail<3>() /= lever_;
   const ContactError known = error_;
   const Matrix2d known_variance = P_;

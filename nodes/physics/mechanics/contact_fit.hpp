@@ -9,6 +9,7 @@
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/contact_correction.hpp"
+#include "nodes/physics/mechanics/system.hpp"
 
 namespace tactor {
 
@@ -72,6 +73,10 @@ class ContactFit {
   /// `touching` contacts.
   FitOutcome take(Time valid, const LocalContacts& contacts, const BodyStates& bodies, bool massless,
                   const Wrench& contact_T_W, int touching);
+  /// The same with the contacts that dynamics itself used, as planes. They say what it felt where its query was coarse
+  /// or old, so that what is left is another law of contact.
+  FitOutcome take(Time valid, const ContactPlanes& planes, const BodyStates& bodies, bool massless,
+                  const Wrench& contact_T_W, int touching);
 
   [[nodiscard]] const ContactError& error() const { return error_; }
   /// The estimate, for the contacts of the tool as declared.
@@ -116,7 +121,9 @@ class ContactFit {
     Eigen::Matrix2d P = Eigen::Matrix2d::Identity();
   };
 
-  int collect(const LocalContacts& contacts, const BodyStates& bodies, bool massless, Materials& materials);
+  FitOutcome take_gathered(Time valid, const BodyStates& bodies, bool massless, const Wrench& contact_T_W,
+                           int touching);
+  int collect(const BodyStates& bodies, bool massless, Materials& materials);
   [[nodiscard]] Eigen::Matrix<double, 6, 6> noise(const Vector6& measured, const Eigen::Vector2d& at,
                                                   double& base) const;
   [[nodiscard]] Model model(const Eigen::Vector2d& at, bool all_slide) const;
@@ -132,6 +139,10 @@ class ContactFit {
   bool rotates_;
   double stick_velocity_;
   ContactCorrection scales_;
+  // Contacts of the tool where the bodies are.
+  std::array<Contact, ContactSet::capacity> contacts_;
+  std::array<ContactPair, ContactSet::capacity> pairs_;
+  std::size_t count_ = 0;
   ContactError error_;
   Eigen::Matrix2d P_ = Estimate{}.P;
   Materials materials_;      // of the last result used; none: nothing is known
@@ -139,7 +150,7 @@ class ContactFit {
   Materials candidate_for_;  // none: there is none
   bool any_ = false;
   Time last_;
-  std::array<Push, LocalContacts::capacity> pushes_;
+  std::array<Push, ContactSet::capacity> pushes_;
   int push_count_ = 0;
   double lever_ = 1;        // m, root mean square
   double depth_noise_ = 0;  // N, of the distances
