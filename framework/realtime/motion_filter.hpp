@@ -24,9 +24,9 @@ class MotionModel {
   void start(const Vec3& value);
   /// Moves the estimate on by `interval` > 0 s.
   void predict(double interval);
-  /// Takes a sample in; returns how likely it was: the logarithm of its density, up to a constant, no higher than for an
-  /// innovation of the size that is expected, and no lower than for one of ten standard deviations. So the steps of an
-  /// encoder, between which nothing changes, do not make a restless model likely.
+  /// Takes a sample in; returns how likely it was: the logarithm of its density, up to a constant, no higher than for
+  /// an innovation of the size that is expected, and no lower than for one of ten standard deviations. So the steps of
+  /// an encoder, between which nothing changes, do not make a restless model likely.
   double correct(const Vec3& sample);
 
   /// From here on values are counted from `value`.

@@ -83,7 +83,8 @@ class Includes(unittest.TestCase):
             "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/physics/mechanics",
                                "nodes/physics/mesh"),
             "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction", "nodes/physics/mechanics"),
-            "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation", "nodes/physics/mechanics"),
+            "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation", "nodes/physics/contact",
+                                    "nodes/physics/geometry", "nodes/physics/mechanics"),
             # A field of forces samples the contacts of the scene, and keeps the device's track and bad samples out as
             # prediction does.
             "nodes/forcefield": ("framework/core", "framework/node", "nodes/forcefield", "nodes/physics", "nodes/prediction"),

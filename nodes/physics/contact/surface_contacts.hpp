@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "framework/node/declare.hpp"
+#include "nodes/physics/contact/contact_source.hpp"
 #include "nodes/physics/contact/scene_contacts.hpp"
 #include "nodes/physics/geometry/mesh_distance.hpp"
-#include "nodes/physics/mechanics/contact_source.hpp"
 
 namespace tactor {
 

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 
 #include "framework/core/messages.hpp"
+#include "nodes/physics/contact/contact_source.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
-#include "nodes/physics/mechanics/contact_source.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 

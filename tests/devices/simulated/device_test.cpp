@@ -63,7 +63,8 @@ BOOST_AUTO_TEST_CASE(the_velocity_of_an_encoder_is_estimated_from_its_steps_and_
     if (i == 0) BOOST_TEST(coarse.shown->V_WD.v.x == 0.0);
     filter.take({{step * std::round(0.0873 * t / step), 0, 0}, {}}, Time::from_seconds(t));
     BOOST_TEST(std::abs(coarse.shown->V_WD.v.x - filter.velocity().v.x) < 1e-12);
-    if (t > 0.1) BOOST_TEST(std::abs(coarse.shown->V_WD.v.x - 0.0873) < 0.002);
+    // A filter that is ready for a trembling hand takes some of the steps for motion.
+    if (t > 0.1) BOOST_TEST(std::abs(coarse.shown->V_WD.v.x - 0.0873) < 0.005);
     BOOST_TEST(exact.shown->V_WD.v.x == 0.0873);
     BOOST_TEST(exact.shown->V_WD.w.z == 0.1);
   }

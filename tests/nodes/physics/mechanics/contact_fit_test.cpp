@@ -53,12 +53,6 @@ class Subject {
   [[nodiscard]] double scale() const { return fit.error().stiffness_scale; }
   [[nodiscard]] double excess() const { return fit.error().friction_excess; }
   [[nodiscard]] Time time() const { return time_; }
-  /// Writes what was found into the contacts.
-  void correct(LocalContacts& contacts) const {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(contacts.count); ++i) {
-      for (Contact& c : contacts.contact[i]) fit.correction().apply(c, contacts.pair[i]);
-    }
-  }
 
   ContactFit fit;
 
@@ -117,7 +111,7 @@ BOOST_AUTO_TEST_CASE(what_was_found_is_written_into_the_contacts_of_the_tool_alo
   contacts.pair[1] = {1, ContactPair::fixed};
   contacts.pair[2] = {2, 0};
   contacts.contact[2] = contacts.contact[1] = contacts.contact[0];
-  subject.correct(contacts);
+  correct(subject.fit.correction(), contacts);
   for (const std::size_t tool : {std::size_t{0}, std::size_t{2}}) {
     BOOST_TEST(contacts.contact[tool][0].stiffness == 2 * k, tt::tolerance(0.02));
     BOOST_TEST(contacts.contact[tool][0].damping == 2 * b, tt::tolerance(0.02));
@@ -136,7 +130,7 @@ BOOST_AUTO_TEST_CASE(what_was_found_is_written_into_the_contacts_of_the_tool_alo
   for (int i = 0; i < 5; ++i) {
     subject.take(both, wall.bodies(), wall.wrench(2, 0.3) + wall.wrench(2, 0), 2);  // 0.2 less, as far as there is any
   }
-  subject.correct(both);
+  correct(subject.fit.correction(), both);
   BOOST_TEST(std::abs(both.contact[0][0].friction - 0.3) < 0.02);
   BOOST_TEST(both.contact[1][0].friction == 0.0);
 }
@@ -408,7 +402,7 @@ BOOST_AUTO_TEST_CASE(another_material_begins_anew_and_a_shared_one_does_not) {
   subject.take(light, light.wrench(1, 0.3));
   BOOST_TEST(subject.fit.resets() == 0);
   LocalContacts corrected = both;
-  subject.correct(corrected);
+  correct(subject.fit.correction(), corrected);
   BOOST_TEST(corrected.contact[0][0].stiffness == k);
   BOOST_TEST(corrected.contact[0][0].friction == 0.3);
   BOOST_TEST(corrected.contact[1][0].stiffness == 6 * k, tt::tolerance(0.02));

@@ -6,6 +6,7 @@
 
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
+#include "nodes/physics/mechanics/contact_correction.hpp"
 
 namespace tactor::test {
 
@@ -51,6 +52,13 @@ LocalContacts around(const std::vector<BodyStates>& anchors, const ContactPair& 
     local.contact[0][j] = query(anchors[j]);
   }
   return local;
+}
+
+/// Writes what a fit has found into the contacts.
+inline void correct(const ContactCorrection& correction, LocalContacts& contacts) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(contacts.count); ++i) {
+    for (Contact& c : contacts.contact[i]) correction.apply(c, contacts.pair[i]);
+  }
 }
 
 inline BodyStates one_body(const Vec3& p, const Vec3& v = {}) {
