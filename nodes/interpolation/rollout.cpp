@@ -49,7 +49,8 @@ NodeInfo Rollout::declare() {
           "When a model arrives the displayed force stays, and the difference decays as tau^2 e'' + 2 tau e' + e = 0, "
           "from a "
           "rate between 0 and -e / tau, so that it neither grows nor swings to the other side. "
-          "Where the model is older than `trust_time`, or the tool farther than `trust_distance` from where contacts "
+          "Where the model is older than `trust_time`, and than three intervals between results, or the tool farther "
+          "than `trust_distance` from where contacts "
           "were looked for, or a step fails, it falls back: to the Jacobian of the balance of springs, to the forecast "
           "of `forecast` if the tool touched something, to the force of the newest result held. Each is counted in the "
           "report.")
@@ -66,9 +67,16 @@ NodeInfo Rollout::declare() {
              .max = 1,
              .above_min = true})
       .real("trust_time", &Params::trust_time,
-            {.doc = "age of a physics result beyond which its model is not gone on with",
+            {.doc = "age of a physics result beyond which its model is not gone on with; three of the longest of the "
+                    "last 16 intervals between results where that is more",
              .unit = "s",
              .default_value = 0.25,
+             .min = 0,
+             .max = 10})
+      .real("trust_time_max", &Params::trust_time_max,
+            {.doc = "the most that slow results may make of trust_time; longer intervals do not count",
+             .unit = "s",
+             .default_value = 1,
              .min = 0,
              .max = 10})
       .real("trust_distance", &Params::trust_distance,
@@ -128,7 +136,8 @@ Rollout::Rollout(const Params& params, const NodeContext& context)
       torque_(context.torque),
       tick_(Duration::from_rate(params.rate)),
       surface_(surface_contacts(params, context)),
-      rollout_(rollout_model("interpolation.rollout", params, context), surface_.get()) {}
+      rollout_(rollout_model("interpolation.rollout", params, context), surface_.get()),
+      trust_(params.trust_time) {}
 
 void Rollout::take_samples() {
   Stamped<DeviceState> s;
@@ -179,6 +188,7 @@ bool Rollout::take_model(Time now) {
     rejected_ = newest.stamp.sequence;
     return false;
   }
+  if (running_) note_interval(newest.stamp.valid - used_.valid);
   used_ = newest.stamp;
   if (keep) return false;
   apart_now_ = false;
@@ -187,6 +197,15 @@ bool Rollout::take_model(Time now) {
   advanced_ = samples_ > track_.size() ? samples_ - track_.size() : 0;
   while (advanced_ < samples_ && track_[advanced_ % track_.size()].stamp.valid <= newest.value.time) ++advanced_;
   return true;
+}
+
+/// Trusts slow physics for longer, as long as it comes.
+void Rollout::note_interval(Duration interval) {
+  // What comes back from the dead was not slow.
+  if (!(interval < params_.trust_time_max)) return;
+  intervals_[interval_count_++ % intervals_.size()] = interval;
+  const Duration longest = *std::max_element(intervals_.begin(), intervals_.end());
+  trust_ = std::max(params_.trust_time, std::min(Duration{3 * longest.ns}, params_.trust_time_max));
 }
 
 /// Goes through the samples that the rollout has not been through yet.
@@ -203,7 +222,7 @@ void Rollout::go_on() {
 }
 
 bool Rollout::trusted(Time now) const {
-  return now - used_.valid < params_.trust_time &&
+  return now - used_.valid < trust_ &&
          (rollout_.on_surface() || rollout_.distance_from_anchors() < params_.trust_distance);
 }
 

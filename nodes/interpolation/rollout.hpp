@@ -22,13 +22,15 @@ namespace tactor {
 ///   1. the Jacobian: where a step failed, the last force and how it changes with the handle's place;
 ///   2. the forecast of `forecast` for now, where the tool last touched something;
 ///   3. the force of the newest model or of the last trusted tick, whichever is newer, held.
-/// Trusted is a model whose result is younger than `trust_time` and whose tool is within `trust_distance` of where
+/// Trusted is a model whose result is younger than `trust_time`, or than three of the longest recent intervals between
+/// results, up to `trust_time_max`, and whose tool is within `trust_distance` of where
 /// contacts were looked for. All changes are blended like corrections, which makes the last a hold with a low-pass.
 class Rollout final : public Node {
  public:
   struct Params : SurfaceOptions {
     Duration blend_time;
     Duration trust_time;
+    Duration trust_time_max;
     double trust_distance = 0;  // m
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
@@ -61,6 +63,7 @@ class Rollout final : public Node {
   bool take_model(Time now);
   [[nodiscard]] bool keeps_tool() const;
   bool disagrees(const Stamped<LocalModel>& result);
+  void note_interval(Duration interval);
   void go_on();
   [[nodiscard]] const Stamped<DeviceState>& sample(std::size_t age) const {
     return track_[(samples_ - 1 - age) % track_.size()];
@@ -79,12 +82,15 @@ class Rollout final : public Node {
   LocalRollout rollout_;
   NewMessages<DeviceState> new_states_;
   std::array<Stamped<DeviceState>, 64> track_;
-  std::size_t samples_ = 0;         // taken so far
-  std::size_t advanced_ = 0;        // of them, the rollout has been through
-  Stamp used_;                      // of the model
-  std::array<ToolThen, 512> path_;  // of the tool, by the times of the samples
-  Vec3 apart_;                      // m, of physics' tool from this one, where they disagree
-  Time apart_since_;                // only while they do
+  std::size_t samples_ = 0;               // taken so far
+  std::size_t advanced_ = 0;              // of them, the rollout has been through
+  Stamp used_;                            // of the model
+  std::array<Duration, 16> intervals_{};  // between the last results, by their stamps
+  std::size_t interval_count_ = 0;        // noted so far
+  Duration trust_;                        // age of a result up to which its model is gone on with
+  std::array<ToolThen, 512> path_;        // of the tool, by the times of the samples
+  Vec3 apart_;                            // m, of physics' tool from this one, where they disagree
+  Time apart_since_;                      // only while they do
   bool apart_now_ = false;
   std::uint64_t rejected_ = ~std::uint64_t{0};  // the sequence number of the model refused last
   bool running_ = false;

@@ -9,151 +9,18 @@
 
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
-#include "nodes/interpolation/rollout.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 #include "tests/heap_is_counted.hpp"
-#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/dice.hpp"
+#include "tests/nodes/interpolation/rollout_subject.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
-
-namespace {
-
-constexpr double radius = 0.01;
-constexpr double tau = 0.002;  // s, the blend's default
-const CouplingParameters spring{.k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
-
-Time at_ms(double ms) {
-  return Time::from_seconds(1e-3 * ms);
-}
-
-Scene ball_scene(double mass, int count = 1) {
-  Scene scene;
-  scene.gravity_W = {};
-  for (int i = 0; i < count; ++i) {
-    Body body;
-    body.name = "ball" + std::to_string(i);
-    body.shape = SphereShape{radius};
-    body.motion = Motion::translation;
-    body.mass = mass;
-    scene.bodies.push_back(body);
-  }
-  return scene;
-}
-
-/// The contacts of the models serve, and each model is gone back to.
-Rollout::Params anchored() {
-  auto params = default_params<Rollout>();
-  params.contacts = SurfaceOptions::From::anchors;
-  params.restart = Rollout::Params::Restart::always;
-  return params;
-}
-
-/// The node, fed with samples and models, and a device that shows the newest segment.
-class Subject {
- public:
-  explicit Subject(double mass = 0.1, const Rollout::Params& params = anchored(), bool with_forecast = false)
-      : Subject(ball_scene(mass), params, with_forecast) {}
-  Subject(const Scene& scene, const Rollout::Params& params, bool with_forecast = false)
-      : scene_(scene), node_(params, context_for(scene_)) {
-    node_.model.configure({});
-    node_.device.configure({QueuePolicy::drop_oldest, 64});
-    if (with_forecast) node_.forecast.configure({});
-  }
-  void sample(double ms, const DeviceState& state) { node_.device.push({at_ms(ms), at_ms(ms), samples_++}, &state); }
-  void sample(double ms, const Vec3& p, const Vec3& v = {}) { sample(ms, {{p, {}}, {v, {}}, 0}); }
-  /// A model that comes at `ms`, of a result of `stamp_ms`.
-  void model(double stamp_ms, double ms, const LocalModel& m) {
-    node_.model.push({at_ms(stamp_ms), at_ms(ms), models_++}, &m);
-  }
-  void forecast(double stamp_ms, double ms, const Forecast& f) {
-    node_.forecast.push({at_ms(stamp_ms), at_ms(ms), models_++}, &f);
-  }
-  /// Ticks at `ms`; false where nothing is sent.
-  bool tick(double ms) {
-    StepContext context(at_ms(ms));
-    node_.step(context);
-    if (node_.segment.pending() == 0) return false;
-    BOOST_REQUIRE(node_.segment.pending() == 1U);
-    before_ = shown_;
-    shown_ = sent(node_.segment);
-    stamp = node_.segment.pending_valid(0);
-    node_.segment.clear_pending();
-    return true;
-  }
-  /// What a device shows.
-  [[nodiscard]] Vec3 force(double ms) const { return evaluate(shown_, at_ms(ms)).force; }
-  [[nodiscard]] const ForceSegment& shown() const { return shown_; }
-  /// How far value and rate of the newest segment are from those that the one before ends with.
-  [[nodiscard]] double jump() const { return norm(shown_.c[0].force - displayed(before_, shown_.begin).value.force); }
-  [[nodiscard]] double kink() const {
-    return norm(evaluate_rate(shown_, shown_.begin).force - displayed(before_, shown_.begin).rate.force);
-  }
-  [[nodiscard]] double metric(const std::string& name) const {
-    const Report report = report_of(node_);
-    for (const auto& [key, value] : report.metrics()) {
-      if (key == name) return value;
-    }
-    return -1;
-  }
-
-  Time stamp;
-
- private:
-  Scene scene_;
-  Rollout node_;
-  ForceSegment shown_, before_;
-  std::uint64_t samples_ = 0, models_ = 0;
-};
-
-LocalModel model_at(double ms, const BodyStates& bodies, const Vec3& handle, const LocalContacts& contacts,
-                    const Vec3& speed = {}) {
-  LocalModel m;
-  m.time = at_ms(ms);
-  m.device.X_WD.p = handle;
-  m.device.V_WD.v = speed;
-  m.bodies = bodies;
-  m.p_WT_result = bodies.X_WB[0].p;
-  m.coupling = spring;
-  m.contacts = contacts;
-  return m;
-}
-
-/// A handle that goes into the wall x = 0 and out of it, along x.
-struct Handle {
-  static double x(double t) { return 0.012 - 0.008 * (1 - std::cos(12 * t)); }
-  static double v(double t) { return -0.096 * std::sin(12 * t); }
-};
-
-/// The ball of 0.1 kg on the spring against a wall of 1000 N/m and 2 N s/m, by explicit steps of 1 us.
-class Truth {
- public:
-  explicit Truth(double t) : t_(t), x_(Handle::x(t)), v_(Handle::v(t)) {}
-  void advance(double until) {
-    constexpr double h = 1e-6, mass = 0.1;
-    for (; t_ < until - h / 2; t_ += h) {
-      const double wall = 1000 * (radius - x_) - 2 * v_;
-      // The damper meets a point that approaches above the surface, and the wall does not pull.
-      v_ += h * (std::max(0.0, wall) - reaction()) / mass;
-      x_ += h * v_;
-    }
-  }
-  [[nodiscard]] double reaction() const {
-    return -spring.k_t * (Handle::x(t_) - x_) - spring.b_t * (Handle::v(t_) - v_);
-  }
-  [[nodiscard]] BodyStates bodies() const { return one_body({x_, 0, 0}, {v_, 0, 0}); }
-
- private:
-  double t_, x_, v_;
-};
-
-}  // namespace
 
 BOOST_AUTO_TEST_CASE(on_a_wall_the_device_shows_the_force_of_its_own_time_though_results_are_late) {
   Subject subject;
@@ -184,112 +51,6 @@ BOOST_AUTO_TEST_CASE(on_a_wall_the_device_shows_the_force_of_its_own_time_though
   BOOST_TEST(worst < 0.1 * held_worst);
   BOOST_TEST(subject.metric("fallbacks") == 0.0);
   BOOST_TEST(subject.metric("rollout.rejected_models") == 0.0);
-}
-
-namespace {
-
-/// The ball over a fixed box whose face is x = 0 and whose edge is at y = 0: there the surface ends.
-Scene box_scene() {
-  Scene scene = ball_scene(0.1);
-  Body box;
-  box.name = "box";
-  box.shape = BoxShape{{0.1, 0.1, 0.1}};
-  box.X_WB.p = {-0.05, -0.05, 0};
-  box.material = {.stiffness = 2000, .damping = 4, .friction = 0};
-  scene.bodies.push_back(box);
-  scene.bodies[0].material = {.stiffness = 2000, .damping = 4, .friction = 0};
-  return scene;
-}
-
-}  // namespace
-
-BOOST_AUTO_TEST_CASE(contacts_that_are_found_anew_need_no_results_after_the_first) {
-  // No model has contacts, and the one that comes later has its tool in the wrong place.
-  Subject subject(box_scene(), default_params<Rollout>());
-  Truth truth(0);
-  double worst = 0, largest = 0;
-  for (int ms = 0; ms <= 1500; ++ms) {
-    const DeviceState handle{{{Handle::x(1e-3 * ms), -0.03, 0}, {}}, {{Handle::v(1e-3 * ms), 0, 0}, {}}, 0};
-    subject.sample(ms, handle);
-    if (ms % 20 == 5) {
-      const double off = ms == 5 ? 0 : ms % 40 == 5 ? 0.003 : -0.003;
-      if (ms == 5) truth.advance(1e-3 * ms);
-      const BodyStates bodies = one_body({truth.bodies().X_WB[0].p.x + off, -0.03, 0}, truth.bodies().V_WB[0].v);
-      subject.model(ms - 20, ms, model_at(ms, bodies, handle.X_WD.p, {}, handle.V_WD.v));
-    }
-    if (!subject.tick(ms)) continue;
-    truth.advance(1e-3 * (ms + 1));
-    if (ms < 100) continue;
-    worst = std::max(worst, std::abs(subject.force(ms + 1).x - truth.reaction()));
-    largest = std::max(largest, std::abs(truth.reaction()));
-  }
-  BOOST_TEST(largest > 1.0);
-  // What steps of 1 ms make of it, with no result to go back to.
-  BOOST_TEST(worst < 0.02 * largest);
-  BOOST_TEST(subject.metric("rollout.anchored_steps") == 0.0);
-  BOOST_TEST(subject.metric("rollout.disagreements") == 0.0);
-}
-
-BOOST_AUTO_TEST_CASE(a_tool_that_slides_off_an_edge_is_let_go_though_no_result_has_said_so) {
-  const auto force_beyond = [](const Rollout::Params& params) {
-    Subject subject(box_scene(), params);
-    const LocalContacts wall = wall_around({{0.009, -0.01, 0}, {0.009, -0.008, 0}});
-    double y = 0;
-    for (int ms = 0; ms <= 150; ++ms) {
-      y = -0.01 + 0.0003 * ms;
-      const DeviceState handle{{{0.008, y, 0}, {}}, {{0, 0.3, 0}, {}}, 0};
-      subject.sample(ms, handle);
-      if (ms == 0)
-        subject.model(-10, 0, model_at(0, one_body({0.009, y, 0}, {0, 0.3, 0}), handle.X_WD.p, wall, {0, 0.3, 0}));
-      subject.tick(ms);
-    }
-    BOOST_REQUIRE(y > 0.0195);  // a centre so far beyond the edge, 8 mm above the face, touches nothing
-    return norm(subject.force(151));
-  };
-  BOOST_TEST(force_beyond(default_params<Rollout>()) < 0.02);
-  BOOST_TEST(force_beyond(anchored()) > 0.3);
-}
-
-BOOST_AUTO_TEST_CASE(a_tool_that_physics_keeps_having_elsewhere_goes_there_when_patience_ends) {
-  auto params = default_params<Rollout>();
-  params.patience = Duration::from_seconds(0.25);
-  for (const bool same_way : {true, false}) {
-    Subject subject(box_scene(), params);
-    const Vec3 handle{0.03, -0.03, 0};
-    int sent = 0;
-    for (int ms = 0; ms <= 600; ++ms) {
-      subject.sample(ms, handle);
-      if (ms % 20 == 0) {
-        const double off = same_way || ++sent % 2 == 0 ? 0.002 : -0.002;
-        subject.model(ms - 20, ms + 1, model_at(ms, one_body({0.03 + (ms == 0 ? 0 : off), -0.03, 0}), handle, {}));
-      }
-      subject.tick(ms);
-    }
-    // The first that is off comes at 20 ms, the last at 600 ms; patience is 250 ms here, and after each time it begins
-    // anew.
-    BOOST_TEST(subject.metric("rollout.disagreements") == (same_way ? 2.0 : 0.0));
-  }
-}
-
-BOOST_AUTO_TEST_CASE(where_finding_contacts_is_too_much_work_those_of_the_model_serve_and_are_counted) {
-  auto params = default_params<Rollout>();
-  Scene scene = box_scene();
-  scene.bodies[0].shape = BoxShape{{0.02, 0.02, 0.02}};
-  const auto steps_on_anchors = [&](int work) {
-    params.most_work = work;
-    Subject subject(scene, params);
-    for (int ms = 0; ms <= 100; ++ms) {
-      const Vec3 handle{0.008, -0.03, 0};
-      subject.sample(ms, handle);
-      if (ms == 0)
-        subject.model(-10, 0, model_at(0, one_body({0.0095, -0.03, 0}), handle, wall_around({{0.0095, -0.03, 0}})));
-      subject.tick(ms);
-    }
-    BOOST_TEST(subject.force(101).x > 0.3);
-    return subject.metric("rollout.anchored_steps");
-  };
-  BOOST_TEST(steps_on_anchors(1) == 100.0);
-  BOOST_TEST(steps_on_anchors(100'000) == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_correction_decays_by_two_equal_poles_and_has_neither_jump_nor_kink) {
@@ -554,7 +315,7 @@ BOOST_AUTO_TEST_CASE(no_tick_calls_the_heap, *boost::unit_test::precondition(tac
 // Physics of 10 Hz: no result is ever young enough to go on from, and each is shown as it comes.
 BOOST_AUTO_TEST_CASE(results_too_old_to_go_on_from_are_held_one_after_the_other) {
   Rollout::Params params = anchored();
-  params.trust_time = Duration::from_seconds(0.05);
+  params.trust_time = params.trust_time_max = Duration::from_seconds(0.05);
   Subject subject(1e12, params, false);
   const LocalContacts wall = wall_around({{0.009, 0, 0}});
   for (int ms = 0; ms < 500; ++ms) {

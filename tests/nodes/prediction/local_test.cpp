@@ -108,6 +108,7 @@ class Subject {
     if (any) {
       BOOST_REQUIRE(node_.model.pending_valid(0).ns == stamp * 1'000'000LL);
       model = sent(node_.model);
+      correct(model.correction, model.contacts);
     }
     node_.model.clear_pending();
     return any;
