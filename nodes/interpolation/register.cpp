@@ -2,6 +2,7 @@
 #include "nodes/interpolation/blend.hpp"
 #include "nodes/interpolation/bspline.hpp"
 #include "nodes/interpolation/catmull_rom.hpp"
+#include "nodes/interpolation/direct.hpp"
 #include "nodes/interpolation/hermite.hpp"
 #include "nodes/interpolation/linear.hpp"
 #include "nodes/interpolation/lowpass.hpp"
@@ -15,6 +16,7 @@ TACTOR_NODES(registry) {
   registry.add<tactor::LowPass>();
   registry.add<tactor::BSpline>();
   registry.add<tactor::Rollout>();
+  registry.add<tactor::Direct>();
   registry.add<tactor::CatmullRom>();
   registry.add<tactor::HermiteCubic>();
   registry.add<tactor::HermiteQuintic>();

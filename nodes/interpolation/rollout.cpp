@@ -7,7 +7,6 @@
 #include "nodes/interpolation/not_finite.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
 
 namespace tactor {
@@ -16,28 +15,6 @@ namespace {
 
 /// Samples of the handle that one tick goes through at most; of more some are left out.
 constexpr std::size_t most_steps = 4;
-/// Samples over which the acceleration of the handle is estimated.
-constexpr std::size_t acceleration_span = 5;
-/// Ticks that the force is carried on for beyond the newest sample, at most.
-constexpr double most_lead = 2;
-
-/// Shortened to the device's limits; `share` of them.
-Wrench limited(const Wrench& wrench, const CouplingParameters& coupling, double share = 1) {
-  return {tactor::limited(wrench.force, share * coupling.force_max),
-          tactor::limited(wrench.torque, share * coupling.torque_max)};
-}
-
-/// Limits the rate of a difference, axis by axis, so that it decays without growing or changing its sign: between 0 and
-/// -e / tau.
-void settle(ForceState& e, double tau) {
-  const auto axis = [tau](double value, double& rate) {
-    rate = value > 0 ? std::clamp(rate, -value / tau, 0.0) : std::clamp(rate, 0.0, -value / tau);
-  };
-  for (int i = 0; i < 3; ++i) {
-    axis(e.value.force[i], e.rate.force[i]);
-    axis(e.value.torque[i], e.rate.torque[i]);
-  }
-}
 
 }  // namespace
 
@@ -137,20 +114,8 @@ Rollout::Rollout(const Params& params, const NodeContext& context)
       tick_(Duration::from_rate(params.rate)),
       surface_(surface_contacts(params, context)),
       rollout_(rollout_model("interpolation.rollout", params, context), surface_.get()),
+      blended_(tick_, params.blend_time),
       trust_(params.trust_time) {}
-
-void Rollout::take_samples() {
-  Stamped<DeviceState> s;
-  while (new_states_.next(device, s)) {
-    const bool later = samples_ == 0 || s.stamp.valid > sample(0).stamp.valid;
-    if (later && is_usable(s.value)) {
-      s.value.X_WD.R = normalized(s.value.X_WD.R);
-      track_[samples_++ % track_.size()] = s;
-    } else {
-      ++rejected_samples_;
-    }
-  }
-}
 
 /// Whether the tool stays where the rollout has it though a result has come.
 bool Rollout::keeps_tool() const {
@@ -194,8 +159,8 @@ bool Rollout::take_model(Time now) {
   apart_now_ = false;
   failed_ = false;
   held_ = coupling_wrench(newest.value.coupling, rollout_.state(), torque_);
-  advanced_ = samples_ > track_.size() ? samples_ - track_.size() : 0;
-  while (advanced_ < samples_ && track_[advanced_ % track_.size()].stamp.valid <= newest.value.time) ++advanced_;
+  advanced_ = track_.first();
+  while (advanced_ < track_.count() && track_[advanced_].stamp.valid <= newest.value.time) ++advanced_;
   return true;
 }
 
@@ -210,15 +175,15 @@ void Rollout::note_interval(Duration interval) {
 
 /// Goes through the samples that the rollout has not been through yet.
 void Rollout::go_on() {
-  const std::size_t due = samples_ - advanced_;
+  const std::size_t due = track_.count() - advanced_;
   const std::size_t steps = std::min(due, most_steps);
   for (std::size_t k = 1; k <= steps && !failed_; ++k) {
     const std::size_t to = advanced_ + due * k / steps;
-    failed_ = !rollout_.advance(track_[(to - 1) % track_.size()]);
+    failed_ = !rollout_.advance(track_[to - 1]);
     if (!rollout_.on_surface()) ++steps_on_anchors_;
     path_[(to - 1) % path_.size()] = {rollout_.model().time, rollout_.model().bodies.X_WB[0].p};
   }
-  advanced_ = samples_;
+  advanced_ = track_.count();
 }
 
 bool Rollout::trusted(Time now) const {
@@ -235,29 +200,8 @@ Rollout::Source Rollout::choose(Time now) const {
   return known && touching_ ? Source::forecast : Source::held;
 }
 
-Twist Rollout::handle_acceleration() const {
-  if (samples_ <= acceleration_span) return {};
-  const Stamped<DeviceState>&a = sample(acceleration_span), &b = sample(0);
-  const double per_second = 1 / (b.stamp.valid - a.stamp.valid).seconds();
-  return {per_second * (b.value.V_WD.v - a.value.V_WD.v), per_second * (b.value.V_WD.w - a.value.V_WD.w)};
-}
-
-ForceState Rollout::of_rollout(Time now) const {
-  const PhysicsState state = rollout_.state();
-  const CouplingParameters& coupling = rollout_.model().coupling;
-  const Twist a_D = handle_acceleration();
-  const Twist& a_T = rollout_.acceleration();
-  ForceState aim{coupling_wrench(coupling, state, torque_), {}, {}};
-  aim.rate.force = -coupling.k_t * (state.V_WD.v - state.V_WT.v) - coupling.b_t * (a_D.v - a_T.v);
-  if (torque_) aim.rate.torque = -coupling.k_r * (state.V_WD.w - state.V_WT.w) - coupling.b_r * (a_D.w - a_T.w);
-  // Samples that stay out are no reason to go on for ever.
-  const double ahead = std::min((now - rollout_.model().time).seconds(), most_lead * tick_.seconds());
-  aim.value = limited(aim.value + ahead * aim.rate, coupling);
-  return aim;
-}
-
 ForceState Rollout::of_jacobian() const {
-  const DeviceState& handle = sample(0).value;
+  const DeviceState& handle = track_.newest().value;
   const auto change = [this](const Vec3& translation, const Vec3& turn) {
     Eigen::Matrix<double, 6, 1> way;
     way << eigen(translation), eigen(turn);
@@ -273,10 +217,10 @@ ForceState Rollout::of_jacobian() const {
 ForceState Rollout::aim(Source source, Time now) {
   switch (source) {
     case Source::rollout: {
-      const ForceState state = of_rollout(now);
+      const ForceState state = carried_on(rollout_, track_.acceleration(), now, tick_, torque_);
       if (!is_finite(state.value)) return state;
       anchor_ = state;
-      anchor_X_WD_ = sample(0).value.X_WD;
+      anchor_X_WD_ = track_.newest().value.X_WD;
       held_ = coupling_wrench(rollout_.model().coupling, rollout_.state(), torque_);
       touching_ = rollout_.state().contacts > 0;
       return state;
@@ -297,8 +241,8 @@ ForceState Rollout::aim(Source source, Time now) {
 }
 
 void Rollout::step(StepContext& context) {
-  take_samples();
-  if (model.latest() == nullptr || samples_ == 0) return;
+  track_.take(device);
+  if (model.latest() == nullptr || track_.count() == 0) return;
   const Time now = context.now();
   const bool corrected = take_model(now);
   if (!running_ && !corrected) return;
@@ -306,29 +250,20 @@ void Rollout::step(StepContext& context) {
   const Source source = choose(now);
   ForceState to = aim(source, now);
   if (const auto fault = segment_if_not_finite(now, {to.value, to.rate})) return segment.send(used_.valid, *fault);
-  const double tau = params_.blend_time.seconds(), tick = tick_.seconds();
   // A sample that is finite and yet absurd would else be blended out for long.
   const CouplingParameters& coupling = rollout_.model().coupling;
-  to.rate = limited(to.rate, coupling, 1 / tick);
-  if (running_ && (corrected || source != source_)) {
-    difference_ = displayed(shown_, now) - to;
-    difference_.curvature = {};
-    settle(difference_, tau);
-    if (corrected) {
-      ++corrections_;
-      correction_sum_ += dot(difference_.value.force, difference_.value.force);
-    }
-  } else if (running_) {
-    difference_ = decayed_twice(difference_, (now - shown_.begin).seconds(), tau);
+  to.rate = limited(to.rate, coupling, 1 / tick_.seconds());
+  const ForceSegment& shown =
+      blended_.go_on(now, to, one_tick_later(to, tick_, coupling), corrected || source != source_);
+  if (running_ && corrected) {
+    ++corrections_;
+    const Vec3& jump = blended_.difference().value.force;
+    correction_sum_ += dot(jump, jump);
   }
   source_ = source;
   running_ = true;
   ++ticks_[static_cast<std::size_t>(source)];
-  const ForceState from{to.value + difference_.value, to.rate + difference_.rate, {}};
-  const ForceState later = decayed_twice(difference_, tick, tau);
-  const Wrench expected = limited(to.value + tick * to.rate, coupling);
-  shown_ = cubic_between(now, tick_, from, {expected + later.value, to.rate + later.rate, {}});
-  segment.send(used_.valid, shown_);
+  segment.send(used_.valid, shown);
 }
 
 void Rollout::report(Report& report) const {
@@ -339,7 +274,7 @@ void Rollout::report(Report& report) const {
   report.set("rollout.held_ticks", ticks(Source::held));
   report.add("fallbacks", ticks(Source::jacobian) + ticks(Source::forecast) + ticks(Source::held));
   report.set("rollout.rejected_models", static_cast<double>(rejected_models_));
-  report.set("rollout.rejected_samples", static_cast<double>(rejected_samples_));
+  report.set("rollout.rejected_samples", static_cast<double>(track_.rejected()));
   if (surface_ && params_.restart == Params::Restart::on_disagreement) {
     report.set("rollout.disagreements", static_cast<double>(disagreements_));
   }

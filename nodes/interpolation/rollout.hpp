@@ -5,8 +5,8 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
-#include "framework/node/new_messages.hpp"
-#include "nodes/interpolation/force_state.hpp"
+#include "nodes/interpolation/blended_force.hpp"
+#include "nodes/interpolation/handle_track.hpp"
 #include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
@@ -59,31 +59,24 @@ class Rollout final : public Node {
     Vec3 p_WT;
   };
 
-  void take_samples();
   bool take_model(Time now);
   [[nodiscard]] bool keeps_tool() const;
   bool disagrees(const Stamped<LocalModel>& result);
   void note_interval(Duration interval);
   void go_on();
-  [[nodiscard]] const Stamped<DeviceState>& sample(std::size_t age) const {
-    return track_[(samples_ - 1 - age) % track_.size()];
-  }
   [[nodiscard]] bool trusted(Time now) const;
   [[nodiscard]] Source choose(Time now) const;
   [[nodiscard]] ForceState aim(Source source, Time now);
-  [[nodiscard]] ForceState of_rollout(Time now) const;
   [[nodiscard]] ForceState of_jacobian() const;
-  [[nodiscard]] Twist handle_acceleration() const;
 
   Params params_;
   bool torque_;
   Duration tick_;
   std::unique_ptr<ContactSource> surface_;
   LocalRollout rollout_;
-  NewMessages<DeviceState> new_states_;
-  std::array<Stamped<DeviceState>, 64> track_;
-  std::size_t samples_ = 0;               // taken so far
-  std::size_t advanced_ = 0;              // of them, the rollout has been through
+  BlendedForce blended_;
+  HandleTrack<64> track_;
+  std::size_t advanced_ = 0;              // samples that the rollout has been through
   Stamp used_;                            // of the model
   std::array<Duration, 16> intervals_{};  // between the last results, by their stamps
   std::size_t interval_count_ = 0;        // noted so far
@@ -101,10 +94,8 @@ class Rollout final : public Node {
   Wrench held_;        // of the newest model, or of the rollout where it last was trusted
   Pose anchor_X_WD_;   // the handle then
   Eigen::Matrix<double, 6, 6> jacobian_ = Eigen::Matrix<double, 6, 6>::Zero();
-  ForceState difference_;  // of what is displayed from what is aimed at
-  ForceSegment shown_;
   std::array<std::int64_t, 4> ticks_{};  // by source
-  std::int64_t rejected_models_ = 0, rejected_samples_ = 0;
+  std::int64_t rejected_models_ = 0;
   std::int64_t corrections_ = 0;
   std::int64_t steps_on_anchors_ = 0, disagreements_ = 0;
   double correction_sum_ = 0;  // N^2

@@ -12,6 +12,8 @@ class ContactSource {
   /// The contacts there. False, and `set` is as it was, where finding them is more work than may be done. Once it has
   /// met the most contacts it allocates nothing.
   virtual bool find(const BodyStates& bodies, ContactSet& set) = 0;
+  /// Steps of work that the last one took (see SampleTree::find); 0 where nobody counts.
+  [[nodiscard]] virtual int work() const { return 0; }
 };
 
 }  // namespace tactor

@@ -167,10 +167,12 @@ void SceneContacts::find(const BodyStates& states, ContactSet& set) {
   keep(states, set);
 }
 
-bool SceneContacts::find_within(int work, const BodyStates& states, ContactSet& set) {
-  if (!look(states, &work)) return false;
-  keep(states, set);
-  return true;
+bool SceneContacts::find_within(int work, const BodyStates& states, ContactSet& set, int* used) {
+  int left = work;
+  const bool enough = look(states, &left);
+  if (used != nullptr) *used = enough ? work - left : work;
+  if (enough) keep(states, set);
+  return enough;
 }
 
 /// Adds the keys of the contacts at an anchor and notes what each side of a pair has there.

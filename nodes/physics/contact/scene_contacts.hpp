@@ -36,8 +36,8 @@ class SceneContacts {
   /// ExactDistance, whose search does.
   void find(const BodyStates& bodies, ContactSet& set);
   /// The same with at most `work` steps of work, of which SampleTree::find says what they are. False, and `set` is as
-  /// it was, where that is not enough.
-  bool find_within(int work, const BodyStates& bodies, ContactSet& set);
+  /// it was, where that is not enough. `used`, where not null, is set to the work that it took.
+  bool find_within(int work, const BodyStates& bodies, ContactSet& set, int* used = nullptr);
 
   /// The contacts on the way that the bodies take from `age` s ago, where they were at `bodies`, if they keep their
   /// velocities. The anchors are where the bodies are by now, and where they will be `anchor_time` and twice that

@@ -9,12 +9,14 @@ class SceneSurface final : public ContactSource {
   SceneSurface(const SurfaceOptions& options, const NodeContext& context)
       : contacts_(*context.scene, options, cell_distances(options, nullptr)), most_work_(options.most_work) {}
   bool find(const BodyStates& bodies, ContactSet& set) override {
-    return contacts_.find_within(most_work_, bodies, set);
+    return contacts_.find_within(most_work_, bodies, set, &work_);
   }
+  [[nodiscard]] int work() const override { return work_; }
 
  private:
   SceneContacts contacts_;
   int most_work_;
+  int work_ = 0;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "framework/node/declare.hpp"
 #include "nodes/physics/contact/contact_source.hpp"
@@ -20,18 +21,12 @@ struct SurfaceOptions : ContactOptions, CellOptions {
 /// The surfaces of the scene; null where the options say anchors.
 std::unique_ptr<ContactSource> surface_contacts(const SurfaceOptions& options, const NodeContext& context);
 
-/// Adds the parameters; those of the query are as in the collision node unless a graph gives them.
+/// Adds the parameters of the query; they are as in the collision node unless a graph gives them. `otherwise`: what
+/// happens where a query needs more than `most_work`.
 template <class N>
-void declare_surface(Declare<N>& node, int most_work) {
+void declare_query(Declare<N>& node, int most_work, const std::string& otherwise) {
   using P = typename N::Params;
-  node.template choice<SurfaceOptions::From>(
-          "contacts", &P::contacts,
-          {{"surface", SurfaceOptions::From::surface}, {"anchors", SurfaceOptions::From::anchors}},
-          SurfaceOptions::From::surface,
-          "surface: contacts are found anew at each step, on the surfaces themselves; anchors: those that came with "
-          "the "
-          "result, as planes that bend")
-      .template real<double>("margin", &P::margin,
+  node.template real<double>("margin", &P::margin,
                              {.doc = "distance below which contacts are found before they touch",
                               .unit = "m",
                               .default_value = 0.002,
@@ -66,13 +61,27 @@ void declare_surface(Declare<N>& node, int most_work) {
                               .as_in = Role::collision})
       .template integer<std::int32_t>(
           "most_work", &P::most_work,
-          {.doc =
-               "looks at eight samples or at the distance of one that a step may take to find its contacts; where more "
-               "is needed, the contacts that came with the result serve",
+          {.doc = "looks at eight samples or at the distance of one that a step may take to find its contacts; where "
+                  "more is needed, " +
+                  otherwise,
            .default_value = most_work,
            .min = 1,
-           .max = 1'000'000})
-      .unread_when({"margin", "spacing", "max_contacts", "resolution", "band", "most_work"},
+           .max = 1'000'000});
+}
+
+/// Adds the choice of the source and the parameters of the query.
+template <class N>
+void declare_surface(Declare<N>& node, int most_work) {
+  using P = typename N::Params;
+  node.template choice<SurfaceOptions::From>(
+      "contacts", &P::contacts,
+      {{"surface", SurfaceOptions::From::surface}, {"anchors", SurfaceOptions::From::anchors}},
+      SurfaceOptions::From::surface,
+      "surface: contacts are found anew at each step, on the surfaces themselves; anchors: those that came with "
+      "the "
+      "result, as planes that bend");
+  declare_query(node, most_work, "the contacts that came with the result serve");
+  node.unread_when({"margin", "spacing", "max_contacts", "resolution", "band", "most_work"},
                    [](const P& p, const ParamUse&) {
                      return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors");
                    });

@@ -146,7 +146,8 @@ BOOST_AUTO_TEST_CASE(every_interpolation_is_under_test) {
   BOOST_TEST(types.size() == 8U);
   for (const NodeInfo* info : registry().types()) {
     // These have tests of their own.
-    const bool takes_no_forecast = info->type == "interpolation.rollout" || info->type == "interpolation.select";
+    const bool takes_no_forecast = info->type == "interpolation.direct" || info->type == "interpolation.rollout" ||
+                                   info->type == "interpolation.select";
     BOOST_TEST((types.contains(info->type) || takes_no_forecast), info->type);
   }
 }

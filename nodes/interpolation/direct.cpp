@@ -1,0 +1,215 @@
+#include "nodes/interpolation/direct.hpp"
+
+#include <algorithm>
+
+#include "nodes/interpolation/not_finite.hpp"
+#include "nodes/physics/mechanics/rollout_parameters.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// Samples that one tick steps through at most: to catch up from a result, or after samples that came late.
+constexpr std::size_t most_steps = 4;
+
+}  // namespace
+
+NodeInfo Direct::declare() {
+  Declare<Direct> node("interpolation.direct",
+                       "Steps the scene once per sample of the handle, where that fits a tick.");
+  node.details(
+          "For scenes whose physics step with its contact query fits a tick of the device (`tactor check --explain` "
+          "measures that). All moving bodies are stepped at each sample of the handle by dynamics' own step, against "
+          "contacts that are found where the bodies are. Displayed is the coupling's wrench and its rate, so that the "
+          "tick until the device shows it is not late. It starts from the first result of `bodies`, goes through the "
+          "samples of the handle since then, and needs no later result.\n"
+          "Where a step does not fit, the segment of `otherwise` is displayed: where the contact query needs more than "
+          "`most_work`, where the step does not converge, or where its force is not finite. The next result of "
+          "`bodies` is the next try. When the displayed force changes over it stays, and the difference decays as "
+          "tau^2 e'' + 2 tau e' + e = 0.\n"
+          "The bodies of the asynchronous pipeline are not corrected by these. Where several bodies move, both may "
+          "come to differ.")
+      .realtime_safe()
+      .input("device", &Direct::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
+      .input("coupling", &Direct::coupling, {.doc = "the spring and damper between handle and tool"})
+      .input("bodies", &Direct::bodies, {.doc = "the moving bodies of a physics result, to start from"})
+      .input("otherwise", &Direct::otherwise, {.doc = "what to display where a step does not fit"})
+      .output("segment", &Direct::segment, "the force over one tick, stamped as the newest sample that was stepped to")
+      .real("blend_time", &Params::blend_time,
+            {.doc = "tau, of each of the two equal poles a change decays with",
+             .unit = "s",
+             .default_value = 0.002,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .unneeded(nothing_moves)
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"});
+  declare_rollout(node);
+  declare_query(node, 2000, "the step does not fit");
+  return node.role(Role::interpolation)
+      .metric("direct.ticks", "1", "ticks that showed the force of a step of their own", Better::neither)
+      .metric("direct.fallback_ticks", "1", "ticks that showed `otherwise`, from the first step on", Better::lower)
+      .metric("fallbacks", "1", "ticks that showed `otherwise`, from the first step on", Better::lower)
+      .summed()
+      .metric("direct.rejected_results", "1", "results and couplings that were not usable", Better::lower)
+      .metric("direct.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
+      .metric("direct.work_mean", "1", "work of the contact query of a step, mean", Better::lower)
+      .metric("direct.work_most", "1", "work of the contact query of a step, most", Better::lower)
+      .info();
+}
+
+Direct::Direct(const Params& params, const NodeContext& context)
+    : torque_(context.torque),
+      tick_(Duration::from_rate(params.rate)),
+      surface_(surface_contacts(params, context)),
+      rollout_(rollout_model("interpolation.direct", params, context), surface_.get()),
+      blended_(tick_, params.blend_time) {}
+
+void Direct::take_coupling() {
+  const Stamped<CouplingParameters>* newest = coupling.latest();
+  if (newest == nullptr || coupling_used_ == newest->stamp.sequence) return;
+  coupling_used_ = newest->stamp.sequence;
+  const CouplingParameters before = start_.coupling;
+  start_.coupling = newest->value;
+  if (start_.bodies.massless != 0) start_.coupling.massless = 1;
+  // Before the first result there is nothing to learn for.
+  if (!begun_from_ || rollout_.learn(start_)) return;
+  start_.coupling = before;
+  ++rejected_results_;
+}
+
+/// Puts the bodies where the newest result has them, if that is a new one.
+void Direct::begin(Time now) {
+  const Stamped<BodyStates>* result = bodies.latest();
+  if (result == nullptr || !coupling_used_ || track_.count() == 0 || result->stamp.valid > now) return;
+  const std::uint64_t sequence = result->stamp.sequence;
+  if (begun_from_ == sequence || rejected_ == sequence) return;
+  // Samples later than the result are still to be gone through; the handle then, or the oldest that is known.
+  std::size_t next = track_.count();
+  while (next > track_.first() && track_[next - 1].stamp.valid > result->stamp.valid) --next;
+  LocalModel& start = start_;
+  const BodyStates before = start.bodies;
+  const std::int32_t massless = start.coupling.massless;
+  start.time = result->stamp.valid;
+  start.device = track_[next > track_.first() ? next - 1 : next].value;
+  start.bodies = result->value;
+  start.p_WT_result = result->value.X_WB[0].p;
+  if (result->value.massless != 0) start.coupling.massless = 1;
+  if (!rollout_.restart(start)) {
+    start.bodies = before;
+    start.coupling.massless = massless;
+    rejected_ = sequence;
+    ++rejected_results_;
+    return;
+  }
+  begun_from_ = sequence;
+  advanced_ = next;
+  stepping_ = catching_up_ = true;
+}
+
+/// One step; false where it does not fit.
+bool Direct::advance(const Stamped<DeviceState>& sample) {
+  const bool converged = rollout_.advance(sample);
+  const int work = surface_->work();
+  ++steps_;
+  work_ += work;
+  most_work_ = std::max<std::int64_t>(most_work_, work);
+  return converged && rollout_.on_surface();
+}
+
+void Direct::fall_back() {
+  stepping_ = catching_up_ = false;
+  counts_ = true;
+}
+
+/// Goes through the samples that the bodies have not been through yet, or the next of them.
+void Direct::go_on() {
+  advanced_ = std::max(advanced_, track_.first());
+  const std::size_t due = track_.count() - advanced_;
+  const std::size_t steps = std::min(due, most_steps);
+  // From a result on each sample counts; where samples came late, a tick goes through all of them in longer steps.
+  const std::size_t way = catching_up_ ? steps : due;
+  for (std::size_t k = 1; k <= steps; ++k) {
+    if (!advance(track_[advanced_ + way * k / steps - 1])) return fall_back();
+  }
+  advanced_ += way;
+  // A result itself is not shown: its force is of a sample that has been.
+  if (way > 0 && advanced_ == track_.count()) catching_up_ = false;
+}
+
+/// False where the force is not finite.
+bool Direct::aim_at_bodies(Time now) {
+  ForceState aim = carried_on(rollout_, track_.acceleration(), now, tick_, torque_);
+  if (!is_finite(aim.value) || !is_finite(aim.rate)) return false;
+  // A sample that is finite and yet absurd would else be blended out for long.
+  const CouplingParameters& spring = rollout_.model().coupling;
+  aim.rate = limited(aim.rate, spring, 1 / tick_.seconds());
+  changed_ = !of_bodies_;
+  of_bodies_ = true;
+  aim_ = aim;
+  later_ = one_tick_later(aim, tick_, spring);
+  valid_ = rollout_.model().time;
+  return true;
+}
+
+/// False where there is nothing to display yet.
+bool Direct::aim_at_otherwise(Time now) {
+  const Stamped<ForceSegment>* newest = otherwise.latest();
+  if (newest == nullptr) {
+    // Whatever was shown last stays.
+    changed_ = of_bodies_;
+    of_bodies_ = false;
+    aim_ = later_ = {aim_.value, {}, {}};
+    return ticks_ > 0;
+  }
+  changed_ = of_bodies_ || newest->stamp.sequence != otherwise_shown_;
+  of_bodies_ = false;
+  otherwise_shown_ = newest->stamp.sequence;
+  const auto state_at = [&](Time t) {
+    ForceState state = displayed(newest->value, t);
+    if (coupling_used_) state.value = limited(state.value, start_.coupling);
+    if (!torque_) state.value.torque = state.rate.torque = {};
+    state.curvature = {};
+    return state;
+  };
+  aim_ = state_at(now);
+  later_ = state_at(now + tick_);
+  valid_ = newest->stamp.valid;
+  return true;
+}
+
+void Direct::step(StepContext& context) {
+  const Time now = context.now();
+  track_.take(device);
+  take_coupling();
+  if (!stepping_) begin(now);
+  if (stepping_) go_on();
+  const bool steps = is_up_to_date() && aim_at_bodies(now);
+  if (is_up_to_date() && !steps) fall_back();
+  if (!steps && !aim_at_otherwise(now)) return;
+  if (steps) {
+    counts_ = true;
+    ++ticks_;
+  } else if (counts_) {
+    ++fallback_ticks_;
+  }
+  if (const auto fault = segment_if_not_finite(now, {aim_.value, aim_.rate, later_.value, later_.rate})) {
+    // The next aim that is finite is a change.
+    otherwise_shown_ = std::numeric_limits<std::uint64_t>::max();
+    aim_ = later_ = {};
+    return segment.send(valid_, *fault);
+  }
+  segment.send(valid_, blended_.go_on(now, aim_, later_, changed_));
+}
+
+void Direct::report(Report& report) const {
+  report.set("direct.ticks", static_cast<double>(ticks_));
+  report.set("direct.fallback_ticks", static_cast<double>(fallback_ticks_));
+  report.add("fallbacks", static_cast<double>(fallback_ticks_));
+  report.set("direct.rejected_results", static_cast<double>(rejected_results_));
+  report.set("direct.rejected_samples", static_cast<double>(track_.rejected()));
+  report.set("direct.work_mean", steps_ > 0 ? static_cast<double>(work_) / static_cast<double>(steps_) : 0.0);
+  report.set("direct.work_most", static_cast<double>(most_work_));
+}
+
+}  // namespace tactor

@@ -1,0 +1,83 @@
+// interpolation.direct: steps the scene once per sample of the handle, so that nothing need be predicted.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "framework/core/messages.hpp"
+#include "framework/node/declare.hpp"
+#include "nodes/interpolation/blended_force.hpp"
+#include "nodes/interpolation/handle_track.hpp"
+#include "nodes/physics/contact/surface_contacts.hpp"
+#include "nodes/physics/mechanics/local_model.hpp"
+#include "nodes/physics/mechanics/local_rollout.hpp"
+
+namespace tactor {
+
+/// Steps all moving bodies of the scene at each sample of the handle, with contacts found where the bodies are, and
+/// displays the coupling's wrench carried on to the tick at which the device shows it (see carried_on).
+///
+/// It starts from the first result of `bodies`, goes through the samples since, and then needs no result any more.
+/// Where a step does not fit it displays the segment of `otherwise`. A step does not fit where its contact query needs
+/// more than `most_work`, where it does not converge, or where its force is not finite. With the next result of
+/// `bodies` it tries again. All changes are blended (see BlendedForce).
+///
+/// The segment is stamped as the newest sample stepped to, or as that of `otherwise`.
+class Direct final : public Node {
+ public:
+  struct Params : SurfaceOptions {
+    Duration blend_time;
+    std::int32_t iterations = 0;
+    double stick_velocity = 0;  // m/s
+    double rate = 0;
+  };
+  Direct(const Params& params, const NodeContext& context);
+  static NodeInfo declare();
+  void step(StepContext& context) override;
+  /// `direct.ticks`, `direct.fallback_ticks` (added to `fallbacks`), `direct.rejected_results`,
+  /// `direct.rejected_samples`, `direct.work_mean`, `direct.work_most`.
+  void report(Report& report) const override;
+
+  Input<DeviceState> device;
+  Input<CouplingParameters> coupling;
+  Input<BodyStates> bodies;
+  Input<ForceSegment> otherwise;
+  Output<ForceSegment> segment;
+
+ private:
+  void take_coupling();
+  void begin(Time now);
+  void go_on();
+  bool advance(const Stamped<DeviceState>& sample);
+  void fall_back();
+  /// The bodies have been through all samples, and stepped to the newest.
+  [[nodiscard]] bool is_up_to_date() const { return stepping_ && !catching_up_; }
+  [[nodiscard]] bool aim_at_bodies(Time now);
+  [[nodiscard]] bool aim_at_otherwise(Time now);
+
+  bool torque_;
+  Duration tick_;
+  std::unique_ptr<ContactSource> surface_;
+  LocalRollout rollout_;
+  BlendedForce blended_;
+  HandleTrack<256> track_;
+  std::size_t advanced_ = 0;  // samples that the bodies have been through
+  LocalModel start_;          // the newest result that was begun from, with the newest coupling
+  std::optional<std::uint64_t> coupling_used_, begun_from_, rejected_;  // sequence numbers
+  bool stepping_ = false;
+  bool catching_up_ = false;  // since it began from a result
+  bool counts_ = false;       // a step has been shown, or has not fitted
+
+  ForceState aim_, later_;  // now, and a tick later
+  Time valid_;              // of the aim
+  bool changed_ = false;    // the aim is not the one before, carried on
+  bool of_bodies_ = false;  // the aim is the coupling's wrench
+  std::uint64_t otherwise_shown_ = std::numeric_limits<std::uint64_t>::max();
+
+  std::int64_t ticks_ = 0, fallback_ticks_ = 0;
+  std::int64_t rejected_results_ = 0;
+  std::int64_t steps_ = 0, work_ = 0, most_work_ = 0;
+};
+
+}  // namespace tactor
