@@ -287,6 +287,7 @@ Explanation explain_measured(const GraphSpec& graph, double seconds, Repeats rep
   e.chosen = plan.chosen;
   e.memory_is_counted = heap_calls_are_counted();
   e.libraries = loaded_libraries();
+  e.physics = measure_physics_fit(plan, interrupted);
   run_once(timed, false, interrupted);
   std::vector<std::optional<Timed>> kept;
   for (const LeftOut& left : plan.left_out) kept.push_back(warmed(plan, left.what, registry, interrupted));
@@ -341,6 +342,7 @@ std::string explanation_table(const Explanation& e, std::size_t columns) {
   text += nodes.text(columns);
   text += fmt::format("\n  {} {}\n\n  {}\n", "together:", cost_text(e.total), e.timing.text);
   if (!e.timing.warning.empty()) text += "  " + e.timing.warning + "\n";
+  if (e.physics) text += "\n  " + text_of(*e.physics) + "\n";
   double others = 0;
   std::size_t count = 0;
   text += "\n  libraries loaded\n";
@@ -385,6 +387,7 @@ nlohmann::ordered_json to_json(const Explanation& e) {
     json["nodes"].push_back(std::move(node));
   }
   json["total_us_per_simulated_s"] = to_json(e.total);
+  json["physics"] = e.physics ? to_json(*e.physics) : Json(nullptr);
   json["timing"] = to_json(e.timing);
   json["libraries"] = Json::array();
   for (const ExplainedLibrary& l : e.libraries) {

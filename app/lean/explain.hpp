@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/lean/physics_fit.hpp"
 #include "app/run/timing.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
@@ -58,6 +59,7 @@ struct Explanation {
   ExplainedCost total;                      ///< of all nodes
   std::vector<ExplainedLibrary> libraries;  ///< ours first, then by size
   std::vector<ExplainedLeftOut> left_out;
+  std::optional<PhysicsFit> physics;  ///< none where no node moves bodies
   TimingNote timing;
 };
 

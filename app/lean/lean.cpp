@@ -197,6 +197,11 @@ std::string timing_text(const TimingNote& timing, const char* of, const char* be
   return text;
 }
 
+/// Whether a step of physics fits a tick, on a line after `begin`.
+std::string physics_text(const Lean& lean, const char* begin) {
+  return lean.physics ? fmt::format("{}In the result {}\n", begin, text_of(*lean.physics)) : std::string();
+}
+
 nlohmann::ordered_json json_of(const LeanMetrics& f) {
   return {
       {"cost_us_per_s", f.cost}, {"repeats_us_per_s", f.repeats}, {"spread", number_json(spread_of_repeats(f.repeats))},
@@ -235,12 +240,13 @@ Lean make_lean(GraphSpec original, Registry& registry, const LeanOptions& option
   lean.search_timing = measure.timing();
   check(lean, measure, limits);
   lean.check_timing = measure.timing();
+  lean.physics = measure_physics_fit(make_plan(lean.graph), options.measure.interrupted);
   return lean;
 }
 
 std::string lean_table(const Lean& lean, std::size_t columns) {
   return wrapped("\n" + head(lean) + "\n\n" + plain(step_rows(lean), columns) + "\n" +
-                     plain(check_rows(lean), columns) + "  " + verdict(lean) + "\n\n" +
+                     plain(check_rows(lean), columns) + "  " + verdict(lean) + "\n" + physics_text(lean, "  ") + "\n" +
                      timing_text(lean.check_timing, "The check", "  ") +
                      timing_text(lean.search_timing, "The search", "  ") + "\n" + plain(trial_rows(lean), columns),
                  columns);
@@ -249,8 +255,8 @@ std::string lean_table(const Lean& lean, std::size_t columns) {
 std::string lean_markdown(const Lean& lean) {
   return "# " + lean.original.name + ", lean\n\n" + head(lean) + ".\n\n" + markdown(step_rows(lean)) + "\n" +
          timing_text(lean.search_timing, "The search", "") + "\n" + verdict(lean) + ":\n\n" +
-         markdown(check_rows(lean)) + "\n" + timing_text(lean.check_timing, "The check", "") + "\n" +
-         markdown(trial_rows(lean));
+         markdown(check_rows(lean)) + "\n" + physics_text(lean, "") + timing_text(lean.check_timing, "The check", "") +
+         "\n" + markdown(trial_rows(lean));
 }
 
 nlohmann::ordered_json to_json(const Lean& lean) {
@@ -271,6 +277,7 @@ nlohmann::ordered_json to_json(const Lean& lean) {
                    {"lean", json_of(lean.lean_checked)},
                    {"ratio", lean.ratio()},
                    {"ratio_by_turn", lean.ratios()}};
+  json["physics"] = lean.physics ? to_json(*lean.physics) : nlohmann::ordered_json(nullptr);
   json["timing"] = {{"search", to_json(lean.search_timing)}, {"check", to_json(lean.check_timing)}};
   json["trials"] = nlohmann::ordered_json::array();
   for (const LeanTrial& trial : lean.path.trials) {

@@ -5,11 +5,13 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/lean/lean_measure.hpp"
 #include "app/lean/lean_search.hpp"
+#include "app/lean/physics_fit.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
@@ -33,6 +35,8 @@ struct Lean {
   std::size_t kept = 0;  ///< steps of the path; those after them did not keep the budget on the check's seeds
   LeanMetrics original_checked, lean_checked;  ///< their repeats by turns
   TimingNote search_timing, check_timing;
+  /// Of the lean graph; none where no node moves bodies.
+  std::optional<PhysicsFit> physics;
 
   /// How many times cheaper the lean graph is, by the check.
   [[nodiscard]] double ratio() const { return original_checked.cost / lean_checked.cost; }

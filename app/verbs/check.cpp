@@ -2,7 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
 
+#include "app/interruption.hpp"
+#include "app/lean/physics_fit.hpp"
 #include "app/output.hpp"
 #include "app/run/run_metrics.hpp"
 #include "app/terminal.hpp"
@@ -44,7 +48,11 @@ int check_graphs(const CheckArguments& arguments) {
       const Plan plan = make_plan(load(graph, registry, arguments.options));
       for (const std::string& note : check_nodes(plan)) tell_note(note);
       fmt::print("{}: ok\n", graph.string());
-      if (arguments.explained) fmt::print("{}\n", explain(plan, terminal_columns()));
+      if (arguments.explained) {
+        fmt::print("{}\n", explain(plan, terminal_columns()));
+        const std::optional<PhysicsFit> physics = measure_physics_fit(plan, is_interrupted);
+        if (physics) fmt::print("{}\n", wrapped("physics\n  " + text_of(*physics) + "\n", terminal_columns()));
+      }
       if (arguments.with_metrics) fmt::print("{}\n", planned_metrics(plan));
     } catch (const InputError& error) {
       tell(fmt::format("{}\n", error.what()));

@@ -41,6 +41,25 @@ class Explain(CommandTest):
                     self.assertAlmostEqual(node["us_per_step"] * node["steps"],
                                            node["us_per_simulated_s"] * duration, delta=1e-6 * node["us_per_simulated_s"] + 1e-6)
 
+    def test_it_says_whether_a_step_of_physics_fits_a_tick(self):
+        physics = self.explain("duck/scene.yaml", "--duration", 0.5)["physics"]
+        self.assertEqual(physics["tick_us"], 1000)
+        self.assertEqual({node["node"] for node in physics["nodes"]}, {"collision", "dynamics"})
+        for key in ("mean_us", "p99_us"):
+            self.assertGreater(physics[key], 0)
+            self.assertAlmostEqual(physics[key], sum(node[key] for node in physics["nodes"]), delta=1e-9 * physics[key])
+        self.assertEqual(physics["fits"], physics["p99_us"] <= 500)
+        self.assertEqual(physics["declared"], "collision")
+        said = self.run_ok("check", "--explain", GRAPHS / "duck/scene.yaml", "--duration", 0.5).stdout.replace("\n", " ")
+        self.assertRegex(said, r"physics takes +\S+ us a step here")
+        self.assertIn("the graph declares a cost of collision", " ".join(said.split()))
+        # A tick of 1 us is too short for anything.
+        fast = self.explain("duck/scene.yaml", "--duration", 0.01, "--set", "rate=200 kHz", "--repeats", 1)["physics"]
+        self.assertEqual(fast["tick_us"], 5)
+        self.assertEqual(fast["fits"], fast["p99_us"] <= 2.5)
+        # Where nothing moves nothing is said, and a device is not driven for it.
+        self.assertNotIn("physics takes", self.run_ok("check", "--explain", GRAPHS / "duck/forcegrid.yaml").stdout)
+
     def test_memory_is_told_where_it_is_counted(self):
         nodes = {node["node"]: node for node in self.explain("duck/scene.yaml", "--duration", 0.5)["nodes"]}
         if nodes["collision"]["built_bytes"] is None:
