@@ -79,7 +79,7 @@ std::vector<Entry> contenders(const std::filesystem::path& file) {
 Json bunny_scene(const SceneOptions& options) {
   const std::filesystem::path file = options.meshes / "bunny.off";
   const TriangleMesh mesh = load_solid(file).mesh;
-  const Body bunny{mesh, vertex_samples(mesh)};
+  const Body bunny{mesh, vertex_samples(mesh).points};
   const Pair pair{bunny, bunny};
   const Samples samples{0, press_and_slide_duration / options.samples, options.samples};
   std::vector<Step> steps = press_and_slide(pair, samples);

@@ -14,7 +14,7 @@ using Json = nlohmann::ordered_json;
 /// With or without a shell of samples 4 mm apart, whatever the triangles.
 Json row(const TriangleMesh& mesh, double deepest, int samples, bool with_shell) {
   constexpr std::size_t all = 1'000'000;
-  const Body body{mesh, vertex_samples(mesh)};
+  const Body body{mesh, vertex_samples(mesh).points};
   const Pair pair{body, body};
   // The first of the four times that the depth comes and goes.
   std::vector<Step> steps = press_and_slide(pair, {0, 1.75 / samples, samples}, deepest);
@@ -30,7 +30,7 @@ Json row(const TriangleMesh& mesh, double deepest, int samples, bool with_shell)
   Json json = {{"triangles", mesh.faces.size()}, {"deepest_mm", 1e3 * deepest}};
   Pair shells;
   if (with_shell) {
-    const Body shell{mesh, sample_surface(mesh, 0.004)};
+    const Body shell{mesh, sample_surface(mesh, 0.004).points};
     shells = {shell, shell};
     entries.insert(entries.begin() + 1,
                    {"tactor, 4 mm shell", Gives::depths, [&shells](const Pair&) { return make_tactor(shells, 0); }});

@@ -19,8 +19,8 @@ class Deepest {
   explicit Deepest(const Pair& pair)
       : fixed_(pair.fixed.mesh),
         tool_(pair.tool.mesh),
-        of_fixed_(vertex_samples(pair.fixed.mesh)),
-        of_tool_(vertex_samples(pair.tool.mesh)) {}
+        of_fixed_(vertex_samples(pair.fixed.mesh).points),
+        of_tool_(vertex_samples(pair.tool.mesh).points) {}
 
   /// m; -reach where none is nearer than that.
   double operator()(const Pose& X_AB) {

@@ -50,15 +50,15 @@ Json peg_scene(const SceneOptions& options) {
   const TriangleMesh plate = load_solid(options.meshes / "plate.off").mesh,
                      peg = load_solid(options.meshes / "peg.off").mesh;
   const auto sampled = [&](double spacing) -> Pair {
-    return {{plate, sample_surface(plate, spacing)}, {peg, sample_surface(peg, spacing)}};
+    return {{plate, sample_surface(plate, spacing).points}, {peg, sample_surface(peg, spacing).points}};
   };
   const auto divided = [&](double longest_edge) -> Pair {
-    return {{plate, vertex_samples(refine(plate, longest_edge).mesh)},
-            {peg, vertex_samples(refine(peg, longest_edge).mesh)}};
+    return {{plate, vertex_samples(refine(plate, longest_edge).mesh).points},
+            {peg, vertex_samples(refine(peg, longest_edge).mesh).points}};
   };
   constexpr double coarse_spacing = 0.004, spacing = 0.002, fine_edge = 0.0005;  // m
   const Pair shell = sampled(spacing), coarse = sampled(coarse_spacing), fine = divided(fine_edge),
-             vertices{{plate, vertex_samples(plate)}, {peg, vertex_samples(peg)}};
+             vertices{{plate, vertex_samples(plate).points}, {peg, vertex_samples(peg).points}};
   // With the shell's own samples, so that what is found of each can be compared.
   Pair reference_shell = divided(0.001);
   const auto append = [](Body& body, const Body& more) {

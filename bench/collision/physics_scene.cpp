@@ -245,7 +245,7 @@ Json physics_scene(const SceneOptions& options) {
   const std::filesystem::path file = options.meshes / "bunny.off";
   const Scene scene = two_of(file);
   const TriangleMesh mesh = load_solid(file).mesh;
-  const Body bunny{mesh, vertex_samples(mesh)};
+  const Body bunny{mesh, vertex_samples(mesh).points};
   const Samples samples{0, press_and_slide_duration / options.samples, options.samples};
   const Vec3 p_BT = mass_properties(mesh).center;
   const std::vector<Pose> path = handle_path(scene, press_and_slide({bunny, bunny}, samples), p_BT);
@@ -265,7 +265,7 @@ Json physics_scene(const SceneOptions& options) {
 Json dynamics_scene(const SceneOptions& options) {
   const std::filesystem::path file = options.meshes / "bunny.off";
   const TriangleMesh mesh = load_solid(file).mesh;
-  const Body bunny{mesh, vertex_samples(mesh)};
+  const Body bunny{mesh, vertex_samples(mesh).points};
   // The path is deepest there.
   const Step deep = press_and_slide({bunny, bunny}, {0.875, 0.001, 1}, 0.004).front();
   Scene scene = two_of(file);

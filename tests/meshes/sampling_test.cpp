@@ -18,7 +18,7 @@ BOOST_AUTO_TEST_CASE(samples_cover_the_meshes_of_the_scenes_within_their_spacing
   const auto check = [](const std::string& name, double spacing, int points) {
     BOOST_TEST_CONTEXT(name << ", spacing " << spacing) {
       const TriangleMesh mesh = load(name);
-      const std::vector<SurfaceSample> samples = sample_surface(mesh, spacing);
+      const std::vector<SurfaceSample> samples = sample_surface(mesh, spacing).points;
       BOOST_TEST(test::covering_distance(mesh, samples, points) <= spacing);
       BOOST_TEST(test::total_area(samples) == surface_area(mesh), boost::test_tools::tolerance(1e-9));
     }
@@ -36,7 +36,7 @@ BOOST_AUTO_TEST_CASE(slivers_of_the_plate_do_not_multiply_its_samples) {
     for (const double spacing : {0.004, 0.002}) {
       // What squares of 0.85 spacing, the least distance between samples, have room for.
       const double room = surface_area(mesh) / (0.85 * 0.85 * spacing * spacing);
-      BOOST_TEST(static_cast<double>(sample_surface(mesh, spacing).size()) < room);
+      BOOST_TEST(static_cast<double>(sample_surface(mesh, spacing).points.size()) < room);
     }
   }
 }

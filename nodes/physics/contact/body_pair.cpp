@@ -85,6 +85,16 @@ Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, doub
   return c;
 }
 
+/// Of the sample in that contact, all of which is known but the weight; in patches.
+double BodyPair::weight(const Contact& contact, bool from_b, std::size_t sample, const Quat& R_WK) const {
+  const ContactSamples& samples = from_b ? b_.samples : a_.samples;
+  const std::int32_t crease = samples.points[sample].crease;
+  if (crease < 0) return (from_b ? side_b_ : side_a_)->weights[sample];
+  // The normal leads from b to a.
+  const Vec3 towards = rotate(inverse(R_WK), from_b ? contact.n_W : -contact.n_W);
+  return area_towards(samples.creases[static_cast<std::size_t>(crease)], towards) / material_.patch_area;
+}
+
 void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
   contact.weight = weight;
   found.contact.push_back(contact);
@@ -120,26 +130,31 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_, left) : none;
   const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_, left) : none;
 
-  const auto extent = [this](const std::vector<NearSample>& near, const std::optional<Side>& side) {
-    double sum = 0;
-    for (const NearSample& n : near) sum += side->weights[static_cast<std::size_t>(n.sample)] * (margin_ - n.distance);
-    return sum;
-  };
-  const double extent_a = extent(of_side_a, side_a_), extent_b = extent(of_side_b, side_b_);
-  const double total = extent_a + extent_b;
-  if (total <= 0) return;
-  shares_ = {extent_a / total, extent_b / total};
+  // What each side has, and its sum(weight * (margin - distance)).
+  const std::size_t first = found.contact.size();
+  double extent_a = 0, extent_b = 0;
   for (const NearSample& n : of_side_a) {
     const auto i = static_cast<std::size_t>(n.sample);
     const Vec3& p_A = a_.samples.points[i].p;
-    add(of_a(X_WA, X_WB, p_A, sample_radius(a_, i), n.nearest, transform(X_BA, p_A)), shares_.a * side_a_->weights[i],
-        false, i, found);
+    const Contact c = of_a(X_WA, X_WB, p_A, sample_radius(a_, i), n.nearest, transform(X_BA, p_A));
+    const double w = weight(c, false, i, X_WA.R);
+    extent_a += w * (margin_ - n.distance);
+    add(c, w, false, i, found);
   }
+  const std::size_t first_of_b = found.contact.size();
   for (const NearSample& n : of_side_b) {
     const auto i = static_cast<std::size_t>(n.sample);
     const Vec3& p_B = b_.samples.points[i].p;
-    add(of_b(X_WA, X_WB, p_B, sample_radius(b_, i), n.nearest, transform(X_AB, p_B)), shares_.b * side_b_->weights[i],
-        true, i, found);
+    const Contact c = of_b(X_WA, X_WB, p_B, sample_radius(b_, i), n.nearest, transform(X_AB, p_B));
+    const double w = weight(c, true, i, X_WB.R);
+    extent_b += w * (margin_ - n.distance);
+    add(c, w, true, i, found);
+  }
+  const double total = extent_a + extent_b;
+  if (total <= 0) return found.shorten(first);
+  shares_ = {extent_a / total, extent_b / total};
+  for (std::size_t i = first; i < found.contact.size(); ++i) {
+    found.contact[i].weight *= i < first_of_b ? shares_.a : shares_.b;
   }
 }
 
@@ -148,13 +163,12 @@ Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, cons
   const Pose &X_WK = from_b ? X_WB : X_WA, &X_WO = from_b ? X_WA : X_WB;
   const ContactBody &body = from_b ? b_ : a_, &other = from_b ? a_ : b_;
   const std::size_t i = sample_of(key);
-  const std::optional<Side>& side = from_b ? side_b_ : side_a_;
   const Vec3 p = ball_ ? Vec3{} : body.samples.points[i].p;
   const double radius = ball_ ? ball_->radius : sample_radius(body, i);
   const Vec3 x = transform(inverse(X_WO), transform(X_WK, p));
   const Nearest nearest = other.distance->nearest(x);
   Contact contact = from_b ? of_b(X_WA, X_WB, p, radius, nearest, x) : of_a(X_WA, X_WB, p, radius, nearest, x);
-  contact.weight = ball_ ? 1 : (from_b ? shares.b : shares.a) * side->weights[i];
+  contact.weight = ball_ ? 1 : (from_b ? shares.b : shares.a) * weight(contact, from_b, i, X_WK.R);
   return contact;
 }
 

@@ -16,7 +16,10 @@ namespace tactor {
 ///   sphere with any      the sphere's centre, whose distance less the radius is exact: one contact of weight 1;
 ///   capsule with others  the capsule's balls;
 ///   all else             both bodies' samples (a plane has none): capsule with capsule, boxes and meshes.
-/// Where both sides have samples,
+/// The weight of a sample is its area over the patch area of the material, or what ContactSamples counts. At an edge or
+/// a corner the area is that of faces that face different ways; of it counts what faces the other body (area_towards),
+/// which lies against the contact's normal where the sample is of a, along it where it is of b. So a box that lies on a
+/// face is pushed by the area of that face. Where both sides have samples,
 ///   weight = share * weight of the sample,
 /// with shares that sum to 1, in proportion to sum(weight * (margin - distance)) of each side: about one half each
 /// where both are finely sampled, nearly 1 for the side that alone has samples there. They change continuously as
@@ -50,7 +53,7 @@ class BodyPair {
   /// One body's samples against the other's distance.
   struct Side {
     SampleTree tree;
-    std::vector<double> weights;  // in patches
+    std::vector<double> weights;  // in patches, of all faces at the sample
   };
   /// A ball's centre against the other's distance.
   struct Ball {
@@ -60,6 +63,7 @@ class BodyPair {
     bool asked = false;
   };
   [[nodiscard]] Side make_side(const ContactBody& body) const;
+  [[nodiscard]] double weight(const Contact& contact, bool from_b, std::size_t sample, const Quat& R_WK) const;
   [[nodiscard]] bool may_meet(const Pose& X_WA, const Pose& X_WB) const;
   void find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
   void add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const;

@@ -1,6 +1,7 @@
 #include "nodes/physics/contact/contact_body.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "framework/core/check.hpp"
 #include "framework/core/value_error.hpp"
@@ -59,8 +60,10 @@ ContactBody::ContactBody(const Body& body, double spacing, bool sampled, double 
     for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
     distance = make_distance(mesh, reach);
     if (!sampled) return;
-    samples.points = spacing > 0 ? about("spacing", [&] { return sample_surface(mesh, spacing); })
-                                 : vertex_samples(refine(mesh, bounds.longest() / 8).mesh);
+    SurfaceSamples of_surface = spacing > 0 ? about("spacing", [&] { return sample_surface(mesh, spacing); })
+                                            : vertex_samples(refine(mesh, bounds.longest() / 8).mesh);
+    samples.points = std::move(of_surface.points);
+    samples.creases = std::move(of_surface.creases);
   } catch (const ValueError& error) {
     throw ValueError(error.path(), "body '" + body.name + "': " + error.what());
   } catch (const InputError& error) {

@@ -93,6 +93,12 @@ void FoundContacts::clear() {
   key.clear();
 }
 
+void FoundContacts::shorten(std::size_t count) {
+  contact.resize(count);
+  pair.resize(count);
+  key.resize(count);
+}
+
 void FoundContacts::reserve(std::size_t most) {
   contact.reserve(most);
   pair.reserve(most);

@@ -32,6 +32,8 @@ struct FoundContacts {
   std::vector<std::uint64_t> key;
 
   void clear();
+  /// Keeps the first `count` of them.
+  void shorten(std::size_t count);
   void reserve(std::size_t most);
 };
 

@@ -51,10 +51,20 @@ ContactSamples box_samples(const BoxShape& box, double spacing) {
           part[axis] = box.size[axis] / n[axis] * (at_end ? 0.5 : 1.0);
         }
         double area = 0;
+        std::vector<FacingArea> faces;
         for (int axis = 0; axis < 3; ++axis) {
-          if (i[axis] == 0 || i[axis] == n[axis]) area += part[(axis + 1) % 3] * part[(axis + 2) % 3];
+          if (i[axis] != 0 && i[axis] != n[axis]) continue;
+          Vec3 normal;
+          normal[axis] = i[axis] == 0 ? -1 : 1;
+          faces.push_back({part[(axis + 1) % 3] * part[(axis + 2) % 3], normal});
+          area += faces.back().area;
         }
-        if (area > 0) samples.points.push_back({p, area});
+        if (faces.empty()) continue;
+        samples.points.push_back({p, area});
+        if (const std::optional<Crease> crease = find_crease(faces)) {
+          samples.points.back().crease = static_cast<std::int32_t>(samples.creases.size());
+          samples.creases.push_back(*crease);
+        }
       }
     }
   }

@@ -13,6 +13,7 @@ struct ContactSamples {
   std::vector<SurfaceSample> points;  ///< area in m^2, zero where `weights` counts
   std::vector<double> radii;          ///< m, of balls about the points; empty: points
   std::vector<double> weights;        ///< in contact patches; empty: area / patch area of the softer material
+  std::vector<Crease> creases;        ///< those of the points
 };
 
 /// How long an edge between samples is where a spacing of 0 leaves it to the shape: an eighth of a box's longest edge;
@@ -35,9 +36,10 @@ double box_spacing(const BoxShape& box, double others);
 ///            next sample; d = r - depth. Only a spike comes near it.
 ///   box      the lattice of its corners, edges and faces, each with its share of the area (the trapezoid rule), so
 ///   that
-///            the areas sum to the surface's. Against a plane the depth is exact. Elsewhere it falls short by at most
-///            half the diagonal of a lattice cell, and only where an edge or corner of the other body meets a face
-///            between samples, which that body's own samples see.
+///            the areas sum to the surface's. At edges and corners each face is a part of its own (Crease). Against a
+///            plane the depth is exact. Elsewhere it falls short by at most half the diagonal of a lattice cell, and
+///            only where an edge or corner of the other body meets a face between samples, which that body's own
+///            samples see.
 ///   plane    none.
 /// Throws InputError for more than a million samples and for a mesh, whose samples are sample_surface's.
 ContactSamples shape_samples(const Shape& shape, double spacing);

@@ -48,6 +48,48 @@ class Fans {
   std::vector<std::size_t> begin_, faces_;
 };
 
+/// Finds the creases that samples are at. `owner`: of each vertex, the sample that it gives its area to; `normal`: of
+/// each face, unit, or zero where it has none.
+template <class Owner, class Normal>
+void add_creases(const TriangleMesh& mesh, const Owner& owner, const Normal& normal, SurfaceSamples& samples) {
+  // The faces of each sample, once for each corner that it owns.
+  std::vector<std::size_t> begin(samples.points.size() + 2);
+  std::vector<std::uint32_t> faces(3 * mesh.faces.size());
+  for (const auto& face : mesh.faces) {
+    for (const int v : face) ++begin[index(owner(v)) + 2];
+  }
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (const int v : mesh.faces[f]) faces[begin[index(owner(v)) + 1]++] = static_cast<std::uint32_t>(f);
+  }
+  std::vector<FacingArea> about;
+  for (std::size_t s = 0; s < samples.points.size(); ++s) {
+    about.clear();
+    bool alike = true;
+    for (std::size_t i = begin[s]; i < begin[s + 1]; ++i) {
+      const Vec3& n = normal(faces[i]);
+      if (n == Vec3{}) continue;
+      const double third = norm(doubled_area_normal(mesh, mesh.faces[faces[i]])) / 6;
+      if (about.empty() || !(about.back().normal == n)) {
+        about.push_back({0, n});
+        alike = alike && dot(about.front().normal, n) >= same_part;
+      }
+      about.back().area += third;
+    }
+    if (alike) continue;
+    if (const std::optional<Crease> crease = find_crease(about)) {
+      samples.points[s].crease = static_cast<std::int32_t>(samples.creases.size());
+      samples.creases.push_back(*crease);
+    }
+  }
+}
+
+/// Unit, or zero where the face has no area.
+Vec3 unit_normal(const TriangleMesh& mesh, const std::array<int, 3>& face) {
+  const Vec3 n = doubled_area_normal(mesh, face);
+  return norm(n) > 0 ? n / norm(n) : Vec3{};
+}
+
 /// Greedy elimination: a candidate is kept unless one kept before stands for it, so candidates that come first decide.
 class Elimination {
  public:
@@ -58,22 +100,23 @@ class Elimination {
         nearest_(points().size(), std::numeric_limits<double>::infinity()),
         owner_(points().size(), -1),
         seen_(points().size(), -1) {
-    for (const auto& face : mesh.faces) {
-      const Vec3 n = doubled_area_normal(mesh, face);
-      // A face without area has no normal; its corners are those of others.
-      normals_.push_back(norm(n) > 0 ? n / norm(n) : Vec3{});
-    }
+    // A face without area has no normal; its corners are those of others.
+    for (const auto& face : mesh.faces) normals_.push_back(unit_normal(mesh, face));
     for (const int candidate : in_order(mesh.vertices.size())) {
       if (owner_[index(candidate)] < 0) keep(candidate);
     }
   }
 
-  std::vector<SurfaceSample> samples() {
+  SurfaceSamples samples() {
+    SurfaceSamples samples{std::move(samples_), {}};
     for (const auto& face : refined_.mesh.faces) {
       const double third = norm(doubled_area_normal(refined_.mesh, face)) / 6;
-      for (const int corner : face) samples_[index(owner_[index(corner)])].area += third;
+      for (const int corner : face) samples.points[index(owner_[index(corner)])].area += third;
     }
-    return std::move(samples_);
+    add_creases(
+        refined_.mesh, [this](int v) { return owner_[index(v)]; },
+        [this](std::uint32_t face) -> const Vec3& { return normals_[index(refined_.parent_face[face])]; }, samples);
+    return samples;
   }
 
  private:
@@ -167,18 +210,23 @@ class Elimination {
 
 }  // namespace
 
-std::vector<SurfaceSample> vertex_samples(const TriangleMesh& mesh) {
-  std::vector<SurfaceSample> samples;
-  samples.reserve(mesh.vertices.size());
-  for (const Vec3& v : mesh.vertices) samples.push_back({v, 0});
+SurfaceSamples vertex_samples(const TriangleMesh& mesh) {
+  SurfaceSamples samples;
+  samples.points.reserve(mesh.vertices.size());
+  for (const Vec3& v : mesh.vertices) samples.points.push_back({v, 0});
+  std::vector<Vec3> normals;
+  normals.reserve(mesh.faces.size());
   for (const auto& face : mesh.faces) {
     const double third = norm(doubled_area_normal(mesh, face)) / 6;
-    for (const int corner : face) samples[index(corner)].area += third;
+    for (const int corner : face) samples.points[index(corner)].area += third;
+    normals.push_back(unit_normal(mesh, face));
   }
+  add_creases(
+      mesh, [](int v) { return v; }, [&](std::uint32_t face) -> const Vec3& { return normals[face]; }, samples);
   return samples;
 }
 
-std::vector<SurfaceSample> sample_surface(const TriangleMesh& mesh, double spacing) {
+SurfaceSamples sample_surface(const TriangleMesh& mesh, double spacing) {
   TACTOR_DEMAND(spacing > 0);
   try {
     return Elimination(mesh, spacing).samples();

@@ -1,8 +1,10 @@
 // Points that stand for the surface of a mesh in contact, each with its share of the area.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
+#include "nodes/physics/mesh/crease.hpp"
 #include "nodes/physics/mesh/mesh.hpp"
 
 namespace tactor {
@@ -10,10 +12,18 @@ namespace tactor {
 struct SurfaceSample {
   Vec3 p;           ///< m, in the frame of the mesh
   double area = 0;  ///< m^2
+  /// Which of the creases it is at, or -1: where the surface about it faces one way all of its area counts in a
+  /// contact.
+  std::int32_t crease = -1;
+};
+
+struct SurfaceSamples {
+  std::vector<SurfaceSample> points;
+  std::vector<Crease> creases;  ///< whose parts have the area of their sample in all
 };
 
 /// The vertices, in their order. Each face gives a third of its area to each corner.
-std::vector<SurfaceSample> vertex_samples(const TriangleMesh& mesh);
+SurfaceSamples vertex_samples(const TriangleMesh& mesh);
 
 /// Samples that cover the surface evenly, however it is divided into triangles: where those are larger than `spacing`
 /// (m, > 0), points on edges and faces are added, where they are smaller, few vertices are kept.
@@ -31,10 +41,10 @@ std::vector<SurfaceSample> vertex_samples(const TriangleMesh& mesh);
 /// two samples are nearer than 0.85 spacing, and there are about 0.9 area / spacing^2.
 ///
 /// Areas: a third of each small face for each of its corners goes to the nearest sample that stands for the corner.
-/// They sum to the surface's.
+/// They sum to the surface's, and the parts at creases that face as a flat face does to that of the face.
 ///
 /// `mesh`: of a solid, as load_solid returns it. The same mesh has the same samples. Throws InputError where the
 /// refined mesh would have more than four million vertices.
-std::vector<SurfaceSample> sample_surface(const TriangleMesh& mesh, double spacing);
+SurfaceSamples sample_surface(const TriangleMesh& mesh, double spacing);
 
 }  // namespace tactor

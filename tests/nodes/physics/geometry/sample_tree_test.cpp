@@ -64,7 +64,7 @@ BOOST_AUTO_TEST_CASE(the_tree_finds_what_a_look_at_every_sample_finds_whatever_c
   const TriangleMesh body = spiky(3);
   const ExactDistance exact(body);
   const CellDistance cells(body, {.resolution = 48, .band = 0.004});
-  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3));
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3)).points;
   SampleTree by_cells(samples), by_search(samples);
   Walk walk;
   const double margin = 0.002;
@@ -93,7 +93,7 @@ BOOST_AUTO_TEST_CASE(a_search_that_may_not_do_all_its_work_ends_and_spoils_no_la
   const TriangleMesh body = spiky(3);
   const CellDistance cells(body, {.resolution = 48, .band = 0.004});
   const Counted counted(cells);
-  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3));
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3)).points;
   SampleTree tree(samples);
   Walk walk;
   int ended = 0;
@@ -117,7 +117,7 @@ BOOST_AUTO_TEST_CASE(a_search_that_may_not_do_all_its_work_ends_and_spoils_no_la
 
 BOOST_AUTO_TEST_CASE(long_ways_lose_nothing) {
   const ExactDistance field(test::box({0.06, 0.06, 0.06}));
-  const std::vector<SurfaceSample> samples = sample_surface(test::box({0.02, 0.02, 0.02}), 0.005);
+  const std::vector<SurfaceSample> samples = sample_surface(test::box({0.02, 0.02, 0.02}), 0.005).points;
   SampleTree tree(samples);
   std::size_t total = 0;
   // 40 m and 300 rad in steps of 4 mm and 0.03 rad.
@@ -136,7 +136,7 @@ BOOST_AUTO_TEST_CASE(long_ways_lose_nothing) {
 BOOST_AUTO_TEST_CASE(spheres_about_the_samples_touch_by_their_radius) {
   const TriangleMesh body = test::icosphere(0.05, 3);
   const ExactDistance field(body);
-  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 2));
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 2)).points;
   std::vector<double> radii;
   for (std::size_t i = 0; i < samples.size(); ++i) radii.push_back(1e-4 * static_cast<double>(i % 50));
   SampleTree tree(samples, radii);
@@ -161,7 +161,7 @@ BOOST_AUTO_TEST_CASE(spheres_about_the_samples_touch_by_their_radius) {
 
 BOOST_AUTO_TEST_CASE(a_margin_may_change_between_queries) {
   const ExactDistance field(test::icosphere(0.05, 3));
-  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3));
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 3)).points;
   SampleTree tree(samples);
   const Pose X{{0.0898, 0, 0}, {}};
   std::size_t last = 0;
@@ -177,7 +177,7 @@ BOOST_AUTO_TEST_CASE(a_margin_may_change_between_queries) {
 BOOST_AUTO_TEST_CASE(a_query_at_the_same_pose_asks_nothing_and_a_small_step_asks_little) {
   const ExactDistance ball(test::icosphere(0.05, 3));
   const Counted field(ball);
-  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 4));
+  const std::vector<SurfaceSample> samples = vertex_samples(test::icosphere(0.04, 4)).points;
   SampleTree tree(samples);
   Pose X{{0.0895, 0, 0}, {}};
   const std::vector<NearSample> first = tree.find(field, X, 0);

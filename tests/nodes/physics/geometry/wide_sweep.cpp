@@ -76,7 +76,7 @@ void sweep(const char* name, const TriangleMesh& mesh, test::Dice& dice) {
   bounds.print("bounds", name);
   within.print("within", name);
 
-  SampleTree tree(vertex_samples(mesh));
+  SampleTree tree(vertex_samples(mesh).points);
   ContactReduction reduction(64, 4096);
   Bytes near, kept;
   FoundContacts contacts;

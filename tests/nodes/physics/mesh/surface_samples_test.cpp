@@ -48,7 +48,7 @@ double longest_edge(const TriangleMesh& mesh) {
 
 BOOST_AUTO_TEST_CASE(vertices_share_the_area_of_their_faces_in_thirds) {
   const TriangleMesh mesh = test::box({0.01, 0.02, 0.1});
-  const std::vector<SurfaceSample> samples = vertex_samples(mesh);
+  const std::vector<SurfaceSample> samples = vertex_samples(mesh).points;
   BOOST_TEST(samples.size() == 8U);
   BOOST_TEST(total_area(samples) == surface_area(mesh), tt::tolerance(1e-12));
 }
@@ -81,7 +81,7 @@ BOOST_AUTO_TEST_CASE(a_refined_mesh_is_the_same_closed_surface_with_short_edges)
 BOOST_AUTO_TEST_CASE(every_point_has_a_sample_of_its_sheet_within_the_spacing) {
   const auto check = [](const TriangleMesh& mesh, double spacing) {
     BOOST_TEST_CONTEXT("spacing " << spacing << ", " << mesh.faces.size() << " faces") {
-      const std::vector<SurfaceSample> samples = sample_surface(mesh, spacing);
+      const std::vector<SurfaceSample> samples = sample_surface(mesh, spacing).points;
       const double covered = covering_distance(mesh, samples, 20'000);
       BOOST_TEST(covered <= spacing);
       BOOST_TEST(total_area(samples) == surface_area(mesh), tt::tolerance(1e-9));
@@ -101,7 +101,7 @@ BOOST_AUTO_TEST_CASE(every_point_has_a_sample_of_its_sheet_within_the_spacing) {
 
 BOOST_AUTO_TEST_CASE(both_sides_of_a_thin_plate_have_samples_of_their_own) {
   const double thickness = 0.0005, side = 0.04, spacing = 0.004;
-  const std::vector<SurfaceSample> samples = sample_surface(test::box({side, side, thickness}), spacing);
+  const std::vector<SurfaceSample> samples = sample_surface(test::box({side, side, thickness}), spacing).points;
   std::array<int, 2> inside{};
   for (const SurfaceSample& s : samples) {
     if (std::max(std::abs(s.p.x), std::abs(s.p.y)) < side / 2 - 1e-9) ++inside[s.p.z > 0 ? 1 : 0];
@@ -118,7 +118,7 @@ BOOST_AUTO_TEST_CASE(stacked_sheets_that_face_the_same_way_have_samples_of_their
   const TriangleMesh upper = test::box({0.03, 0.03, 0.0005}, {0, 0, 0.0015});
   mesh.vertices.insert(mesh.vertices.end(), upper.vertices.begin(), upper.vertices.end());
   for (const auto& f : upper.faces) mesh.faces.push_back({f[0] + 8, f[1] + 8, f[2] + 8});
-  const std::vector<SurfaceSample> both = sample_surface(mesh, 0.004);
+  const std::vector<SurfaceSample> both = sample_surface(mesh, 0.004).points;
   double lower_area = 0;
   for (const SurfaceSample& s : both) lower_area += s.p.z < 0.0005 ? s.area : 0;
   BOOST_TEST(lower_area == surface_area(upper), tt::tolerance(1e-9));
@@ -127,7 +127,7 @@ BOOST_AUTO_TEST_CASE(stacked_sheets_that_face_the_same_way_have_samples_of_their
 BOOST_AUTO_TEST_CASE(the_number_of_samples_depends_on_the_area_and_not_on_the_triangles) {
   const double spacing = 0.008, area = 4 * pi * 0.04 * 0.04;
   for (const int levels : {3, 4, 5, 6}) {
-    const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, levels), spacing);
+    const std::vector<SurfaceSample> samples = sample_surface(test::icosphere(0.04, levels), spacing).points;
     // Disks as wide as the least distance between samples do not overlap; 0.907 is how densely they can lie.
     BOOST_TEST(samples.size() * pi * std::pow(0.85 * spacing / 2, 2) < 0.907 * area);
     BOOST_TEST(samples.size() * pi * spacing * spacing > area);
@@ -138,9 +138,9 @@ BOOST_AUTO_TEST_CASE(the_number_of_samples_depends_on_the_area_and_not_on_the_tr
     BOOST_TEST(nearest > 0.85 * spacing);
   }
   const TriangleMesh block = test::box({0.03, 0.04, 0.05});
-  const auto coarse = static_cast<double>(sample_surface(block, 0.004).size());
+  const auto coarse = static_cast<double>(sample_surface(block, 0.004).points.size());
   for (const double edge : {0.01, 0.002, 0.0005}) {
-    const auto fine = static_cast<double>(sample_surface(refine(block, edge).mesh, 0.004).size());
+    const auto fine = static_cast<double>(sample_surface(refine(block, edge).mesh, 0.004).points.size());
     BOOST_TEST(fine == coarse, tt::tolerance(0.1));
   }
 }
@@ -149,7 +149,7 @@ BOOST_AUTO_TEST_CASE(corners_and_each_sharp_edge_have_samples_of_their_own) {
   // The two edges along each side of the plate are half a millimetre apart.
   const Vec3 size{0.03, 0.04, 0.0005};
   const double spacing = 0.004;
-  const std::vector<SurfaceSample> samples = sample_surface(test::box(size), spacing);
+  const std::vector<SurfaceSample> samples = sample_surface(test::box(size), spacing).points;
   for (const Vec3& corner : test::box(size).vertices) {
     BOOST_TEST(std::any_of(samples.begin(), samples.end(), [&](const SurfaceSample& s) { return s.p == corner; }));
   }
@@ -173,7 +173,7 @@ BOOST_AUTO_TEST_CASE(a_face_is_represented_without_a_lean) {
   const Vec3 size{0.08, 0.06, 0.02};
   for (const double spacing : {0.008, 0.003}) {
     double sum = 0, x = 0, y = 0;
-    for (const SurfaceSample& s : sample_surface(test::box(size), spacing)) {
+    for (const SurfaceSample& s : sample_surface(test::box(size), spacing).points) {
       if (s.p.z != size.z / 2) continue;
       sum += s.area, x += s.area * s.p.x, y += s.area * s.p.y;
     }
@@ -190,7 +190,7 @@ BOOST_AUTO_TEST_CASE(a_face_without_area_changes_nothing_but_the_points_on_it) {
   mesh.vertices.push_back(0.5 * (a + b));
   mesh.faces.push_back({mesh.faces[0][0], mesh.faces[0][1], static_cast<int>(mesh.vertices.size()) - 1});
   double area = 0;
-  for (const SurfaceSample& s : sample_surface(mesh, 0.004)) {
+  for (const SurfaceSample& s : sample_surface(mesh, 0.004).points) {
     BOOST_TEST(std::isfinite(s.area));
     area += s.area;
   }
@@ -199,7 +199,7 @@ BOOST_AUTO_TEST_CASE(a_face_without_area_changes_nothing_but_the_points_on_it) {
 
 BOOST_AUTO_TEST_CASE(the_same_mesh_has_the_same_samples) {
   const TriangleMesh mesh = sliver_prism(50, 0.01, 0.05);
-  const std::vector<SurfaceSample> a = sample_surface(mesh, 0.003), b = sample_surface(mesh, 0.003);
+  const std::vector<SurfaceSample> a = sample_surface(mesh, 0.003).points, b = sample_surface(mesh, 0.003).points;
   BOOST_REQUIRE(a.size() == b.size());
   for (std::size_t i = 0; i < a.size(); ++i) BOOST_TEST((a[i].p == b[i].p && a[i].area == b[i].area));
 }
