@@ -100,8 +100,9 @@ BOOST_AUTO_TEST_CASE(a_block_pressed_flat_on_a_block_has_the_stiffness_of_its_ar
     node.query({{0.003, 0.001, 0.0295}, {}}, set);
     check_geometry(set);
     BOOST_TEST((set.truncated > 0) == (spacing < 0.005));
-    // Series of the two: 2000 N/m a patch, 16 patches. Samples on the rim share their area with the sides.
-    BOOST_TEST(total_stiffness(set) == 2000 * 16, tt::tolerance(0.25));
+    // Series of the two: 2000 N/m a patch, 16 patches, of the samples of the block. Those of the table below it, half
+    // of all, have the area of a few more or less as it lies.
+    BOOST_TEST(total_stiffness(set) == 2000 * 16, tt::tolerance(0.03));
     // Samples nearer to the side than to the bottom push aside; the others push up.
     int up = 0;
     for (int i = 0; i < set.count; ++i) {
@@ -253,9 +254,9 @@ BOOST_AUTO_TEST_CASE(large_triangles_touch_between_their_vertices_without_a_spac
   ContactSet set;
   node.query({{0.003, 0.001, 0.0295}, {}}, set);
   check_geometry(set);
-  // Series of the two: 2000 N/m a patch, 16 patches, and half of what belongs to the samples on the rim is of the
-  // sides.
-  BOOST_TEST(total_stiffness(set) == 2000 * 16, tt::tolerance(0.25));
+  // Series of the two: 2000 N/m a patch, 16 patches; the few samples of the table below the block are not quite so
+  // many.
+  BOOST_TEST(total_stiffness(set) == 2000 * 16, tt::tolerance(0.03));
   double largest = 0;
   int inside = 0;
   for (int i = 0; i < set.count; ++i) {
