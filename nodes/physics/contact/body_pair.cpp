@@ -1,5 +1,8 @@
 #include "nodes/physics/contact/body_pair.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <span>
 #include <utility>
 
 #include "nodes/physics/contact/materials.hpp"
@@ -28,6 +31,66 @@ std::array<double, 6> turned(const Quat& R, const Eigen::Matrix3d& H) {
   M << x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z;
   const Eigen::Matrix3d W = M * H * M.transpose();
   return {W(0, 0), W(0, 1), W(0, 2), W(1, 1), W(1, 2), W(2, 2)};
+}
+
+/// Sums over a side's samples of weight * (margin - distance), in m.
+struct Extent {
+  double all = 0;
+  double rim = 0;  // of those at edges and corners
+  void add(double extent, bool at_rim) {
+    all += extent;
+    if (at_rim) rim += extent;
+  }
+};
+
+/// What one side's contacts push with at rest, in units of stiffness; those that do not touch count a little, so that
+/// it changes continuously where the first one touches.
+struct Push {
+  double sum = 0;     // m
+  Vec3 force;         // m
+  Vec3 torque;        // m^2, about the reference point
+  Vec3 first;         // m^2, sum of push times place, from the reference point
+  double second = 0;  // m^3, of push times squared distance from it
+
+  void add(const Contact& c, double margin, const Vec3& reference) {
+    const double push = c.weight * (std::max(0.0, -c.distance) + 1e-3 * (margin - c.distance));
+    // Halfway from the one body's point to the other's, so that both bodies are alike.
+    const Vec3 p = c.p_WC + 0.5 * c.distance * c.n_W - reference, f = push * c.n_W;
+    sum += push;
+    force += f;
+    torque += cross(p, f);
+    first += push * p;
+    second += push * dot(p, p);
+  }
+};
+
+/// 1 where two sides push alike, 0 where they do not: by the differences of force and torque, these in units of how far
+/// the contacts spread, over the sum of both.
+double likeness(const Push& a, const Push& b) {
+  constexpr double alike = 0.25, unlike = 0.5;
+  const double sum = a.sum + b.sum;
+  if (!(sum > 0)) return 0;
+  const Vec3 centre = (a.first + b.first) / sum, force = a.force - b.force;
+  const Vec3 torque = a.torque - b.torque - cross(centre, force);
+  const double spread = std::sqrt(std::max(0.0, (a.second + b.second) / sum - dot(centre, centre)));
+  const double difference = norm(force) / sum + (spread > 0 ? norm(torque) / (spread * sum) : 0);
+  return std::clamp((unlike - difference) / (unlike - alike), 0.0, 1.0);
+}
+
+Push push_of(std::span<const Contact> contacts, double margin, const Vec3& reference) {
+  Push push;
+  for (const Contact& c : contacts) push.add(c, margin, reference);
+  return push;
+}
+
+/// How much more of the rim is a's, from -1 to 1, as far as both push alike.
+double lean_of(const Extent& a, const Extent& b, std::span<const Contact> by_a, std::span<const Contact> by_b,
+               double margin) {
+  constexpr double little = 0.01;  // of all, where the rim begins to count
+  const double lean = (a.rim - b.rim) / (a.rim + b.rim + little * (a.all + b.all));
+  if (lean == 0) return 0;
+  const Vec3 reference = by_a.front().p_WC;
+  return lean * likeness(push_of(by_a, margin, reference), push_of(by_b, margin, reference));
 }
 
 }  // namespace
@@ -130,15 +193,14 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_, left) : none;
   const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_, left) : none;
 
-  // What each side has, and its sum(weight * (margin - distance)).
   const std::size_t first = found.contact.size();
-  double extent_a = 0, extent_b = 0;
+  Extent of_a_side, of_b_side;
   for (const NearSample& n : of_side_a) {
     const auto i = static_cast<std::size_t>(n.sample);
     const Vec3& p_A = a_.samples.points[i].p;
     const Contact c = of_a(X_WA, X_WB, p_A, sample_radius(a_, i), n.nearest, transform(X_BA, p_A));
     const double w = weight(c, false, i, X_WA.R);
-    extent_a += w * (margin_ - n.distance);
+    of_a_side.add(w * (margin_ - n.distance), a_.samples.points[i].crease >= 0);
     add(c, w, false, i, found);
   }
   const std::size_t first_of_b = found.contact.size();
@@ -147,15 +209,18 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
     const Vec3& p_B = b_.samples.points[i].p;
     const Contact c = of_b(X_WA, X_WB, p_B, sample_radius(b_, i), n.nearest, transform(X_AB, p_B));
     const double w = weight(c, true, i, X_WB.R);
-    extent_b += w * (margin_ - n.distance);
+    of_b_side.add(w * (margin_ - n.distance), b_.samples.points[i].crease >= 0);
     add(c, w, true, i, found);
   }
-  const double total = extent_a + extent_b;
-  if (total <= 0) return found.shorten(first);
-  shares_ = {extent_a / total, extent_b / total};
-  for (std::size_t i = first; i < found.contact.size(); ++i) {
-    found.contact[i].weight *= i < first_of_b ? shares_.a : shares_.b;
-  }
+  if (of_a_side.all + of_b_side.all <= 0) return found.shorten(first);
+  const std::span<Contact> by_a = std::span(found.contact).subspan(first, first_of_b - first),
+                           by_b = std::span(found.contact).subspan(first_of_b);
+  // Only where both sides have some is there a choice.
+  const double lean = by_a.empty() || by_b.empty() ? 0 : lean_of(of_a_side, of_b_side, by_a, by_b, margin_);
+  const double part_a = (1 + lean) * of_a_side.all, part_b = (1 - lean) * of_b_side.all;
+  shares_ = {part_a / (part_a + part_b), part_b / (part_a + part_b)};
+  for (Contact& c : by_a) c.weight *= shares_.a;
+  for (Contact& c : by_b) c.weight *= shares_.b;
 }
 
 Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const {

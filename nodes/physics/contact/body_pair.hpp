@@ -21,9 +21,20 @@ namespace tactor {
 /// which lies against the contact's normal where the sample is of a, along it where it is of b. So a box that lies on a
 /// face is pushed by the area of that face. Where both sides have samples,
 ///   weight = share * weight of the sample,
-/// with shares that sum to 1, in proportion to sum(weight * (margin - distance)) of each side: about one half each
-/// where both are finely sampled, nearly 1 for the side that alone has samples there. They change continuously as
-/// samples come and go.
+/// with shares that sum to 1, in proportion to (1 + lean) e of a and (1 - lean) e of b, where e = sum(weight * (margin
+/// - distance)) over the samples of the side: about one half each where both are finely sampled, nearly 1 for the side
+/// that alone has samples there. They change continuously as samples come and go.
+///
+/// Where a small face lies on a large one, the samples of the small one end where the contact does, and their areas sum
+/// to what it has. Those of the large one below it have the area of a few more or less, as it lies. So the shares lean
+/// to the side that has the rim:
+///   lean = (r_a - r_b) / (r_a + r_b + (e_a + e_b) / 100) * likeness,
+/// r being the part of e that samples at edges and corners have. They lean only as far as both sides push alike, so
+/// that what one side alone feels is not lost: the likeness is 1 up to
+///   |f_a - f_b| / (p_a + p_b) + |t_a - t_b| / (s (p_a + p_b)) = 1/4
+/// and 0 from 1/2 on, where f (N) is the sum of the springs' forces over the contacts of a side, p (N) that of their
+/// sizes, t (N m) the torque about the middle of all contacts, and s (m) how far they spread about it (root mean
+/// square). Where no sample is at an edge or corner, as between round meshes, lean is 0.
 ///
 /// A pair whose bounding spheres are farther apart than the margin is not looked at. Where neither body rotates no
 /// rotation between them is computed.
