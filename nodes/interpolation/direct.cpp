@@ -10,7 +10,7 @@ namespace tactor {
 namespace {
 
 /// Samples that one tick steps through at most: to catch up from a result, or after samples that came late.
-constexpr std::size_t most_steps = 4;
+constexpr std::size_t most_samples_a_tick = 4;
 
 }  // namespace
 
@@ -126,7 +126,7 @@ void Direct::fall_back() {
 void Direct::go_on() {
   advanced_ = std::max(advanced_, track_.first());
   const std::size_t due = track_.count() - advanced_;
-  const std::size_t steps = std::min(due, most_steps);
+  const std::size_t steps = std::min(due, most_samples_a_tick);
   // From a result on each sample counts; where samples came late, a tick goes through all of them in longer steps.
   const std::size_t way = catching_up_ ? steps : due;
   for (std::size_t k = 1; k <= steps; ++k) {
