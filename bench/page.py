@@ -60,3 +60,24 @@ def write(name, values):
     """Writes docs/NAME.md from scripts/NAME.template.md."""
     (ROOT / f"docs/{name}.md").write_text(filled((ROOT / f"scripts/{name}.template.md").read_text(), values))
     print(f"docs/{name}.md")
+
+
+def around(text, block):
+    """What stands before, in and after the block <!-- BLOCK: begin --> ... <!-- BLOCK: end -->. Raises ValueError where there is none."""
+    begin, end = f"<!-- {block}: begin -->", f"<!-- {block}: end -->"
+    if begin not in text or end not in text:
+        raise ValueError(f"there is no block {block}")
+    return text[:text.index(begin) + len(begin)], text[text.index(begin) + len(begin):text.index(end)], text[text.index(end):]
+
+
+def block(name, block):
+    """What stands in a block of docs/NAME.md, which another script writes."""
+    return around((ROOT / f"docs/{name}.md").read_text(), block)[1].strip()
+
+
+def write_block(name, block, text):
+    """Replaces what stands in a block of docs/NAME.md."""
+    file = ROOT / f"docs/{name}.md"
+    before, _, after = around(file.read_text(), block)
+    file.write_text(f"{before}\n{text.strip()}\n{after}")
+    print(f"docs/{name}.md, {block}")

@@ -196,6 +196,11 @@ NodeInfo SimulatedDevice::declare() {
              .min = 0,
              .max = 10,
              .above_min = true})
+      .choice("velocity_filter", &Params::velocity_filter,
+              {{"several", VelocityFilter::several}, {"one", VelocityFilter::one}},
+              std::optional(VelocityFilter::several),
+              "several: models of the handle's motion side by side, weighted by how well each foretells it; one: a "
+              "single model that adapts, which is later where a hand trembles")
       .real("mass", &Params::mass,
             {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0.001, .max = 100})
       .real("damping", &Params::damping,

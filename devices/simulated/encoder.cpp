@@ -24,7 +24,7 @@ Encoder::Encoder(const EncoderParameters& parameters, bool rotate)
       rotate_(rotate),
       engine_(parameters.seed),
       filter_(parameters.departure, deviation_of(parameters.step, parameters.noise), parameters.departure_angle,
-              deviation_of(parameters.step_angle, parameters.noise_angle), rotate) {}
+              deviation_of(parameters.step_angle, parameters.noise_angle), rotate, parameters.filter) {}
 
 Vec3 Encoder::noisy(const Vec3& value, double deviation) {
   // One after the other, so that the order of the draws is that of the axes.

@@ -16,9 +16,10 @@ struct EncoderParameters {
   double step_angle = 0;       ///< rad; 0: none
   double departure = 0;        ///< m in 10 ms, as MotionFilter has it
   double departure_angle = 0;  ///< rad in 10 ms
-  double noise = 0;            ///< m, root of the mean square, of each coordinate; 0: none
-  double noise_angle = 0;      ///< rad, of each coordinate of the rotation vector
-  std::uint64_t seed = 0;      ///< of the noise
+  VelocityFilter filter = VelocityFilter::several;
+  double noise = 0;        ///< m, root of the mean square, of each coordinate; 0: none
+  double noise_angle = 0;  ///< rad, of each coordinate of the rotation vector
+  std::uint64_t seed = 0;  ///< of the noise
 };
 
 /// Adds white Gaussian noise to each coordinate, then rounds it to the nearest multiple of a step; the rotation vector

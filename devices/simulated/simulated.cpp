@@ -57,6 +57,7 @@ Encoder encoder_of(const SimulatedDevice::Params& params, const NodeContext& con
                   .step_angle = params.encoder_step_angle,
                   .departure = params.velocity_departure,
                   .departure_angle = params.velocity_departure_angle,
+                  .filter = params.velocity_filter,
                   .noise = params.encoder_noise,
                   .noise_angle = params.encoder_noise_angle,
                   .seed = derive_seed(context.seed, "encoder")},

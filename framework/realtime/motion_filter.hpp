@@ -15,10 +15,14 @@ namespace tactor {
 /// (Y. Bar-Shalom, X. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 6.2.3). q
 /// is given by the departure d from constant acceleration in 10 ms, of which it makes the variance d^2 = q T^5/20. The
 /// three axes share gains and variances. Against a low-pass on differences of the same noise it is less late.
+///
+/// With `adapts`, q grows where the motion departs from the model for a while (adjustable process noise, ibid. ch.
+/// 11.2): with e the mean of |innovation|^2 by its variance, fading over 20 ms, 3 where model and motion agree, q is
+/// multiplied by clamp((e/4)^2, 1, 100). One sample counts for 100 at most.
 class MotionModel {
  public:
   /// `departure` in 10 ms and the samples' standard deviation `noise`, both above zero, m or rad.
-  MotionModel(double departure, double noise);
+  MotionModel(double departure, double noise, bool adapts = false);
 
   /// Forgets all; `value` is where the motion starts, at rest as far as is known.
   void start(const Vec3& value);
@@ -36,23 +40,33 @@ class MotionModel {
   [[nodiscard]] const Vec3& rate() const { return rate_; }
 
  private:
-  double density_;   // q
+  double density_;   // q of the model
   double variance_;  // of a sample
+  bool adapts_;
+  double surprise_ = 0;  // e
+  double memory_ = 0;    // the share of the next sample in e
   Vec3 value_, rate_, acceleration_;
   std::array<double, 6> P_{};  // the covariance: 00, 01, 02, 11, 12, 22
 };
 
-/// Several models side by side, of departures d/4, d, 4 d, ... 256 d, each weighted by how likely it made the samples
-/// of the last 0.1 s: w_i ~ exp(sum_k e^(-age_k / 0.1 s) log p_i(k)) (multiple-model estimation, ibid. ch. 11.6.2, with
-/// fading memory in place of constant weights). What it tells is their mean. So a hand that rests is smoothed, and one
-/// that trembles or is shaken by a stiff contact is followed without the lag with which a damper on the velocity would
-/// drive it. A wild sample alone changes no weights to speak of.
+/// How the velocity of a handle is estimated.
+enum class VelocityFilter {
+  several,  ///< several models side by side
+  one,      ///< one model that adapts
+};
+
+/// `several`: models side by side, of departures d/4, d, 4 d, ... 256 d, each weighted by how likely it made the
+/// samples of the last 0.1 s: w_i ~ exp(sum_k e^(-age_k / 0.1 s) log p_i(k)) (multiple-model estimation, ibid.
+/// ch. 11.6.2, with fading memory in place of constant weights). What it tells is their mean. So a hand that rests is
+/// smoothed, and one that trembles or is shaken by a stiff contact is followed without the lag with which a damper on
+/// the velocity would drive it. A wild sample alone changes no weights to speak of. `one`: a single model of departure
+/// d that adapts.
 class MotionFilter {
  public:
   static constexpr std::size_t models = 6;
 
-  /// `departure` of the second model, `noise` of all.
-  MotionFilter(double departure, double noise);
+  /// `departure` of the second model, or of the only one, `noise` of all.
+  MotionFilter(double departure, double noise, VelocityFilter kind = VelocityFilter::several);
 
   void start(const Vec3& value);
   /// Takes in a sample that is `interval` > 0 s later than the last.
@@ -68,6 +82,7 @@ class MotionFilter {
  private:
   void mix();
 
+  std::size_t count_;  // of the models in use, the first
   std::array<MotionModel, models> models_;
   std::array<double, models> likelihood_{};  // logarithm, fading
   std::array<double, models> weights_{};
@@ -77,7 +92,8 @@ class MotionFilter {
 /// The same for a pose: the translation, and the rotation by small turns about the estimate.
 class PoseFilter {
  public:
-  PoseFilter(double departure, double noise, double departure_angle, double noise_angle, bool rotate);
+  PoseFilter(double departure, double noise, double departure_angle, double noise_angle, bool rotate,
+             VelocityFilter kind = VelocityFilter::several);
 
   /// Takes in the pose at `now`; one that is not later than the last, or not finite, is left out.
   void take(const Pose& X_WD, Time now);

@@ -16,6 +16,9 @@ namespace {
 /// Samples of the handle that one tick goes through at most; of more some are left out.
 constexpr std::size_t most_steps = 4;
 
+/// N, differences from physics that count as none.
+constexpr double estimate_noise = 0.01;
+
 }  // namespace
 
 NodeInfo Rollout::declare() {
@@ -85,6 +88,19 @@ NodeInfo Rollout::declare() {
              .default_value = 1,
              .min = 0,
              .max = 10});
+  node.real("estimate_time", &Params::estimate_time,
+            {.doc = "in which a difference between physics and the displayed force fades to 1/e, for the estimate of "
+                    "errors",
+             .unit = "s",
+             .default_value = 1,
+             .min = 0.01,
+             .max = 100})
+      .real("worse", &Params::worse,
+            {.doc = "ratio of the rollout's estimated error to that of a hold, or of `forecast`, beyond which that is "
+                    "displayed",
+             .default_value = 1.2,
+             .min = 1,
+             .max = 1e6});
   return node.role(Role::interpolation)
       .metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
       .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
@@ -92,6 +108,11 @@ NodeInfo Rollout::declare() {
       .metric("rollout.held_ticks", "1", "ticks that held the force of the newest result", Better::lower)
       .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower)
       .summed()
+      .metric("rollout.outdone_ticks", "1", "of the fallbacks, ticks at which another force has been nearer to physics",
+              Better::lower)
+      .metric("rollout.estimated_error_N", "N", "estimate of the rollout's error at the end, by physics' results",
+              Better::lower)
+      .metric("rollout.estimated_hold_error_N", "N", "the same of a hold", Better::neither)
       .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower)
       .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
       .metric("rollout.disagreements", "1", "times that the tool went to where physics kept having it", Better::lower)
@@ -115,7 +136,8 @@ Rollout::Rollout(const Params& params, const NodeContext& context)
       surface_(surface_contacts(params, context)),
       rollout_(rollout_model("interpolation.rollout", params, context), surface_.get()),
       blended_(tick_, params.blend_time),
-      trust_(params.trust_time) {}
+      trust_(params.trust_time),
+      estimate_({.memory = params.estimate_time, .worse = params.worse, .noise = estimate_noise, .results = 8}) {}
 
 /// Whether the tool stays where the rollout has it though a result has come.
 bool Rollout::keeps_tool() const {
@@ -123,11 +145,16 @@ bool Rollout::keeps_tool() const {
          rollout_.on_surface() && rollout_.model().bodies.count == 1;
 }
 
+/// Where the rollout had the tool at a sample; null where it was not there or it is too long ago.
+const Rollout::Then* Rollout::known_at(Time time) const {
+  const auto then = std::find_if(path_.begin(), path_.end(), [&](const Then& t) { return t.time == time; });
+  return then == path_.end() ? nullptr : &*then;
+}
+
 /// Whether physics has had its tool elsewhere, in about the same direction, for longer than the patience.
 bool Rollout::disagrees(const Stamped<LocalModel>& result) {
-  const auto then =
-      std::find_if(path_.begin(), path_.end(), [&](const ToolThen& t) { return t.time == result.stamp.valid; });
-  if (then == path_.end()) return false;
+  const Then* then = known_at(result.stamp.valid);
+  if (then == nullptr) return false;
   const Vec3 apart = result.value.p_WT_result - then->p_WT;
   const bool beyond = norm(apart) > params_.disagreement;
   if (!beyond || !apart_now_ || dot(apart, apart_) < 0.5 * dot(apart_, apart_)) {
@@ -154,6 +181,10 @@ bool Rollout::take_model(Time now) {
     return false;
   }
   if (running_) note_interval(newest.stamp.valid - used_.valid);
+  if (const Then* then = known_at(newest.stamp.valid)) {
+    estimate_.take(newest.stamp.valid, newest.value.wrench_result.force, then->forces);
+  }
+  held_result_ = newest.value.wrench_result;
   used_ = newest.stamp;
   if (keep) return false;
   apart_now_ = false;
@@ -181,9 +212,26 @@ void Rollout::go_on() {
     const std::size_t to = advanced_ + due * k / steps;
     failed_ = !rollout_.advance(track_[to - 1]);
     if (!rollout_.on_surface()) ++steps_on_anchors_;
-    path_[(to - 1) % path_.size()] = {rollout_.model().time, rollout_.model().bodies.X_WB[0].p};
+    note_then();
   }
   advanced_ = track_.count();
+}
+
+/// Keeps what a result that is still to come will be compared with.
+void Rollout::note_then() {
+  const LocalModel& local = rollout_.model();
+  Then& then = path_[noted_++ % path_.size()];
+  then.time = local.time;
+  then.p_WT = local.bodies.X_WB[0].p;
+  then.forces[rolled] = coupling_wrench(local.coupling, rollout_.state(), torque_).force;
+  then.forces[held_result] = held_result_.force;
+  then.forces[forecasted] = knows_forecast(local.time)
+                                ? ForecastCurve(*forecast.latest(), CurveShape::linear).at(local.time).value.force
+                                : held_result_.force;
+}
+
+bool Rollout::knows_forecast(Time now) const {
+  return forecast.connected() && forecast.latest() != nullptr && !segment_if_not_finite(now, forecast.latest()->value);
 }
 
 bool Rollout::trusted(Time now) const {
@@ -192,12 +240,13 @@ bool Rollout::trusted(Time now) const {
 }
 
 Rollout::Source Rollout::choose(Time now) const {
-  if (trusted(now) && !failed_) return Source::rollout;
+  if (trusted(now) && !failed_) {
+    constexpr std::array<Source, candidates> shown{Source::rollout, Source::forecast, Source::held};
+    return shown[estimate_.best()];
+  }
   // A Jacobian goes on from a force, and the first model may have failed before there was any.
   if (trusted(now) && ticks_[static_cast<std::size_t>(Source::rollout)] > 0) return Source::jacobian;
-  const bool known =
-      forecast.connected() && forecast.latest() != nullptr && !segment_if_not_finite(now, forecast.latest()->value);
-  return known && touching_ ? Source::forecast : Source::held;
+  return knows_forecast(now) && touching_ ? Source::forecast : Source::held;
 }
 
 ForceState Rollout::of_jacobian() const {
@@ -237,7 +286,7 @@ ForceState Rollout::aim(Source source, Time now) {
     case Source::held:
       break;
   }
-  return {held_, {}, {}};
+  return {estimate_.best() == held_result ? held_result_ : held_, {}, {}};
 }
 
 void Rollout::step(StepContext& context) {
@@ -262,6 +311,7 @@ void Rollout::step(StepContext& context) {
   }
   source_ = source;
   running_ = true;
+  if (source != Source::rollout && !failed_ && trusted(now)) ++outdone_ticks_;
   ++ticks_[static_cast<std::size_t>(source)];
   segment.send(used_.valid, shown);
 }
@@ -273,6 +323,9 @@ void Rollout::report(Report& report) const {
   report.set("rollout.forecast_ticks", ticks(Source::forecast));
   report.set("rollout.held_ticks", ticks(Source::held));
   report.add("fallbacks", ticks(Source::jacobian) + ticks(Source::forecast) + ticks(Source::held));
+  report.set("rollout.outdone_ticks", static_cast<double>(outdone_ticks_));
+  report.set("rollout.estimated_error_N", estimate_.error(rolled));
+  report.set("rollout.estimated_hold_error_N", estimate_.error(held_result));
   report.set("rollout.rejected_models", static_cast<double>(rejected_models_));
   report.set("rollout.rejected_samples", static_cast<double>(track_.rejected()));
   if (surface_ && params_.restart == Params::Restart::on_disagreement) {

@@ -6,6 +6,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/interpolation/blended_force.hpp"
+#include "nodes/interpolation/error_estimate.hpp"
 #include "nodes/interpolation/handle_track.hpp"
 #include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
@@ -25,6 +26,9 @@ namespace tactor {
 /// Trusted is a model whose result is younger than `trust_time`, or than three of the longest recent intervals between
 /// results, up to `trust_time_max`, and whose tool is within `trust_distance` of where
 /// contacts were looked for. All changes are blended like corrections, which makes the last a hold with a low-pass.
+///
+/// A rollout that is trusted is still compared with physics: each result tells how far the rollout, the forecast and a
+/// hold were from it at its stamp (see ErrorEstimate). Where another has been nearer, it is displayed, and counted.
 class Rollout final : public Node {
  public:
   struct Params : SurfaceOptions {
@@ -39,6 +43,8 @@ class Rollout final : public Node {
     Restart restart = Restart::on_disagreement;
     double disagreement = 0;  // m
     Duration patience;
+    Duration estimate_time;
+    double worse = 0;
   };
   Rollout(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -54,14 +60,20 @@ class Rollout final : public Node {
 
  private:
   enum class Source : std::uint8_t { rollout, jacobian, forecast, held };
-  struct ToolThen {
+  enum Candidate : std::size_t { rolled, forecasted, held_result, candidates };
+  using Estimate = ErrorEstimate<candidates>;
+  struct Then {
     Time time;
     Vec3 p_WT;
+    Estimate::Forces forces;  // N, of the candidates
   };
 
   bool take_model(Time now);
   [[nodiscard]] bool keeps_tool() const;
+  [[nodiscard]] const Then* known_at(Time time) const;
   bool disagrees(const Stamped<LocalModel>& result);
+  void note_then();
+  [[nodiscard]] bool knows_forecast(Time now) const;
   void note_interval(Duration interval);
   void go_on();
   [[nodiscard]] bool trusted(Time now) const;
@@ -81,9 +93,12 @@ class Rollout final : public Node {
   std::array<Duration, 16> intervals_{};  // between the last results, by their stamps
   std::size_t interval_count_ = 0;        // noted so far
   Duration trust_;                        // age of a result up to which its model is gone on with
-  std::array<ToolThen, 512> path_;        // of the tool, by the times of the samples
-  Vec3 apart_;                            // m, of physics' tool from this one, where they disagree
-  Time apart_since_;                      // only while they do
+  std::array<Then, 512> path_;            // of the tool, by the times of the samples
+  std::size_t noted_ = 0;
+  Estimate estimate_;
+  Wrench held_result_;  // of physics' newest result
+  Vec3 apart_;          // m, of physics' tool from this one, where they disagree
+  Time apart_since_;    // only while they do
   bool apart_now_ = false;
   std::uint64_t rejected_ = ~std::uint64_t{0};  // the sequence number of the model refused last
   bool running_ = false;
@@ -97,7 +112,7 @@ class Rollout final : public Node {
   std::array<std::int64_t, 4> ticks_{};  // by source
   std::int64_t rejected_models_ = 0;
   std::int64_t corrections_ = 0;
-  std::int64_t steps_on_anchors_ = 0, disagreements_ = 0;
+  std::int64_t steps_on_anchors_ = 0, disagreements_ = 0, outdone_ticks_ = 0;
   double correction_sum_ = 0;  // N^2
 };
 

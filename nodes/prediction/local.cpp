@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/handle.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
@@ -183,6 +184,12 @@ void LocalPredictor::step(StepContext&) {
   start_.coupling = spring->value;
   // As dynamics stepped, whatever the spring would be for a tool with mass.
   if (result->value.massless != 0) start_.coupling.massless = 1;
+  start_.wrench_result = coupling_wrench(start_.coupling,
+                                         {.X_WT = start_.bodies.X_WB[0],
+                                          .V_WT = start_.bodies.V_WB[0],
+                                          .X_WD = start_.device.X_WD,
+                                          .V_WD = start_.device.V_WD},
+                                         rollout_.tool_rotates());
   take_contacts();
   if (!rollout_.accepts(start_)) {
     ++rejected_results_;

@@ -23,6 +23,12 @@ class Page(unittest.TestCase):
             for key in set(page.KEY.findall(template.read_text())):
                 self.assertIn(f'"{key}":', script, template.name)
 
+    def test_a_block_is_found_between_its_marks_and_a_missing_one_is_an_error(self):
+        text = "a\n<!-- one: begin -->\nold\n<!-- one: end -->\nb\n"
+        self.assertEqual(page.around(text, "one"), ("a\n<!-- one: begin -->", "\nold\n", "<!-- one: end -->\nb\n"))
+        with self.assertRaisesRegex(ValueError, "two"):
+            page.around(text, "two")
+
     def test_versions_are_those_of_installed_packages(self):
         found = page.versions(["dpkg"])
         self.assertEqual(list(found), ["dpkg"])

@@ -11,6 +11,7 @@ const MessageType& message_type<LocalModel>() {
                                       .field("device", &LocalModel::device)
                                       .field("bodies", &LocalModel::bodies)
                                       .field("p_WT_result", "m", &LocalModel::p_WT_result)
+                                      .field("wrench_result", &LocalModel::wrench_result)
                                       .field("coupling", &LocalModel::coupling)
                                       .field("contacts", &LocalModel::contacts)
                                       .field("correction", &LocalModel::correction)

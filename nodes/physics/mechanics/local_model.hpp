@@ -10,10 +10,11 @@ namespace tactor {
 /// What a local rollout goes on from: the moving bodies a physics result told of, brought on to the newest device
 /// sample, and the contacts around them. Its message is stamped as the physics result.
 struct LocalModel {
-  Time time;           ///< of the device sample that the bodies were brought on to
-  DeviceState device;  ///< that sample
-  BodyStates bodies;   ///< at `time`
-  Vec3 p_WT_result;    ///< m, of the tool in the physics result, at the message's stamp
+  Time time;             ///< of the device sample that the bodies were brought on to
+  DeviceState device;    ///< that sample
+  BodyStates bodies;     ///< at `time`
+  Vec3 p_WT_result;      ///< m, of the tool in the physics result, at the message's stamp
+  Wrench wrench_result;  ///< N and N m, of the coupling on the device in that result, within the device's limits
   CouplingParameters coupling;
   LocalContacts contacts;        ///< as declared
   ContactCorrection correction;  ///< of those and of all that are found later

@@ -91,6 +91,33 @@ BOOST_AUTO_TEST_CASE(the_gains_are_those_of_the_riccati_equation_at_even_and_une
   }
 }
 
+BOOST_AUTO_TEST_CASE(one_model_that_adapts_takes_more_process_noise_while_the_motion_surprises_it) {
+  for (const double amplitude : {1e-5, 1e-3}) {
+    MotionFilter filter(departure, noise, VelocityFilter::one);
+    filter.start({});
+    Riccati model;
+    Eigen::Vector3d x = Eigen::Vector3d::Zero();
+    double mean = 0, most = 1;
+    for (int k = 1; k < 3000; ++k) {
+      const double T = k == 1500 ? 1 : k % 7 == 0 ? 2.5 * period : period;
+      const double z = amplitude * std::sin(0.05 * k) + 2e-7 * (k * 37 % 11);
+      const double increase = std::clamp(mean * mean / 16, 1.0, 100.0);
+      most = std::max(most, increase);
+      model.q = increase * calm_density;
+      model.step(T);
+      x = Riccati::transition(T) * x;
+      const double innovation = z - x(0), kept = std::exp(-T / 0.02);
+      x += model.gain * innovation;
+      mean = kept * mean + (1 - kept) * std::min(innovation * innovation / model.variance, 100.0);
+      take(filter, T, z);
+      BOOST_REQUIRE_SMALL(filter.value().x - x(0), 1e-12);
+      BOOST_REQUIRE_SMALL(filter.rate().x - x(1), 1e-9);
+    }
+    if (amplitude < 1e-4) BOOST_TEST(most == 1.0);
+    if (amplitude > 1e-4) BOOST_TEST(most > 10);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(the_rate_is_the_mean_over_the_models_by_how_likely_the_last_tenth_of_a_second_was) {
   MotionFilter filter(departure, noise);
   filter.start({});

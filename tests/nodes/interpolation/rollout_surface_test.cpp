@@ -92,6 +92,30 @@ BOOST_AUTO_TEST_CASE(a_tool_that_physics_keeps_having_elsewhere_goes_there_when_
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_hold_is_displayed_where_it_has_been_nearer_to_physics_than_the_rollout) {
+  // A tool on the box, and physics that feels another force there: of a law that the rollout does not know.
+  const auto ticks = [](const Vec3& felt, double worse) {
+    auto params = default_params<Rollout>();
+    params.worse = worse;
+    Subject subject(box_scene(), params);
+    const Vec3 handle{0.008, -0.03, 0};
+    for (int ms = 0; ms <= 1000; ++ms) {
+      subject.sample(ms, handle);
+      if (ms % 20 == 0) {
+        LocalModel m = model_at(ms, one_body({0.0096, -0.03, 0}), handle, {});
+        m.wrench_result.force = felt;
+        subject.model(ms - 20, ms + 1, m);
+      }
+      subject.tick(ms);
+    }
+    if (subject.metric("rollout.outdone_ticks") > 0) BOOST_TEST(norm(subject.force(1001) - felt) < 1e-3);
+    return subject.metric("rollout.outdone_ticks");
+  };
+  BOOST_TEST(ticks({3, 0, 0}, 1.2) > 700.0);  // from the eighth result on
+  BOOST_TEST(ticks({3, 0, 0}, 1e6) == 0.0);
+  BOOST_TEST(ticks({0.8, 0, 0}, 1.2) == 0.0);  // k_t 500 N/m and the box of 2000 N/m, 2 mm deep together: 0.8 N
+}
+
 BOOST_AUTO_TEST_CASE(slow_physics_is_trusted_for_three_of_its_periods_and_dead_physics_is_not) {
   const auto fallbacks = [](int period, int last) {
     Subject subject(box_scene(), default_params<Rollout>());

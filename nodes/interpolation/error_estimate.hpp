@@ -1,0 +1,75 @@
+// Tells from a run itself which force has been nearest to that of physics.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "framework/core/spatial.hpp"
+#include "framework/core/time.hpp"
+
+namespace tactor {
+
+/// Fading mean squares of the differences between candidate forces and the force of physics, each taken at the time
+/// that a physics result is valid for, when the result comes:
+///   E_i <- E_i + (1 - exp(-dt / memory)) (|F_i - F|^2 - E_i),   dt the time since the result before.
+/// The first candidate is the one that is wanted. Another takes its place where the first has been worse than `worse`
+/// times the best of them, and gives it back where the first is no worse than it. Differences below `noise` count as
+/// equal. Allocates nothing.
+template <std::size_t Candidates>
+class ErrorEstimate {
+ public:
+  struct Options {
+    Duration memory;          ///< time in which a difference fades to 1/e
+    double worse = 0;         ///< ratio of errors, at least 1
+    double noise = 0;         ///< N
+    std::size_t results = 0;  ///< until which the first candidate stays
+  };
+  using Forces = std::array<Vec3, Candidates>;
+
+  explicit ErrorEstimate(const Options& options) : options_(options) {}
+
+  /// `physics`: the force of a result, N; `forces`: the candidates at the time that it is valid for.
+  void take(Time valid, const Vec3& physics, const Forces& forces) {
+    if (taken_ > 0 && valid <= last_) return;
+    const double memory = options_.memory.seconds();
+    const double share = taken_ == 0 ? 1 : 1 - std::exp(-(valid - last_).seconds() / memory);
+    for (std::size_t i = 0; i < Candidates; ++i) {
+      const Vec3 off = forces[i] - physics;
+      const double square = dot(off, off);
+      if (!std::isfinite(square)) return;
+      squares_[i] += share * (square - squares_[i]);
+    }
+    last_ = valid;
+    ++taken_;
+    choose();
+  }
+
+  /// The candidate to display.
+  [[nodiscard]] std::size_t best() const { return best_; }
+  /// N, root mean square of a candidate's difference.
+  [[nodiscard]] double error(std::size_t candidate) const { return std::sqrt(squares_[candidate]); }
+
+ private:
+  void choose() {
+    if (taken_ < options_.results) return;
+    const std::size_t least =
+        static_cast<std::size_t>(std::min_element(squares_.begin(), squares_.end()) - squares_.begin());
+    const double noise = options_.noise * options_.noise;
+    const double limit = best_ == 0 ? options_.worse * options_.worse : 1;
+    if (least != 0 && squares_[0] > limit * squares_[least] + noise) {
+      best_ = least;
+    } else if (best_ != 0) {
+      best_ = 0;
+    }
+  }
+
+  Options options_;
+  std::array<double, Candidates> squares_{};  // N^2
+  std::size_t best_ = 0;
+  std::size_t taken_ = 0;
+  Time last_;
+};
+
+}  // namespace tactor
