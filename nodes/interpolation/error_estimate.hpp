@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 #include "framework/core/spatial.hpp"
 #include "framework/core/time.hpp"
@@ -16,7 +17,13 @@ namespace tactor {
 ///   E_i <- E_i + (1 - exp(-dt / memory)) (|F_i - F|^2 - E_i),   dt the time since the result before.
 /// The first candidate is the one that is wanted. Another takes its place where the first has been worse than `worse`
 /// times the best of them, and gives it back where the first is no worse than it. Differences below `noise` count as
-/// equal. Allocates nothing.
+/// equal.
+///
+/// Physics is no truth where its steps are coarse: then a first candidate with finer steps differs from it and is
+/// right. But coarse steps have the same law of contact. So the first stays as long as less than half of its error is
+/// told by `law`, what the law gets wrong where physics itself has the bodies.
+///
+/// Allocates nothing.
 template <std::size_t Candidates>
 class ErrorEstimate {
  public:
@@ -30,17 +37,16 @@ class ErrorEstimate {
 
   explicit ErrorEstimate(const Options& options) : options_(options) {}
 
-  /// `physics`: the force of a result, N; `forces`: the candidates at the time that it is valid for.
-  void take(Time valid, const Vec3& physics, const Forces& forces) {
+  /// `physics`: the force of a result, N; `forces`: the candidates at the time that it is valid for; `law`: N.
+  void take(Time valid, const Vec3& physics, const Forces& forces, double law) {
     if (taken_ > 0 && valid <= last_) return;
     const double memory = options_.memory.seconds();
     const double share = taken_ == 0 ? 1 : 1 - std::exp(-(valid - last_).seconds() / memory);
-    for (std::size_t i = 0; i < Candidates; ++i) {
-      const Vec3 off = forces[i] - physics;
-      const double square = dot(off, off);
-      if (!std::isfinite(square)) return;
-      squares_[i] += share * (square - squares_[i]);
-    }
+    std::array<double, Candidates> now;
+    for (std::size_t i = 0; i < Candidates; ++i) now[i] = dot(forces[i] - physics, forces[i] - physics);
+    if (!std::isfinite(law + std::accumulate(now.begin(), now.end(), 0.0))) return;
+    for (std::size_t i = 0; i < Candidates; ++i) squares_[i] += share * (now[i] - squares_[i]);
+    law_ += share * (law * law - law_);
     last_ = valid;
     ++taken_;
     choose();
@@ -58,15 +64,15 @@ class ErrorEstimate {
         static_cast<std::size_t>(std::min_element(squares_.begin(), squares_.end()) - squares_.begin());
     const double noise = options_.noise * options_.noise;
     const double limit = best_ == 0 ? options_.worse * options_.worse : 1;
-    if (least != 0 && squares_[0] > limit * squares_[least] + noise) {
-      best_ = least;
-    } else if (best_ != 0) {
-      best_ = 0;
-    }
+    const bool of_law = law_ > of_error * of_error * squares_[0];
+    best_ = least != 0 && of_law && squares_[0] > limit * squares_[least] + noise ? least : 0;
   }
+
+  static constexpr double of_error = 0.5;
 
   Options options_;
   std::array<double, Candidates> squares_{};  // N^2
+  double law_ = 0;                            // N^2
   std::size_t best_ = 0;
   std::size_t taken_ = 0;
   Time last_;

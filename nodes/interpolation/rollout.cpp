@@ -182,7 +182,7 @@ bool Rollout::take_model(Time now) {
   }
   if (running_) note_interval(newest.stamp.valid - used_.valid);
   if (const Then* then = known_at(newest.stamp.valid)) {
-    estimate_.take(newest.stamp.valid, newest.value.wrench_result.force, then->forces);
+    estimate_.take(newest.stamp.valid, newest.value.wrench_result.force, then->forces, newest.value.law_error);
   }
   held_result_ = newest.value.wrench_result;
   used_ = newest.stamp;
@@ -241,8 +241,8 @@ bool Rollout::trusted(Time now) const {
 
 Rollout::Source Rollout::choose(Time now) const {
   if (trusted(now) && !failed_) {
-    constexpr std::array<Source, candidates> shown{Source::rollout, Source::forecast, Source::held};
-    return shown[estimate_.best()];
+    if (estimate_.best() == rolled) return Source::rollout;
+    return estimate_.best() == forecasted && knows_forecast(now) ? Source::forecast : Source::held;
   }
   // A Jacobian goes on from a force, and the first model may have failed before there was any.
   if (trusted(now) && ticks_[static_cast<std::size_t>(Source::rollout)] > 0) return Source::jacobian;
@@ -286,7 +286,7 @@ ForceState Rollout::aim(Source source, Time now) {
     case Source::held:
       break;
   }
-  return {estimate_.best() == held_result ? held_result_ : held_, {}, {}};
+  return {estimate_.best() == rolled ? held_ : held_result_, {}, {}};
 }
 
 void Rollout::step(StepContext& context) {

@@ -28,7 +28,8 @@ namespace tactor {
 /// contacts were looked for. All changes are blended like corrections, which makes the last a hold with a low-pass.
 ///
 /// A rollout that is trusted is still compared with physics: each result tells how far the rollout, the forecast and a
-/// hold were from it at its stamp (see ErrorEstimate). Where another has been nearer, it is displayed, and counted.
+/// hold were from it at its stamp (see ErrorEstimate). Where another has been nearer because physics has another law of
+/// contact, it is displayed, and counted.
 class Rollout final : public Node {
  public:
   struct Params : SurfaceOptions {
@@ -60,7 +61,7 @@ class Rollout final : public Node {
 
  private:
   enum class Source : std::uint8_t { rollout, jacobian, forecast, held };
-  enum Candidate : std::size_t { rolled, forecasted, held_result, candidates };
+  enum Candidate : std::size_t { rolled, held_result, forecasted, candidates };
   using Estimate = ErrorEstimate<candidates>;
   struct Then {
     Time time;

@@ -166,6 +166,7 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
     if (outcome == FitOutcome::unusable || outcome == FitOutcome::repeated) ++left_out_of_fit_;
   }
   start_.correction = fit_.correction();
+  start_.law_error = fit_.law_error();
 }
 
 void LocalPredictor::step(StepContext&) {

@@ -349,8 +349,28 @@ FitOutcome ContactFit::take_gathered(Time valid, const BodyStates& bodies, bool 
   measured << eigen(contact_T_W.force), eigen(rotates_ ? contact_T_W.torque : Vec3{});
   if (!std::isfinite(measured.squaredNorm())) return FitOutcome::unusable;
   Materials materials;
-  if (touching <= 0 || collect(bodies, massless, materials) == 0) return FitOutcome::silent;
+  const bool pushes = collect(bodies, massless, materials) > 0;
   measured.tail<3>() /= lever_;
+  if (touching <= 0 || !pushes) {
+    law_error_ = touching > 0 ? measured.head<3>().norm() : 0;
+    return FitOutcome::silent;
+  }
+  const FitOutcome outcome = learn_from(valid, measured, materials);
+  law_error_ = left_over(measured);
+  return outcome;
+}
+
+/// Of physics' wrench beyond the model's, in N, without the directions in which contacts stick.
+double ContactFit::left_over(const Vector6& measured) const {
+  const Vector2d at(error_.stiffness_scale, error_.friction_excess);
+  double base = 0;
+  const Matrix6 weight = noise(measured, at, base).inverse();
+  const Vector6 left = measured - model(at, false).wrench;
+  const double square = base * left.dot(weight * left);
+  return std::isfinite(square) ? std::sqrt(std::max(0.0, square)) : 0;
+}
+
+FitOutcome ContactFit::learn_from(Time valid, const Vector6& measured, const Materials& materials) {
   const ContactError known = error_;
   const Matrix2d known_variance = P_;
   const bool foreign = materials_.count > 0 && !materials.any_of(materials_);

@@ -82,6 +82,10 @@ class ContactFit {
   /// The estimate, for the contacts of the tool as declared.
   [[nodiscard]] ContactCorrection correction() const;
 
+  /// N: what of the contact wrench of the last result the estimate does not explain, but for what contacts that stick
+  /// may hold. Near 0 where physics has the law of RigidStep, however coarse its steps are; 0 before the first result.
+  [[nodiscard]] double law_error() const { return law_error_; }
+
   [[nodiscard]] std::int64_t used() const { return used_; }
   /// Those used results that told of friction.
   [[nodiscard]] std::int64_t used_for_friction() const { return used_for_friction_; }
@@ -123,6 +127,8 @@ class ContactFit {
 
   FitOutcome take_gathered(Time valid, const BodyStates& bodies, bool massless, const Wrench& contact_T_W,
                            int touching);
+  FitOutcome learn_from(Time valid, const Vector6& measured, const Materials& materials);
+  [[nodiscard]] double left_over(const Vector6& measured) const;
   int collect(const BodyStates& bodies, bool massless, Materials& materials);
   [[nodiscard]] Eigen::Matrix<double, 6, 6> noise(const Vector6& measured, const Eigen::Vector2d& at,
                                                   double& base) const;
@@ -155,6 +161,7 @@ class ContactFit {
   double lever_ = 1;        // m, root mean square
   double depth_noise_ = 0;  // N, of the distances
   double lowest_ = 0;       // of the excess, with what pushes now
+  double law_error_ = 0;    // N
   std::int64_t used_ = 0, used_for_friction_ = 0, surprises_ = 0, resets_ = 0, unexplained_ = 0;
 };
 

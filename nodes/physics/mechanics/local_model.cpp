@@ -12,6 +12,7 @@ const MessageType& message_type<LocalModel>() {
                                       .field("bodies", &LocalModel::bodies)
                                       .field("p_WT_result", "m", &LocalModel::p_WT_result)
                                       .field("wrench_result", &LocalModel::wrench_result)
+                                      .field("law_error", "N", &LocalModel::law_error)
                                       .field("coupling", &LocalModel::coupling)
                                       .field("contacts", &LocalModel::contacts)
                                       .field("correction", &LocalModel::correction)

@@ -15,6 +15,8 @@ struct LocalModel {
   BodyStates bodies;     ///< at `time`
   Vec3 p_WT_result;      ///< m, of the tool in the physics result, at the message's stamp
   Wrench wrench_result;  ///< N and N m, of the coupling on the device in that result, within the device's limits
+  /// N, of physics' contact wrench in that result what the contacts' law does not explain; 0 where nobody compares.
+  double law_error = 0;
   CouplingParameters coupling;
   LocalContacts contacts;        ///< as declared
   ContactCorrection correction;  ///< of those and of all that are found later

@@ -18,11 +18,11 @@ Estimate estimate(double worse = 1.2) {
 }
 
 /// `count` results every 20 ms from `first` on, the candidates off by so much along x.
-void take(Estimate& e, int first, int count, double a, double b, double c) {
+void take(Estimate& e, int first, int count, double a, double b, double c, double law = 10) {
   const Vec3 physics{1, 2, 3};
   for (int k = first; k < first + count; ++k) {
     e.take(Time::from_seconds(0.02 * k), physics,
-           {physics + Vec3{a, 0, 0}, physics + Vec3{b, 0, 0}, physics + Vec3{c, 0, 0}});
+           {physics + Vec3{a, 0, 0}, physics + Vec3{b, 0, 0}, physics + Vec3{c, 0, 0}}, law);
   }
 }
 
@@ -49,6 +49,14 @@ BOOST_AUTO_TEST_CASE(the_first_stays_until_it_is_clearly_worse_and_comes_back_wh
   BOOST_TEST(e.best() == 0U);
 }
 
+BOOST_AUTO_TEST_CASE(where_the_law_tells_less_than_half_of_the_error_the_first_stays) {
+  Estimate coarse = estimate(), foreign = estimate();
+  take(coarse, 0, 100, 0.5, 0.1, 0.1, 0.24);
+  take(foreign, 0, 100, 0.5, 0.1, 0.1, 0.26);
+  BOOST_TEST(coarse.best() == 0U);
+  BOOST_TEST(foreign.best() == 1U);
+}
+
 BOOST_AUTO_TEST_CASE(differences_below_the_noise_and_the_first_few_results_decide_nothing) {
   Estimate small = estimate();
   take(small, 0, 100, 0.009, 0, 0);
@@ -64,8 +72,9 @@ BOOST_AUTO_TEST_CASE(results_that_are_not_finite_or_come_twice_change_nothing) {
   Estimate e = estimate();
   take(e, 0, 10, 0.1, 0.2, 0.3);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  e.take(Time::from_seconds(5), {nan, 0, 0}, {});
-  e.take(Time::from_seconds(5), {}, {Vec3{}, Vec3{0, nan, 0}, Vec3{}});
+  e.take(Time::from_seconds(5), {nan, 0, 0}, {}, 1);
+  e.take(Time::from_seconds(5), {}, {Vec3{}, Vec3{0, nan, 0}, Vec3{}}, 1);
+  e.take(Time::from_seconds(5), {}, {}, nan);
   take(e, 3, 5, 9, 9, 9);
   BOOST_TEST(e.error(0) == 0.1, tt::tolerance(1e-12));
   BOOST_TEST(e.error(1) == 0.2, tt::tolerance(1e-12));

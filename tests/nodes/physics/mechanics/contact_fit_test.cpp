@@ -366,6 +366,33 @@ BOOST_AUTO_TEST_CASE(what_no_stiffness_and_no_friction_explains_hardly_counts) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(the_law_error_is_what_neither_stiffness_nor_friction_nor_sticking_explains) {
+  const Wall sliding{.v = {-0.02, 0.05, 0}}, resting{.v = {0, 0.2 * stick, 0}};
+  Subject subject;
+  BOOST_TEST(subject.fit.law_error() == 0.0);
+  for (int i = 0; i < 3; ++i) subject.take(sliding, sliding.wrench(1.5, 0.5));  // learnt
+  BOOST_TEST(subject.fit.law_error() < 0.05);
+  // Across the sliding: no friction does that.
+  Wrench across = sliding.wrench(1, 0.3);
+  across.force.z += 3;
+  Subject foreign;
+  for (int i = 0; i < 3; ++i) foreign.take(sliding, across);
+  BOOST_TEST(foreign.fit.law_error() == 3.0, tt::tolerance(0.02));
+  // A contact that sticks may hold as much.
+  Wrench held = resting.wrench(1, 0);
+  held.force.z += 0.3;
+  Subject stuck;
+  for (int i = 0; i < 3; ++i) stuck.take(resting, held);
+  BOOST_TEST(stuck.fit.law_error() < 0.05);
+  // Physics pushes where the model has nothing, and nothing touches.
+  LocalContacts none = sliding.contacts();
+  none.count = 0;
+  foreign.take(none, sliding.bodies(), sliding.wrench(1, 0));
+  BOOST_TEST(foreign.fit.law_error() == norm(sliding.wrench(1, 0).force), tt::tolerance(1e-9));
+  foreign.take(none, sliding.bodies(), {}, 0);
+  BOOST_TEST(foreign.fit.law_error() == 0.0);
+}
+
 BOOST_AUTO_TEST_CASE(results_of_the_past_and_repeated_ones_are_not_used) {
   const Wall wall{.mu = 0.3, .v = {0, 0.05, 0}};
   ContactFit fit(false, stick);
