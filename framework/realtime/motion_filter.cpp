@@ -14,62 +14,105 @@ constexpr double memory_time = 0.1;       // s, of the likelihoods
 constexpr double memory_time_one = 0.02;  // s, of the mean of squared innovations of a model that adapts
 constexpr double calm = 4;                // that mean, up to which the model holds
 constexpr double largest_increase = 100;  // of q
-constexpr double expected = 3;            // a squared innovation by its variance, of three axes
-constexpr double most_surprising = 100;   // the same
-constexpr double first_departure = 0.25;  // of the models
+constexpr double most_surprising = 100;   // a squared innovation by its variance, of three axes
+constexpr double expected = 1;            // the same of one axis
+constexpr double most_unlikely = 36;      // the same
+constexpr double first_departure = 0.25;  // of the models of an order
 constexpr double ratio_of_departures = 4;
+constexpr double departure_of_order_4 = 0.25;  // by that of order 3
+constexpr std::size_t models_of_order_3 = MotionFilter::models / 2;
+
+MotionModel make_model(VelocityFilter kind, double departure, double noise, std::size_t i) {
+  if (kind == VelocityFilter::one) return MotionModel(departure, noise, 3, true);
+  const bool third = i < models_of_order_3;
+  const auto step = static_cast<double>(third ? i : i - models_of_order_3);
+  const double d = departure * first_departure * std::pow(ratio_of_departures, step);
+  return MotionModel(third ? d : departure_of_order_4 * d, noise, third ? 3 : 4);
+}
 
 template <std::size_t... i>
 std::array<MotionModel, sizeof...(i)> make_models(VelocityFilter kind, double departure, double noise,
                                                   std::index_sequence<i...>) {
-  if (kind == VelocityFilter::one) return {((void)i, MotionModel(departure, noise, true))...};
-  return {MotionModel(departure * first_departure * std::pow(ratio_of_departures, static_cast<double>(i)), noise)...};
+  return {make_model(kind, departure, noise, i)...};
+}
+
+constexpr std::array<double, MotionModel::most_order> factorial{1, 1, 2, 6};
+
+using Powers = std::array<double, 2 * MotionModel::most_order>;
+
+/// T^0, T^1, ...
+Powers powers_of(double T) {
+  Powers powers{1};
+  for (std::size_t k = 1; k < powers.size(); ++k) powers[k] = T * powers[k - 1];
+  return powers;
+}
+
+/// Q_ij of a model with q = 1 over the interval whose powers are given.
+double process_noise(std::size_t order, std::size_t i, std::size_t j, const Powers& powers) {
+  const std::size_t a = order - 1 - i, b = order - 1 - j;
+  return powers[a + b + 1] / (factorial[a] * factorial[b] * static_cast<double>(a + b + 1));
 }
 
 }  // namespace
 
-MotionModel::MotionModel(double departure, double noise, bool adapts)
-    : density_(20 * departure * departure / std::pow(0.01, 5)), variance_(noise * noise), adapts_(adapts) {
-  TACTOR_DEMAND(departure > 0 && noise > 0);
+MotionModel::MotionModel(double departure, double noise, std::size_t order, bool adapts)
+    : order_(order),
+      density_(departure * departure / process_noise(order, 0, 0, powers_of(0.01))),
+      variance_(noise * noise),
+      adapts_(adapts) {
+  TACTOR_DEMAND(departure > 0 && noise > 0 && (order == 3 || order == 4));
 }
 
 void MotionModel::start(const Vec3& value) {
-  value_ = value;
-  rate_ = acceleration_ = {};
+  state_ = {value};
   surprise_ = 0;
-  P_ = {variance_, 0, 0, 0, 0, 0};
+  P_ = {};
+  P_[0][0] = variance_;
 }
 
 void MotionModel::predict(double T) {
-  value_ += T * rate_ + (0.5 * T * T) * acceleration_;
-  rate_ += T * acceleration_;
-  // F P F^T + q Q with F = [1 T T^2/2; 0 1 T; 0 0 1].
-  const auto [p00, p01, p02, p11, p12, p22] = P_;
   const double above = surprise_ / calm;
-  const double T2 = T * T, q = density_ * std::clamp(above * above, 1.0, largest_increase);
+  const double q = density_ * std::clamp(above * above, 1.0, largest_increase);
   if (adapts_) memory_ = 1 - std::exp(-T / memory_time_one);
-  const double a0 = p00 + T * p01 + 0.5 * T2 * p02, a1 = p01 + T * p11 + 0.5 * T2 * p12,
-               a2 = p02 + T * p12 + 0.5 * T2 * p22;
-  const double b1 = p11 + T * p12, b2 = p12 + T * p22;
-  P_ = {a0 + T * a1 + 0.5 * T2 * a2 + q * T2 * T2 * T / 20,
-        a1 + T * a2 + q * T2 * T2 / 8,
-        a2 + q * T2 * T / 6,
-        b1 + T * b2 + q * T2 * T / 3,
-        b2 + q * T2 / 2,
-        p22 + q * T};
+  const Powers powers = powers_of(T);
+  // F_ij = T^(j-i) / (j-i)!, upwards from the diagonal.
+  std::array<double, most_order> F;
+  for (std::size_t k = 0; k < most_order; ++k) F[k] = powers[k] / factorial[k];
+  for (std::size_t i = 0; i < order_; ++i) {
+    for (std::size_t j = i + 1; j < order_; ++j) {
+      state_[i] += F[j - i] * state_[j];
+      for (std::size_t k = 0; k < order_; ++k) P_[i][k] += F[j - i] * P_[j][k];
+    }
+  }
+  for (std::size_t i = 0; i < order_; ++i) {
+    for (std::size_t k = 0; k < order_; ++k) {
+      for (std::size_t j = k + 1; j < order_; ++j) P_[i][k] += F[j - k] * P_[i][j];
+    }
+  }
+  for (std::size_t i = 0; i < order_; ++i) {
+    for (std::size_t j = 0; j < order_; ++j) P_[i][j] += q * process_noise(order_, i, j, powers);
+  }
 }
 
-double MotionModel::correct(const Vec3& sample) {
-  const Vec3 innovation = sample - value_;
-  const auto [p00, p01, p02, p11, p12, p22] = P_;
-  const double s = p00 + variance_, k0 = p00 / s, k1 = p01 / s, k2 = p02 / s;
+Vec3 MotionModel::correct(const Vec3& sample) {
+  const Vec3 innovation = sample - state_[0];
+  const std::array<double, most_order> row = P_[0];
+  const double s = row[0] + variance_;
   const double surprising = dot(innovation, innovation) / s;
   surprise_ += memory_ * (std::min(surprising, most_surprising) - surprise_);
-  value_ += k0 * innovation;
-  rate_ += k1 * innovation;
-  acceleration_ += k2 * innovation;
-  P_ = {variance_ * k0, variance_ * k1, variance_ * k2, p11 - k1 * p01, p12 - k1 * p02, p22 - k2 * p02};
-  return -0.5 * (std::clamp(surprising, expected, most_surprising) + 3 * std::log(s / variance_));
+  for (std::size_t i = 0; i < order_; ++i) {
+    state_[i] += (row[i] / s) * innovation;
+    // The first row without a difference, and symmetric to the bit, so that rounding makes no variance negative.
+    for (std::size_t j = i; j < order_; ++j) {
+      P_[i][j] = P_[j][i] = i == 0 ? variance_ * row[j] / s : P_[i][j] - row[i] * row[j] / s;
+    }
+  }
+  Vec3 likely;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double square = innovation[axis] * innovation[axis] / s;
+    likely[axis] = -0.5 * (std::clamp(square, expected, most_unlikely) + std::log(s / variance_));
+  }
+  return likely;
 }
 
 MotionFilter::MotionFilter(double departure, double noise, VelocityFilter kind)
@@ -98,16 +141,19 @@ void MotionFilter::count_from_here() {
   value_ = {};
 }
 
-/// The means by the likelihoods.
+/// The means by the likelihoods, axis by axis.
 void MotionFilter::mix() {
-  const double most = *std::max_element(likelihood_.begin(), likelihood_.begin() + static_cast<std::ptrdiff_t>(count_));
-  double sum = 0;
-  for (std::size_t i = 0; i < count_; ++i) sum += weights_[i] = std::exp(likelihood_[i] - most);
   value_ = rate_ = {};
-  for (std::size_t i = 0; i < count_; ++i) {
-    weights_[i] /= sum;
-    value_ += weights_[i] * models_[i].value();
-    rate_ += weights_[i] * models_[i].rate();
+  for (int axis = 0; axis < 3; ++axis) {
+    double most = likelihood_[0][axis];
+    for (std::size_t i = 1; i < count_; ++i) most = std::max(most, likelihood_[i][axis]);
+    double sum = 0;
+    for (std::size_t i = 0; i < count_; ++i) sum += weights_[i][axis] = std::exp(likelihood_[i][axis] - most);
+    for (std::size_t i = 0; i < count_; ++i) {
+      weights_[i][axis] /= sum;
+      value_[axis] += weights_[i][axis] * models_[i].value()[axis];
+      rate_[axis] += weights_[i][axis] * models_[i].rate()[axis];
+    }
   }
 }
 

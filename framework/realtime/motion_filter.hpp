@@ -1,4 +1,4 @@
-// The velocity of a handle from what its encoders show: Kalman filters of constant acceleration.
+// The velocity of a handle from what its encoders show: Kalman filters.
 #pragma once
 
 #include <array>
@@ -9,44 +9,48 @@
 
 namespace tactor {
 
-/// Estimates position, rate and acceleration of one kind of motion, translation or rotation, from its samples. The
-/// model is white jerk of spectral density q (m^2/s^5 or rad^2/s^5), so that the process noise of an interval T is
-///   q [T^5/20 T^4/8 T^3/6; T^4/8 T^3/3 T^2/2; T^3/6 T^2/2 T]
-/// (Y. Bar-Shalom, X. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 6.2.3). q
-/// is given by the departure d from constant acceleration in 10 ms, of which it makes the variance d^2 = q T^5/20. The
-/// three axes share gains and variances. Against a low-pass on differences of the same noise it is less late.
+/// Estimates position and rate of one kind of motion, translation or rotation, from its samples. The model of order n
+/// is a chain of n integrators behind white noise of spectral density q: of order 3 the jerk is white, of order 4 the
+/// jerk's rate (q in m^2/s^(2n-1), or rad^2). So the process noise of an interval T is
+///   Q_ij = q T^(a+b+1) / (a! b! (a+b+1)),   a = n-1-i, b = n-1-j
+/// (Y. Bar-Shalom, X. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, ch. 6.2). q is
+/// given by the departure d that the noise makes in 10 ms: Q_00 = d^2 for that interval. The three axes share gains and
+/// variances. Against a low-pass on differences of the same noise it is less late.
 ///
 /// With `adapts`, q grows where the motion departs from the model for a while (adjustable process noise, ibid. ch.
 /// 11.2): with e the mean of |innovation|^2 by its variance, fading over 20 ms, 3 where model and motion agree, q is
 /// multiplied by clamp((e/4)^2, 1, 100). One sample counts for 100 at most.
 class MotionModel {
  public:
-  /// `departure` in 10 ms and the samples' standard deviation `noise`, both above zero, m or rad.
-  MotionModel(double departure, double noise, bool adapts = false);
+  static constexpr std::size_t most_order = 4;
+
+  /// `departure` in 10 ms and the samples' standard deviation `noise`, both above zero, m or rad; `order` 3 or 4.
+  MotionModel(double departure, double noise, std::size_t order = 3, bool adapts = false);
 
   /// Forgets all; `value` is where the motion starts, at rest as far as is known.
   void start(const Vec3& value);
   /// Moves the estimate on by `interval` > 0 s.
   void predict(double interval);
-  /// Takes a sample in; returns how likely it was: the logarithm of its density, up to a constant, no higher than for
-  /// an innovation of the size that is expected, and no lower than for one of ten standard deviations. So the steps of
-  /// an encoder, between which nothing changes, do not make a restless model likely.
-  double correct(const Vec3& sample);
+  /// Takes a sample in; returns how likely each of its coordinates was: the logarithm of the density, up to a constant,
+  /// no higher than for an innovation of the size that is expected, and no lower than for one of six standard
+  /// deviations. So the steps of an encoder, between which nothing changes, do not make a restless model likely.
+  Vec3 correct(const Vec3& sample);
 
   /// From here on values are counted from `value`.
-  void count_from(const Vec3& value) { value_ += -1 * value; }
+  void count_from(const Vec3& value) { state_[0] += -1 * value; }
 
-  [[nodiscard]] const Vec3& value() const { return value_; }
-  [[nodiscard]] const Vec3& rate() const { return rate_; }
+  [[nodiscard]] const Vec3& value() const { return state_[0]; }
+  [[nodiscard]] const Vec3& rate() const { return state_[1]; }
 
  private:
+  std::size_t order_;
   double density_;   // q of the model
   double variance_;  // of a sample
   bool adapts_;
-  double surprise_ = 0;  // e
-  double memory_ = 0;    // the share of the next sample in e
-  Vec3 value_, rate_, acceleration_;
-  std::array<double, 6> P_{};  // the covariance: 00, 01, 02, 11, 12, 22
+  double surprise_ = 0;                 // e
+  double memory_ = 0;                   // the share of the next sample in e
+  std::array<Vec3, most_order> state_;  // the value and its derivatives
+  std::array<std::array<double, most_order>, most_order> P_{};
 };
 
 /// How the velocity of a handle is estimated.
@@ -55,15 +59,17 @@ enum class VelocityFilter {
   one,      ///< one model that adapts
 };
 
-/// `several`: models side by side, of departures d/4, d, 4 d, ... 256 d, each weighted by how likely it made the
-/// samples of the last 0.1 s: w_i ~ exp(sum_k e^(-age_k / 0.1 s) log p_i(k)) (multiple-model estimation, ibid.
-/// ch. 11.6.2, with fading memory in place of constant weights). What it tells is their mean. So a hand that rests is
-/// smoothed, and one that trembles or is shaken by a stiff contact is followed without the lag with which a damper on
-/// the velocity would drive it. A wild sample alone changes no weights to speak of. `one`: a single model of departure
-/// d that adapts.
+/// `several`: models side by side, six of order 3 with departures d/4, d, 4 d, ... 256 d, and six of order 4 with a
+/// quarter of these. Each is weighted, axis by axis, by how likely it made the samples of the last 0.1 s:
+///   w_i ~ exp(sum_k e^(-age_k / 0.1 s) log p_i(k))
+/// (multiple-model estimation, ibid. ch. 11.6.2, with fading memory in place of constant weights). What it tells is
+/// their mean. So a hand that rests is smoothed, and one that trembles or is shaken by a stiff contact is followed
+/// without the lag with which a damper on the velocity would drive it. Axis by axis, because a hand may press calmly
+/// while it slides. A wild sample alone changes no weights to speak of.
+/// `one`: a single model of order 3 and departure d that adapts.
 class MotionFilter {
  public:
-  static constexpr std::size_t models = 6;
+  static constexpr std::size_t models = 12;
 
   /// `departure` of the second model, or of the only one, `noise` of all.
   MotionFilter(double departure, double noise, VelocityFilter kind = VelocityFilter::several);
@@ -76,16 +82,16 @@ class MotionFilter {
 
   [[nodiscard]] const Vec3& value() const { return value_; }
   [[nodiscard]] const Vec3& rate() const { return rate_; }
-  /// Of each model, their sum being 1.
-  [[nodiscard]] const std::array<double, models>& weights() const { return weights_; }
+  /// Of each model and axis, the sum over the models being 1.
+  [[nodiscard]] const std::array<Vec3, models>& weights() const { return weights_; }
 
  private:
   void mix();
 
   std::size_t count_;  // of the models in use, the first
   std::array<MotionModel, models> models_;
-  std::array<double, models> likelihood_{};  // logarithm, fading
-  std::array<double, models> weights_{};
+  std::array<Vec3, models> likelihood_{};  // logarithm, fading
+  std::array<Vec3, models> weights_{};
   Vec3 value_, rate_;
 };
 
