@@ -16,7 +16,7 @@ namespace tactor {
 ///   E_i <- E_i + (1 - exp(-dt / memory)) (|F_i - F|^2 - E_i),   dt the time since the result before.
 /// The first candidate is the one that is wanted. Another takes its place where the first has been worse than `worse`
 /// times the best of them, and gives it back where the first is no worse than it. Differences below `noise` count as
-/// equal. Allocates nothing.
+/// `noise`. Results that are not finite change nothing. Allocates nothing.
 template <std::size_t Candidates>
 class ErrorEstimate {
  public:
@@ -35,12 +35,13 @@ class ErrorEstimate {
     if (taken_ > 0 && valid <= last_) return;
     const double memory = options_.memory.seconds();
     const double share = taken_ == 0 ? 1 : 1 - std::exp(-(valid - last_).seconds() / memory);
+    std::array<double, Candidates> squares;
     for (std::size_t i = 0; i < Candidates; ++i) {
       const Vec3 off = forces[i] - physics;
-      const double square = dot(off, off);
-      if (!std::isfinite(square)) return;
-      squares_[i] += share * (square - squares_[i]);
+      squares[i] = dot(off, off);
+      if (!std::isfinite(squares[i])) return;
     }
+    for (std::size_t i = 0; i < Candidates; ++i) squares_[i] += share * (squares[i] - squares_[i]);
     last_ = valid;
     ++taken_;
     choose();
@@ -58,7 +59,7 @@ class ErrorEstimate {
         static_cast<std::size_t>(std::min_element(squares_.begin(), squares_.end()) - squares_.begin());
     const double noise = options_.noise * options_.noise;
     const double limit = best_ == 0 ? options_.worse * options_.worse : 1;
-    if (least != 0 && squares_[0] > limit * squares_[least] + noise) {
+    if (least != 0 && squares_[0] > limit * std::max(squares_[least], noise)) {
       best_ = least;
     } else if (best_ != 0) {
       best_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "nodes/interpolation/forecast_curve.hpp"
 #include "nodes/interpolation/not_finite.hpp"
@@ -147,8 +148,9 @@ bool Rollout::keeps_tool() const {
 
 /// Where the rollout had the tool at a sample; null where it was not there or it is too long ago.
 const Rollout::Then* Rollout::known_at(Time time) const {
-  const auto then = std::find_if(path_.begin(), path_.end(), [&](const Then& t) { return t.time == time; });
-  return then == path_.end() ? nullptr : &*then;
+  const std::span noted = std::span(path_).first(std::min(noted_, path_.size()));
+  const auto then = std::find_if(noted.begin(), noted.end(), [&](const Then& t) { return t.time == time; });
+  return then == noted.end() ? nullptr : &*then;
 }
 
 /// Whether physics has had its tool elsewhere, in about the same direction, for longer than the patience.
@@ -241,8 +243,8 @@ bool Rollout::trusted(Time now) const {
 
 Rollout::Source Rollout::choose(Time now) const {
   if (trusted(now) && !failed_) {
-    constexpr std::array<Source, candidates> shown{Source::rollout, Source::forecast, Source::held};
-    return shown[estimate_.best()];
+    if (estimate_.best() == rolled) return Source::rollout;
+    return estimate_.best() == forecasted && knows_forecast(now) ? Source::forecast : Source::held;
   }
   // A Jacobian goes on from a force, and the first model may have failed before there was any.
   if (trusted(now) && ticks_[static_cast<std::size_t>(Source::rollout)] > 0) return Source::jacobian;
@@ -286,7 +288,7 @@ ForceState Rollout::aim(Source source, Time now) {
     case Source::held:
       break;
   }
-  return {estimate_.best() == held_result ? held_result_ : held_, {}, {}};
+  return {estimate_.best() == rolled ? held_ : held_result_, {}, {}};
 }
 
 void Rollout::step(StepContext& context) {

@@ -60,7 +60,8 @@ class Rollout final : public Node {
 
  private:
   enum class Source : std::uint8_t { rollout, jacobian, forecast, held };
-  enum Candidate : std::size_t { rolled, forecasted, held_result, candidates };
+  /// Of two as near to physics the first is taken: without a forecast the hold stands in for it.
+  enum Candidate : std::size_t { rolled, held_result, forecasted, candidates };
   using Estimate = ErrorEstimate<candidates>;
   struct Then {
     Time time;
