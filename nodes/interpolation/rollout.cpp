@@ -186,7 +186,7 @@ bool Rollout::take_model(Time now) {
   if (const Then* then = known_at(newest.stamp.valid)) {
     estimate_.take(newest.stamp.valid, newest.value.wrench_result.force, then->forces);
   }
-  held_result_ = newest.value.wrench_result;
+  held_result_ = limited(newest.value.wrench_result, newest.value.coupling);
   used_ = newest.stamp;
   if (keep) return false;
   apart_now_ = false;
