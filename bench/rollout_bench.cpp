@@ -217,6 +217,7 @@ int main(int count, char** arguments) {
     // Just within the work that a query may do, and beyond.
     for (const double spacing : {0.0018, 0.001}) courses.push_back(dense_course(seconds, contacts, spacing));
     const MemoryLock lock;
+    if (!lock.locked()) fmt::print(stderr, "the memory is not locked: {}\n", lock.refused()->why);
     nlohmann::ordered_json rows = nlohmann::ordered_json::array(), work = nlohmann::ordered_json::array();
     for (const Course& course : courses) {
       run_on(course, seconds, rows);
