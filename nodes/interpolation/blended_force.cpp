@@ -1,6 +1,7 @@
 #include "nodes/interpolation/blended_force.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 
@@ -10,6 +11,8 @@ namespace {
 
 /// Ticks that the force is carried on for beyond the newest sample, at most.
 constexpr double most_lead = 2;
+
+constexpr double weight_memory = 0.05;  // s
 
 /// Limits the rate of a difference, axis by axis, so that it decays without growing or changing its sign: between 0 and
 /// -e / tau.
@@ -30,14 +33,42 @@ Wrench limited(const Wrench& wrench, const CouplingParameters& coupling, double 
           tactor::limited(wrench.torque, share * coupling.torque_max)};
 }
 
-ForceState carried_on(const LocalRollout& rollout, const Twist& a_D, Time now, Duration tick, bool torque) {
+void CarriedForce::Weight::take(const Vec3& change, const Vec3& foretold, double kept) {
+  const double by = dot(change, foretold), length = dot(foretold, foretold);
+  if (!std::isfinite(by + length)) return;
+  told = kept * told + by;
+  square = kept * square + length;
+}
+
+double CarriedForce::Weight::value() const {
+  return square > 0 ? std::clamp(told / square, 0.0, 1.0) : 1;
+}
+
+/// Compares a sample's force with what was foretold of it.
+void CarriedForce::take(const ForceState& state, Time time) {
+  const double interval = (time - last_time_).seconds();
+  if (started_ && interval <= 0) return;
+  if (started_) {
+    const double kept = std::exp(-interval / weight_memory);
+    force_.take(state.value.force - last_.value.force, interval * last_.rate.force, kept);
+    torque_weight_.take(state.value.torque - last_.value.torque, interval * last_.rate.torque, kept);
+  }
+  started_ = true;
+  last_ = state;
+  last_time_ = time;
+}
+
+ForceState CarriedForce::at(Time now, const LocalRollout& rollout, const Twist& a_D) {
   const PhysicsState state = rollout.state();
   const CouplingParameters& coupling = rollout.model().coupling;
   const Twist& a_T = rollout.acceleration();
-  ForceState aim{coupling_wrench(coupling, state, torque), {}, {}};
+  ForceState aim{coupling_wrench(coupling, state, torque_), {}, {}};
   aim.rate.force = -coupling.k_t * (state.V_WD.v - state.V_WT.v) - coupling.b_t * (a_D.v - a_T.v);
-  if (torque) aim.rate.torque = -coupling.k_r * (state.V_WD.w - state.V_WT.w) - coupling.b_r * (a_D.w - a_T.w);
-  const double ahead = std::min((now - rollout.model().time).seconds(), most_lead * tick.seconds());
+  if (torque_) aim.rate.torque = -coupling.k_r * (state.V_WD.w - state.V_WT.w) - coupling.b_r * (a_D.w - a_T.w);
+  take(aim, rollout.model().time);
+  aim.rate.force = force_.value() * aim.rate.force;
+  aim.rate.torque = torque_weight_.value() * aim.rate.torque;
+  const double ahead = std::min((now - rollout.model().time).seconds(), most_lead * tick_.seconds());
   aim.value = limited(aim.value + ahead * aim.rate, coupling);
   return aim;
 }

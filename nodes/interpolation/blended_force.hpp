@@ -11,11 +11,39 @@ namespace tactor {
 /// Shortened to the device's limits; `share` of them.
 Wrench limited(const Wrench& wrench, const CouplingParameters& coupling, double share = 1);
 
-/// The coupling's wrench at `now` and its rate, from where the rollout is, at t_s:
-///   F(t) = F + F' (t - t_s),   F' = -k (v_D - v_T) - b (a_D - a_T),
-/// with `a_D` the handle's acceleration and a_T the tool's over its last step. Carried on for two ticks at most,
-/// because samples that stay out are no reason to go on for ever. Within the device's limits.
-ForceState carried_on(const LocalRollout& rollout, const Twist& a_D, Time now, Duration tick, bool torque);
+/// The coupling's wrench at the time of display and its rate, from where the rollout is, at t_s:
+///   F(t) = F + w F' (t - t_s),   F' = -k (v_D - v_T) - b (a_D - a_T),
+/// with a_D the handle's acceleration and a_T the tool's over its last step. The weight w is the share of the foretold
+/// changes that came true, 0 <= w <= 1: over the last samples, with d = F' dt foretold from one to the next and a the
+/// change that there was,
+///   w = sum a.d / sum d.d,   each term fading over 50 ms,
+/// the least-squares estimate; for force and torque apart. So a force is carried on where velocities are well known and
+/// surfaces even, and hardly where the encoder's steps or the texture make every change a surprise.
+/// Carried on for two ticks at most, because samples that stay out are no reason to go on for ever. Within the device's
+/// limits.
+class CarriedForce {
+ public:
+  CarriedForce(Duration tick, bool torque) : tick_(tick), torque_(torque) {}
+
+  ForceState at(Time now, const LocalRollout& rollout, const Twist& a_D);
+
+ private:
+  struct Weight {
+    double told, square;
+    void take(const Vec3& change, const Vec3& foretold, double kept);
+    [[nodiscard]] double value() const;
+  };
+  void take(const ForceState& state, Time time);
+
+  Duration tick_;
+  bool torque_;
+  // As if a small change had come true.
+  Weight force_{1e-6, 1e-6};            // N^2
+  Weight torque_weight_{1e-12, 1e-12};  // N^2 m^2
+  bool started_ = false;
+  ForceState last_;  // at the sample before
+  Time last_time_;
+};
 
 /// The curve that is shown from tick to tick. It starts at what is aimed at. Where the aim changes, what is shown stays
 /// as it is, and the difference e decays as tau^2 e'' + 2 tau e' + e = 0, from a rate between 0 and -e / tau, so that

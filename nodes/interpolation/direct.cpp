@@ -63,6 +63,7 @@ Direct::Direct(const Params& params, const NodeContext& context)
       tick_(Duration::from_rate(params.rate)),
       surface_(surface_contacts(params, context)),
       rollout_(rollout_model("interpolation.direct", params, context), surface_.get()),
+      carried_(tick_, torque_),
       blended_(tick_, params.blend_time) {}
 
 void Direct::take_coupling() {
@@ -139,7 +140,7 @@ void Direct::go_on() {
 
 /// False where the force is not finite.
 bool Direct::aim_at_bodies(Time now) {
-  ForceState aim = carried_on(rollout_, track_.acceleration(), now, tick_, torque_);
+  ForceState aim = carried_.at(now, rollout_, track_.acceleration());
   if (!is_finite(aim.value) || !is_finite(aim.rate)) return false;
   // A sample that is finite and yet absurd would else be blended out for long.
   const CouplingParameters& spring = rollout_.model().coupling;

@@ -16,7 +16,7 @@
 namespace tactor {
 
 /// Steps all moving bodies of the scene at each sample of the handle, with contacts found where the bodies are, and
-/// displays the coupling's wrench carried on to the tick at which the device shows it (see carried_on).
+/// displays the coupling's wrench carried on to the tick at which the device shows it (see CarriedForce).
 ///
 /// It starts from the first result of `bodies`, goes through the samples since, and then needs no result any more.
 /// Where a step does not fit it displays the segment of `otherwise`. A step does not fit where its contact query needs
@@ -60,6 +60,7 @@ class Direct final : public Node {
   Duration tick_;
   std::unique_ptr<ContactSource> surface_;
   LocalRollout rollout_;
+  CarriedForce carried_;
   BlendedForce blended_;
   HandleTrack<256> track_;
   std::size_t advanced_ = 0;  // samples that the bodies have been through

@@ -17,7 +17,7 @@ namespace tactor {
 ///   E_i <- E_i + (1 - exp(-dt / memory)) (|F_i - F|^2 - E_i),   dt the time since the result before.
 /// The first candidate is the one that is wanted. Another takes its place where the first has been worse than `worse`
 /// times the best of them, and gives it back where the first is no worse than it. Differences below `noise` count as
-/// equal.
+/// `noise`. Results that are not finite change nothing.
 ///
 /// Physics is no truth where its steps are coarse: then a first candidate with finer steps differs from it and is
 /// right. But coarse steps have the same law of contact. So the first stays as long as less than half of its error is
@@ -65,7 +65,7 @@ class ErrorEstimate {
     const double noise = options_.noise * options_.noise;
     const double limit = best_ == 0 ? options_.worse * options_.worse : 1;
     const bool of_law = law_ > of_error * of_error * squares_[0];
-    best_ = least != 0 && of_law && squares_[0] > limit * squares_[least] + noise ? least : 0;
+    best_ = least != 0 && of_law && squares_[0] > limit * std::max(squares_[least], noise) ? least : 0;
   }
 
   static constexpr double of_error = 0.5;

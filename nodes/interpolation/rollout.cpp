@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "nodes/interpolation/forecast_curve.hpp"
 #include "nodes/interpolation/not_finite.hpp"
@@ -135,6 +136,7 @@ Rollout::Rollout(const Params& params, const NodeContext& context)
       tick_(Duration::from_rate(params.rate)),
       surface_(surface_contacts(params, context)),
       rollout_(rollout_model("interpolation.rollout", params, context), surface_.get()),
+      carried_(tick_, torque_),
       blended_(tick_, params.blend_time),
       trust_(params.trust_time),
       estimate_({.memory = params.estimate_time, .worse = params.worse, .noise = estimate_noise, .results = 8}) {}
@@ -147,8 +149,9 @@ bool Rollout::keeps_tool() const {
 
 /// Where the rollout had the tool at a sample; null where it was not there or it is too long ago.
 const Rollout::Then* Rollout::known_at(Time time) const {
-  const auto then = std::find_if(path_.begin(), path_.end(), [&](const Then& t) { return t.time == time; });
-  return then == path_.end() ? nullptr : &*then;
+  const std::span noted = std::span(path_).first(std::min(noted_, path_.size()));
+  const auto then = std::find_if(noted.begin(), noted.end(), [&](const Then& t) { return t.time == time; });
+  return then == noted.end() ? nullptr : &*then;
 }
 
 /// Whether physics has had its tool elsewhere, in about the same direction, for longer than the patience.
@@ -184,7 +187,7 @@ bool Rollout::take_model(Time now) {
   if (const Then* then = known_at(newest.stamp.valid)) {
     estimate_.take(newest.stamp.valid, newest.value.wrench_result.force, then->forces, newest.value.law_error);
   }
-  held_result_ = newest.value.wrench_result;
+  held_result_ = limited(newest.value.wrench_result, newest.value.coupling);
   used_ = newest.stamp;
   if (keep) return false;
   apart_now_ = false;
@@ -266,7 +269,7 @@ ForceState Rollout::of_jacobian() const {
 ForceState Rollout::aim(Source source, Time now) {
   switch (source) {
     case Source::rollout: {
-      const ForceState state = carried_on(rollout_, track_.acceleration(), now, tick_, torque_);
+      const ForceState state = carried_.at(now, rollout_, track_.acceleration());
       if (!is_finite(state.value)) return state;
       anchor_ = state;
       anchor_X_WD_ = track_.newest().value.X_WD;

@@ -61,6 +61,7 @@ class Rollout final : public Node {
 
  private:
   enum class Source : std::uint8_t { rollout, jacobian, forecast, held };
+  /// Of two as near to physics the first is taken: without a forecast the hold stands in for it.
   enum Candidate : std::size_t { rolled, held_result, forecasted, candidates };
   using Estimate = ErrorEstimate<candidates>;
   struct Then {
@@ -87,6 +88,7 @@ class Rollout final : public Node {
   Duration tick_;
   std::unique_ptr<ContactSource> surface_;
   LocalRollout rollout_;
+  CarriedForce carried_;
   BlendedForce blended_;
   HandleTrack<64> track_;
   std::size_t advanced_ = 0;              // samples that the rollout has been through

@@ -192,6 +192,8 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   static const std::vector<NearSample> none;
   const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_, left) : none;
   const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_, left) : none;
+  // Not all are known, and nobody asks for some.
+  if (left != nullptr && *left < 0) return;
 
   const std::size_t first = found.contact.size();
   Extent of_a_side, of_b_side;

@@ -51,7 +51,7 @@ class BodyPair {
   [[nodiscard]] ContactPair indices() const { return indices_; }
 
   /// Adds the contacts at these poses nearer than the margin, those of a's samples first, in the order of SampleTree.
-  /// `left`: as of SampleTree::find.
+  /// `left`: as of SampleTree::find; where it goes below zero, none of this pair are added.
   void find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, int* left = nullptr);
   /// The shares of both sides in the last `find` (above); zero where it found nothing.
   [[nodiscard]] Shares shares() const { return shares_; }

@@ -1,6 +1,7 @@
 #include "nodes/physics/mechanics/local_rollout.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include <Eigen/Cholesky>
@@ -15,10 +16,22 @@ namespace {
 constexpr double most_bend = 0.3;     // rad, of an anchor's normal by its curvature
 constexpr double near_anchor = 1e-5;  // m
 
+/// Of springs, dampers and scales: beyond, forces overflow.
+constexpr double largest = 1e12;
+
+/// A comparison with NaN is false.
+bool fits(double x) {
+  return x >= 0 && x <= largest;
+}
+
 bool usable(const CouplingParameters& coupling) {
-  const auto fits = [](double x) { return std::isfinite(x) && x >= 0; };
   return fits(coupling.k_t) && fits(coupling.b_t) && fits(coupling.k_r) && fits(coupling.b_r) &&
          coupling.force_max >= 0 && coupling.torque_max >= 0;
+}
+
+bool usable(const ContactCorrection& c) {
+  return c.count >= 0 && c.count <= ContactCorrection::most_materials && fits(c.scale_all) &&
+         fits(c.friction_scale_all) && fits(c.stiffness_scale) && std::abs(c.friction_excess) <= largest;
 }
 
 bool finite(const BodyStates& bodies) {
@@ -111,7 +124,8 @@ bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count
 }
 
 bool LocalRollout::accepts(const LocalModel& model) const {
-  return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.coupling);
+  return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.coupling) &&
+         usable(model.correction) && is_finite(model.p_WT_result) && is_finite(model.wrench_result);
 }
 
 bool LocalRollout::restart(const LocalModel& model) {

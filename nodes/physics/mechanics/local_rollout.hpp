@@ -38,7 +38,8 @@ class LocalRollout {
   explicit LocalRollout(const SystemModel& model, ContactSource* surface = nullptr)
       : bodies_(model.count), step_(model), surface_(surface) {}
 
-  /// False where the model is not of this scene, or has bodies, a handle or a spring that are not finite.
+  /// False where the model is not of this scene, or has bodies, a handle, a spring, a correction or a result that are
+  /// not finite or out of range.
   [[nodiscard]] bool accepts(const LocalModel& model) const;
   /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
   /// changes, where the model is not one that it accepts.

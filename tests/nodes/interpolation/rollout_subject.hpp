@@ -38,9 +38,16 @@ inline Scene ball_scene(double mass, int count = 1) {
   return scene;
 }
 
-/// The contacts of the models serve, and each model is gone back to.
-inline Rollout::Params anchored() {
+/// The rollout is displayed whatever physics feels, of which most models here tell nothing.
+inline Rollout::Params on_surface() {
   auto params = default_params<Rollout>();
+  params.worse = 1e6;
+  return params;
+}
+
+/// The same, but the contacts of the models serve, and each model is gone back to.
+inline Rollout::Params anchored() {
+  auto params = on_surface();
   params.contacts = SurfaceOptions::From::anchors;
   params.restart = Rollout::Params::Restart::always;
   return params;

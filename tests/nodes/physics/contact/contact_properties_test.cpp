@@ -2,6 +2,8 @@
 #include <boost/test/unit_test.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <memory>
 #include <set>
 
@@ -9,6 +11,8 @@
 #include "nodes/collision/exact.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
+#include "nodes/physics/contact/scene_contacts.hpp"
+#include "nodes/physics/geometry/mesh_distance.hpp"
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
@@ -322,6 +326,51 @@ BOOST_AUTO_TEST_CASE(what_is_found_does_not_depend_on_what_was_asked_before) {
                       a.contact[k].weight == b.contact[k].weight && a.contact[k].H_W == b.contact[k].H_W));
         }
       }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_query_within_a_bound_of_work_finds_what_one_without_finds_or_changes_nothing) {
+  for (const std::string tool : {"sphere", "capsule", "box", "mesh"}) {
+    BOOST_TEST_CONTEXT(tool) {
+      const Scene scene = scene_about(tool_shape(tool), tool == "sphere" ? Motion::translation : Motion::rigid);
+      const ContactOptions options{.margin = margin, .spacing = tool == "box" || tool == "mesh" ? 0.012 : 0};
+      const auto contacts = [&] { return SceneContacts(scene, options, cell_distances({.resolution = 24}, nullptr)); };
+      SceneContacts bounded = contacts();
+      test::Dice dice(11);
+      BodyStates bodies;
+      bodies.count = 1;
+      Pose& X_WT = bodies.X_WB[0];
+      ContactSet found, unbounded;
+      int enough = 0, too_little = 0;
+      for (int i = 0; i < 200; ++i) {
+        // Small steps with a jump now and then.
+        X_WT.p = i % 20 == 0 ? dice.in_cube(0.004) : X_WT.p + dice.in_cube(0.0003);
+        if (tool != "sphere") X_WT.R = from_rotation_vector(dice.in_cube(0.02)) * X_WT.R;
+        const int work = static_cast<int>(std::pow(10, dice(0, 3.5)));
+        int used = 0;
+        const auto before = std::make_unique<ContactSet>(found);
+        if (!bounded.find_within(work, bodies, found, &used)) {
+          ++too_little;
+          BOOST_TEST(used == work);
+          BOOST_REQUIRE(std::memcmp(before.get(), &found, sizeof found) == 0);
+          continue;
+        }
+        ++enough;
+        BOOST_TEST(used <= work);
+        contacts().find(bodies, unbounded);
+        // A choice among more contacts than a set holds remembers the last one.
+        BOOST_REQUIRE(unbounded.truncated == 0);
+        BOOST_REQUIRE(found.count == unbounded.count);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(found.count); ++k) {
+          const Contact &a = found.contact[k], &b = unbounded.contact[k];
+          BOOST_TEST((a.p_TC == b.p_TC && a.p_WC == b.p_WC && a.n_W == b.n_W && a.distance == b.distance &&
+                      a.weight == b.weight && a.H_W == b.H_W));
+        }
+      }
+      BOOST_TEST(enough > 50);
+      // A ball is one question a body, of which nobody counts the work.
+      BOOST_TEST(too_little > (tool == "sphere" ? -1 : 20));
     }
   }
 }
