@@ -143,6 +143,7 @@ const MessageType& message_type<ForceSegment>() {
                                       .field("begin", &ForceSegment::begin)
                                       .field("end", &ForceSegment::end)
                                       .field("c", &ForceSegment::c)
+                                      .field("trust_time", &ForceSegment::trust_time)
                                       .type();
   return type;
 }

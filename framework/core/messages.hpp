@@ -117,6 +117,9 @@ struct ForceSegment {
   Time begin;
   Time end;
   std::array<Wrench, 6> c{};
+  /// The age of that sample beyond which the pipeline does not stand for the force any longer; zero or less: it does
+  /// not say. It can only shorten what a device grants.
+  Duration trust_time;
 };
 
 /// How far the safety gate of a device lets the pipeline through.

@@ -29,7 +29,8 @@ Duration CostDraw::next(std::int64_t items) {
       break;
   }
   if (m.jitter > 0) {
-    const double z = std::clamp(boost::random::normal_distribution<double>()(engine_), -3.0, 3.0);
+    const double z =
+        std::clamp(boost::random::normal_distribution<double>()(engine_), -most_deviations, most_deviations);
     cost = Duration::from_seconds(cost.seconds() * (1.0 + m.jitter * z));
   }
   cost = std::max({cost, m.min, Duration{}});

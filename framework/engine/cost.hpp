@@ -12,6 +12,9 @@ namespace tactor {
 /// The costs of one node's steps, in order. The same model, seed and node name give the same costs.
 class CostDraw {
  public:
+  /// The draw of a cost with jitter is cut at so many standard deviations.
+  static constexpr double most_deviations = 3;
+
   CostDraw(const CostModel& model, std::uint64_t seed, std::string_view node);
 
   /// The cost of the next step, which worked on `items` items. Never negative.

@@ -7,6 +7,7 @@
 
 #include "framework/core/random.hpp"
 #include "framework/core/value_error.hpp"
+#include "framework/engine/slow_physics.hpp"
 
 namespace tactor {
 
@@ -34,8 +35,9 @@ void at_place(const GraphSpec& graph, const NodeSpec& spec, const Work& work) {
   }
 }
 
-/// What the graph says of costs that is without effect.
+/// What the graph says of costs that is without effect, or takes the force away.
 void note_costs(const Plan& plan, std::vector<std::string>& notes) {
+  for (std::string& note : slow_physics_notes(plan)) notes.push_back(std::move(note));
   if (plan.graph.clock != Clock::real || !plan.graph.live.impose_cost) return;
   for (const NodeSpec& spec : plan.nodes) {
     if (spec.cost.kind == CostModel::Kind::none || spec.scheduling.lane != Lane::realtime) continue;

@@ -64,7 +64,9 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
   time("engage_time", static_cast<Duration P::*>(&P::engage_time), "of the ramp from zero to the full wrench",
        defaults.engage_time, 1e-3, 10);
   time("stale_after", static_cast<Duration P::*>(&P::stale_after),
-       "without a fresh segment for so long the wrench ramps to zero", defaults.stale_after, 1e-3, 10);
+       "without a fresh segment for so long the wrench ramps to zero, and sooner where a segment states a trust_time "
+       "that ends before; more than physics takes for a result",
+       defaults.stale_after, 1e-3, 10);
   time("ramp_down_time", static_cast<Duration P::*>(&P::ramp_down_time),
        "of the ramp to zero; with stale_after it bounds how long a force outlives its pipeline",
        defaults.ramp_down_time, 1e-3, 10);
@@ -89,7 +91,7 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
   count("rejected_forces", "ticks whose wrench was not finite", Better::lower);
   count("rejected_segments", "messages that were no fresh segments", Better::lower);
   count("faults", "times that the safety gate went into fault", Better::lower);
-  count("stale", "times that no fresh segment came for stale_after", Better::lower);
+  count("stale", "times that no fresh segment came in time", Better::lower);
   count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max", Better::lower);
   count("slewed_ticks", "ticks whose wrench changed faster than force_slew or torque_slew", Better::lower);
   declaration.metric("device.engaged_share", "1", "share of the ticks at which the gate was engaged", Better::higher);

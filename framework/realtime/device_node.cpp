@@ -28,6 +28,13 @@ bool same(const Stamp& a, const Stamp& b) {
   return a.valid == b.valid && a.produced == b.produced && a.sequence == b.sequence;
 }
 
+/// How long the pipeline still stands for a segment whose sample is `age` old, less than a minute. No trust is counted
+/// beyond a minute, so that the difference does not overflow.
+Duration trusted_for(const ForceSegment& segment, Duration age) {
+  if (segment.trust_time <= Duration{}) return SafetyInput::longest;
+  return std::min(segment.trust_time, Duration{minute_ns}) - age;
+}
+
 }  // namespace
 
 DeviceNode::DeviceNode(const DeviceParams& params, const NodeContext& context)
@@ -57,11 +64,11 @@ DeviceHealth DeviceNode::read_device(Time now) {
   return DeviceHealth::read_failed;
 }
 
-bool DeviceNode::take_segment(Time now) {
+Duration DeviceNode::take_segment(Time now) {
   const Stamped<ForceSegment>* message = segment.latest();
-  if (message == nullptr) return false;
+  if (message == nullptr) return {};
   const Stamp& stamp = message->stamp;
-  if (any_seen_ && same(stamp, seen_)) return false;
+  if (any_seen_ && same(stamp, seen_)) return {};
   any_seen_ = true;
   seen_ = stamp;
   const ForceSegment& s = message->value;
@@ -70,17 +77,19 @@ bool DeviceNode::take_segment(Time now) {
       s.begin <= s.end && near(s.begin, now) && near(s.end, now) && near(stamp.produced, now) && near(stamp.valid, now);
   if (!newer || !plausible) {
     ++rejected_segments_;
-    return false;
+    return {};
   }
   // A filter may go on sending what it knew when the physics behind it has died: only a newer sample is fresh.
   // So is one that has lain here, as after a gap in time, no longer.
+  const Duration age = now - stamp.valid;
+  const Duration left = trusted_for(s, age);
   const bool fresh = (!any_segment_ || stamp.valid > newest_valid_) && now - stamp.produced < stale_after_ &&
-                     now - stamp.valid < sample_age_max_;
+                     age < sample_age_max_ && left > Duration{};
   if (fresh) newest_valid_ = stamp.valid;
   any_segment_ = true;
   used_ = stamp;
   newest_ = s;
-  return fresh;
+  return fresh ? left : Duration{};
 }
 
 void DeviceNode::end_if_it_failed_for_long(Time now, DeviceHealth health) {
@@ -103,7 +112,8 @@ void DeviceNode::step(StepContext& context) {
 
   SafetyInput input;
   input.now = now;
-  input.fresh_segment = take_segment(now);
+  input.fresh_for = take_segment(now);
+  input.fresh_segment = input.fresh_for > Duration{};
   if (any_segment_) {
     Wrench wanted_D_W = evaluate(newest_, now);
     if (!rotates_) wanted_D_W.torque = {};

@@ -42,7 +42,9 @@ enum class ReadResult : std::uint8_t {
 /// its times make sense: begin <= end, and all of them within a minute of now. Other messages are counted and not used.
 /// It is fresh, and keeps the wrench from being faded out, where it was made from a newer device sample than every one
 /// before, which its time of validity tells, became visible less than stale_after ago and is
-/// not older than sample_age_max. A translation-only scene gets no torque.
+/// not older than sample_age_max. Where it states a trust_time, it is fresh until that sample is as old as that, and no
+/// longer than stale_after: a pipeline can shorten what the device grants, and never lengthen it. A translation-only
+/// scene gets no torque.
 ///
 /// A step allocates, locks and waits for nothing, if `read` and `write` do not. It throws in one case: RunError, after
 /// zero has been commanded, where the device could not be read or written for failure_timeout.
@@ -79,7 +81,8 @@ class DeviceNode : public Node {
 
  private:
   DeviceHealth read_device(Time now);
-  bool take_segment(Time now);
+  /// How long the segment that has come stays fresh; zero: none has come, or it is not fresh.
+  Duration take_segment(Time now);
   void end_if_it_failed_for_long(Time now, DeviceHealth health);
 
   std::string name_;

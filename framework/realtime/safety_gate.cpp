@@ -149,7 +149,8 @@ bool SafetyGate::at_rest() const {
   return commanded_D_W_.force == Vec3{} && commanded_D_W_.torque == Vec3{};
 }
 
-void SafetyGate::advance(Time now, bool fresh) {
+void SafetyGate::advance(const SafetyInput& input) {
+  const Time now = input.now;
   std::int64_t ns = 0;
   if (started_ && __builtin_sub_overflow(now.ns, last_.ns, &ns)) {
     ns = now < last_ ? -1 : std::numeric_limits<std::int64_t>::max();
@@ -161,8 +162,9 @@ void SafetyGate::advance(Time now, bool fresh) {
   elapsed_ = {std::clamp<std::int64_t>(ns, 0, longest_sum.ns)};
   slew_elapsed_ = std::min(elapsed_, longest_tick_);
   // The age is summed up from ticks, so that a clock set back makes no segment young.
-  age_ = fresh ? Duration{} : sum(age_, elapsed_);
-  any_segment_ = any_segment_ || fresh;
+  age_ = input.fresh_segment ? Duration{} : sum(age_, elapsed_);
+  if (input.fresh_segment) stale_at_ = std::clamp(input.fresh_for, Duration{}, limits_.stale_after);
+  any_segment_ = any_segment_ || input.fresh_segment;
   // A ramp that comes in takes no leap over a gap in time; one that goes out may, for the slew limit follows it.
   in_mode_ = sum(in_mode_, mode_ == Mode::engaging ? slew_elapsed_ : elapsed_);
 }
@@ -185,7 +187,7 @@ SafetyGate::Causes SafetyGate::causes_of(const SafetyInput& input) const {
   add_if(!input.permitted, SafetyCause::not_permitted);
   const bool none_yet = !any_segment_ || !input.wanted_D_W;
   add_if(none_yet, SafetyCause::no_segment);
-  add_if(any_segment_ && age_ >= limits_.stale_after, SafetyCause::stale);
+  add_if(any_segment_ && age_ >= stale_at_, SafetyCause::stale);
   return causes;
 }
 
@@ -244,7 +246,7 @@ void SafetyGate::change_mode(Causes causes, const Twist& V_WD) {
     released_gain_ = gain_;
     enter(Mode::releasing, first_of(serious));
     // Staleness began between two ticks, and its time to zero counts from there.
-    if ((serious & bit(SafetyCause::stale)) != 0) in_mode_ = age_ - limits_.stale_after;
+    if ((serious & bit(SafetyCause::stale)) != 0) in_mode_ = age_ - stale_at_;
   } else if (mode_ == Mode::engaging && in_mode_ >= limits_.engage_time) {
     enter(Mode::engaged, SafetyCause::none);
   }
@@ -283,7 +285,7 @@ Wrench SafetyGate::slewed(const Wrench& target) const {
 }
 
 SafetyOutput SafetyGate::tick(const SafetyInput& input) noexcept {
-  advance(input.now, input.fresh_segment);
+  advance(input);
   const Causes causes = causes_of(input);
   count_new(causes);
 

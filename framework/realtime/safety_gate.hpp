@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -20,7 +21,7 @@ struct SafetyLimits {
   double speed_max = 2;           ///< m/s
   double angular_speed_max = 30;  ///< rad/s
   Duration engage_time{100'000'000};
-  Duration stale_after{100'000'000};     ///< without a fresh segment
+  Duration stale_after{100'000'000};     ///< without a fresh segment, at most
   Duration ramp_down_time{100'000'000};  ///< from what is commanded to zero
   Duration brake_time{50'000'000};       ///< the longest brake
   Duration recovery_time{500'000'000};   ///< of healthy inputs, after which a fault ends
@@ -35,9 +36,11 @@ enum class DeviceHealth : std::uint8_t { ok, not_ready, read_failed, write_faile
 
 /// What a gate sees at one tick.
 struct SafetyInput {
+  static constexpr Duration longest{std::numeric_limits<std::int64_t>::max()};
   Time now;
   std::optional<Wrench> wanted_D_W;  ///< what the pipeline wants; absent: nothing yet
   bool fresh_segment = false;        ///< a fresh segment has come since the last tick
+  Duration fresh_for = longest;      ///< how long that one stays fresh, where that is less than stale_after
   Twist V_WD;                        ///< of the device, m/s and rad/s
   DeviceHealth health = DeviceHealth::ok;
   bool dead_man_held = true;
@@ -61,7 +64,8 @@ std::string_view name_of(Engagement engagement);
 /// `longest_tick` where it is more. The slew limit comes last, so that it holds on the way to zero as well.
 ///
 /// Time to zero: exactly zero from the first tick on that is stale_after + ramp_down_time or more after the last fresh
-/// segment, where ticks come within longest_tick of one another; a longer gap counts as one longest_tick. A release
+/// segment, or fresh_for + ramp_down_time where its fresh_for is less than stale_after (below zero counts as zero),
+/// where ticks come within longest_tick of one another; a longer gap counts as one longest_tick. A release
 /// (dead-man, run stopping) takes ramp_down_time, a fault force_max / force_slew, which `check` keeps below it.
 ///
 /// With p(x) = 3 x^2 - 2 x^3:
@@ -101,7 +105,7 @@ class SafetyGate {
   enum class Mode : std::uint8_t { disengaged, engaging, engaged, releasing, braking, fault };
   using Causes = std::uint32_t;  // one bit a cause
 
-  void advance(Time now, bool fresh);
+  void advance(const SafetyInput& input);
   [[nodiscard]] Causes causes_of(const SafetyInput& input) const;
   void count_new(Causes causes);
   void change_mode(Causes causes, const Twist& V_WD);
@@ -122,6 +126,7 @@ class SafetyGate {
   double released_gain_ = 0;  // when the release began
   Duration in_mode_;          // time since the mode was entered
   Duration age_;              // of the newest fresh segment
+  Duration stale_at_;         // the age from which on it is stale
   Duration healthy_for_;      // without a cause of a fault
   bool any_segment_ = false;
 

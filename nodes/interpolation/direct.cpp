@@ -150,6 +150,7 @@ bool Direct::aim_at_bodies(Time now) {
   aim_ = aim;
   later_ = one_tick_later(aim, tick_, spring);
   valid_ = rollout_.model().time;
+  trust_time_ = {};
   return true;
 }
 
@@ -176,6 +177,7 @@ bool Direct::aim_at_otherwise(Time now) {
   aim_ = state_at(now);
   later_ = state_at(now + tick_);
   valid_ = newest->stamp.valid;
+  trust_time_ = newest->value.trust_time;
   return true;
 }
 
@@ -200,7 +202,9 @@ void Direct::step(StepContext& context) {
     aim_ = later_ = {};
     return segment.send(valid_, *fault);
   }
-  segment.send(valid_, blended_.go_on(now, aim_, later_, changed_));
+  ForceSegment shown = blended_.go_on(now, aim_, later_, changed_);
+  shown.trust_time = trust_time_;
+  segment.send(valid_, shown);
 }
 
 void Direct::report(Report& report) const {

@@ -72,6 +72,7 @@ class Direct final : public Node {
 
   ForceState aim_, later_;  // now, and a tick later
   Time valid_;              // of the aim
+  Duration trust_time_;     // of the segment that is displayed where a step does not fit
   bool changed_ = false;    // the aim is not the one before, carried on
   bool of_bodies_ = false;  // the aim is the coupling's wrench
   std::uint64_t otherwise_shown_ = std::numeric_limits<std::uint64_t>::max();

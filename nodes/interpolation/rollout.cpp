@@ -34,7 +34,8 @@ NodeInfo Rollout::declare() {
           "than `trust_distance` from where contacts "
           "were looked for, or a step fails, it falls back: to the Jacobian of the balance of springs, to the forecast "
           "of `forecast` if the tool touched something, to the force of the newest result held. Each is counted in the "
-          "report.")
+          "report. The segments tell the device for how long a result is trusted; its gate fades the force out when "
+          "that has passed, or its own `stale_after`.")
       .realtime_safe()
       .input("model", &Rollout::model, {.doc = "what to go on from"})
       .input("device", &Rollout::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
@@ -183,7 +184,8 @@ bool Rollout::take_model(Time now) {
     rejected_ = newest.stamp.sequence;
     return false;
   }
-  if (running_) note_interval(newest.stamp.valid - used_.valid);
+  // The age of the first one is what physics took to make it.
+  note_interval(running_ ? newest.stamp.valid - used_.valid : now - newest.stamp.valid);
   if (const Then* then = known_at(newest.stamp.valid)) {
     estimate_.take(newest.stamp.valid, newest.value.wrench_result.force, then->forces, newest.value.law_error);
   }
@@ -305,8 +307,8 @@ void Rollout::step(StepContext& context) {
   // A sample that is finite and yet absurd would else be blended out for long.
   const CouplingParameters& coupling = rollout_.model().coupling;
   to.rate = limited(to.rate, coupling, 1 / tick_.seconds());
-  const ForceSegment& shown =
-      blended_.go_on(now, to, one_tick_later(to, tick_, coupling), corrected || source != source_);
+  ForceSegment shown = blended_.go_on(now, to, one_tick_later(to, tick_, coupling), corrected || source != source_);
+  shown.trust_time = trust_;
   if (running_ && corrected) {
     ++corrections_;
     const Vec3& jump = blended_.difference().value.force;

@@ -105,7 +105,9 @@ void Select::step(StepContext& context) {
   const ForceState difference = from - displayed(newest->value, now);
   const ForceState aim =
       displayed(newest->value, now + tick_) + decayed_twice(difference, tick_.seconds(), params_.blend_time.seconds());
-  show(newest->stamp.valid, cubic_between(now, tick_, from, aim));
+  ForceSegment changing = cubic_between(now, tick_, from, aim);
+  changing.trust_time = newest->value.trust_time;
+  show(newest->stamp.valid, changing);
 }
 
 }  // namespace tactor

@@ -84,12 +84,21 @@ void covariance_equations(std::span<const double> r, std::int64_t samples, std::
 
 void RecursiveEquations::add(std::span<const Vec3> z) {
   constexpr double drowned = 1e-12;
-  bool heard = weight_ == 0;
-  for (std::size_t i = 0; i < z.size() && !heard; ++i) heard = dot(z[i], z[i]) > drowned * equations_.at(i, i);
-  if (!heard) {
-    equations_.clear();
-    weight_ = 0;
+  // Silence has nothing that could be drowned: it weighs what is remembered, and adds nothing.
+  bool silent = true;
+  bool heard = false;
+  double remembered = 0;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const double energy = dot(z[i], z[i]);
+    const double known = equations_.at(i, i);
+    silent = silent && energy == 0;
+    heard = heard || energy > drowned * known;
+    remembered = std::max(remembered, known);
   }
+  const bool anew = !silent && !heard;
+  // What has faded to where quotients lose their digits is forgotten for good.
+  if (anew || !has_energy(remembered, 0)) equations_.clear();
+  if (anew) weight_ = 0;
   equations_.add(z, forgetting_);
   weight_ = forgetting_ * weight_ + 1;
 }

@@ -46,9 +46,10 @@ void covariance_equations(std::span<const double> r, std::int64_t samples, std::
 /// Recursive least squares in information form: with each sample the normal equations are weighed by the forgetting
 /// factor and the newest products are added; solve() inverts them where a model is wanted. The matrix kept is the
 /// inverse of the P of the usual recursion; it stays symmetric, bounded by energy / (1 - forgetting), and does not wind
-/// up while nothing excites it. Where the target and every regressor hold less than 1e-12 of the energy remembered of
-/// them, it starts anew: what rounding leaves of the past would outweigh them. Source: Ljung, "System Identification",
-/// 2nd ed., section 11.2; Haykin, "Adaptive Filter Theory", 4th ed., chapter 9.
+/// up while nothing excites it: samples of zero count as samples, and leave the coefficients as they are. Where a
+/// sample is not zero, and the target and every regressor hold less than 1e-12 of the energy remembered of them, it
+/// starts anew: what is left of the past would outweigh them for long. Source: Ljung, "System Identification", 2nd ed.,
+/// section 11.2; Haykin, "Adaptive Filter Theory", 4th ed., chapter 9.
 class RecursiveEquations {
  public:
   RecursiveEquations(int regressors, double forgetting) : equations_(regressors), forgetting_(forgetting) {}

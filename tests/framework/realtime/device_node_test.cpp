@@ -258,6 +258,111 @@ BOOST_AUTO_TEST_CASE(a_force_made_from_an_old_sample_of_the_device_is_not_fresh)
   }
 }
 
+namespace {
+
+/// A pipeline that sends a segment each tick, made from the newest result of physics. Results come every `period_ms`,
+/// each as old as that, until physics dies.
+struct SlowPhysics {
+  int period_ms = 125;
+  Duration trust_time;
+  int ms = 0;
+  int newest_ms = 0;  // the time of the sample behind the newest result
+
+  void tick(Bench& bench, bool alive) {
+    if (alive && ms > 0 && ms % period_ms == 0) newest_ms = ms - period_ms;
+    ForceSegment s = constant_segment(bench.now, push);
+    s.trust_time = trust_time;
+    bench.send(s, {Time{newest_ms * ms_ns}, bench.now, static_cast<std::uint64_t>(ms) + 1});
+    bench.tick();
+    ++ms;
+  }
+  static constexpr std::int64_t ms_ns = 1'000'000;
+};
+
+/// Ticks until zero is commanded, from the one on at which physics has died; 5,000 at most.
+int ticks_to_zero(Bench& bench, SlowPhysics& physics) {
+  for (int i = 0; i < 5000; ++i) {
+    physics.tick(bench, false);
+    if (is_zero(bench.commanded)) return i;
+  }
+  return 5000;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(slow_physics_keeps_its_force_while_it_lives_and_loses_it_when_its_trust_has_passed) {
+  Bench bench({{"stale_after", 2.0}});
+  SlowPhysics physics{.trust_time = ms * 375};
+  for (int i = 0; i < 5000; ++i) {
+    physics.tick(bench, true);
+    if (i > 400) BOOST_REQUIRE(bench.commanded.force == push.force);
+  }
+  BOOST_TEST(bench.metrics().at("device.stale") == 0.0);
+  // The newest result is that of 4.75 s: trusted until 5.125 s, and a ramp of 0.1 s. The ticks go on from 5 s.
+  BOOST_TEST(physics.newest_ms == 4750);
+  BOOST_TEST(ticks_to_zero(bench, physics) == 225);
+  BOOST_TEST(bench.metrics().at("device.stale") == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(without_a_stated_trust_slow_physics_is_held_for_stale_after) {
+  Bench bench({{"stale_after", 0.5}});
+  SlowPhysics physics;
+  for (int i = 0; i < 5000; ++i) physics.tick(bench, true);
+  BOOST_TEST(bench.metrics().at("device.stale") == 0.0);
+  // The newest result came at 4.875 s.
+  BOOST_TEST(ticks_to_zero(bench, physics) == 475);
+}
+
+BOOST_AUTO_TEST_CASE(by_default_no_trust_lengthens_the_tenth_of_a_second) {
+  constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
+  for (const std::int64_t trust : {std::int64_t{0}, std::int64_t{-1}, std::numeric_limits<std::int64_t>::min(),
+                                   std::int64_t{250'000'000}, std::int64_t{60'000'000'000}, most}) {
+    Bench slow;
+    SlowPhysics physics{.trust_time = {trust}};
+    for (int i = 0; i < 2000; ++i) physics.tick(slow, true);
+    BOOST_TEST(slow.metrics().at("device.stale") > 10.0);
+
+    Bench fast;
+    physics = {.period_ms = 5, .trust_time = {trust}};
+    for (int i = 0; i <= 2000; ++i) physics.tick(fast, true);
+    BOOST_TEST(fast.metrics().at("device.stale") == 0.0);
+    // The newest result came at 2 s, a tick before.
+    BOOST_TEST(ticks_to_zero(fast, physics) == 199);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_sample_older_than_its_trust_is_not_fresh) {
+  for (const std::int64_t trust : {std::int64_t{1}, std::int64_t{50'000'000}, std::int64_t{50'000'001}}) {
+    Bench bench;
+    bench.now = Time::from_seconds(10);
+    for (std::uint64_t i = 0; i < 300; ++i) {
+      ForceSegment s = constant_segment(bench.now, push);
+      s.trust_time = {trust};
+      bench.send(s, {bench.now - ms * 50, bench.now, i});
+      bench.tick();
+      if (trust <= 50'000'000) BOOST_REQUIRE(is_zero(bench.commanded));
+    }
+    // A nanosecond of trust is left at each tick.
+    if (trust > 50'000'000) BOOST_TEST((bench.commanded.force == push.force));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_sample_of_the_future_is_trusted_for_no_longer_than_stale_after) {
+  for (const std::int64_t trust : {std::int64_t{0}, std::int64_t{1}, std::numeric_limits<std::int64_t>::max()}) {
+    Bench bench;
+    for (std::uint64_t i = 0; i < 300; ++i) {
+      ForceSegment s = constant_segment(bench.now, push);
+      s.trust_time = {trust};
+      bench.send(s, {bench.now + ms * 59'000, bench.now, i});
+      bench.tick();
+    }
+    for (int i = 0; i < 199; ++i) bench.tick();
+    BOOST_TEST(!is_zero(bench.commanded));
+    bench.tick();
+    BOOST_TEST(is_zero(bench.commanded));
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_segment_that_was_made_long_ago_is_not_fresh_when_it_is_found) {
   Bench bench;
   const Time made = bench.now;

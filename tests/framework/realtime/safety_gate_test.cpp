@@ -430,6 +430,7 @@ class Adversary {
     force_trouble_ = !calm_ && one_in(4);
     flicker_ = !calm_ && one_in(4);
     device_trouble_ = !calm_ && one_in(4);
+    short_trust_ = !calm_ && one_in(4);
     fast_ = !calm_ && one_in(4);
     permitted_ = !one_in(6);
     held_ = !one_in(8);
@@ -448,6 +449,7 @@ class Adversary {
     if (__builtin_add_overflow(now_.ns, dt, &now_.ns)) now_.ns = std::numeric_limits<std::int64_t>::min();
     in.now = now_;
     in.fresh_segment = one_in(fresh_every_);
+    if (short_trust_) in.fresh_for = {one_in(40) ? whole(-1'000'000'000, -1) : whole(0, 250'000'000)};
     if (!one_in(2000)) in.wanted_D_W = Wrench{one_in(3) ? vector(10) : constant_, one_in(3) ? vector(1) : constant_};
     if (force_trouble_ && one_in(5) && in.wanted_D_W) {
       const double kinds[] = {not_a_number, infinite, -infinite, 1e308, -1.7e308, 1e-320};
@@ -467,7 +469,8 @@ class Adversary {
 
   std::mt19937_64 engine_;
   int left_ = 0;
-  bool calm_ = true, time_trouble_ = false, force_trouble_ = false, flicker_ = false, device_trouble_ = false;
+  bool calm_ = true, short_trust_ = false, time_trouble_ = false, force_trouble_ = false, flicker_ = false,
+       device_trouble_ = false;
   bool fast_ = false, permitted_ = true, held_ = true;
   int fresh_every_ = 1;
   Vec3 constant_;
@@ -489,6 +492,7 @@ BOOST_AUTO_TEST_CASE(whatever_comes_in_the_promises_are_kept) {
     Time last;
     bool any_fresh = false;
     std::int64_t since_fresh = 0, without_permission = 0;  // ns, a tick counts as at most the longest
+    Duration stale_at;
     bool ever_permitted = false;
     for (int i = 0; i < length; ++i) {
       const SafetyInput in = adversary.next(period);
@@ -499,6 +503,7 @@ BOOST_AUTO_TEST_CASE(whatever_comes_in_the_promises_are_kept) {
       last = in.now;
       since_fresh = in.fresh_segment ? 0 : since_fresh + dt;
       any_fresh = any_fresh || in.fresh_segment;
+      if (in.fresh_segment) stale_at = std::max(Duration{}, std::min(in.fresh_for, limits.stale_after));
       without_permission = in.permitted ? 0 : without_permission + dt;
       ever_permitted = ever_permitted || in.permitted;
 
@@ -515,7 +520,7 @@ BOOST_AUTO_TEST_CASE(whatever_comes_in_the_promises_are_kept) {
                             where);
       BOOST_REQUIRE_MESSAGE(
           norm(now.torque - before.torque) <= limits.torque_slew * seconds * (1 + 1e-9) + rounding_torque, where);
-      const std::int64_t outlived = limits.stale_after.ns + limits.ramp_down_time.ns;
+      const std::int64_t outlived = stale_at.ns + limits.ramp_down_time.ns;
       if (!any_fresh || since_fresh >= outlived) BOOST_REQUIRE_MESSAGE(is_zero(now), where);
       // Permission can have ended anywhere before its first tick without it, hence one tick more.
       if (!ever_permitted || without_permission >= limits.ramp_down_time.ns + longest) {

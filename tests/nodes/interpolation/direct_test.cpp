@@ -70,8 +70,9 @@ class Subject {
   void bodies(double stamp_ms, double ms, const BodyStates& b) {
     node_.bodies.push({at_ms(stamp_ms), at_ms(ms), sequence_++}, &b);
   }
-  void otherwise(double stamp_ms, double ms, const Vec3& force) {
-    const ForceSegment held = constant_segment(at_ms(ms), {force, {}});
+  void otherwise(double stamp_ms, double ms, const Vec3& force, Duration trust_time = {}) {
+    ForceSegment held = constant_segment(at_ms(ms), {force, {}});
+    held.trust_time = trust_time;
     node_.otherwise.push({at_ms(stamp_ms), at_ms(ms), sequence_++}, &held);
   }
   bool tick(double ms) {
@@ -85,6 +86,7 @@ class Subject {
     node_.segment.clear_pending();
     return true;
   }
+  [[nodiscard]] Duration trust_time() const { return shown_.trust_time; }
   [[nodiscard]] Vec3 force(double ms) const { return evaluate(shown_, at_ms(ms)).force; }
   [[nodiscard]] double jump() const { return norm(shown_.c[0].force - displayed(before_, shown_.begin).value.force); }
   [[nodiscard]] double metric(const std::string& name) const {
@@ -163,6 +165,21 @@ BOOST_AUTO_TEST_CASE(a_ball_pressed_on_a_face_is_felt_by_the_springs_in_series) 
     BOOST_TEST(subject.metric("direct.ticks") == 598.0);
     BOOST_TEST(subject.metric("fallbacks") == 0.0);
   }
+}
+
+BOOST_AUTO_TEST_CASE(what_is_displayed_instead_of_a_step_is_trusted_as_it_states) {
+  Subject subject(box_scene());
+  const Duration trust{300'000'000};
+  for (int ms = 0; ms <= 20; ++ms) {
+    subject.sample(ms, Vec3{0.02, 0, 0});
+    if (ms == 5) subject.otherwise(0, ms, {1, 0, 0}, trust);
+    if (ms == 10) subject.bodies(0, ms, one_body({0.02, 0, 0}));
+    if (!subject.tick(ms)) continue;
+    if (ms < 10) BOOST_TEST((subject.trust_time() == trust));
+  }
+  // Now it steps, and shows the force of the newest sample.
+  BOOST_TEST(subject.metric("direct.ticks") > 5);
+  BOOST_TEST((subject.trust_time() == Duration{}));
 }
 
 BOOST_AUTO_TEST_CASE(the_device_shows_the_force_of_its_own_time_after_a_single_result) {

@@ -136,6 +136,27 @@ BOOST_AUTO_TEST_CASE(slow_physics_is_trusted_for_three_of_its_periods_and_dead_p
   BOOST_TEST(fallbacks(1500, 2000) == 1501.0);  // longer than trust_time_max: as if it had died
 }
 
+BOOST_AUTO_TEST_CASE(segments_state_for_how_long_their_result_is_trusted) {
+  const auto trust_ms = [](int period, int late, int results) {
+    Subject subject(box_scene(), default_params<Rollout>());
+    const Vec3 handle{0.03, -0.03, 0};
+    for (int ms = 0; ms <= late + period * (results - 1); ++ms) {
+      subject.sample(ms, handle);
+      if (ms >= late && (ms - late) % period == 0) {
+        subject.model(ms - late, ms, model_at(ms - late, one_body(handle), handle, {}));
+      }
+      subject.tick(ms);
+    }
+    return subject.shown().trust_time.ns / 1'000'000;
+  };
+  BOOST_TEST(trust_ms(20, 20, 3) == 250);    // the parameter
+  BOOST_TEST(trust_ms(125, 125, 1) == 375);  // the first result was as long in the making
+  BOOST_TEST(trust_ms(125, 0, 1) == 250);    // that told nothing
+  BOOST_TEST(trust_ms(125, 0, 2) == 375);    // three periods
+  BOOST_TEST(trust_ms(400, 0, 2) == 1000);   // trust_time_max
+  BOOST_TEST(trust_ms(1500, 0, 2) == 250);   // longer than that: as if it had died
+}
+
 BOOST_AUTO_TEST_CASE(where_finding_contacts_is_too_much_work_those_of_the_model_serve_and_are_counted) {
   auto params = on_surface();
   Scene scene = box_scene();

@@ -66,6 +66,24 @@ BOOST_AUTO_TEST_CASE(the_segments_of_the_input_in_use_go_through_unchanged_and_o
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_segment_states_the_trust_of_the_one_in_use) {
+  Driven d;
+  ForceSegment trusted = line(d.now, 1);
+  trusted.trust_time = tick * 300;
+  d.arrive(d.node.first, trusted);
+  d.step();
+  BOOST_TEST((d.shown.trust_time == trusted.trust_time));
+  d.now = d.now + tick;
+  d.arrive(d.node.second, line(d.now, 2));
+  d.use(Select::Use::second);
+  BOOST_REQUIRE(d.step());
+  BOOST_TEST((d.shown.trust_time == Duration{}));
+  d.now = d.now + tick;
+  d.use(Select::Use::first);
+  BOOST_REQUIRE(d.step());  // while it changes over
+  BOOST_TEST((d.shown.trust_time == trusted.trust_time));
+}
+
 BOOST_AUTO_TEST_CASE(a_change_keeps_force_and_slope_and_decays_by_its_closed_form) {
   Driven d;
   d.arrive(d.node.first, line(d.now, 1, 20));

@@ -146,6 +146,43 @@ BOOST_AUTO_TEST_CASE(recursion_is_the_least_squares_of_all_samples_by_their_weig
   require_equal(fit(ArMethod::rls, x, 6, 0.97), dense_least_squares(x, 6, 0.97), 1e-6);
 }
 
+BOOST_AUTO_TEST_CASE(recursion_remembers_through_a_rest_what_least_squares_remembers) {
+  const Signal moving = auto_regressive({0.9, -0.4, 0.2}, 120, 15);
+  for (const int rest : {1, 3, 4, 30, 300}) {
+    Signal x = moving;
+    x.resize(moving.size() + static_cast<std::size_t>(rest));
+    for (const Vec3& next : auto_regressive({0.9, -0.4, 0.2}, 12, 16)) {
+      require_equal(fit(ArMethod::rls, x, 3, 0.97), dense_least_squares(x, 3, 0.97), 1e-5);
+      x.push_back(next);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(recursion_counts_the_samples_of_a_rest_and_forgets_as_it_does_while_something_moves) {
+  RecursiveEquations sums(2, 0.9);
+  const std::array<Vec3, 3> silent{};
+  const std::array<Vec3, 3> moving{Vec3{2, 0, 0}, Vec3{1, 0, 0}, Vec3{1, 0, 0}};
+  for (int t = 0; t < 50; ++t) sums.add(silent);
+  BOOST_TEST(std::abs(sums.samples() - 10 * (1 - std::pow(0.9, 50))) < 1e-9);
+  sums.add(moving);
+  for (int t = 0; t < 20; ++t) sums.add(silent);
+  BOOST_TEST(std::abs(sums.equations().at(0, 0) / (4 * std::pow(0.9, 20)) - 1) < 1e-12);
+  // In the end nothing is left, rather than what is too small to be divided by.
+  for (int t = 0; t < 8000; ++t) sums.add(silent);
+  BOOST_TEST(sums.equations().at(0, 0) == 0.0);
+  BOOST_TEST(std::abs(sums.samples() - 10) < 1e-9);
+}
+
+BOOST_AUTO_TEST_CASE(recursion_starts_anew_where_rounding_of_a_blow_would_outweigh_what_comes) {
+  const Signal x = auto_regressive({0.9, -0.4, 0.2}, 60, 17);
+  Signal with_blow(20);
+  with_blow[9] = {1e9, 0, 0};
+  with_blow.insert(with_blow.end(), x.begin(), x.end());
+  // Least squares from the first sample that is not zero again, with the rest before it as its regressors.
+  const Signal anew(with_blow.begin() + 17, with_blow.end());
+  require_equal(fit(ArMethod::rls, with_blow, 3, 0.99), dense_least_squares(anew, 3, 0.99), 1e-6);
+}
+
 BOOST_AUTO_TEST_CASE(every_order_of_one_factorisation_is_the_fit_of_that_order) {
   const Signal x = auto_regressive({1.2, -0.9, 0.5}, 300, 11);
   RecursiveEquations sums(10, 1.0);

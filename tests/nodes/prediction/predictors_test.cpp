@@ -1,4 +1,5 @@
 // Each predictor's formula on streams whose next value is known.
+#include <Eigen/Dense>
 #include <algorithm>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
@@ -236,6 +237,100 @@ BOOST_AUTO_TEST_CASE(contradicting_options_of_a_refitter_are_input_errors) {
   rls.forgetting = 0.95;  // 20 samples in the end, so order 6 at most
   rls.order = 7;
   BOOST_CHECK_THROW(Refitter(rls, context()), InputError);
+}
+
+namespace {
+
+// An axis of a quantised force: it moves, rests for 20 samples while the other axes go on, and moves again.
+double quantised_force(int t, int axis) {
+  constexpr double step = 0.01;
+  const int phase = (t + 23 * axis) % 70;
+  const double moved = t / 70 + (phase < 50 ? phase : 50) / 50.0;
+  return step * std::round((2 * std::sin(3 * moved + axis) + 0.2 * std::sin(31 * moved)) / step);
+}
+
+// The coefficients of least squares over the differences of one axis up to sample `now`, weighed by
+// `forgetting`^age, by a dense factorisation.
+Eigen::VectorXd weighted_least_squares(int now, int axis, int order, double forgetting) {
+  const auto difference = [axis](int t) { return quantised_force(t, axis) - quantised_force(t - 1, axis); };
+  const int rows = now - order;
+  Eigen::MatrixXd A(rows, order);
+  Eigen::VectorXd b(rows);
+  for (int row = 0; row < rows; ++row) {
+    const int t = order + 1 + row;
+    const double root_weight = std::pow(forgetting, 0.5 * (now - t));
+    b(row) = root_weight * difference(t);
+    for (int i = 0; i < order; ++i) A(row, i) = root_weight * difference(t - 1 - i);
+  }
+  return A.householderQr().solve(b);
+}
+
+Refitter::Params recursive_per_axis(int order) {
+  auto params = default_params<Refitter>();
+  params.method = ArMethod::rls;
+  params.model_structure = ModelStructure::per_axis;
+  params.detrend = Detrend::difference;
+  params.order = order;
+  params.forgetting = 0.97;
+  return params;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_recursive_fit_of_an_axis_that_rests_goes_on_as_least_squares_does) {
+  constexpr int order = 3;
+  const Refitter::Params params = recursive_per_axis(order);
+  Refitter refitter(params, context(false));
+  refitter.force.configure({QueuePolicy::drop_oldest, 512});
+  int compared = 0;
+  for (int t = 0; t < 400; ++t) {
+    const Wrench x{{quantised_force(t, 0), quantised_force(t, 1), quantised_force(t, 2)}, {}};
+    const ArCoefficients* sent = nullptr;
+    refitter.force.push(stamp_ms(10 * t), &x);
+    StepContext c(stamp_ms(10 * t).valid);
+    refitter.step(c);
+    if (refitter.coefficients.pending() > 0) {
+      sent = static_cast<const ArCoefficients*>(refitter.coefficients.pending_value(0));
+    }
+    if (t < 60) {
+      refitter.coefficients.clear_pending();
+      continue;
+    }
+    BOOST_REQUIRE(sent != nullptr);
+    BOOST_REQUIRE(sent->force_order == order);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::VectorXd expected = weighted_least_squares(t, axis, order, params.forgetting);
+      if (!is_stable({expected.data(), static_cast<std::size_t>(order)})) continue;
+      ++compared;
+      for (int i = 0; i < order; ++i) {
+        const double error =
+            std::abs(sent->force[static_cast<std::size_t>(axis * ArCoefficients::max_order + i)] - expected(i));
+        BOOST_REQUIRE_MESSAGE(error < 1e-5,
+                              "sample " << t << ", axis " << axis << ", phi_" << i + 1 << " is off by " << error);
+      }
+    }
+    refitter.coefficients.clear_pending();
+  }
+  BOOST_TEST(compared > 900);
+}
+
+BOOST_AUTO_TEST_CASE(an_axis_without_force_does_not_keep_a_recursive_fit_from_beginning) {
+  constexpr int order = 3;
+  Refitter refitter(recursive_per_axis(order), context(false));
+  refitter.force.configure({QueuePolicy::drop_oldest, 512});
+  Draw draw(3);
+  int first = 0;
+  for (int t = 1; t <= 30 && first == 0; ++t) {
+    const Wrench x{{0, draw.normal(), 0}, {}};
+    refitter.force.push(stamp_ms(10 * t), &x);
+    StepContext c(stamp_ms(10 * t).valid);
+    refitter.step(c);
+    if (refitter.coefficients.pending() > 0) first = t;
+  }
+  // Sums of weights that reach 9: from the fifth sample on, three differences after the first, 0.97^k each.
+  int expected = 4;
+  for (double weight = 0; weight < 3.0 * order; ++expected) weight = 0.97 * weight + 1;
+  BOOST_TEST(first == expected);
 }
 
 BOOST_AUTO_TEST_CASE(a_window_of_time_is_refitted_once_it_is_full_of_time) {
