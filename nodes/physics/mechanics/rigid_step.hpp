@@ -25,11 +25,14 @@ struct StepResult {
   double turn = 0;     ///< rad, the farthest that a body has turned
 };
 
-/// Advances the bodies by h seconds. The equations, in momenta, with forces at the end of the step:
+/// Advances the bodies by h seconds, by implicit Euler or the midpoint rule (SystemModel::integrator).
+///
+/// **Implicit Euler.** The equations, in momenta, with forces at the end of the step:
 ///   m (v' - v) = h (m g + F_coupling + sum f),     p' = p + h v',
 ///   L' - L     = h (tau_coupling + sum r x f),     R' = exp(h (w' - w*)) R*,     L' = I_W(R') w'',
-/// where (R*, w*) is what free_rotation gives, so that a body without torque keeps its angular momentum exactly. The
-/// coupling acts on the tool alone, with the handle (p_WD, R_WD, v_WD, w_WD) at the end of the step and without limits:
+/// where (R*, w*) is what free_rotation gives, so that a body without torque keeps its angular momentum and its kinetic
+/// energy to rounding. The coupling acts on the tool alone, with the handle (p_WD, R_WD, v_WD, w_WD) at the end of the
+/// step and without limits:
 ///   F = k_t (p_WD - p') + b_t (v_WD - v'),   tau = k_r (log(R_WD R^T) - h w') + b_r (w_WD - w').
 /// A contact at lever r from each body's origin, with the bodies' relative velocity u there and the distance phi at
 /// the start of the step:
@@ -38,6 +41,19 @@ struct StepResult {
 /// above the surface on, so that the force has no step at the surface. Both bodies of a pair get the force at the same
 /// point, hence linear and angular momentum of free bodies are kept to rounding. With coupling.massless the tool has no
 /// inertia, no weight and no damper, nor have its contacts: it goes where springs balance, and w'' = w'.
+///
+/// A spring-mass of angular frequency W loses the share 1 - 1 / (1 + (W h)^2) of its energy in a step.
+///
+/// **Midpoint.** The same equations, solved over h/2, with the handle in the middle of its way and the levers where the
+/// bodies would be by then without forces. The velocities found are the means over the step; with them
+///   p' = p + h v_m,     v' = v + 2 (v_m - v),     R' = exp(h (w_m - w*)) R*(h),     L' = L + 2 (L_m - L).
+/// The coupling's spring and damper are those of the middle, the contacts' normal force is that of normal_force. So
+/// springs take and give back what the bodies do and lose, also where contact begins or ends within the step, and the
+/// error is of second order (J. Simo, N. Tarnow, "The discrete energy-momentum method", 1992). Friction goes with the
+/// velocity at the end of the step, so that what sticks comes to rest in one: with the mean velocity it would go on to
+/// and fro. What is faster than the step is not damped but alternates from step to step. The contacts' wrench that is
+/// reported is the one of their law at the end of the step. A step that is not solved is taken by implicit Euler, and
+/// so is one with coupling.massless.
 ///
 /// With friction bounds mu N held, the equations are the minimum of a convex function of the velocities, which Newton's
 /// method with line search looks for (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
@@ -63,10 +79,12 @@ class RigidStep {
     Vec3 r_body, r_other;     // m, levers
     Vec3 n;
     double push = 0;      // N, the normal force at zero velocity; negative where apart
-    double slope = 0;     // N s/m, how the normal force falls with n . u
+    double spring = 0;    // N s/m, stiffness times the time that is solved for
+    double damping = 0;   // N s/m
     double friction = 0;  // Coulomb coefficient
     double bound = 0;     // N, friction force while sliding
     Vec3 u, du;           // m/s, relative velocity, and its change along the line that is searched
+    Vec3 u_start;         // m/s, relative velocity at the start
     Vec3 force;           // N, on `body`
   };
 
@@ -75,9 +93,13 @@ class RigidStep {
                      const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies);
   StepResult advance_once(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                           const ContactPlanes& contacts, double h, BodyStates& bodies);
+  StepResult solve(Integrator integrator, const CouplingParameters& coupling, const DeviceState& device,
+                   const ContactPlanes& contacts, double h, BodyStates& bodies);
   template <int Dofs>
-  StepResult solve(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
-                   double h, BodyStates& bodies);
+  StepResult solve(Integrator integrator, const CouplingParameters& coupling, const DeviceState& device,
+                   const ContactPlanes& contacts, double h, BodyStates& bodies);
+  std::span<Plane> prepare_planes(Integrator integrator, bool massless, const ContactPlanes& contacts, double h,
+                                  const BodyStates& bodies);
 
   SystemModel model_;
   std::array<Plane, ContactSet::capacity> planes_;

@@ -3,7 +3,8 @@
 
 namespace tactor {
 
-template StepResult RigidStep::solve<Eigen::Dynamic>(const CouplingParameters& coupling, const DeviceState& device,
-                                                     const ContactPlanes& contacts, double h, BodyStates& bodies);
+template StepResult RigidStep::solve<Eigen::Dynamic>(Integrator integrator, const CouplingParameters& coupling,
+                                                     const DeviceState& device, const ContactPlanes& contacts, double h,
+                                                     BodyStates& bodies);
 
 }  // namespace tactor

@@ -44,6 +44,7 @@ template <int Dofs>
 int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs>::Vector& v) {
   using E = StepEquations<Dofs>;
   v = equations.start();
+  equations.set_velocities(v, &RigidStep::Plane::u_start);
   equations.set_velocities(v, &RigidStep::Plane::u);
   bool held = false;
   typename E::Vector left;
@@ -69,39 +70,22 @@ int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs
 }  // namespace step_solve
 
 template <int Dofs>
-StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceState& device,
+StepResult RigidStep::solve(Integrator integrator, const CouplingParameters& coupling, const DeviceState& device,
                             const ContactPlanes& contacts, double h, BodyStates& bodies) {
   StepResult result;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
-    if (!usable(contacts, i, model_.count)) {
-      ++result.left_out;
-      continue;
-    }
-    const Contact& c = contacts.planes[i];
-    const PlaneNow now = plane_now(contacts, i, bodies.X_WB);
-    Plane& p = planes_[count++];
-    const double k = c.stiffness * c.weight, b = coupling.massless != 0 ? 0 : c.damping * c.weight;
-    p.body = contacts.pairs[i].body;
-    p.other = contacts.pairs[i].other;
-    p.r_body = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.body)].p;
-    if (p.other >= 0) p.r_other = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.other)].p;
-    p.n = now.n_W;
-    p.push = -k * now.distance;
-    p.slope = h * k + b;
-    p.friction = c.friction;
-    p.bound = 0;
-  }
-  const std::span planes = std::span(planes_).first(count);
+  const std::span planes = prepare_planes(integrator, coupling.massless != 0, contacts, h, bodies);
+  result.left_out = static_cast<int>(contacts.planes.size() - planes.size());
 
   const BodyStates before = bodies;
-  StepEquations<Dofs> equations(model_, coupling, device, h, before, planes);
+  StepEquations<Dofs> equations(model_, integrator, coupling, device, h, before, planes);
   typename StepEquations<Dofs>::Vector v;
   result.iterations = step_solve::newton(equations, model_.iterations, v);
   result.outcome = StepOutcome::converged;
   if (result.iterations < 0) {
     result.iterations = model_.iterations;
     result.outcome = StepOutcome::damped;
+    // The caller takes a step of implicit Euler instead.
+    if (integrator == Integrator::midpoint) return result;
     v.setZero(equations.dofs());
     equations.set_velocities(v, &RigidStep::Plane::u);
     typename StepEquations<Dofs>::Vector left;
@@ -119,11 +103,13 @@ StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceStat
   }
   result.turn = equations.finish(v, bodies);
   for (const Plane& p : planes) {
-    if (p.force == Vec3{} || (p.body != 0 && p.other != 0)) continue;
+    if (p.body != 0 && p.other != 0) continue;
+    const Vec3 force = equations.force_at_end(p);
+    if (force == Vec3{}) continue;
     const double sign = p.body == 0 ? 1 : -1;
     ++result.touching;
-    result.contact_T_W.force += sign * p.force;
-    result.contact_T_W.torque += cross(p.body == 0 ? p.r_body : p.r_other, sign * p.force);
+    result.contact_T_W.force += sign * force;
+    result.contact_T_W.torque += cross(p.body == 0 ? p.r_body : p.r_other, sign * force);
   }
   return result;
 }
