@@ -17,7 +17,7 @@ enum class StepOutcome : std::uint8_t {
 /// What a step found besides the new state.
 struct StepResult {
   StepOutcome outcome = StepOutcome::stopped;
-  Wrench contact_T_W;  ///< N, N m: sum of the contacts on the tool about its origin, over the step
+  Wrench contact_T_W;  ///< N, N m: of the contacts on the tool about its origin, at the end of the step
   int touching = 0;    ///< contacts of the tool with a force
   int left_out = 0;    ///< planes that were not usable (see `usable`)
   double work = 0;     ///< J, what the handle put in (see handle_work)
@@ -42,28 +42,28 @@ struct StepResult {
 /// point, hence linear and angular momentum of free bodies are kept to rounding. With coupling.massless the tool has no
 /// inertia, no weight and no damper, nor have its contacts: it goes where springs balance, and w'' = w'.
 ///
-/// A spring-mass of angular frequency W loses the share 1 - 1 / (1 + (W h)^2) of its energy in a step.
+/// Of a spring and a mass of angular frequency W a step keeps the share 1 / (1 + (W h)^2) of the energy.
 ///
 /// **Midpoint.** The same equations, solved over h/2, with the handle in the middle of its way and the levers where the
 /// bodies would be by then without forces. The velocities found are the means over the step; with them
 ///   p' = p + h v_m,     v' = v + 2 (v_m - v),     R' = exp(h (w_m - w*)) R*(h),     L' = L + 2 (L_m - L).
 /// The coupling's spring and damper are those of the middle, the contacts' normal force is that of normal_force. So
-/// springs take and give back what the bodies do and lose, also where contact begins or ends within the step, and the
-/// error is of second order (J. Simo, N. Tarnow, "The discrete energy-momentum method", 1992). Friction goes with the
-/// velocity at the end of the step, so that what sticks comes to rest in one: with the mean velocity it would go on to
-/// and fro. What is faster than the step is not damped but alternates from step to step. The contacts' wrench that is
-/// reported is the one of their law at the end of the step. A step that is not solved is taken by implicit Euler, and
-/// so is one with coupling.massless.
+/// springs give back what they take, also where contact begins or ends within the step, and the error is of second
+/// order (J. Simo, N. Tarnow, "The discrete energy-momentum method", 1992). Friction goes with the velocity u_t at the
+/// end of the step, so that what sticks comes to rest in one step; with the mean velocity it would go to and fro for
+/// ever. What of u_t lies between zero and the reverse of the start's is left out, so that friction takes energy out
+/// also where sliding turns back within the step. What is faster than the step is not damped but alternates from step
+/// to step. A step that is not solved is taken by implicit Euler, and so is one with coupling.massless.
 ///
 /// With friction bounds mu N held, the equations are the minimum of a convex function of the velocities, which Newton's
 /// method with line search looks for (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
 /// compliant contact", IEEE T-RO 2022; A. Castro, X. Han, J. Masterjohn, "Irrotational contact fields", 2023). The
 /// bounds follow the normal forces in the first iterations, and are held then: however far they are off, friction
-/// takes energy out. It is converged when what is left of each body's equation is below model.tolerance of the sum
-/// of the norms of its terms. If it is not, one linear step is taken instead, with all planes that overlap as springs
-/// and dampers of both signs and the friction viscous, if total energy is then no larger than before plus the handle's
-/// work; else the bodies stay at rest where they are. No state is ever made that is not finite. Throws nothing,
-/// allocates nothing.
+/// takes energy out. It is converged when what is
+/// left of each body's equation is below model.tolerance of the sum of the norms of its terms. If it is not, one linear
+/// step is taken instead, with all planes that overlap as springs and dampers of both signs and the friction viscous,
+/// if total energy is then no larger than before plus the handle's work; else the bodies stay at rest where they are.
+/// No state is ever made that is not finite. Throws nothing, allocates nothing.
 class RigidStep {
  public:
   explicit RigidStep(const SystemModel& model) : model_(model) {}

@@ -164,7 +164,7 @@ class StepEquations {
   [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const {
     const double normal = normal_at(p, dot(p.n, u)).force;
     if (normal == 0 && p.bound == 0) return {};
-    return normal * p.n - rub(p.bound, across(p, velocity_at_end(p, u)));
+    return normal * p.n - rub(p.bound, slide(p, u).u_t);
   }
 
   /// Lets the friction bounds follow the normal forces; returns true where they hardly changed.
@@ -185,14 +185,15 @@ class StepEquations {
     return [this](const Plane& p, Matrix3d& S) {
       const double normal = normal_at(p, dot(p.n, p.u)).slope;
       if (normal == 0 && p.bound == 0) return false;
-      const Vec3 u_t = across(p, velocity_at_end(p, p.u));
+      const auto [u_t, back] = slide(p, p.u);
       const double sliding = norm(u_t);
       const double rough = whole_ * p.bound / std::max(sliding, model_.stick_velocity);
       // Of no direction where it sticks.
       const Vec3 t = sliding > model_.stick_velocity ? (1 / sliding) * u_t : Vec3{};
       for (int b = 0; b < 3; ++b) {
         for (int a = 0; a < 3; ++a) {
-          S(a, b) = (normal - rough) * p.n[a] * p.n[b] - rough * t[a] * t[b] + (a == b ? rough : 0);
+          S(a, b) =
+              (normal - rough) * p.n[a] * p.n[b] - rough * (t[a] * t[b] + back[a] * back[b]) + (a == b ? rough : 0);
         }
       }
       return true;
@@ -331,6 +332,21 @@ class StepEquations {
   }
   [[nodiscard]] Vec3 velocity_at_end(const Plane& p, const Vec3& u) const { return u + beyond_ * (u - p.u_start); }
   [[nodiscard]] static Vec3 across(const Plane& p, const Vec3& u) { return u - dot(p.n, u) * p.n; }
+  /// The velocity that friction goes with, and the unit direction in which it does not feel u, where there is one.
+  struct Slide {
+    Vec3 u_t, back;
+  };
+  /// At velocity u: that at the end of the step, less what of it lies between rest and the start's reversed. Within
+  /// those the bodies have turned back during the step, and the whole way went with the start.
+  [[nodiscard]] Slide slide(const Plane& p, const Vec3& u) const {
+    const Vec3 end = across(p, velocity_at_end(p, u));
+    if (integrator_ == Integrator::implicit_euler) return {end, {}};
+    const Vec3 start = across(p, p.u_start);
+    const double along = dot(end, start), square = dot(start, start);
+    if (along >= 0) return {end, {}};
+    if (along <= -square) return {end + start, {}};
+    return {end - (along / square) * start, (1 / std::sqrt(square)) * start};
+  }
   /// What friction of that bound takes at sliding velocity u_t.
   [[nodiscard]] Vec3 rub(double bound, const Vec3& u_t) const {
     return (bound / std::max(norm(u_t), model_.stick_velocity)) * u_t;
