@@ -1,7 +1,7 @@
 // What the integrators of the rigid step do to energy, how exact they are, and what a step costs.
 //
-// energy_bench [--scenes N] prints JSON: `rebound` (speed kept at an undamped contact), `spin` (energy of a free body),
-// `family` (errors of a tool that is pressed and dragged, over N random scenes), `time` (of a step).
+// energy_bench [--scenes N] prints JSON: `rebound` (speed kept at a contact), `spin` (energy of a free body), `family`
+// (errors of a tool that is pressed and dragged, over N random scenes), `time` (of a step).
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -194,6 +194,7 @@ json family(int count) {
         rows.push_back({{"scene", i},
                         {"integrator", name_of(integrator)},
                         {"substep", tick / steps},
+                        {"contact_wh", std::sqrt(s.k / s.mass) * tick / steps},
                         {"position_error", rms_difference(found.p, exact.p)},
                         {"force_error", rms_difference(found.F, exact.F)},
                         {"references_differ", rms_difference(other.F, exact.F)},
