@@ -33,9 +33,14 @@ class Tables(unittest.TestCase):
         rows = [row(0, "implicit_euler", 2), row(0, "midpoint", 1), row(1, "implicit_euler", 1), row(1, "midpoint", 3)]
         self.assertEqual(energy_results.compared(rows).splitlines()[-1], "| 1 | 1.750 | 3.00 | 1 | 1.750 | 3.00 | 1 | 1.50 |")
 
+    def test_a_scene_has_its_errors_in_mN_beside_the_run_time(self):
+        metrics = {"physics.force.rms_error_N": {"mean": 0.0015}, "delivered.force.rms_error_N": {"mean": 0.06}, "cpu_ms_per_s": {"mean": 7.125}}
+        row = {"graph": "wall", "values": {"encoder": "as it is", "dynamics.integrator": "midpoint", "dynamics.substep": "1 ms"}, "metrics": metrics}
+        self.assertEqual(energy_results.scenes({"rows": [row]}).splitlines()[-1], "| `wall` | as it is | `midpoint` | 1 ms | 1.5 | 60 | 7.12 |")
+
     def test_every_key_of_the_page_has_a_value(self):
         values = energy_results.values(self.found)
-        page = energy_results.page.filled(SCRIPT.with_name("energy_results.template.md").read_text(), values | {"MACHINE": "here"})
+        page = energy_results.page.filled(SCRIPT.with_name("energy_results.template.md").read_text(), values | {"MACHINE": "here", "SHIPPED": "those"})
         self.assertIn("2 random scenes", page)
 
 
