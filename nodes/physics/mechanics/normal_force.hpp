@@ -43,8 +43,9 @@ inline NormalForce secant(double push, double end) {
 /// begins or ends within the step, and with damping energy is taken out (O. Gonzalez, "Time integration and discrete
 /// Hamiltonian systems", 1996; T. Laursen, V. Chawla, "Design of energy conserving algorithms for frictionless dynamic
 /// contact problems", 1997). Both fall with `speed` without a step, so that they are the slope of a convex function.
-inline NormalForce normal_force(Integrator integrator, double push, double spring, double damping, double speed) {
-  if (integrator == Integrator::implicit_euler) {
+template <Integrator integrator>
+NormalForce normal_force(double push, double spring, double damping, double speed) {
+  if constexpr (integrator == Integrator::implicit_euler) {
     const double slope = spring + damping, force = push - slope * speed;
     return force > 0 ? NormalForce{force, slope} : NormalForce{};
   }

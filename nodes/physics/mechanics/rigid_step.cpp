@@ -62,6 +62,14 @@ StepResult RigidStep::advance(const CouplingParameters& coupling, const DeviceSt
   return second;
 }
 
+template <Integrator integrator>
+StepResult RigidStep::solve_by(const CouplingParameters& coupling, const DeviceState& device,
+                               const ContactPlanes& contacts, double h, BodyStates& bodies) {
+  if (model_.count > 1) return solve<Eigen::Dynamic, integrator>(coupling, device, contacts, h, bodies);
+  if (model_.body[0].rotates) return solve<6, integrator>(coupling, device, contacts, h, bodies);
+  return solve<3, integrator>(coupling, device, contacts, h, bodies);
+}
+
 StepResult RigidStep::advance_once(const CouplingParameters& coupling, const DeviceState& before,
                                    const DeviceState& device, const ContactPlanes& contacts, double h,
                                    BodyStates& bodies) {
@@ -69,7 +77,7 @@ StepResult RigidStep::advance_once(const CouplingParameters& coupling, const Dev
   const BodyStates start = bodies;
   if (model_.integrator == Integrator::midpoint && coupling.massless == 0) {
     const DeviceState middle = handle_between(before, device, 0.5, model_.body[0].rotates);
-    StepResult result = solve(Integrator::midpoint, coupling, middle, contacts, h / 2, bodies);
+    StepResult result = solve_by<Integrator::midpoint>(coupling, middle, contacts, h / 2, bodies);
     if (result.outcome == StepOutcome::converged && finite(bodies, model_.count) && is_finite(result.contact_T_W)) {
       // The mean force over the half way, twice.
       result.work = 2 * handle_work(model_, coupling, before, middle, halfway(start, bodies));
@@ -77,7 +85,7 @@ StepResult RigidStep::advance_once(const CouplingParameters& coupling, const Dev
     }
     bodies = start;
   }
-  StepResult result = solve(Integrator::implicit_euler, coupling, device, contacts, h, bodies);
+  StepResult result = solve_by<Integrator::implicit_euler>(coupling, device, contacts, h, bodies);
   bool stop = result.outcome == StepOutcome::stopped || !finite(bodies, model_.count) || !is_finite(result.contact_T_W);
   if (!stop && result.outcome == StepOutcome::damped) {
     const double had = system_energy(model_, coupling, before, contacts, start).total() +
@@ -94,32 +102,17 @@ StepResult RigidStep::advance_once(const CouplingParameters& coupling, const Dev
   return result;
 }
 
-StepResult RigidStep::solve(Integrator integrator, const CouplingParameters& coupling, const DeviceState& device,
-                            const ContactPlanes& contacts, double h, BodyStates& bodies) {
-  if (model_.count > 1) return solve<Eigen::Dynamic>(integrator, coupling, device, contacts, h, bodies);
-  if (model_.body[0].rotates) return solve<6>(integrator, coupling, device, contacts, h, bodies);
-  return solve<3>(integrator, coupling, device, contacts, h, bodies);
-}
-
-/// The usable planes as the step over h seconds sees them; the midpoint rule, which steps over 2 h, has their levers
-/// where the bodies would be after h without forces.
-std::span<RigidStep::Plane> RigidStep::prepare_planes(Integrator integrator, bool massless,
-                                                      const ContactPlanes& contacts, double h,
-                                                      const BodyStates& bodies) {
-  BodyStates at = bodies;
-  if (integrator == Integrator::midpoint) {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(model_.count); ++i) {
-      at.X_WB[i].p += h * bodies.V_WB[i].v;
-      if (model_.body[i].rotates) at.X_WB[i].R = from_rotation_vector(h * bodies.V_WB[i].w) * bodies.X_WB[i].R;
-    }
-  }
+/// The usable planes as the step over h seconds sees them. `ahead`: where the bodies are at the middle of the step that
+/// the levers are for; null: where they are.
+std::span<RigidStep::Plane> RigidStep::prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
+                                                      const ContactPlanes& contacts, double h) {
+  const BodyStates& at = ahead != nullptr ? *ahead : bodies;
   std::size_t count = 0;
   for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
     if (!usable(contacts, i, model_.count)) continue;
     const Contact& c = contacts.planes[i];
     const PlaneNow now = plane_now(contacts, i, at.X_WB);
-    const double distance =
-        integrator == Integrator::midpoint ? plane_now(contacts, i, bodies.X_WB).distance : now.distance;
+    const double distance = ahead == nullptr ? now.distance : plane_now(contacts, i, bodies.X_WB).distance;
     Plane& p = planes_[count++];
     const double k = c.stiffness * c.weight;
     p.body = contacts.pairs[i].body;

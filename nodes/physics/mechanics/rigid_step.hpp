@@ -93,13 +93,14 @@ class RigidStep {
                      const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies);
   StepResult advance_once(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                           const ContactPlanes& contacts, double h, BodyStates& bodies);
-  StepResult solve(Integrator integrator, const CouplingParameters& coupling, const DeviceState& device,
-                   const ContactPlanes& contacts, double h, BodyStates& bodies);
-  template <int Dofs>
-  StepResult solve(Integrator integrator, const CouplingParameters& coupling, const DeviceState& device,
-                   const ContactPlanes& contacts, double h, BodyStates& bodies);
-  std::span<Plane> prepare_planes(Integrator integrator, bool massless, const ContactPlanes& contacts, double h,
-                                  const BodyStates& bodies);
+  template <Integrator integrator>
+  StepResult solve_by(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
+                      double h, BodyStates& bodies);
+  template <int Dofs, Integrator integrator>
+  StepResult solve(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
+                   double h, BodyStates& bodies);
+  std::span<Plane> prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
+                                  const ContactPlanes& contacts, double h);
 
   SystemModel model_;
   std::array<Plane, ContactSet::capacity> planes_;

@@ -1,5 +1,5 @@
-// How one step is solved: Newton's method with a line search, else one damped linear step. Instantiated once for each
-// number of degrees of freedom, in a file of its own, because each takes long to compile.
+// How one step is solved: Newton's method with a line search, else one damped linear step. Instantiated for each
+// number of degrees of freedom in a file of its own, because each takes long to compile.
 #pragma once
 
 #include <cmath>
@@ -40,11 +40,10 @@ double line_search(const Slope& slope, double at_zero) {
 }
 
 /// Newton's method from the velocities of now. Returns the iterations, or -1 where they did not do.
-template <int Dofs>
-int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs>::Vector& v) {
-  using E = StepEquations<Dofs>;
+template <class E>
+int newton(E& equations, int most, typename E::Vector& v) {
   v = equations.start();
-  equations.set_velocities(v, &RigidStep::Plane::u_start);
+  if constexpr (E::midpoint) equations.set_velocities(v, &RigidStep::Plane::u_start);
   equations.set_velocities(v, &RigidStep::Plane::u);
   bool held = false;
   typename E::Vector left;
@@ -67,32 +66,50 @@ int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs
   return -1;
 }
 
+/// The bodies after h seconds at their velocities.
+inline BodyStates moved_freely(const SystemModel& model, const BodyStates& bodies, double h) {
+  BodyStates moved = bodies;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(model.count); ++i) {
+    Pose& X = moved.X_WB[i];
+    X.p += h * bodies.V_WB[i].v;
+    if (model.body[i].rotates) X.R = from_rotation_vector(h * bodies.V_WB[i].w) * X.R;
+  }
+  return moved;
+}
+
 }  // namespace step_solve
 
-template <int Dofs>
-StepResult RigidStep::solve(Integrator integrator, const CouplingParameters& coupling, const DeviceState& device,
+template <int Dofs, Integrator integrator>
+StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceState& device,
                             const ContactPlanes& contacts, double h, BodyStates& bodies) {
+  using E = StepEquations<Dofs, integrator>;
+  std::span<Plane> planes;
+  if constexpr (E::midpoint) {
+    const BodyStates ahead = step_solve::moved_freely(model_, bodies, h);
+    planes = prepare_planes(bodies, &ahead, false, contacts, h);
+  } else {
+    planes = prepare_planes(bodies, nullptr, coupling.massless != 0, contacts, h);
+  }
   StepResult result;
-  const std::span planes = prepare_planes(integrator, coupling.massless != 0, contacts, h, bodies);
   result.left_out = static_cast<int>(contacts.planes.size() - planes.size());
 
   const BodyStates before = bodies;
-  StepEquations<Dofs> equations(model_, integrator, coupling, device, h, before, planes);
-  typename StepEquations<Dofs>::Vector v;
+  E equations(model_, coupling, device, h, before, planes);
+  typename E::Vector v;
   result.iterations = step_solve::newton(equations, model_.iterations, v);
   result.outcome = StepOutcome::converged;
   if (result.iterations < 0) {
     result.iterations = model_.iterations;
     result.outcome = StepOutcome::damped;
     // The caller takes a step of implicit Euler instead.
-    if (integrator == Integrator::midpoint) return result;
+    if constexpr (E::midpoint) return result;
     v.setZero(equations.dofs());
     equations.set_velocities(v, &RigidStep::Plane::u);
-    typename StepEquations<Dofs>::Vector left;
-    typename StepEquations<Dofs>::Matrix H;
+    typename E::Vector left;
+    typename E::Matrix H;
     equations.damped_residual(v, left);
     equations.derivative(H, equations.damped());
-    const Eigen::LLT<Eigen::Ref<typename StepEquations<Dofs>::Matrix>> factors(H);
+    const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
     if (factors.info() != Eigen::Success) {
       result.outcome = StepOutcome::stopped;
       return result;

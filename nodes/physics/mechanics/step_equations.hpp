@@ -18,23 +18,24 @@ namespace tactor {
 /// The equations of one step. The unknown is the velocity of all bodies, linear before angular: at the end of the step
 /// of h seconds by implicit Euler, in the middle of the step of 2 h seconds by the midpoint rule. `device`: the handle
 /// at that time. Dofs: 3 for one body that does not rotate, 6 for one that does, else Eigen::Dynamic.
-template <int Dofs>
+template <int Dofs, Integrator integrator>
 class StepEquations {
   using Matrix3d = Eigen::Matrix3d;
   using Vector3d = Eigen::Vector3d;
   using Plane = RigidStep::Plane;
   static constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
+  static constexpr double whole = integrator == Integrator::midpoint ? 2 : 1;  // the step, in h
   static constexpr bool one = Dofs != Eigen::Dynamic;
   static constexpr int most = one ? Dofs : 6 * static_cast<int>(max_moving_bodies);
 
  public:
+  static constexpr bool midpoint = integrator == Integrator::midpoint;
   using Vector = Eigen::Matrix<double, Dofs, 1, 0, most, 1>;
   using Matrix = Eigen::Matrix<double, Dofs, Dofs, 0, most, most>;
 
-  StepEquations(const SystemModel& model, Integrator integrator, const CouplingParameters& coupling,
-                const DeviceState& device, double h, const BodyStates& bodies, std::span<Plane> planes)
+  StepEquations(const SystemModel& model, const CouplingParameters& coupling, const DeviceState& device, double h,
+                const BodyStates& bodies, std::span<Plane> planes)
       : model_(model),
-        integrator_(integrator),
         device_(device),
         h_(h),
         bodies_(bodies),
@@ -187,15 +188,15 @@ class StepEquations {
       if (normal == 0 && p.bound == 0) return false;
       const auto [u_t, back] = slide(p, p.u);
       const double sliding = norm(u_t);
-      const double rough = whole_ * p.bound / std::max(sliding, model_.stick_velocity);
+      const double rough = whole * p.bound / std::max(sliding, model_.stick_velocity);
       // Of no direction where it sticks.
       const Vec3 t = sliding > model_.stick_velocity ? (1 / sliding) * u_t : Vec3{};
       for (int b = 0; b < 3; ++b) {
         for (int a = 0; a < 3; ++a) {
-          S(a, b) =
-              (normal - rough) * p.n[a] * p.n[b] - rough * (t[a] * t[b] + back[a] * back[b]) + (a == b ? rough : 0);
+          S(a, b) = (normal - rough) * p.n[a] * p.n[b] - rough * t[a] * t[b] + (a == b ? rough : 0);
         }
       }
+      if constexpr (midpoint) S -= rough * eigen(back) * eigen(back).transpose();
       return true;
     };
   }
@@ -246,18 +247,17 @@ class StepEquations {
       Twist& V = bodies.V_WB[index(i)];
       const bool balance = massless_ && i == 0;
       const Vec3 v_solved = plain(balance ? Vector3d(linear(v, i)) : Vector3d((b.momentum - linear(left, i)) / b.mass));
-      X.p += whole_ * h_ * v_solved;
-      V.v = v_solved + beyond_ * (v_solved - V.v);
+      X.p += whole * h_ * v_solved;
+      V.v = midpoint ? 2 * v_solved - V.v : v_solved;
       V.w = {};
       if (!rotates(i)) continue;
       const Vec3 w = plain(angular(v, i));
       const Matrix3d& inertia_B = model_.body[index(i)].inertia_B;
-      const Rotation free =
-          integrator_ == Integrator::midpoint ? free_rotation(inertia_B, b.free.R_WB, b.free.w_WB, h_) : b.free;
-      X.R = normalized(from_rotation_vector(whole_ * h_ * (w - b.free.w_WB)) * free.R_WB);
+      const Rotation free = midpoint ? free_rotation(inertia_B, b.free.R_WB, b.free.w_WB, h_) : b.free;
+      X.R = normalized(from_rotation_vector(whole * h_ * (w - b.free.w_WB)) * free.R_WB);
       // The tool without mass turns as far as the handle does, and its next step corrects what was not linear.
-      if (!balance) turn = std::max({turn, whole_ * h_ * norm(w), whole_ * h_ * norm(b.free.w_WB)});
-      V.w = balance ? w : plain(inertia_W(inertia_B, X.R).inverse() * (b.angular_momentum - whole_ * angular(left, i)));
+      if (!balance) turn = std::max({turn, whole * h_ * norm(w), whole * h_ * norm(b.free.w_WB)});
+      V.w = balance ? w : plain(inertia_W(inertia_B, X.R).inverse() * (b.angular_momentum - whole * angular(left, i)));
     }
     return turn;
   }
@@ -265,7 +265,7 @@ class StepEquations {
   /// The force that a plane has at the end of the step, given its velocity and its force for that. Of implicit Euler it
   /// is the same.
   [[nodiscard]] Vec3 force_at_end(const Plane& p) const {
-    if (integrator_ == Integrator::implicit_euler) return p.force;
+    if constexpr (!midpoint) return p.force;
     const Vec3 u = velocity_at_end(p, p.u);
     const double normal = std::max(0.0, p.push - 2 * p.spring * dot(p.n, p.u) - p.damping * dot(p.n, u));
     return normal * p.n - rub(p.friction * normal, across(p, u));
@@ -328,9 +328,12 @@ class StepEquations {
   }
 
   [[nodiscard]] NormalForce normal_at(const Plane& p, double speed) const {
-    return normal_force(integrator_, p.push, p.spring, p.damping, speed);
+    return normal_force<integrator>(p.push, p.spring, p.damping, speed);
   }
-  [[nodiscard]] Vec3 velocity_at_end(const Plane& p, const Vec3& u) const { return u + beyond_ * (u - p.u_start); }
+  [[nodiscard]] Vec3 velocity_at_end(const Plane& p, const Vec3& u) const {
+    if constexpr (!midpoint) return u;
+    return 2 * u - p.u_start;
+  }
   [[nodiscard]] static Vec3 across(const Plane& p, const Vec3& u) { return u - dot(p.n, u) * p.n; }
   /// The velocity that friction goes with, and the unit direction in which it does not feel u, where there is one.
   struct Slide {
@@ -340,7 +343,7 @@ class StepEquations {
   /// those the bodies have turned back during the step, and the whole way went with the start.
   [[nodiscard]] Slide slide(const Plane& p, const Vec3& u) const {
     const Vec3 end = across(p, velocity_at_end(p, u));
-    if (integrator_ == Integrator::implicit_euler) return {end, {}};
+    if constexpr (!midpoint) return {end, {}};
     const Vec3 start = across(p, p.u_start);
     const double along = dot(end, start), square = dot(start, start);
     if (along >= 0) return {end, {}};
@@ -418,9 +421,6 @@ class StepEquations {
   [[nodiscard]] double viscosity(const Plane& p) const { return p.friction * p.push / model_.stick_velocity; }
 
   const SystemModel& model_;
-  Integrator integrator_;
-  double whole_ = integrator_ == Integrator::midpoint ? 2 : 1;  // the step, in h
-  double beyond_ = whole_ - 1;  // of the change to what is solved for, what comes after it
   const DeviceState& device_;
   double h_;
   const BodyStates& bodies_;

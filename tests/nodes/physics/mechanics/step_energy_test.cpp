@@ -58,13 +58,13 @@ BOOST_AUTO_TEST_CASE(the_midpoint_force_takes_what_the_spring_stores_and_falls_w
   int begins = 0, ends = 0;
   for (int i = 0; i < 1000; ++i) {
     const double phi = 1e-3 * unit(random), u = 2 * unit(random), after = phi + h * u;
-    const NormalForce N = normal_force(Integrator::midpoint, -k * phi, k * h / 2, 0, u);
+    const NormalForce N = normal_force<Integrator::midpoint>(-k * phi, k * h / 2, 0, u);
     const auto stored = [&](double distance) { return 0.5 * k * std::pow(std::min(0.0, distance), 2); };
     BOOST_TEST(std::abs(stored(after) - stored(phi) + N.force * h * u) < 1e-15);
     begins += phi > 0 && after < 0 ? 1 : 0;
     ends += phi < 0 && after > 0 ? 1 : 0;
     for (const double b : {0.0, 2.0}) {
-      const auto at = [&](double speed) { return normal_force(Integrator::midpoint, -k * phi, k * h / 2, b, speed); };
+      const auto at = [&](double speed) { return normal_force<Integrator::midpoint>(-k * phi, k * h / 2, b, speed); };
       const double d = 1e-6, slope = (at(u - d).force - at(u + d).force) / (2 * d);
       BOOST_TEST(at(u).slope >= 0.0);
       // Where it changes from one form to the other it has a slope of either side.
