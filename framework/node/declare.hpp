@@ -389,8 +389,10 @@ class Declare {
   template <class E>
   requires std::is_enum_v<E> Declare& choice(std::string name, E P::*member, std::vector<Choice<E>> choices,
                                              std::optional<E> default_value, std::string doc,
-                                             std::optional<E> in_reference = std::nullopt) {
+                                             std::optional<E> in_reference = std::nullopt,
+                                             std::optional<Role> as_in = std::nullopt) {
     ParamInfo p = base(std::move(name), ParamKind::choice, std::move(doc));
+    p.as_in = as_in;
     for (const Choice<E>& c : choices) {
       p.choices.push_back(c.name);
       if (default_value && *default_value == c.value) p.default_value = c.name;

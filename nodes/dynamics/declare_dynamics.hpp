@@ -5,6 +5,7 @@
 
 #include "framework/node/declare.hpp"
 #include "nodes/dynamics/dynamics_node.hpp"
+#include "nodes/physics/mechanics/declare_integrator.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 
@@ -107,9 +108,9 @@ void declare_inertial(Declare<N>& declaration) {
            .unit = "J",
            .default_value = 0.001,
            .min = 0,
-           .max = 1e6})
-      .coarser("error_estimate", {false})
-      .coarser("substep_tolerance", {1e-7, 1e-6, 1e-5, 1e-4});
+           .max = 1e6});
+  declare_integrator(declaration);
+  declaration.coarser("error_estimate", {false}).coarser("substep_tolerance", {1e-7, 1e-6, 1e-5, 1e-4});
   const auto not_estimated = [](const P& params, const MetricUse&) {
     const bool is_estimated = params.error_estimate || params.substep_tolerance > 0;
     return std::string(is_estimated ? "" : "error_estimate is false and substep_tolerance is 0");

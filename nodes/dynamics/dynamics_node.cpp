@@ -12,9 +12,10 @@ namespace tactor {
 
 namespace {
 
-SystemModel model_with(const DynamicsParams& params, SystemModel model) {
+SystemModel model_with(const InertialParams& params, SystemModel model) {
   model.iterations = params.iterations;
   model.stick_velocity = params.stick_velocity;
+  model.integrator = params.integrator;
   return model;
 }
 
@@ -144,8 +145,10 @@ void DynamicsNode::advance(const Stamped<DeviceState>& sample, const CouplingPar
     if (tolerance > 0) {
       if (estimate > tolerance && h > params_.min_substep * (1 + 1e-6)) {
         bodies_ = before;
-        // The error goes with the square of the sub-step; a little less spares a second try.
-        substep_ = std::max(params_.min_substep, h * std::clamp(0.9 * std::sqrt(tolerance / estimate), 0.1, 0.8));
+        // The error goes with this power of the sub-step; a little less spares a second try.
+        const double power = params_.integrator == Integrator::midpoint ? 3 : 2;
+        const double share = 0.9 * std::pow(tolerance / estimate, 1 / power);
+        substep_ = std::max(params_.min_substep, h * std::clamp(share, 0.1, 0.8));
         continue;
       }
       if (estimate < 0.25 * tolerance) substep_ = std::min(params_.substep, std::max(substep_, 1.5 * h));
@@ -179,7 +182,8 @@ double DynamicsNode::sub_step(const CouplingParameters& spring, const ContactPla
   solver_.advance(spring, from, middle, planes, h / 2, halves);
   solver_.advance(spring, middle, to, planes, h / 2, halves);
   tried_ = solver_.advance(spring, from, to, planes, h, bodies_);
-  return 2 * norm(bodies_.X_WB[0].p - halves.X_WB[0].p);
+  const double of_difference = params_.integrator == Integrator::midpoint ? 4.0 / 3 : 2;
+  return of_difference * norm(bodies_.X_WB[0].p - halves.X_WB[0].p);
 }
 
 void DynamicsNode::observe(const CouplingParameters& spring, const ContactPlanes& planes, const DeviceState& handle,

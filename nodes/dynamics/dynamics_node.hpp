@@ -25,6 +25,7 @@ struct InertialParams : DynamicsParams {
   double substep_tolerance = 0;                                      ///< m, 0: the sub-step is fixed
   double min_substep = 0;                                            ///< s
   double dissipate_above = std::numeric_limits<double>::infinity();  ///< J
+  Integrator integrator = Integrator::implicit_euler;
 };
 
 /// Sub-steps the bodies through the samples of the handle (rigid_step.hpp has the equations). Each interval between two
@@ -32,7 +33,8 @@ struct InertialParams : DynamicsParams {
 /// A state is stamped with the time of the last sample it used.
 ///
 /// The error estimate compares each sub-step with two of half its length: the local error of implicit Euler being of
-/// second order, the one is off by about twice the difference. That estimate, summed over the sub-steps between two
+/// second order, the one is off by about twice the difference; of the midpoint rule, of third order, by four thirds of
+/// it. That estimate, summed over the sub-steps between two
 /// samples of the handle, is the position error of the tool that a sample adds. With a tolerance, a sub-step of a
 /// larger estimate is taken anew with a shorter one, down to `min_substep`. The estimate alone changes no result.
 class DynamicsNode : public Node {

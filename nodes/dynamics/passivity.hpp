@@ -7,7 +7,7 @@ namespace tactor {
 
 /// Sums, over the run, what the total energy E (see energy.hpp) changes by beyond the work W that the handle puts in:
 ///   E_after - E_before - W > 0: generated;   < 0: dissipated (friction, dampers, numerical damping).
-/// It is told of two kinds of change. A step moves the bodies; implicit Euler then generates nothing while nothing
+/// It is told of two kinds of change. A step moves the bodies; either integrator generates nothing while nothing
 /// rotates and the handle's velocity is the one that it moves with. A new contact set or coupling changes E at a
 /// standstill: a plane that comes by d deeper into the tool generates k d^2 / 2. That is where energy mostly comes
 /// from, because contacts stand for a surface only around the pose of their query. Further sources are the rotation

@@ -30,6 +30,7 @@ class Direct final : public Node {
     Duration blend_time;
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
+    Integrator integrator = Integrator::implicit_euler;
     double rate = 0;
   };
   Direct(const Params& params, const NodeContext& context);

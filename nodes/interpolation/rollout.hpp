@@ -39,6 +39,7 @@ class Rollout final : public Node {
     double trust_distance = 0;  // m
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
+    Integrator integrator = Integrator::implicit_euler;
     double rate = 0;
     enum class Restart { always, on_disagreement };
     Restart restart = Restart::on_disagreement;

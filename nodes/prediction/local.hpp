@@ -19,6 +19,7 @@ class LocalPredictor final : public Node {
   struct Params {
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
+    Integrator integrator = Integrator::implicit_euler;
     bool resimulate = true;
     bool curvature = true;
     bool fit = true;

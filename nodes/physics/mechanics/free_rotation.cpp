@@ -20,20 +20,19 @@ Matrix3d inertia_W(const Matrix3d& inertia_B, const Quat& R_WB) {
 
 namespace {
 
-/// The new angular velocity in the body's frame: the root of I w - exp(-h w) L_B, by Newton's method.
-Vector3d implicit_velocity(const Matrix3d& inertia_B, const Vector3d& L_B, const Vector3d& start, double h) {
-  Vector3d w = start;
+/// The mean angular velocity W of a step in the body's frame: the root of I W + h/2 W x I W - L_B, by Newton's method.
+Vector3d mean_velocity(const Matrix3d& inertia_B, const Vector3d& L_B, const Vector3d& start, double h) {
+  Vector3d W = start;
   for (int i = 0; i < 20; ++i) {
-    const Vector3d turned = eigen(rotate(from_rotation_vector(plain(-h * w)), plain(L_B)));
-    const Vector3d residual = inertia_B * w - turned;
-    // exp(-h (w + d)) L = exp(-h w) L + h [exp(-h w) L]x d, but for terms of higher order in h w.
-    const Matrix3d jacobian = inertia_B - h * skew(turned);
+    const Vector3d L = inertia_B * W;
+    const Vector3d residual = L + h / 2 * W.cross(L) - L_B;
+    const Matrix3d jacobian = inertia_B + h / 2 * (skew(W) * inertia_B - skew(L));
     const Vector3d change = jacobian.inverse() * residual;
     if (!change.allFinite()) return start;
-    w -= change;
-    if (change.squaredNorm() <= 1e-32 * w.squaredNorm()) break;
+    W -= change;
+    if (change.squaredNorm() <= 1e-32 * W.squaredNorm()) break;
   }
-  return w;
+  return W;
 }
 
 }  // namespace
@@ -45,18 +44,19 @@ Rotation free_rotation(const Matrix3d& inertia_B, const Quat& R_WB, const Vec3& 
   if (h * w_B.cross(L_B).norm() <= 1e-16 * L_B.norm()) {  // about a principal axis
     return {normalized(from_rotation_vector(h * w_WB) * R_WB), w_WB};
   }
-  const Vec3 L_W = rotate(R_WB, plain(L_B));
   // What is no number or too large gets the most parts.
   const int parts = turn < 19 ? std::max(1, static_cast<int>(std::ceil(turn / 0.3))) : 64;
-  Rotation now{R_WB, w_WB};
+  const double part = h / parts;
+  const Vec3 L_W = rotate(R_WB, plain(L_B));
+  Quat R = R_WB;
+  Vector3d w = w_B;
   for (int i = 0; i < parts; ++i) {
-    const Quat to_B = inverse(now.R_WB);
-    const Vector3d w = implicit_velocity(inertia_B, eigen(rotate(to_B, L_W)), eigen(rotate(to_B, now.w_WB)), h / parts);
-    // Rotating about w keeps w, so that it has the same components in the frame before and after.
-    now.w_WB = rotate(now.R_WB, plain(w));
-    now.R_WB = normalized(from_rotation_vector((h / parts) * now.w_WB) * now.R_WB);
+    const Vector3d W = mean_velocity(inertia_B, eigen(rotate(inverse(R), L_W)), w, part);
+    w = 2 * W - w;
+    // Cayley's map: a turn about W with tan(angle / 2) = part |W| / 2.
+    R = normalized(R * Quat{1, part / 2 * W.x(), part / 2 * W.y(), part / 2 * W.z()});
   }
-  return now;
+  return {R, rotate(R, plain(w))};
 }
 
 }  // namespace tactor

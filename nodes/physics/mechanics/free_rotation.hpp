@@ -16,9 +16,12 @@ struct Rotation {
   Vec3 w_WB;
 };
 
-/// The body after h seconds without torque, from angular velocity `w_WB`, by implicit Euler in angular momentum L:
-///   I_W(R') w' = L,   R' = exp(h w') R,
-/// in as many equal parts as keep h |w| below 0.3 rad in each (64 at most). L is kept; energy does not grow.
+/// The body after h seconds without torque, from angular velocity `w_WB`, by the midpoint rule in the body's frame:
+///   I w' - I w = h (I W) x W,   W = (w + w') / 2,   R' = R cay(h W),
+/// with cay(a) the turn about a by 2 atan(|a| / 2) (J. Simo, K. Wong, "Unconditionally stable algorithms for rigid body
+/// dynamics that exactly preserve energy and momentum", 1991). It is in as many equal parts as keep h |w| below 0.3 rad
+/// in each (64 at most). Angular momentum and kinetic energy are kept to rounding; the orientation is of second order
+/// in h. Where the inertia makes no solution, the body goes on with w.
 Rotation free_rotation(const Eigen::Matrix3d& inertia_B, const Quat& R_WB, const Vec3& w_WB, double h);
 
 }  // namespace tactor

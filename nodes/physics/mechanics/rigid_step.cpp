@@ -26,6 +26,16 @@ bool finite(const BodyStates& bodies, int count) {
   return true;
 }
 
+/// The tool in the middle of a step.
+BodyStates halfway(const BodyStates& start, const BodyStates& end) {
+  BodyStates middle = start;
+  const Pose &X0 = start.X_WB[0], &X1 = end.X_WB[0];
+  const Twist &V0 = start.V_WB[0], &V1 = end.V_WB[0];
+  middle.X_WB[0] = {0.5 * (X0.p + X1.p), from_rotation_vector(0.5 * to_rotation_vector(X1.R * inverse(X0.R))) * X0.R};
+  middle.V_WB[0] = {0.5 * (V0.v + V1.v), 0.5 * (V0.w + V1.w)};
+  return middle;
+}
+
 }  // namespace
 
 StepResult RigidStep::advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
@@ -52,18 +62,30 @@ StepResult RigidStep::advance(const CouplingParameters& coupling, const DeviceSt
   return second;
 }
 
+template <Integrator integrator>
+StepResult RigidStep::solve_by(const CouplingParameters& coupling, const DeviceState& device,
+                               const ContactPlanes& contacts, double h, BodyStates& bodies) {
+  if (model_.count > 1) return solve<Eigen::Dynamic, integrator>(coupling, device, contacts, h, bodies);
+  if (model_.body[0].rotates) return solve<6, integrator>(coupling, device, contacts, h, bodies);
+  return solve<3, integrator>(coupling, device, contacts, h, bodies);
+}
+
 StepResult RigidStep::advance_once(const CouplingParameters& coupling, const DeviceState& before,
                                    const DeviceState& device, const ContactPlanes& contacts, double h,
                                    BodyStates& bodies) {
   TACTOR_ASSERT(contacts.planes.size() <= planes_.size() && contacts.pairs.size() == contacts.planes.size());
   const BodyStates start = bodies;
-  StepResult result;
-  if (model_.count > 1) {
-    result = solve<Eigen::Dynamic>(coupling, device, contacts, h, bodies);
-  } else {
-    result = model_.body[0].rotates ? solve<6>(coupling, device, contacts, h, bodies)
-                                    : solve<3>(coupling, device, contacts, h, bodies);
+  if (model_.integrator == Integrator::midpoint && coupling.massless == 0) {
+    const DeviceState middle = handle_between(before, device, 0.5, model_.body[0].rotates);
+    StepResult result = solve_by<Integrator::midpoint>(coupling, middle, contacts, h / 2, bodies);
+    if (result.outcome == StepOutcome::converged && finite(bodies, model_.count) && is_finite(result.contact_T_W)) {
+      // The mean force over the half way, twice.
+      result.work = 2 * handle_work(model_, coupling, before, middle, halfway(start, bodies));
+      return result;
+    }
+    bodies = start;
   }
+  StepResult result = solve_by<Integrator::implicit_euler>(coupling, device, contacts, h, bodies);
   bool stop = result.outcome == StepOutcome::stopped || !finite(bodies, model_.count) || !is_finite(result.contact_T_W);
   if (!stop && result.outcome == StepOutcome::damped) {
     const double had = system_energy(model_, coupling, before, contacts, start).total() +
@@ -78,6 +100,33 @@ StepResult RigidStep::advance_once(const CouplingParameters& coupling, const Dev
   }
   result.work = handle_work(model_, coupling, before, device, bodies);
   return result;
+}
+
+/// The usable planes as the step over h seconds sees them. `ahead`: where the bodies are at the middle of the step that
+/// the levers are for; null: where they are.
+std::span<RigidStep::Plane> RigidStep::prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
+                                                      const ContactPlanes& contacts, double h) {
+  const BodyStates& at = ahead != nullptr ? *ahead : bodies;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
+    if (!usable(contacts, i, model_.count)) continue;
+    const Contact& c = contacts.planes[i];
+    const PlaneNow now = plane_now(contacts, i, at.X_WB);
+    const double distance = ahead == nullptr ? now.distance : plane_now(contacts, i, bodies.X_WB).distance;
+    Plane& p = planes_[count++];
+    const double k = c.stiffness * c.weight;
+    p.body = contacts.pairs[i].body;
+    p.other = contacts.pairs[i].other;
+    p.r_body = now.p_W - at.X_WB[static_cast<std::size_t>(p.body)].p;
+    if (p.other >= 0) p.r_other = now.p_W - at.X_WB[static_cast<std::size_t>(p.other)].p;
+    p.n = now.n_W;
+    p.push = -k * distance;
+    p.spring = h * k;
+    p.damping = massless ? 0 : c.damping * c.weight;
+    p.friction = c.friction;
+    p.bound = 0;
+  }
+  return std::span(planes_).first(count);
 }
 
 }  // namespace tactor

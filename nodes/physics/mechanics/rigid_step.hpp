@@ -17,7 +17,7 @@ enum class StepOutcome : std::uint8_t {
 /// What a step found besides the new state.
 struct StepResult {
   StepOutcome outcome = StepOutcome::stopped;
-  Wrench contact_T_W;  ///< N, N m: sum of the contacts on the tool about its origin, over the step
+  Wrench contact_T_W;  ///< N, N m: of the contacts on the tool about its origin, at the end of the step
   int touching = 0;    ///< contacts of the tool with a force
   int left_out = 0;    ///< planes that were not usable (see `usable`)
   double work = 0;     ///< J, what the handle put in (see handle_work)
@@ -25,11 +25,14 @@ struct StepResult {
   double turn = 0;     ///< rad, the farthest that a body has turned
 };
 
-/// Advances the bodies by h seconds. The equations, in momenta, with forces at the end of the step:
+/// Advances the bodies by h seconds, by implicit Euler or the midpoint rule (SystemModel::integrator).
+///
+/// **Implicit Euler.** The equations, in momenta, with forces at the end of the step:
 ///   m (v' - v) = h (m g + F_coupling + sum f),     p' = p + h v',
 ///   L' - L     = h (tau_coupling + sum r x f),     R' = exp(h (w' - w*)) R*,     L' = I_W(R') w'',
-/// where (R*, w*) is what free_rotation gives, so that a body without torque keeps its angular momentum exactly. The
-/// coupling acts on the tool alone, with the handle (p_WD, R_WD, v_WD, w_WD) at the end of the step and without limits:
+/// where (R*, w*) is what free_rotation gives, so that a body without torque keeps its angular momentum and its kinetic
+/// energy to rounding. The coupling acts on the tool alone, with the handle (p_WD, R_WD, v_WD, w_WD) at the end of the
+/// step and without limits:
 ///   F = k_t (p_WD - p') + b_t (v_WD - v'),   tau = k_r (log(R_WD R^T) - h w') + b_r (w_WD - w').
 /// A contact at lever r from each body's origin, with the bodies' relative velocity u there and the distance phi at
 /// the start of the step:
@@ -39,15 +42,28 @@ struct StepResult {
 /// point, hence linear and angular momentum of free bodies are kept to rounding. With coupling.massless the tool has no
 /// inertia, no weight and no damper, nor have its contacts: it goes where springs balance, and w'' = w'.
 ///
+/// Of a spring and a mass of angular frequency W a step keeps the share 1 / (1 + (W h)^2) of the energy.
+///
+/// **Midpoint.** The same equations, solved over h/2, with the handle in the middle of its way and the levers where the
+/// bodies would be by then without forces. The velocities found are the means over the step; with them
+///   p' = p + h v_m,     v' = v + 2 (v_m - v),     R' = exp(h (w_m - w*)) R*(h),     L' = L + 2 (L_m - L).
+/// The coupling's spring and damper are those of the middle, the contacts' normal force is that of normal_force. So
+/// springs give back what they take, also where contact begins or ends within the step, and the error is of second
+/// order (J. Simo, N. Tarnow, "The discrete energy-momentum method", 1992). Friction goes with the velocity u_t at the
+/// end of the step, so that what sticks comes to rest in one step; with the mean velocity it would go to and fro for
+/// ever. What of u_t lies between zero and the reverse of the start's is left out, so that friction takes energy out
+/// also where sliding turns back within the step. What is faster than the step is not damped but alternates from step
+/// to step. A step that is not solved is taken by implicit Euler, and so is one with coupling.massless.
+///
 /// With friction bounds mu N held, the equations are the minimum of a convex function of the velocities, which Newton's
 /// method with line search looks for (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
 /// compliant contact", IEEE T-RO 2022; A. Castro, X. Han, J. Masterjohn, "Irrotational contact fields", 2023). The
 /// bounds follow the normal forces in the first iterations, and are held then: however far they are off, friction
-/// takes energy out. It is converged when what is left of each body's equation is below model.tolerance of the sum
-/// of the norms of its terms. If it is not, one linear step is taken instead, with all planes that overlap as springs
-/// and dampers of both signs and the friction viscous, if total energy is then no larger than before plus the handle's
-/// work; else the bodies stay at rest where they are. No state is ever made that is not finite. Throws nothing,
-/// allocates nothing.
+/// takes energy out. It is converged when what is
+/// left of each body's equation is below model.tolerance of the sum of the norms of its terms. If it is not, one linear
+/// step is taken instead, with all planes that overlap as springs and dampers of both signs and the friction viscous,
+/// if total energy is then no larger than before plus the handle's work; else the bodies stay at rest where they are.
+/// No state is ever made that is not finite. Throws nothing, allocates nothing.
 class RigidStep {
  public:
   explicit RigidStep(const SystemModel& model) : model_(model) {}
@@ -63,10 +79,12 @@ class RigidStep {
     Vec3 r_body, r_other;     // m, levers
     Vec3 n;
     double push = 0;      // N, the normal force at zero velocity; negative where apart
-    double slope = 0;     // N s/m, how the normal force falls with n . u
+    double spring = 0;    // N s/m, stiffness times the time that is solved for
+    double damping = 0;   // N s/m
     double friction = 0;  // Coulomb coefficient
     double bound = 0;     // N, friction force while sliding
     Vec3 u, du;           // m/s, relative velocity, and its change along the line that is searched
+    Vec3 u_start;         // m/s, relative velocity at the start
     Vec3 force;           // N, on `body`
   };
 
@@ -75,9 +93,14 @@ class RigidStep {
                      const ContactPlanes& contacts, double h, int halvings, BodyStates& bodies);
   StepResult advance_once(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                           const ContactPlanes& contacts, double h, BodyStates& bodies);
-  template <int Dofs>
+  template <Integrator integrator>
+  StepResult solve_by(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
+                      double h, BodyStates& bodies);
+  template <int Dofs, Integrator integrator>
   StepResult solve(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
                    double h, BodyStates& bodies);
+  std::span<Plane> prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
+                                  const ContactPlanes& contacts, double h);
 
   SystemModel model_;
   std::array<Plane, ContactSet::capacity> planes_;

@@ -1,5 +1,5 @@
-// How one step is solved: Newton's method with a line search, else one damped linear step. Instantiated once for each
-// number of degrees of freedom, in a file of its own, because each takes long to compile.
+// How one step is solved: Newton's method with a line search, else one damped linear step. Instantiated for each
+// number of degrees of freedom in a file of its own, because each takes long to compile.
 #pragma once
 
 #include <cmath>
@@ -40,10 +40,10 @@ double line_search(const Slope& slope, double at_zero) {
 }
 
 /// Newton's method from the velocities of now. Returns the iterations, or -1 where they did not do.
-template <int Dofs>
-int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs>::Vector& v) {
-  using E = StepEquations<Dofs>;
+template <class E>
+int newton(E& equations, int most, typename E::Vector& v) {
   v = equations.start();
+  if constexpr (E::midpoint) equations.set_velocities(v, &RigidStep::Plane::u_start);
   equations.set_velocities(v, &RigidStep::Plane::u);
   bool held = false;
   typename E::Vector left;
@@ -66,49 +66,50 @@ int newton(StepEquations<Dofs>& equations, int most, typename StepEquations<Dofs
   return -1;
 }
 
+/// The bodies after h seconds at their velocities.
+inline BodyStates moved_freely(const SystemModel& model, const BodyStates& bodies, double h) {
+  BodyStates moved = bodies;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(model.count); ++i) {
+    Pose& X = moved.X_WB[i];
+    X.p += h * bodies.V_WB[i].v;
+    if (model.body[i].rotates) X.R = from_rotation_vector(h * bodies.V_WB[i].w) * X.R;
+  }
+  return moved;
+}
+
 }  // namespace step_solve
 
-template <int Dofs>
+template <int Dofs, Integrator integrator>
 StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceState& device,
                             const ContactPlanes& contacts, double h, BodyStates& bodies) {
-  StepResult result;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
-    if (!usable(contacts, i, model_.count)) {
-      ++result.left_out;
-      continue;
-    }
-    const Contact& c = contacts.planes[i];
-    const PlaneNow now = plane_now(contacts, i, bodies.X_WB);
-    Plane& p = planes_[count++];
-    const double k = c.stiffness * c.weight, b = coupling.massless != 0 ? 0 : c.damping * c.weight;
-    p.body = contacts.pairs[i].body;
-    p.other = contacts.pairs[i].other;
-    p.r_body = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.body)].p;
-    if (p.other >= 0) p.r_other = now.p_W - bodies.X_WB[static_cast<std::size_t>(p.other)].p;
-    p.n = now.n_W;
-    p.push = -k * now.distance;
-    p.slope = h * k + b;
-    p.friction = c.friction;
-    p.bound = 0;
+  using E = StepEquations<Dofs, integrator>;
+  std::span<Plane> planes;
+  if constexpr (E::midpoint) {
+    const BodyStates ahead = step_solve::moved_freely(model_, bodies, h);
+    planes = prepare_planes(bodies, &ahead, false, contacts, h);
+  } else {
+    planes = prepare_planes(bodies, nullptr, coupling.massless != 0, contacts, h);
   }
-  const std::span planes = std::span(planes_).first(count);
+  StepResult result;
+  result.left_out = static_cast<int>(contacts.planes.size() - planes.size());
 
   const BodyStates before = bodies;
-  StepEquations<Dofs> equations(model_, coupling, device, h, before, planes);
-  typename StepEquations<Dofs>::Vector v;
+  E equations(model_, coupling, device, h, before, planes);
+  typename E::Vector v;
   result.iterations = step_solve::newton(equations, model_.iterations, v);
   result.outcome = StepOutcome::converged;
   if (result.iterations < 0) {
     result.iterations = model_.iterations;
     result.outcome = StepOutcome::damped;
+    // The caller takes a step of implicit Euler instead.
+    if constexpr (E::midpoint) return result;
     v.setZero(equations.dofs());
     equations.set_velocities(v, &RigidStep::Plane::u);
-    typename StepEquations<Dofs>::Vector left;
-    typename StepEquations<Dofs>::Matrix H;
+    typename E::Vector left;
+    typename E::Matrix H;
     equations.damped_residual(v, left);
     equations.derivative(H, equations.damped());
-    const Eigen::LLT<Eigen::Ref<typename StepEquations<Dofs>::Matrix>> factors(H);
+    const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
     if (factors.info() != Eigen::Success) {
       result.outcome = StepOutcome::stopped;
       return result;
@@ -119,11 +120,13 @@ StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceStat
   }
   result.turn = equations.finish(v, bodies);
   for (const Plane& p : planes) {
-    if (p.force == Vec3{} || (p.body != 0 && p.other != 0)) continue;
+    if (p.body != 0 && p.other != 0) continue;
+    const Vec3 force = equations.force_at_end(p);
+    if (force == Vec3{}) continue;
     const double sign = p.body == 0 ? 1 : -1;
     ++result.touching;
-    result.contact_T_W.force += sign * p.force;
-    result.contact_T_W.torque += cross(p.body == 0 ? p.r_body : p.r_other, sign * p.force);
+    result.contact_T_W.force += sign * force;
+    result.contact_T_W.torque += cross(p.body == 0 ? p.r_body : p.r_other, sign * force);
   }
   return result;
 }

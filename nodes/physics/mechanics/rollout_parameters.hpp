@@ -5,6 +5,7 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
+#include "nodes/physics/mechanics/declare_integrator.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
@@ -15,6 +16,7 @@ SystemModel rollout_model(const std::string& type, const Params& params, const N
   SystemModel model = scene_model(type, *context.scene, context.notes);
   model.iterations = params.iterations;
   model.stick_velocity = params.stick_velocity;
+  model.integrator = params.integrator;
   // A millionth of the force is less than any device shows.
   model.tolerance = 1e-6;
   return model;
@@ -36,6 +38,7 @@ void declare_rollout(Declare<N>& node) {
              .min = 0,
              .max = 1,
              .above_min = true});
+  declare_integrator(node, Role::dynamics);
 }
 
 }  // namespace tactor

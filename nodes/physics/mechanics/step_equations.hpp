@@ -10,22 +10,26 @@
 
 #include "nodes/physics/mechanics/eigen.hpp"
 #include "nodes/physics/mechanics/free_rotation.hpp"
+#include "nodes/physics/mechanics/normal_force.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
 namespace tactor {
 
-/// The equations of one step. The unknown is the velocity of all bodies at its end, linear before angular.
-/// Dofs: 3 for one body that does not rotate, 6 for one that does, else Eigen::Dynamic.
-template <int Dofs>
+/// The equations of one step. The unknown is the velocity of all bodies, linear before angular: at the end of the step
+/// of h seconds by implicit Euler, in the middle of the step of 2 h seconds by the midpoint rule. `device`: the handle
+/// at that time. Dofs: 3 for one body that does not rotate, 6 for one that does, else Eigen::Dynamic.
+template <int Dofs, Integrator integrator>
 class StepEquations {
   using Matrix3d = Eigen::Matrix3d;
   using Vector3d = Eigen::Vector3d;
   using Plane = RigidStep::Plane;
   static constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
+  static constexpr double whole = integrator == Integrator::midpoint ? 2 : 1;  // the step, in h
   static constexpr bool one = Dofs != Eigen::Dynamic;
   static constexpr int most = one ? Dofs : 6 * static_cast<int>(max_moving_bodies);
 
  public:
+  static constexpr bool midpoint = integrator == Integrator::midpoint;
   using Vector = Eigen::Matrix<double, Dofs, 1, 0, most, 1>;
   using Matrix = Eigen::Matrix<double, Dofs, Dofs, 0, most, most>;
 
@@ -159,18 +163,16 @@ class StepEquations {
 
   /// The force of a plane on its moving body at relative velocity u, with its friction bound.
   [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const {
-    const double speed = dot(p.n, u);
-    const double normal = std::max(0.0, p.push - p.slope * speed);
+    const double normal = normal_at(p, dot(p.n, u)).force;
     if (normal == 0 && p.bound == 0) return {};
-    const Vec3 u_t = u - speed * p.n;
-    return normal * p.n - (p.bound / std::max(norm(u_t), model_.stick_velocity)) * u_t;
+    return normal * p.n - rub(p.bound, slide(p, u).u_t);
   }
 
   /// Lets the friction bounds follow the normal forces; returns true where they hardly changed.
   bool follow() const {
     double change = 0, sum = 0;
     for (Plane& p : planes_) {
-      const double bound = p.friction * std::max(0.0, p.push - p.slope * dot(p.n, p.u));
+      const double bound = p.friction * normal_at(p, dot(p.n, p.u)).force;
       change += std::abs(bound - p.bound);
       sum += bound;
       p.bound = bound;
@@ -182,19 +184,19 @@ class StepEquations {
   /// The slopes of a plane's force, as Newton's method wants them.
   [[nodiscard]] auto newton() const {
     return [this](const Plane& p, Matrix3d& S) {
-      const double speed = dot(p.n, p.u);
-      const double normal = p.push > p.slope * speed ? p.slope : 0;
+      const double normal = normal_at(p, dot(p.n, p.u)).slope;
       if (normal == 0 && p.bound == 0) return false;
-      const Vec3 u_t = p.u - speed * p.n;
+      const auto [u_t, back] = slide(p, p.u);
       const double sliding = norm(u_t);
-      const double across = p.bound / std::max(sliding, model_.stick_velocity);
+      const double rough = whole * p.bound / std::max(sliding, model_.stick_velocity);
       // Of no direction where it sticks.
       const Vec3 t = sliding > model_.stick_velocity ? (1 / sliding) * u_t : Vec3{};
       for (int b = 0; b < 3; ++b) {
         for (int a = 0; a < 3; ++a) {
-          S(a, b) = (normal - across) * p.n[a] * p.n[b] - across * t[a] * t[b] + (a == b ? across : 0);
+          S(a, b) = (normal - rough) * p.n[a] * p.n[b] - rough * t[a] * t[b] + (a == b ? rough : 0);
         }
       }
+      if constexpr (midpoint) S -= rough * eigen(back) * eigen(back).transpose();
       return true;
     };
   }
@@ -205,7 +207,7 @@ class StepEquations {
       if (p.push <= 0) return false;
       const Vector3d n = eigen(p.n);
       const double across = viscosity(p);
-      S = (p.slope - across) * n * n.transpose();
+      S = (p.spring + p.damping - across) * n * n.transpose();
       S.diagonal().array() += across;
       return true;
     };
@@ -217,7 +219,7 @@ class StepEquations {
       p.force = {};
       if (p.push <= 0) continue;
       const double speed = dot(p.n, p.u);
-      p.force = (p.push - p.slope * speed) * p.n - viscosity(p) * (p.u - speed * p.n);
+      p.force = (p.push - (p.spring + p.damping) * speed) * p.n - viscosity(p) * (p.u - speed * p.n);
       apply(p, p.body, p.r_body, -h_, left);
       if constexpr (!one) {
         if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
@@ -225,8 +227,9 @@ class StepEquations {
     }
   }
 
-  /// Moves the bodies with velocities v; returns the farthest turn, rad. The momenta come from the forces, which are
-  /// equal and opposite to the last digit, and not from v, which is met to a tolerance.
+  /// Moves the bodies with velocities v, by the midpoint rule over the whole step; returns the farthest turn, rad. The
+  /// momenta come from the forces, which are equal and opposite to the last digit, and not from v, which is met to a
+  /// tolerance.
   double finish(const Vector& v, BodyStates& bodies) {
     double turn = 0;
     Vector left(dofs_);
@@ -243,19 +246,29 @@ class StepEquations {
       Pose& X = bodies.X_WB[index(i)];
       Twist& V = bodies.V_WB[index(i)];
       const bool balance = massless_ && i == 0;
-      V.v = plain(balance ? Vector3d(linear(v, i)) : Vector3d((b.momentum - linear(left, i)) / b.mass));
-      X.p += h_ * V.v;
+      const Vec3 v_solved = plain(balance ? Vector3d(linear(v, i)) : Vector3d((b.momentum - linear(left, i)) / b.mass));
+      X.p += whole * h_ * v_solved;
+      V.v = midpoint ? 2 * v_solved - V.v : v_solved;
       V.w = {};
       if (!rotates(i)) continue;
       const Vec3 w = plain(angular(v, i));
-      X.R = normalized(from_rotation_vector(h_ * (w - b.free.w_WB)) * b.free.R_WB);
+      const Matrix3d& inertia_B = model_.body[index(i)].inertia_B;
+      const Rotation free = midpoint ? free_rotation(inertia_B, b.free.R_WB, b.free.w_WB, h_) : b.free;
+      X.R = normalized(from_rotation_vector(whole * h_ * (w - b.free.w_WB)) * free.R_WB);
       // The tool without mass turns as far as the handle does, and its next step corrects what was not linear.
-      if (!balance) turn = std::max({turn, h_ * norm(w), h_ * norm(b.free.w_WB)});
-      V.w = balance ? w
-                    : plain(inertia_W(model_.body[index(i)].inertia_B, X.R).inverse() *
-                            (b.angular_momentum - angular(left, i)));
+      if (!balance) turn = std::max({turn, whole * h_ * norm(w), whole * h_ * norm(b.free.w_WB)});
+      V.w = balance ? w : plain(inertia_W(inertia_B, X.R).inverse() * (b.angular_momentum - whole * angular(left, i)));
     }
     return turn;
+  }
+
+  /// The force that a plane has at the end of the step, given its velocity and its force for that. Of implicit Euler it
+  /// is the same.
+  [[nodiscard]] Vec3 force_at_end(const Plane& p) const {
+    if constexpr (!midpoint) return p.force;
+    const Vec3 u = velocity_at_end(p, p.u);
+    const double normal = std::max(0.0, p.push - 2 * p.spring * dot(p.n, p.u) - p.damping * dot(p.n, u));
+    return normal * p.n - rub(p.friction * normal, across(p, u));
   }
 
   [[nodiscard]] int dofs() const { return dofs_; }
@@ -312,6 +325,34 @@ class StepEquations {
     const double* at = v.data() + offset(i);
     const Vec3 u{at[0], at[1], at[2]};
     return rotates(i) ? u + cross({at[3], at[4], at[5]}, r) : u;
+  }
+
+  [[nodiscard]] NormalForce normal_at(const Plane& p, double speed) const {
+    return normal_force<integrator>(p.push, p.spring, p.damping, speed);
+  }
+  [[nodiscard]] Vec3 velocity_at_end(const Plane& p, const Vec3& u) const {
+    if constexpr (!midpoint) return u;
+    return 2 * u - p.u_start;
+  }
+  [[nodiscard]] static Vec3 across(const Plane& p, const Vec3& u) { return u - dot(p.n, u) * p.n; }
+  /// The velocity that friction goes with, and the unit direction in which it does not feel u, where there is one.
+  struct Slide {
+    Vec3 u_t, back;
+  };
+  /// At velocity u: that at the end of the step, less what of it lies between rest and the start's reversed. Within
+  /// those the bodies have turned back during the step, and the whole way went with the start.
+  [[nodiscard]] Slide slide(const Plane& p, const Vec3& u) const {
+    const Vec3 end = across(p, velocity_at_end(p, u));
+    if constexpr (!midpoint) return {end, {}};
+    const Vec3 start = across(p, p.u_start);
+    const double along = dot(end, start), square = dot(start, start);
+    if (along >= 0) return {end, {}};
+    if (along <= -square) return {end + start, {}};
+    return {end - (along / square) * start, (1 / std::sqrt(square)) * start};
+  }
+  /// What friction of that bound takes at sliding velocity u_t.
+  [[nodiscard]] Vec3 rub(double bound, const Vec3& u_t) const {
+    return (bound / std::max(norm(u_t), model_.stick_velocity)) * u_t;
   }
 
   void apply(const Plane& p, int i, const Vec3& r, double share, Vector& left) {

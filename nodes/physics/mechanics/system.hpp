@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 
 #include <Eigen/Core>
@@ -9,6 +10,9 @@
 #include "framework/core/messages.hpp"
 
 namespace tactor {
+
+/// How a step goes from its start to its end (see RigidStep).
+enum class Integrator : std::uint8_t { implicit_euler, midpoint };
 
 /// A moving body.
 struct BodyModel {
@@ -25,6 +29,7 @@ struct SystemModel {
   int iterations = 60;           ///< Newton iterations a step, at most
   double tolerance = 1e-9;       ///< of the sum of a body's terms: what may be left of its equation
   double stick_velocity = 1e-4;  ///< m/s, the sliding speed below which friction is viscous
+  Integrator integrator = Integrator::implicit_euler;
 };
 
 /// The contact planes of one query.

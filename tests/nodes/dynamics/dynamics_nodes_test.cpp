@@ -284,15 +284,19 @@ double critically_damped(double t) {
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(the_error_estimate_is_the_error_of_a_step) {
-  for (const double substep : {1e-3, 1e-4}) {
-    const auto rig = pulled(1, [&](auto& p) {
-      p.error_estimate = true;
-      p.substep = substep;
-    });
-    const double error = std::abs(rig->state().X_WT.p.x - critically_damped(1e-3));
-    // Errors of sub-steps grow and fade on the way to the end of the sample; the sum of the estimates leaves that out.
-    BOOST_TEST(rig->metrics()["dynamics_position_error_max_m"] == error, tt::tolerance(0.25));
-    BOOST_TEST(rig->metrics()["dynamics_position_error_mean_m"] == rig->metrics()["dynamics_position_error_max_m"]);
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::midpoint}) {
+    for (const double substep : {1e-3, 1e-4}) {
+      const auto rig = pulled(1, [&](auto& p) {
+        p.error_estimate = true;
+        p.substep = substep;
+        p.integrator = integrator;
+      });
+      const double error = std::abs(rig->state().X_WT.p.x - critically_damped(1e-3));
+      // Errors of sub-steps grow and fade on the way to the end of the sample; the sum of the estimates leaves that
+      // out.
+      BOOST_TEST(rig->metrics()["dynamics_position_error_max_m"] == error, tt::tolerance(0.25));
+      BOOST_TEST(rig->metrics()["dynamics_position_error_mean_m"] == rig->metrics()["dynamics_position_error_max_m"]);
+    }
   }
 }
 
@@ -301,6 +305,25 @@ BOOST_AUTO_TEST_CASE(the_error_estimate_changes_no_result) {
   const auto without = pulled(50, [](auto&) {});
   BOOST_TEST((with->state().X_WT == without->state().X_WT));
   BOOST_TEST(without->metrics().count("dynamics_position_error_max_m") == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(by_midpoint_the_error_is_a_twentieth_and_a_tolerance_takes_fewer_sub_steps) {
+  double errors[2], steps[2];
+  for (const bool midpoint : {false, true}) {
+    const auto tune = [&](double tolerance) {
+      return [=](auto& p) {
+        p.integrator = midpoint ? Integrator::midpoint : Integrator::implicit_euler;
+        p.substep_tolerance = tolerance;
+        p.min_substep = 1e-6;
+      };
+    };
+    errors[midpoint] = std::abs(pulled(20, tune(0))->state().X_WT.p.x - critically_damped(0.02));
+    const auto rig = pulled(20, tune(1e-7));
+    steps[midpoint] = rig->metrics()["dynamics_steps"];
+    BOOST_TEST(std::abs(rig->state().X_WT.p.x - critically_damped(0.02)) < steps[midpoint] * 1e-7);
+  }
+  BOOST_TEST(errors[1] < 0.05 * errors[0]);
+  BOOST_TEST(steps[1] < 0.5 * steps[0]);
 }
 
 BOOST_AUTO_TEST_CASE(a_tolerance_shortens_the_sub_step_within_its_bounds) {

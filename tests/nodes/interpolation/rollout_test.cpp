@@ -1,6 +1,7 @@
 // interpolation.rollout against motions integrated apart from it, and each of its fallbacks entered, counted and left.
 #include <boost/test/unit_test.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -359,4 +360,12 @@ BOOST_AUTO_TEST_CASE(a_correction_does_not_swing_past_what_it_leads_to) {
     if (ms >= 60) lowest = std::min(lowest, subject.force(ms + 1).x);
   }
   BOOST_TEST(lowest > -0.01);
+}
+
+BOOST_AUTO_TEST_CASE(the_integrator_is_that_of_dynamics_unless_a_graph_gives_one) {
+  const NodeInfo info = Rollout::declare();
+  const auto of_name = [](const ParamInfo& p) { return p.name == "integrator"; };
+  const auto integrator = std::find_if(info.params.begin(), info.params.end(), of_name);
+  BOOST_REQUIRE((integrator != info.params.end()));
+  BOOST_TEST((integrator->as_in == Role::dynamics));
 }

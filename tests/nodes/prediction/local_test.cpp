@@ -41,8 +41,9 @@ Stamp stamped(double ms, std::uint64_t sequence = 0) {
 /// Dynamics, whose query finds the wall where its tool is.
 class Physics {
  public:
-  explicit Physics(bool wall, double stiffness = 2000, double friction = 0.3)
-      : rig_(params(), scene()), wall_(wall), stiffness_(stiffness), friction_(friction) {}
+  explicit Physics(bool wall, double stiffness = 2000, double friction = 0.3,
+                   Integrator integrator = Integrator::implicit_euler)
+      : rig_(params(integrator), scene()), wall_(wall), stiffness_(stiffness), friction_(friction) {}
   void sample(int ms, const DeviceState& state) { rig_.node.device.push(stamped(ms), &state); }
   /// Moves on to `ms`; the result.
   const BodyStates& step(int ms) {
@@ -66,8 +67,9 @@ class Physics {
   [[nodiscard]] const CouplingParameters& coupling() const { return rig_.coupling; }
 
  private:
-  static TranslationDynamics::Params params() {
+  static TranslationDynamics::Params params(Integrator integrator) {
     auto p = default_params<TranslationDynamics>();
+    p.integrator = integrator;
     p.substep = 0.02;  // from sample to sample
     p.dissipate_above = 1e6;
     p.start_at_device = false;
@@ -137,41 +139,51 @@ LocalContacts wall_for(const Physics& physics, const Vec3& p) {
 
 }  // namespace
 
-BOOST_AUTO_TEST_CASE(where_contacts_are_exact_the_model_is_where_dynamics_itself_comes_to) {
-  for (const bool wall : {true, false}) {
-    Physics physics(wall), ahead(wall);
-    Subject subject(default_params<LocalPredictor>(), wall);
-    int results = 0, touching = 0;
-    double moved = 0;
-    for (int ms = 0; ms <= 900; ++ms) {
-      // One in nine samples is lost, and each third one is followed by one of the past.
-      if (ms % 9 != 4) {
-        physics.sample(ms, handle(ms));
-        ahead.sample(ms, handle(ms));
-        subject.sample(ms, handle(ms));
-        if (ms % 3 == 0) subject.sample(ms - 2, handle(ms - 2));
-      }
-      if (ms < 30 || ms % 20 != 0) continue;
-      // A result of 17 ms ago comes now.
-      const BodyStates then = physics.step(ms - 17);
-      const BodyStates& now = ahead.step(ms);
-      if (wall) subject.contacts(wall_for(physics, then.X_WB[0].p));
-      BOOST_REQUIRE(subject.result(physics.valid_ms(), ms, then));
-      ++results;
-      BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - now.X_WB[0].p) < rounding);
-      BOOST_TEST(norm(subject.model.bodies.V_WB[0].v - now.V_WB[0].v) < 1000 * rounding);
-      const int newest = ms % 9 != 4 ? ms : ms - 1;
-      BOOST_TEST(subject.model.time.ns == newest * 1'000'000LL);
-      BOOST_TEST(norm(subject.model.device.X_WD.p - handle(newest).X_WD.p) == 0.0);
-      moved = std::max(moved, norm(now.X_WB[0].p - then.X_WB[0].p));
-      touching += now.X_WB[0].p.x < radius ? 1 : 0;
+namespace {
+
+void check_against_dynamics(bool wall, Integrator integrator) {
+  Physics physics(wall, 2000, 0.3, integrator), ahead(wall, 2000, 0.3, integrator);
+  LocalPredictor::Params params = default_params<LocalPredictor>();
+  params.integrator = integrator;
+  Subject subject(params, wall);
+  int results = 0, touching = 0;
+  double moved = 0;
+  for (int ms = 0; ms <= 900; ++ms) {
+    // One in nine samples is lost, and each third one is followed by one of the past.
+    if (ms % 9 != 4) {
+      physics.sample(ms, handle(ms));
+      ahead.sample(ms, handle(ms));
+      subject.sample(ms, handle(ms));
+      if (ms % 3 == 0) subject.sample(ms - 2, handle(ms - 2));
     }
-    BOOST_TEST(moved > 0.001);
-    if (wall) BOOST_TEST(touching > 10);
-    BOOST_TEST(subject.metric("prediction.rejected_results") == 0.0);
-    BOOST_TEST(subject.metric("prediction.failed_steps") == 0.0);
-    BOOST_TEST(std::abs(subject.metric("prediction.resimulated_samples") - 17 * 8.0 / 9) < 1);
-    BOOST_TEST(subject.metric("prediction.rejected_samples") > 250);  // those of the past
+    if (ms < 30 || ms % 20 != 0) continue;
+    // A result of 17 ms ago comes now.
+    const BodyStates then = physics.step(ms - 17);
+    const BodyStates& now = ahead.step(ms);
+    if (wall) subject.contacts(wall_for(physics, then.X_WB[0].p));
+    BOOST_REQUIRE(subject.result(physics.valid_ms(), ms, then));
+    ++results;
+    BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - now.X_WB[0].p) < rounding);
+    BOOST_TEST(norm(subject.model.bodies.V_WB[0].v - now.V_WB[0].v) < 1000 * rounding);
+    const int newest = ms % 9 != 4 ? ms : ms - 1;
+    BOOST_TEST(subject.model.time.ns == newest * 1'000'000LL);
+    BOOST_TEST(norm(subject.model.device.X_WD.p - handle(newest).X_WD.p) == 0.0);
+    moved = std::max(moved, norm(now.X_WB[0].p - then.X_WB[0].p));
+    touching += now.X_WB[0].p.x < radius ? 1 : 0;
+  }
+  BOOST_TEST(moved > 0.001);
+  if (wall) BOOST_TEST(touching > 10);
+  BOOST_TEST(subject.metric("prediction.rejected_results") == 0.0);
+  BOOST_TEST(subject.metric("prediction.failed_steps") == 0.0);
+  BOOST_TEST(std::abs(subject.metric("prediction.resimulated_samples") - 17 * 8.0 / 9) < 1);
+  BOOST_TEST(subject.metric("prediction.rejected_samples") > 250);  // those of the past
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(where_contacts_are_exact_the_model_is_where_dynamics_itself_comes_to) {
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::midpoint}) {
+    for (const bool wall : {true, false}) check_against_dynamics(wall, integrator);
   }
 }
 
@@ -411,4 +423,12 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tac
   }
   BOOST_TEST(calls == 0);
   BOOST_TEST(subject.metric("local.fit.results") == 70.0);
+}
+
+BOOST_AUTO_TEST_CASE(the_integrator_is_that_of_dynamics_unless_a_graph_gives_one) {
+  const NodeInfo info = LocalPredictor::declare();
+  const auto of_name = [](const ParamInfo& p) { return p.name == "integrator"; };
+  const auto integrator = std::find_if(info.params.begin(), info.params.end(), of_name);
+  BOOST_REQUIRE((integrator != info.params.end()));
+  BOOST_TEST((integrator->as_in == Role::dynamics));
 }

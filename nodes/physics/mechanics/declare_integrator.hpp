@@ -1,0 +1,24 @@
+// The parameter that chooses how a step of rigid bodies goes from its start to its end.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "framework/node/declare.hpp"
+#include "nodes/physics/mechanics/system.hpp"
+
+namespace tactor {
+
+/// Adds the parameter `integrator`. `as_in`: the role of the node whose value it has where a graph gives none.
+template <class N>
+void declare_integrator(Declare<N>& node, std::optional<Role> as_in = std::nullopt) {
+  node.template choice<Integrator>(
+      "integrator", &N::Params::integrator,
+      {{"implicit_euler", Integrator::implicit_euler}, {"midpoint", Integrator::midpoint}}, Integrator::implicit_euler,
+      std::string("implicit_euler: of first order, and damps what is fast; midpoint: of second order, and springs keep "
+                  "their energy") +
+          (as_in ? "; as in dynamics where the graph gives none" : ""),
+      std::nullopt, as_in);
+}
+
+}  // namespace tactor
