@@ -127,6 +127,16 @@ NodeInfo Rollout::declare() {
       .left_out_when([](const Params& p, const MetricUse&) {
         return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all are");
       })
+      .metric("rollout.work_mean", "1", "work of the contact query of a step, mean", Better::lower)
+      .left_out_when([](const Params& p, const MetricUse&) {
+        return std::string(p.contacts == SurfaceOptions::From::surface ? ""
+                                                                       : "contacts is anchors: nothing is looked for");
+      })
+      .metric("rollout.work_most", "1", "work of the contact query of a step, most", Better::lower)
+      .left_out_when([](const Params& p, const MetricUse&) {
+        return std::string(p.contacts == SurfaceOptions::From::surface ? ""
+                                                                       : "contacts is anchors: nothing is looked for");
+      })
       .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower)
       .info();
 }
@@ -216,8 +226,12 @@ void Rollout::go_on() {
   for (std::size_t k = 1; k <= steps && !failed_; ++k) {
     const std::size_t to = advanced_ + due * k / steps;
     failed_ = !rollout_.advance(track_[to - 1]);
-    if (!rollout_.on_surface()) ++steps_on_anchors_;
     note_then();
+    ++steps_;
+    if (!rollout_.on_surface()) ++steps_on_anchors_;
+    const int work = surface_ == nullptr ? 0 : surface_->work();
+    work_ += work;
+    most_work_ = std::max<std::int64_t>(most_work_, work);
   }
   advanced_ = track_.count();
 }
@@ -336,7 +350,11 @@ void Rollout::report(Report& report) const {
   if (surface_ && params_.restart == Params::Restart::on_disagreement) {
     report.set("rollout.disagreements", static_cast<double>(disagreements_));
   }
-  if (surface_) report.set("rollout.anchored_steps", static_cast<double>(steps_on_anchors_));
+  if (surface_) {
+    report.set("rollout.anchored_steps", static_cast<double>(steps_on_anchors_));
+    report.set("rollout.work_mean", steps_ > 0 ? static_cast<double>(work_) / static_cast<double>(steps_) : 0.0);
+    report.set("rollout.work_most", static_cast<double>(most_work_));
+  }
   report.set("rollout.correction_rms_N",
              corrections_ > 0 ? std::sqrt(correction_sum_ / static_cast<double>(corrections_)) : 0.0);
 }

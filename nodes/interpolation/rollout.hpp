@@ -116,6 +116,7 @@ class Rollout final : public Node {
   std::array<std::int64_t, 4> ticks_{};  // by source
   std::int64_t rejected_models_ = 0;
   std::int64_t corrections_ = 0;
+  std::int64_t steps_ = 0, work_ = 0, most_work_ = 0;
   std::int64_t steps_on_anchors_ = 0, disagreements_ = 0, outdone_ticks_ = 0;
   double correction_sum_ = 0;  // N^2
 };
