@@ -13,6 +13,7 @@ namespace {
 constexpr double most_lead = 2;
 
 constexpr double weight_memory = 0.05;  // s
+constexpr double most_catch_up = 0.25;   // of the largest change
 
 /// Limits the rate of a difference, axis by axis, so that it decays without growing or changing its sign: between 0 and
 /// -e / tau.
@@ -33,42 +34,43 @@ Wrench limited(const Wrench& wrench, const CouplingParameters& coupling, double 
           tactor::limited(wrench.torque, share * coupling.torque_max)};
 }
 
-void CarriedForce::Weight::take(const Vec3& change, const Vec3& foretold, double kept) {
-  const double by = dot(change, foretold), length = dot(foretold, foretold);
-  if (!std::isfinite(by + length)) return;
-  told = kept * told + by;
-  square = kept * square + length;
-}
-
-double CarriedForce::Weight::value() const {
-  return square > 0 ? std::clamp(told / square, 0.0, 1.0) : 1;
-}
-
-/// Compares a sample's force with what was foretold of it.
-void CarriedForce::take(const ForceState& state, Time time) {
-  const double interval = (time - last_time_).seconds();
-  if (started_ && interval <= 0) return;
-  if (started_) {
-    const double kept = std::exp(-interval / weight_memory);
-    force_.take(state.value.force - last_.value.force, interval * last_.rate.force, kept);
-    torque_weight_.take(state.value.torque - last_.value.torque, interval * last_.rate.torque, kept);
+Vec3 CarriedForce::Foretold::rate(const Vec3& value, const Vec3& rate, double interval) {
+  const Vec3 change = value - last_, foretold = interval * last_rate_;
+  last_ = value;
+  last_rate_ = rate;
+  if (!started_) {
+    started_ = true;
+    return shown_rate_ = rate;
   }
-  started_ = true;
-  last_ = state;
-  last_time_ = time;
+  const double kept = std::exp(-interval / weight_memory);
+  largest_ = std::max(kept * largest_, norm(change));
+  const double size = dot(change, change) + dot(foretold, foretold);
+  if (size > 0 && std::isfinite(size)) {
+    told_ = kept * told_ + dot(change, foretold) / size;
+    square_ = kept * square_ + dot(foretold, foretold) / size;
+  }
+  const double weight = square_ > 0 ? std::clamp(told_ / square_, 0.0, 1.0) : 1;
+  const double most = most_catch_up * std::max(largest_ / interval, norm(shown_rate_));
+  shown_rate_ += tactor::limited(weight * rate - shown_rate_, most);
+  return shown_rate_;
 }
 
 ForceState CarriedForce::at(Time now, const LocalRollout& rollout, const Twist& a_D) {
   const PhysicsState state = rollout.state();
   const CouplingParameters& coupling = rollout.model().coupling;
   const Twist& a_T = rollout.acceleration();
+  const Time sampled = rollout.model().time;
   ForceState aim{coupling_wrench(coupling, state, torque_), {}, {}};
-  aim.rate.force = -coupling.k_t * (state.V_WD.v - state.V_WT.v) - coupling.b_t * (a_D.v - a_T.v);
-  if (torque_) aim.rate.torque = -coupling.k_r * (state.V_WD.w - state.V_WT.w) - coupling.b_r * (a_D.w - a_T.w);
-  take(aim, rollout.model().time);
-  aim.rate.force = force_.value() * aim.rate.force;
-  aim.rate.torque = torque_weight_.value() * aim.rate.torque;
-  const double ahead = std::min((now - rollout.model().time).seconds(), most_lead * tick_.seconds());
+  const double interval = (sampled - last_).seconds();
+  if (interval > 0) {
+    const Vec3 rate = -coupling.k_t * (state.V_WD.v - state.V_WT.v) - coupling.b_t * (a_D.v - a_T.v);
+    rate_.force = force_.rate(aim.value.force, rate, interval);
+    const Vec3 turning = -coupling.k_r * (state.V_WD.w - state.V_WT.w) - coupling.b_r * (a_D.w - a_T.w);
+    if (torque_) rate_.torque = turning_.rate(aim.value.torque, turning, interval);
+    last_ = sampled;
+  }
+  aim.rate = rate_;
+  const double ahead = std::min((now - sampled).seconds(), most_lead * tick_.seconds());
   aim.value = limited(aim.value + ahead * aim.rate, coupling);
   return aim;
 }

@@ -16,9 +16,12 @@ Wrench limited(const Wrench& wrench, const CouplingParameters& coupling, double 
 /// with a_D the handle's acceleration and a_T the tool's over its last step. The weight w is the share of the foretold
 /// changes that came true, 0 <= w <= 1: over the last samples, with d = F' dt foretold from one to the next and a the
 /// change that there was,
-///   w = sum a.d / sum d.d,   each term fading over 50 ms,
-/// the least-squares estimate; for force and torque apart. So a force is carried on where velocities are well known and
-/// surfaces even, and hardly where the encoder's steps or the texture make every change a surprise.
+///   w = sum g a.d / sum g d.d,   g = 1 / (|a|^2 + |d|^2),   each term fading over 50 ms,
+/// the least-squares estimate in which no sample counts for more than another; for force and torque apart. So a force
+/// is carried on where velocities are well known and surfaces even, and hardly where the encoder's steps or the texture
+/// make every change a surprise. w F' dt changes from sample to sample by no more than half the largest change of the
+/// force over the last 8 samples. So a change that comes as a surprise is displayed a tick late, and what is caught up
+/// makes no step that is much larger than those of the force itself.
 /// Carried on for two ticks at most, because samples that stay out are no reason to go on for ever. Within the device's
 /// limits.
 class CarriedForce {
@@ -28,21 +31,24 @@ class CarriedForce {
   ForceState at(Time now, const LocalRollout& rollout, const Twist& a_D);
 
  private:
-  struct Weight {
-    double told, square;
-    void take(const Vec3& change, const Vec3& foretold, double kept);
-    [[nodiscard]] double value() const;
-  };
-  void take(const ForceState& state, Time time);
+  /// What is foretold of a force, or of a torque.
+  class Foretold {
+   public:
+    /// The rate to go on with at a sample `interval` s after the last, where value and rate are these.
+    Vec3 rate(const Vec3& value, const Vec3& rate, double interval);
 
+   private:
+    // As if one change had come true.
+    double told_ = 1, square_ = 1;
+    Vec3 last_, last_rate_, shown_rate_;
+    double largest_ = 0;  // change, fading
+    bool started_ = false;
+  };
   Duration tick_;
   bool torque_;
-  // As if a small change had come true.
-  Weight force_{1e-6, 1e-6};            // N^2
-  Weight torque_weight_{1e-12, 1e-12};  // N^2 m^2
-  bool started_ = false;
-  ForceState last_;  // at the sample before
-  Time last_time_;
+  Foretold force_, turning_;
+  Time last_;    // of the samples
+  Wrench rate_;  // N/s and N m/s, at that one
 };
 
 /// The curve that is shown from tick to tick. It starts at what is aimed at. Where the aim changes, what is shown stays
