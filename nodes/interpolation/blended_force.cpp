@@ -13,7 +13,8 @@ namespace {
 constexpr double most_lead = 2;
 
 constexpr double weight_memory = 0.05;  // s
-constexpr double most_catch_up = 0.25;   // of the largest change
+constexpr double change_memory = 1;     // s, of the largest change
+constexpr double most_catch_up = 0.25;  // of the largest change
 
 /// Limits the rate of a difference, axis by axis, so that it decays without growing or changing its sign: between 0 and
 /// -e / tau.
@@ -43,7 +44,7 @@ Vec3 CarriedForce::Foretold::rate(const Vec3& value, const Vec3& rate, double in
     return shown_rate_ = rate;
   }
   const double kept = std::exp(-interval / weight_memory);
-  largest_ = std::max(kept * largest_, norm(change));
+  largest_ = std::max(std::exp(-interval / change_memory) * largest_, norm(change));
   const double size = dot(change, change) + dot(foretold, foretold);
   if (size > 0 && std::isfinite(size)) {
     told_ = kept * told_ + dot(change, foretold) / size;
@@ -52,6 +53,8 @@ Vec3 CarriedForce::Foretold::rate(const Vec3& value, const Vec3& rate, double in
   const double weight = square_ > 0 ? std::clamp(told_ / square_, 0.0, 1.0) : 1;
   const double most = most_catch_up * std::max(largest_ / interval, norm(shown_rate_));
   shown_rate_ += tactor::limited(weight * rate - shown_rate_, most);
+  // One that is not finite would stay for ever.
+  if (!is_finite(shown_rate_)) shown_rate_ = rate;
   return shown_rate_;
 }
 
@@ -70,7 +73,7 @@ ForceState CarriedForce::at(Time now, const LocalRollout& rollout, const Twist& 
     last_ = sampled;
   }
   aim.rate = rate_;
-  const double ahead = std::min((now - sampled).seconds(), most_lead * tick_.seconds());
+  const double ahead = std::clamp((now - sampled).seconds(), 0.0, most_lead * tick_.seconds());
   aim.value = limited(aim.value + ahead * aim.rate, coupling);
   return aim;
 }

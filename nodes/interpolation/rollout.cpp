@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "nodes/interpolation/forecast_curve.hpp"
 #include "nodes/interpolation/not_finite.hpp"
@@ -62,7 +63,9 @@ NodeInfo Rollout::declare() {
              .min = 0,
              .max = 10})
       .real("trust_distance", &Params::trust_distance,
-            {.doc = "distance of the tool from where contacts were looked for, likewise",
+            {.doc = "distance of the tool from where contacts were looked for, likewise; beyond this distance from "
+                    "where physics "
+                    "has it the tool goes there at once",
              .unit = "m",
              .default_value = 0.02,
              .min = 0,
@@ -165,11 +168,16 @@ const Rollout::Then* Rollout::known_at(Time time) const {
   return then == noted.end() ? nullptr : &*then;
 }
 
-/// Whether physics has had its tool elsewhere, in about the same direction, for longer than the patience.
+/// Whether physics has its tool farther away than is trusted, or has had it elsewhere, in about the same direction, for
+/// longer than the patience.
 bool Rollout::disagrees(const Stamped<LocalModel>& result) {
   const Then* then = known_at(result.stamp.valid);
   if (then == nullptr) return false;
   const Vec3 apart = result.value.p_WT_result - then->p_WT;
+  if (!(norm(apart) < params_.trust_distance)) {
+    ++disagreements_;
+    return true;
+  }
   const bool beyond = norm(apart) > params_.disagreement;
   if (!beyond || !apart_now_ || dot(apart, apart_) < 0.5 * dot(apart_, apart_)) {
     apart_now_ = beyond;
@@ -188,7 +196,8 @@ bool Rollout::take_model(Time now) {
   if (running_ && newest.stamp.sequence == used_.sequence) return false;
   // The bodies may be brought on to a sample that has not arrived here yet, but not to one beyond now.
   const bool older = running_ && newest.stamp.valid < used_.valid;
-  const bool keep = keeps_tool() && !(!older && newest.value.time <= now && disagrees(newest));
+  const bool judged = !older && newest.value.time <= now && newest.stamp.sequence != rejected_;
+  const bool keep = keeps_tool() && !(judged && disagrees(newest));
   if (older || newest.value.time > now || !(keep ? rollout_.learn(newest.value) : rollout_.restart(newest.value))) {
     if (newest.stamp.sequence != rejected_) ++rejected_models_;
     rejected_ = newest.stamp.sequence;
@@ -212,7 +221,7 @@ bool Rollout::take_model(Time now) {
 
 /// Trusts slow physics for longer, as long as it comes.
 void Rollout::note_interval(Duration interval) {
-  // What comes back from the dead was not slow.
+  // An interval beyond trust_time_max is a failure, and not slow physics.
   if (!(interval < params_.trust_time_max)) return;
   intervals_[interval_count_++ % intervals_.size()] = interval;
   const Duration longest = *std::max_element(intervals_.begin(), intervals_.end());
@@ -253,19 +262,32 @@ bool Rollout::knows_forecast(Time now) const {
   return forecast.connected() && forecast.latest() != nullptr && !segment_if_not_finite(now, forecast.latest()->value);
 }
 
+/// True once for each forecast that is displayed.
+bool Rollout::is_new_forecast() {
+  const std::uint64_t sequence = forecast.latest()->stamp.sequence;
+  return std::exchange(forecast_shown_, sequence) != sequence;
+}
+
 bool Rollout::trusted(Time now) const {
   return now - used_.valid < trust_ &&
          (rollout_.on_surface() || rollout_.distance_from_anchors() < params_.trust_distance);
 }
 
 Rollout::Source Rollout::choose(Time now) const {
-  if (trusted(now) && !failed_) {
-    if (estimate_.best() == rolled) return Source::rollout;
-    return estimate_.best() == forecasted && knows_forecast(now) ? Source::forecast : Source::held;
+  if (trusted(now)) {
+    if (estimate_.best() == forecasted && knows_forecast(now)) return Source::forecast;
+    if (estimate_.best() != rolled) return Source::held;
+    if (!failed_) return Source::rollout;
+    if (is_near_anchor()) return Source::jacobian;
   }
-  // A Jacobian goes on from a force, and the first model may have failed before there was any.
-  if (trusted(now) && ticks_[static_cast<std::size_t>(Source::rollout)] > 0) return Source::jacobian;
   return knows_forecast(now) && touching_ ? Source::forecast : Source::held;
+}
+
+/// Whether the rollout's force was displayed until its step failed, with the handle about where it is now.
+bool Rollout::is_near_anchor() const {
+  const bool goes_on = source_ == Source::rollout || source_ == Source::jacobian;
+  return goes_on && ticks_[static_cast<std::size_t>(Source::rollout)] > 0 &&
+         norm(track_.newest().value.X_WD.p - anchor_X_WD_.p) < params_.trust_distance;
 }
 
 ForceState Rollout::of_jacobian() const {
@@ -277,9 +299,17 @@ ForceState Rollout::of_jacobian() const {
     return Wrench{plain(by.head<3>()), torque_ ? plain(by.tail<3>()) : Vec3{}};
   };
   const Vec3 turn = to_rotation_vector(handle.X_WD.R * inverse(anchor_X_WD_.R));
-  return {limited(anchor_.value + change(handle.X_WD.p - anchor_X_WD_.p, turn), rollout_.model().coupling),
-          change(handle.V_WD.v, handle.V_WD.w),
-          {}};
+  ForceState state{
+      anchor_.value + change(handle.X_WD.p - anchor_X_WD_.p, turn), change(handle.V_WD.v, handle.V_WD.w), {}};
+  // A contact that is left does not pull.
+  const Vec3& before = anchor_.value.force;
+  const double along = dot(state.value.force, before), square = dot(before, before);
+  if (along < 0 && square > 0) {
+    state.value.force -= (along / square) * before;
+    state.rate.force -= (dot(state.rate.force, before) / square) * before;
+  }
+  state.value = limited(state.value, rollout_.model().coupling);
+  return state;
 }
 
 ForceState Rollout::aim(Source source, Time now) {
@@ -321,8 +351,10 @@ void Rollout::step(StepContext& context) {
   // A sample that is finite and yet absurd would else be blended out for long.
   const CouplingParameters& coupling = rollout_.model().coupling;
   to.rate = limited(to.rate, coupling, 1 / tick_.seconds());
-  ForceSegment shown = blended_.go_on(now, to, one_tick_later(to, tick_, coupling), corrected || source != source_);
-  shown.trust_time = trust_;
+  const bool other = corrected || source != source_ || (source == Source::forecast && is_new_forecast());
+  ForceSegment shown = blended_.go_on(now, to, one_tick_later(to, tick_, coupling), other);
+  // Zero would say nothing.
+  shown.trust_time = std::max(trust_, Duration{1});
   if (running_ && corrected) {
     ++corrections_;
     const Vec3& jump = blended_.difference().value.force;

@@ -62,7 +62,7 @@ class Rollout final : public Node {
 
  private:
   enum class Source : std::uint8_t { rollout, jacobian, forecast, held };
-  /// Of two as near to physics the first is taken: without a forecast the hold stands in for it.
+  /// Ties go to the first. Without a forecast the hold's force fills its place.
   enum Candidate : std::size_t { rolled, held_result, forecasted, candidates };
   using Estimate = ErrorEstimate<candidates>;
   struct Then {
@@ -77,6 +77,8 @@ class Rollout final : public Node {
   bool disagrees(const Stamped<LocalModel>& result);
   void note_then();
   [[nodiscard]] bool knows_forecast(Time now) const;
+  bool is_new_forecast();
+  [[nodiscard]] bool is_near_anchor() const;
   void note_interval(Duration interval);
   void go_on();
   [[nodiscard]] bool trusted(Time now) const;
@@ -99,6 +101,7 @@ class Rollout final : public Node {
   Duration trust_;                        // age of a result up to which its model is gone on with
   std::array<Then, 512> path_;            // of the tool, by the times of the samples
   std::size_t noted_ = 0;
+  std::uint64_t forecast_shown_ = ~std::uint64_t{0};  // its sequence number
   Estimate estimate_;
   Wrench held_result_;  // of physics' newest result
   Vec3 apart_;          // m, of physics' tool from this one, where they disagree

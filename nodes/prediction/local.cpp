@@ -70,7 +70,8 @@ NodeInfo LocalPredictor::declare() {
       .input("contacts", &LocalPredictor::contacts,
              {.doc = "the contacts around them; without, nothing touches", .required = false})
       .input("used", &LocalPredictor::used,
-             {.doc = "the contacts that dynamics uses, for the fit; without, it goes by `contacts`",
+             {.doc = "the contacts that dynamics uses, for the fit; without, it goes by `contacts`. Meant for dynamics "
+                     "with `advance_to: contacts`",
               .required = false,
               .queue = {QueuePolicy::drop_oldest, 8}})
       .ignored_when([](const Params& p) {
@@ -151,6 +152,7 @@ const ContactSet* LocalPredictor::contacts_of(Time result) const {
 /// Learns from the result, which must be one that the rollout accepts, how its contacts are to be corrected.
 void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
   start_.correction = fit_.correction();
+  start_.law_error = 0;
   if (!params_.fit || !state.connected()) return;
   const Stamped<PhysicsState>* physics = state.latest();
   if (physics == nullptr || physics->stamp.valid != result.stamp.valid || physics->value.damped != 0) {
@@ -163,10 +165,11 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
     const FitOutcome outcome =
         set != nullptr ? fit_.take(result.stamp.valid, contact_planes(*set), result.value, massless, felt, touching)
                        : fit_.take(result.stamp.valid, start_.contacts, result.value, massless, felt, touching);
-    if (outcome == FitOutcome::unusable || outcome == FitOutcome::repeated) ++left_out_of_fit_;
+    const bool compared = outcome != FitOutcome::unusable && outcome != FitOutcome::repeated;
+    if (compared) start_.law_error = fit_.law_error();
+    if (!compared) ++left_out_of_fit_;
   }
   start_.correction = fit_.correction();
-  start_.law_error = fit_.law_error();
 }
 
 void LocalPredictor::step(StepContext&) {

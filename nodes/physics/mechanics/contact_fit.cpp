@@ -352,7 +352,8 @@ FitOutcome ContactFit::take_gathered(Time valid, const BodyStates& bodies, bool 
   const bool pushes = collect(bodies, massless, materials) > 0;
   measured.tail<3>() /= lever_;
   if (touching <= 0 || !pushes) {
-    law_error_ = touching > 0 ? measured.head<3>().norm() : 0;
+    const Vector2d at(error_.stiffness_scale, error_.friction_excess);
+    law_error_ = (touching > 0 ? measured : model(at, false).wrench).head<3>().norm();
     return FitOutcome::silent;
   }
   const FitOutcome outcome = learn_from(valid, measured, materials);

@@ -73,8 +73,8 @@ class ContactFit {
   /// `touching` contacts.
   FitOutcome take(Time valid, const LocalContacts& contacts, const BodyStates& bodies, bool massless,
                   const Wrench& contact_T_W, int touching);
-  /// The same with the contacts that dynamics itself used, as planes. They say what it felt where its query was coarse
-  /// or old, so that what is left is another law of contact.
+  /// The same with the contacts that dynamics itself used, as planes. With these an old or coarse query makes no
+  /// difference, and what is left comes from another law of contact.
   FitOutcome take(Time valid, const ContactPlanes& planes, const BodyStates& bodies, bool massless,
                   const Wrench& contact_T_W, int touching);
 

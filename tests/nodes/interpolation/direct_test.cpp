@@ -357,7 +357,8 @@ BOOST_AUTO_TEST_CASE(from_a_late_result_each_sample_is_stepped_to_over_some_tick
     if (ms == 40) subject.otherwise(0, ms, {1, 0, 0});
     if (ms == 40) subject.bodies(0, ms, one_body({Handle::x(0), 0, 0}));
     if (!subject.tick(ms)) continue;
-    if (ms > 40) BOOST_TEST(subject.jump() < 0.01);
+    // Where contact begins the force is foretold as far as a tick may catch up; it changes by 0.05 N a tick.
+    if (ms > 40) BOOST_TEST(subject.jump() < 0.02);
     BOOST_TEST(subject.stamp.ns == at_ms(ms < 52 ? 0 : ms).ns);
   }
   // Those before the first step are no fall-back.

@@ -92,6 +92,20 @@ BOOST_AUTO_TEST_CASE(a_tool_that_physics_keeps_having_elsewhere_goes_there_when_
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_tool_that_physics_has_far_away_goes_there_at_once) {
+  for (const double off : {0.019, 0.021}) {
+    Subject subject(box_scene(), default_params<Rollout>());
+    const Vec3 handle{0.06, -0.03, 0};
+    for (int ms = 0; ms <= 45; ++ms) {
+      subject.sample(ms, handle);
+      if (ms % 20 == 0)
+        subject.model(ms - 20, ms + 1, model_at(ms, one_body({0.06 + (ms == 40 ? off : 0), -0.03, 0}), handle, {}));
+      subject.tick(ms);
+    }
+    BOOST_TEST(subject.metric("rollout.disagreements") == (off > 0.02 ? 1.0 : 0.0));
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_hold_is_displayed_where_it_has_been_nearer_to_physics_than_the_rollout) {
   // A tool on the box, and physics that feels another force there: of a law that the rollout does not know.
   const auto ticks = [](const Vec3& felt, double law_error, double worse) {

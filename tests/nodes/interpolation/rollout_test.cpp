@@ -282,7 +282,8 @@ BOOST_AUTO_TEST_CASE(whatever_comes_the_force_is_finite_and_bounded_and_soon_rig
         BOOST_REQUIRE_MESSAGE(norm(force) < 4 * spring.force_max, trial << ", " << ms << " ms: " << norm(force));
       }
       if (ms > 400) {
-        BOOST_REQUIRE_MESSAGE(norm(troubled.force(ms + 1) - calm.force(ms + 1)) < 1e-6, trial << ", " << ms << " ms");
+        // What is left is the memory of how far forces could be carried on.
+        BOOST_REQUIRE_MESSAGE(norm(troubled.force(ms + 1) - calm.force(ms + 1)) < 2e-3, trial << ", " << ms << " ms");
       }
     }
   }

@@ -391,6 +391,10 @@ BOOST_AUTO_TEST_CASE(the_law_error_is_what_neither_stiffness_nor_friction_nor_st
   BOOST_TEST(foreign.fit.law_error() == norm(sliding.wrench(1, 0).force), tt::tolerance(1e-9));
   foreign.take(none, sliding.bodies(), {}, 0);
   BOOST_TEST(foreign.fit.law_error() == 0.0);
+  // The model pushes where physics has nothing.
+  Subject alone;
+  alone.take(sliding, {}, 0);
+  BOOST_TEST(alone.fit.law_error() == norm(sliding.wrench(1, 0.3).force), tt::tolerance(1e-9));
 }
 
 BOOST_AUTO_TEST_CASE(results_of_the_past_and_repeated_ones_are_not_used) {
