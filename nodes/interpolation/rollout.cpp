@@ -323,9 +323,12 @@ ForceState Rollout::aim(Source source, Time now) {
       touching_ = rollout_.state().contacts > 0;
       return state;
     }
-    case Source::jacobian:
+    case Source::jacobian: {
       if (source_ != Source::jacobian) jacobian_ = rollout_.jacobian();
-      return of_jacobian();
+      const ForceState state = of_jacobian();
+      held_ = state.value;
+      return state;
+    }
     case Source::forecast: {
       ForceState state = ForecastCurve(*forecast.latest(), CurveShape::linear).at(now);
       state.value = limited(state.value, rollout_.model().coupling);

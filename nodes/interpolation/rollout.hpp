@@ -113,7 +113,7 @@ class Rollout final : public Node {
   bool touching_ = false;  // the tool, while the rollout was trusted
   Source source_ = Source::rollout;
   ForceState anchor_;  // what the rollout last aimed at while it was trusted
-  Wrench held_;        // of the newest model, or of the rollout where it last was trusted
+  Wrench held_;        // of the newest model, or what was displayed last while it was trusted
   Pose anchor_X_WD_;   // the handle then
   Eigen::Matrix<double, 6, 6> jacobian_ = Eigen::Matrix<double, 6, 6>::Zero();
   std::array<std::int64_t, 4> ticks_{};  // by source

@@ -90,7 +90,10 @@ BOOST_AUTO_TEST_CASE(without_results_the_forecast_is_shown_where_the_tool_touche
       double ticks = 0;
       for (int ms = 0; ms < 300; ++ms) {
         subject.sample(ms, handle);
-        if (forecasts && ms % 10 == 0) subject.forecast(ms - 8, ms, f);
+        // They differ while they are shown first, and a new one makes no jump.
+        const double swing = ms < 160 ? (ms % 20 == 0 ? 0.5 : -0.5) : 0;
+        f.current_D_W.force.x = f.predicted_D_W[0].force.x = 3 + swing;
+        if (forecasts && ms % 10 == 4) subject.forecast(ms - 8, ms, f);
         // None from 50 to 230 ms: from 145 ms on the last one is 100 ms old.
         if (ms % 10 == 0 && (ms < 50 || ms > 230))
           subject.model(ms + 5 - 10, ms, model_at(ms, one_body(tool), handle, wall));
@@ -163,6 +166,50 @@ BOOST_AUTO_TEST_CASE(where_a_step_fails_the_force_follows_the_handle_by_the_spri
   }
   BOOST_TEST(subject.metric("rollout.jacobian_ticks") == 30.0);
   BOOST_TEST(subject.metric("rollout.ticks") == 130.0);
+}
+
+BOOST_AUTO_TEST_CASE(where_a_step_has_failed_the_contact_that_is_left_does_not_pull) {
+  Subject subject;
+  const LocalContacts wall = wall_around({{0.0094, 0, 0}}, 1000);
+  for (int ms = 0; ms < 250; ++ms) {
+    const Vec3 handle{0.0082 + 2e-4 * std::max(0, ms - 100), 0, 0}, v{ms > 100 ? 0.2 : 0.0, 0, 0};
+    subject.sample(ms, handle, v);
+    const LocalModel good = model_at(ms, one_body({0.0094, 0, 0}), handle, wall);
+    if (ms == 0 || ms == 90) subject.model(ms - 5, ms, good);
+    if (ms == 100) {
+      LocalModel bad = failing(good);
+      bad.time = at_ms(ms - 1);
+      subject.model(95, ms, bad);
+    }
+    BOOST_REQUIRE(subject.tick(ms));
+    if (ms > 0) BOOST_TEST(subject.jump() < 0.1);
+    if (ms == 100) BOOST_TEST(subject.force(ms + 1).x > 0.5);
+    if (ms > 105) BOOST_TEST(subject.force(ms + 1).x > -1e-3);
+    if (ms > 130) BOOST_TEST(std::abs(subject.force(ms + 1).x) < 1e-3);
+  }
+  // 2 cm from where it failed the Jacobian is left.
+  BOOST_TEST(subject.metric("rollout.jacobian_ticks") == 100.0);
+  BOOST_TEST(subject.metric("rollout.held_ticks") == 50.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_step_that_fails_while_something_else_is_displayed_goes_on_from_no_old_force) {
+  auto params = anchored();
+  params.trust_time = params.trust_time_max = Duration::from_seconds(0.1);
+  Subject subject(0.1, params);
+  const LocalContacts wall = wall_around({{0.0094, 0, 0}}, 1000);
+  for (int ms = 0; ms < 400; ++ms) {
+    // Pressed, then led away while no results come.
+    const Vec3 handle{ms < 150 ? 0.0082 : 0.0182, 0, 0};
+    subject.sample(ms, handle);
+    if (ms == 0 || ms == 40) subject.model(ms - 5, ms, model_at(ms, one_body({0.0094, 0, 0}), handle, wall));
+    if (ms == 300) {
+      LocalModel bad = failing(model_at(ms - 1, one_body({0.0099, 0, 0}), handle, wall_around({{0.0099, 0, 0}}, 1000)));
+      subject.model(295, ms, bad);
+    }
+    BOOST_REQUIRE(subject.tick(ms));
+  }
+  BOOST_TEST(subject.metric("rollout.jacobian_ticks") == 0.0);
+  BOOST_TEST(subject.metric("rollout.held_ticks") > 200.0);
 }
 
 BOOST_AUTO_TEST_CASE(a_first_model_whose_step_fails_shows_no_force) {
