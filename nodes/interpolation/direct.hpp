@@ -23,9 +23,9 @@ namespace tactor {
 /// more than `most_work`, where it does not converge, or where its force is not finite. With the next result of
 /// `bodies` it tries again. All changes are blended (see BlendedForce).
 ///
-/// The segment is stamped as the newest sample stepped to, or as that of `otherwise`. So after a fall-back no segment is
-/// fresh to the device's gate until physics has passed the last sample stepped to: give `stale_after` two intervals of
-/// physics at least.
+/// The segment is stamped as the newest sample stepped to, or as that of `otherwise`. So after a fall-back no segment
+/// is fresh to the device's gate until physics has passed the last sample stepped to: give `stale_after` two intervals
+/// of physics at least.
 class Direct final : public Node {
  public:
   struct Params : SurfaceOptions {
