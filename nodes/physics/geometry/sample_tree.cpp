@@ -204,6 +204,13 @@ float SampleTree::visit(Node& node, const Query& query) {
   return least;
 }
 
+std::size_t SampleTree::reserve_within(int work) {
+  // Each sample that is found took a step; the last one may be that which was too many.
+  const std::size_t most = std::min(samples_.size(), static_cast<std::size_t>(work) + 1);
+  found_.reserve(most);
+  return most;
+}
+
 const std::vector<NearSample>& SampleTree::find(const SignedDistance& other, const Pose& X_OB, double margin,
                                                 int* left) {
   if (nodes_.empty() || (complete_ && last_pose_ == X_OB && last_margin_ == margin)) return found_;

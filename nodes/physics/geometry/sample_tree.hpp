@@ -26,7 +26,8 @@ struct NearSample {
 /// by s stays out of reach until its centre has moved by s. The way of a centre is at most that of the tree's pivot
 /// plus the chord of the turns times the centre's distance from the pivot (its lever), so each child keeps one number,
 /// its expiry, and eight of them are compared with the way since at once. What is found does not depend on earlier
-/// queries, only the time it takes does. Queries allocate nothing once `found` has had its largest size.
+/// queries, only the time it takes does. Queries allocate nothing once `found` has had its largest size, or from the
+/// first one on after reserve_within.
 class SampleTree {
  public:
   /// `radii`: of spheres about the samples in m, or empty: points.
@@ -38,6 +39,9 @@ class SampleTree {
   /// or at the distance of one sample. Where that goes below zero the search ends and what it returns is not all.
   const std::vector<NearSample>& find(const SignedDistance& other, const Pose& X_OB, double margin,
                                       int* left = nullptr);
+  /// Queries of at most `work` steps allocate nothing from here on. Returns how many samples such a query finds at
+  /// most.
+  std::size_t reserve_within(int work);
 
  private:
   struct Node {
