@@ -36,7 +36,9 @@ class SampleTree {
   /// The samples whose distance to `other` is below `margin` (m), in an order that only the samples decide, until the
   /// next call. X_OB: the body of the samples in the frame of `other`, which must be the same in every call.
   /// `left`: where not null, the steps of work that it may do, of which it takes what it does: a look at eight spheres
-  /// or at the distance of one sample. Where that goes below zero the search ends and what it returns is not all.
+  /// or at the distance of one sample. Now and then, after a long way or where the margin is another one, all expiries
+  /// are written anew: eight nodes of the tree are a step. Where `left` goes below zero the search ends and what it
+  /// returns is not all.
   const std::vector<NearSample>& find(const SignedDistance& other, const Pose& X_OB, double margin,
                                       int* left = nullptr);
   /// Queries of at most `work` steps allocate nothing from here on. Returns how many samples such a query finds at
@@ -59,7 +61,7 @@ class SampleTree {
   struct Query;
 
   std::int32_t build(std::vector<int>& order, std::size_t begin, std::size_t end);
-  void advance(const Pose& X_OB);
+  bool advance(const Pose& X_OB);
   void forget();
   float visit(Node& node, const Query& query);
   static unsigned expired(const Node& node, float way, float turn);
