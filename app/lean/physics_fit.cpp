@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -85,6 +86,10 @@ std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::funct
     fit.not_measured = node.name + " drives a device";
     return fit;
   }
+  const auto not_measured = [&fit](const std::exception& error) {
+    fit.nodes.clear();
+    fit.not_measured = error.what();
+  };
   try {
     Session session(make_plan(with_physics_in_every_tick(plan.graph)), {.measure_cpu = true});
     run_for_a_while(session, interrupted);
@@ -100,8 +105,9 @@ std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::funct
                            .p99_us = 1e-3 * static_cast<double>(found.cpu.quantile(0.99).ns)});
     }
   } catch (const InputError& error) {
-    fit.nodes.clear();
-    fit.not_measured = error.what();
+    not_measured(error);
+  } catch (const RunError& error) {
+    not_measured(error);
   }
   return fit;
 }
@@ -116,7 +122,7 @@ std::string text_of(const PhysicsFit& fit) {
       fmt::format("physics takes {} a step here ({}), 99 of 100 steps less than {}; a tick is {}",
                   microseconds(fit.mean_us()), parts, microseconds(fit.p99_us()), microseconds(fit.tick_us));
   if (fit.fits()) {
-    text += ": nothing need be predicted; of rigid bodies --over direct makes a step in each tick";
+    text += ": nothing need be predicted; for rigid bodies use --over direct";
   } else {
     text += fmt::format(
         ": that does not fit; with half of the tick left to the rest, it would have to be {:.1f} times "

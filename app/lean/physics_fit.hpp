@@ -34,8 +34,8 @@ struct PhysicsFit {
 };
 
 /// Runs the graph under the virtual clock with a step of physics in every tick, for all of its duration, but for no
-/// longer than about 2 s of real time and 10 s of simulated time. None where no node moves bodies. Throws Interrupted
-/// where the user ends it.
+/// longer than about 2 s of real time and 10 s of simulated time. None where no node moves bodies. Where the run fails,
+/// `not_measured` says why. Throws Interrupted where the user ends it.
 std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::function<bool()>& interrupted);
 
 /// What people are told: whether it fits, by how much, and what follows.

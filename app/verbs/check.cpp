@@ -68,7 +68,9 @@ void add_check(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("check", "Check graphs without running them");
   const auto arguments = std::make_shared<CheckArguments>();
   verb->add_option("graphs", arguments->graphs, "Graph files")->required();
-  verb->add_flag("--explain", arguments->explained, "Show what runs, the queues, and what was left out and why");
+  verb->add_flag(
+      "--explain", arguments->explained,
+      "Show what runs, the queues, and what was left out and why; a short run tells whether physics fits a tick");
   verb->add_flag("--metrics", arguments->with_metrics, "Show the metrics that a run reports");
   arguments->options.add_to(*verb, false);
   verb->callback([arguments, &exit_code] { exit_code = check_graphs(*arguments); });

@@ -11,10 +11,8 @@ namespace tactor {
 
 namespace {
 
-/// The default of a parameter, or that it has none.
-std::string value_text(const NodeInfo& info, const ParamInfo& param) {
-  if (!param.default_value) return "required";
-  if (info.haptic_rate && param.name == info.params[*info.rate_parameter].name) return "the graph's";
+/// A default as a graph would say it.
+std::string default_text(const ParamValue& value) {
   struct Visitor {
     std::string operator()(bool v) const { return v ? "true" : "false"; }
     std::string operator()(std::int64_t v) const { return fmt::format("{}", v); }
@@ -28,7 +26,15 @@ std::string value_text(const NodeInfo& info, const ParamInfo& param) {
     std::string operator()(const Table&) const { return "none"; }
     std::string operator()(const Mapping&) const { return "none"; }
   };
-  return std::visit(Visitor{}, *param.default_value);
+  return std::visit(Visitor{}, value);
+}
+
+/// The default of a parameter, or that it has none.
+std::string value_text(const NodeInfo& info, const ParamInfo& param) {
+  if (!param.default_value) return "required";
+  if (info.haptic_rate && param.name == info.params[*info.rate_parameter].name) return "the graph's";
+  const std::string value = default_text(*param.default_value);
+  return param.as_in ? fmt::format("as in {} ({} otherwise)", name_of(*param.as_in), value) : value;
 }
 
 std::string kind_text(const ParamInfo& param) {

@@ -79,8 +79,11 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
   count("jumps", "samples in which an encoder jumped, which are not believed", Better::lower);
   count("stuck", "times that an encoder stood still under a force", Better::lower);
   count("limited_ticks", "ticks whose efforts were shortened to the device's own limits", Better::lower);
-  declaration.metric("device.velocity_cutoff_Hz", "Hz", "cutoff of the filter that estimates the handle's velocity",
-                     Better::neither);
+  declaration.metric(
+      "device.velocity_cutoff_Hz", "Hz",
+      "of the filters that estimate the handle's velocity, the cutoff of the one of order 3 that expects "
+      "`velocity_departure`; the calmest of order 3 has 0.63 of it",
+      Better::neither);
 }
 
 }  // namespace tactor

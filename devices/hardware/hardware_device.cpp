@@ -27,8 +27,8 @@ double noise_of(double resolution) {
   return std::max(resolution, 1e-9) / std::sqrt(12.0);
 }
 
-/// Of the poles of MotionFilter where samples come at `rate`: s^6 = -q / (noise^2 T), with q = 20 departure^2 / (10
-/// ms)^5.
+/// In Hz, of the poles of a MotionModel of order 3 where samples come at `rate`: s^6 = -q / (noise^2 T), with q = 20
+/// departure^2 / (10 ms)^5.
 double cutoff(double departure, double noise, double rate) {
   const double density = 20 * departure * departure / std::pow(0.01, 5);
   return std::pow(density * rate / (noise * noise), 1.0 / 6.0) / (2 * std::numbers::pi);

@@ -46,8 +46,11 @@ struct HardwareParts {
 /// LinkRunner). The state carries the time of its sample, not that of the tick; between samples it is repeated.
 ///
 /// The velocity is that of a PoseFilter over the samples in the scene, with the departure of the parameters and the
-/// noise of a step of resolution, sqrt(1/12) of it. At a constant rate 1/T it is a third-order low-pass on differences
-/// whose poles have the frequency (q / (noise^2 T))^(1/6) / (2 pi), which is reported as device.velocity_cutoff_Hz.
+/// noise of a step of resolution, sqrt(1/12) of it. It is a mean of several filters (MotionFilter). At a constant rate
+/// 1/T one of order 3 is a third-order low-pass on differences whose poles have the frequency
+/// (q / (noise^2 T))^(1/6) / (2 pi). That of the second of order 3, whose departure is that of the parameters, is
+/// reported as device.velocity_cutoff_Hz; the calmest of order 3 has a quarter of the departure, so its cutoff is lower
+/// by 4^(1/3).
 ///
 /// A wrench goes through the workspace and J^T, and is then shortened, all efforts alike, until none is beyond the
 /// device's own effort_max.

@@ -26,8 +26,9 @@ void read_lanes(std::vector<NodeSpec>& nodes, const Tree& tree, Registry& regist
 void read_haptic_rate(GraphSpec& graph, const Tree& tree, Diagnostics& diagnostics);
 
 /// Into parameters that are as in another node (ParamInfo::as_in) and that `tree`, that of the graph, does not give:
-/// the value of the first node of that role that has a parameter of the name.
-void read_shared_parameters(GraphSpec& graph, const Tree& tree);
+/// the value of the first node of that role that has a parameter of the name, kind and unit. An error where the bounds
+/// or the choices here do not allow that value.
+void read_shared_parameters(GraphSpec& graph, const Tree& tree, const FileFinder& files, Diagnostics& diagnostics);
 
 /// No edge of the realtime lane may wait where the clock is real.
 void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics);

@@ -224,7 +224,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   if (const Tree* nodes = tree->value("nodes")) {
     read_nodes(spec, broken, *nodes, registry, files, diagnostics);
     read_haptic_rate(spec, *tree, diagnostics);
-    read_shared_parameters(spec, *tree);
+    read_shared_parameters(spec, *tree, files, diagnostics);
     if (const Tree* edges = tree->value("edges")) {
       spec.edges = read_edges(*edges, spec.nodes, broken, diagnostics);
       check_realtime_edges(spec, diagnostics);

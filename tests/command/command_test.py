@@ -354,6 +354,13 @@ class Drawing(CommandTest):
             self.assertTrue(help_text.startswith(name + ": "), help_text[:80])
             self.assertIn("outputs" if name != "sink.metrics" else "inputs", help_text)
 
+    def test_a_default_that_is_as_in_another_node_is_told_as_that(self):
+        for name in ("prediction.local", "interpolation.rollout", "interpolation.direct"):
+            help_text = self.run_ok("nodes", name).stdout
+            self.assertIn("  stick_velocity (m/s; default as in dynamics (0.0001 otherwise); > 0, <= 1)\n", help_text)
+        self.assertIn("  margin (m; default as in collision (0.002 otherwise); >= 0, <= 0.1)\n", help_text)
+        self.assertIn("  iterations (integer; default 20; >= 8, <= 200)\n", help_text)
+
     @needs_meshes
     @needs_devices
     def test_the_node_reference_in_the_docs_is_up_to_date(self):

@@ -225,6 +225,11 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   for (Contact& c : by_b) c.weight *= shares_.b;
 }
 
+std::size_t BodyPair::reserve_within(int work) {
+  if (ball_) return 1;
+  return (side_a_ ? side_a_->tree.reserve_within(work) : 0) + (side_b_ ? side_b_->tree.reserve_within(work) : 0);
+}
+
 Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const {
   const bool from_b = is_from_b(key);
   const Pose &X_WK = from_b ? X_WB : X_WA, &X_WO = from_b ? X_WA : X_WB;

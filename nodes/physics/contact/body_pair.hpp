@@ -53,6 +53,9 @@ class BodyPair {
   /// Adds the contacts at these poses nearer than the margin, those of a's samples first, in the order of SampleTree.
   /// `left`: as of SampleTree::find; where it goes below zero, none of this pair are added.
   void find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, int* left = nullptr);
+  /// As of SampleTree: queries of at most `work` steps allocate nothing from here on, but for what they add to `found`.
+  /// Returns how many contacts such a query adds at most.
+  std::size_t reserve_within(int work);
   /// The shares of both sides in the last `find` (above); zero where it found nothing.
   [[nodiscard]] Shares shares() const { return shares_; }
   /// Whether both sides have samples.

@@ -58,6 +58,8 @@ class ContactReduction {
  public:
   /// `max_contacts`: from 4 to ContactSet::capacity. Queries of up to `most` contacts allocate nothing.
   ContactReduction(int max_contacts, std::size_t most);
+  /// From here on queries of up to `most` contacts allocate nothing.
+  void reserve(std::size_t most);
 
   /// Sets `count`, `penetrating`, `truncated`, `contact` and `pair` of the set.
   void reduce(const FoundContacts& found, ContactSet& set);
@@ -65,7 +67,6 @@ class ContactReduction {
   [[nodiscard]] const std::vector<std::size_t>& kept() const { return kept_; }
 
  private:
-  void reserve(std::size_t most);
   void pick_spread(const FoundContacts& found, const std::vector<std::size_t>& of, std::size_t count);
   void pick_nearest(const FoundContacts& found, std::size_t count);
   void give(const FoundContacts& found, ContactSet& set) const;

@@ -9,8 +9,8 @@ namespace tactor {
 class ContactSource {
  public:
   virtual ~ContactSource() = default;
-  /// The contacts there. False, and `set` is as it was, where finding them is more work than may be done. Once it has
-  /// met the most contacts it allocates nothing.
+  /// The contacts there. False, and `set` is as it was, where finding them is more work than may be done. It
+  /// allocates nothing.
   virtual bool find(const BodyStates& bodies, ContactSet& set) = 0;
   /// Steps of work that the last one took (see SampleTree::find); 0 where nobody counts.
   [[nodiscard]] virtual int work() const { return 0; }

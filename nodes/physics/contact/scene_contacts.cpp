@@ -10,7 +10,7 @@ namespace tactor {
 
 namespace {
 
-// Of larger contacts the first few queries allocate.
+// Of larger contacts the first few queries allocate, unless reserve_within was called.
 constexpr std::size_t usual_contacts = 4096;
 
 /// Two bodies of the scene that are looked at as a pair.
@@ -173,6 +173,14 @@ bool SceneContacts::find_within(int work, const BodyStates& states, ContactSet& 
   if (used != nullptr) *used = enough ? work - left : work;
   if (enough) keep(states, set);
   return enough;
+}
+
+void SceneContacts::reserve_within(int work) {
+  // A pair that has not moved costs no work, so each may add its most.
+  std::size_t most = 0;
+  for (Entry& entry : pairs_) most += entry.pair.reserve_within(work);
+  found_.reserve(most);
+  reduction_.reserve(most);
 }
 
 /// Adds the keys of the contacts at an anchor and notes what each side of a pair has there.

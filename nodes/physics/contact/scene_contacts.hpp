@@ -38,6 +38,8 @@ class SceneContacts {
   /// The same with at most `work` steps of work, of which SampleTree::find says what they are. False, and `set` is as
   /// it was, where that is not enough. `used`, where not null, is set to the work that it took.
   bool find_within(int work, const BodyStates& bodies, ContactSet& set, int* used = nullptr);
+  /// From here on find_within with at most that work allocates nothing, but for ExactDistance.
+  void reserve_within(int work);
 
   /// The contacts on the way that the bodies take from `age` s ago, where they were at `bodies`, if they keep their
   /// velocities. The anchors are where the bodies are by now, and where they will be `anchor_time` and twice that

@@ -7,7 +7,9 @@ namespace {
 class SceneSurface final : public ContactSource {
  public:
   SceneSurface(const SurfaceOptions& options, const NodeContext& context)
-      : contacts_(*context.scene, options, cell_distances(options, nullptr)), most_work_(options.most_work) {}
+      : contacts_(*context.scene, options, cell_distances(options, nullptr)), most_work_(options.most_work) {
+    contacts_.reserve_within(most_work_);
+  }
   bool find(const BodyStates& bodies, ContactSet& set) override {
     return contacts_.find_within(most_work_, bodies, set, &work_);
   }

@@ -34,7 +34,7 @@ void declare_query(Declare<N>& node, int most_work, const std::string& otherwise
                               .max = 0.1,
                               .as_in = Role::collision})
       .template real<double>("spacing", &P::spacing,
-                             {.doc = "how far contact samples may be apart, as of collision",
+                             {.doc = "how far contact samples may be apart",
                               .unit = "m",
                               .default_value = 0,
                               .min = 0,

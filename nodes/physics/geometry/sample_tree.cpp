@@ -15,6 +15,7 @@ namespace tactor {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr std::size_t nodes_a_step = 8;  // whose expiries are written anew
 
 /// A pose in floats.
 struct FloatPose {
@@ -130,21 +131,22 @@ void SampleTree::forget() {
   way_ = turn_ = 0;
 }
 
-/// Adds the way from the last pose to this one.
-void SampleTree::advance(const Pose& X_OB) {
+/// Adds the way from the last pose to this one. True where it has written all expiries anew.
+bool SampleTree::advance(const Pose& X_OB) {
   // An expiry that is no number would never come.
   TACTOR_DEMAND(is_finite(X_OB.p) && std::isfinite(X_OB.R.w + X_OB.R.x + X_OB.R.y + X_OB.R.z));
   way_ += norm(transform(X_OB, pivot_) - transform(*last_pose_, pivot_));
   const Quat turned = inverse(last_pose_->R) * X_OB.R;
   turn_ += 2 * norm({turned.x, turned.y, turned.z});
   // Where the ways have grown long, floats would lose the small differences.
-  if (way_ + turn_ * size_ < 2 * size_) return;
+  if (way_ + turn_ * size_ < 2 * size_) return false;
   for (Node& node : nodes_) {
     for (std::size_t k = 0; k < 8; ++k) {
       node.expiry[k] = rounded_down(node.expiry[k] - (way_ + turn_ * node.lever[k]));
     }
   }
   way_ = turn_ = 0;
+  return true;
 }
 
 TACTOR_WIDE unsigned SampleTree::expired(const Node& node, float way, float turn) {
@@ -204,16 +206,29 @@ float SampleTree::visit(Node& node, const Query& query) {
   return least;
 }
 
+std::size_t SampleTree::reserve_within(int work) {
+  // Each sample that is found took a step; the last one may be that which was too many.
+  const std::size_t most = std::min(samples_.size(), static_cast<std::size_t>(work) + 1);
+  found_.reserve(most);
+  return most;
+}
+
 const std::vector<NearSample>& SampleTree::find(const SignedDistance& other, const Pose& X_OB, double margin,
                                                 int* left) {
   if (nodes_.empty() || (complete_ && last_pose_ == X_OB && last_margin_ == margin)) return found_;
   const double before = way_ + turn_ * size_;
   double moved = 0;
-  if (!last_pose_ || last_margin_ != margin) {
+  bool all_written = false;
+  if (last_pose_ && last_margin_ != margin) {
     forget();
-  } else {
-    advance(X_OB);
+    all_written = true;
+  } else if (last_pose_) {
+    all_written = advance(X_OB);
     moved = std::max(0.0, way_ + turn_ * size_ - before);
+  }
+  if (left != nullptr && all_written) {
+    const auto steps = static_cast<int>((nodes_.size() + nodes_a_step - 1) / nodes_a_step);
+    *left = std::max(*left - steps, -1);
   }
   last_pose_ = X_OB;
   last_margin_ = margin;

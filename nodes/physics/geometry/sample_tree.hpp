@@ -26,7 +26,8 @@ struct NearSample {
 /// by s stays out of reach until its centre has moved by s. The way of a centre is at most that of the tree's pivot
 /// plus the chord of the turns times the centre's distance from the pivot (its lever), so each child keeps one number,
 /// its expiry, and eight of them are compared with the way since at once. What is found does not depend on earlier
-/// queries, only the time it takes does. Queries allocate nothing once `found` has had its largest size.
+/// queries, only the time it takes does. Queries allocate nothing once `found` has had its largest size, or from the
+/// first one on after reserve_within.
 class SampleTree {
  public:
   /// `radii`: of spheres about the samples in m, or empty: points.
@@ -35,9 +36,14 @@ class SampleTree {
   /// The samples whose distance to `other` is below `margin` (m), in an order that only the samples decide, until the
   /// next call. X_OB: the body of the samples in the frame of `other`, which must be the same in every call.
   /// `left`: where not null, the steps of work that it may do, of which it takes what it does: a look at eight spheres
-  /// or at the distance of one sample. Where that goes below zero the search ends and what it returns is not all.
+  /// or at the distance of one sample. Now and then, after a long way or where the margin is another one, all expiries
+  /// are written anew: eight nodes of the tree are a step. Where `left` goes below zero the search ends and what it
+  /// returns is not all.
   const std::vector<NearSample>& find(const SignedDistance& other, const Pose& X_OB, double margin,
                                       int* left = nullptr);
+  /// Queries of at most `work` steps allocate nothing from here on. Returns how many samples such a query finds at
+  /// most.
+  std::size_t reserve_within(int work);
 
  private:
   struct Node {
@@ -55,7 +61,7 @@ class SampleTree {
   struct Query;
 
   std::int32_t build(std::vector<int>& order, std::size_t begin, std::size_t end);
-  void advance(const Pose& X_OB);
+  bool advance(const Pose& X_OB);
   void forget();
   float visit(Node& node, const Query& query);
   static unsigned expired(const Node& node, float way, float turn);

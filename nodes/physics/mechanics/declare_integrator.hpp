@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "framework/node/declare.hpp"
 #include "nodes/physics/mechanics/system.hpp"
@@ -12,13 +11,12 @@ namespace tactor {
 /// Adds the parameter `integrator`. `as_in`: the role of the node whose value it has where a graph gives none.
 template <class N>
 void declare_integrator(Declare<N>& node, std::optional<Role> as_in = std::nullopt) {
-  node.template choice<Integrator>(
-      "integrator", &N::Params::integrator,
-      {{"implicit_euler", Integrator::implicit_euler}, {"midpoint", Integrator::midpoint}}, Integrator::implicit_euler,
-      std::string("implicit_euler: of first order, and damps what is fast; midpoint: of second order, and springs keep "
-                  "their energy") +
-          (as_in ? "; as in dynamics where the graph gives none" : ""),
-      std::nullopt, as_in);
+  node.template choice<Integrator>("integrator", &N::Params::integrator,
+                                   {{"implicit_euler", Integrator::implicit_euler}, {"midpoint", Integrator::midpoint}},
+                                   Integrator::implicit_euler,
+                                   "implicit_euler: of first order, and damps what is fast; midpoint: of second order, "
+                                   "and springs keep their energy",
+                                   std::nullopt, as_in);
 }
 
 }  // namespace tactor

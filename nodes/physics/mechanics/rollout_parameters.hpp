@@ -32,12 +32,13 @@ void declare_rollout(Declare<N>& node) {
                                        .min = 8,
                                        .max = 200})
       .real("stick_velocity", &P::stick_velocity,
-            {.doc = "sliding speed below which friction is viscous, as in dynamics",
+            {.doc = "sliding speed below which friction is viscous",
              .unit = "m/s",
              .default_value = 1e-4,
              .min = 0,
              .max = 1,
-             .above_min = true});
+             .above_min = true,
+             .as_in = Role::dynamics});
   declare_integrator(node, Role::dynamics);
 }
 

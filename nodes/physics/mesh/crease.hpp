@@ -30,7 +30,8 @@ struct Crease {
 /// neither slivers nor a blunt end that is much smaller than the spacing decides. Nothing where one part is left.
 std::optional<Crease> find_crease(std::vector<FacingArea> faces);
 
-/// The least cosine between the normals of neighbours in one part: 32 degrees. No regular prism has its faces at this.
+/// The least cosine between the normals of neighbours in one part: 32 degrees. No regular prism has this angle
+/// between its faces.
 constexpr double same_part = 0.85;
 
 /// How much of the area about a crease counts, in m^2, where what it touches lies in direction `towards` (unit, in the

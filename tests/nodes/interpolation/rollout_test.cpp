@@ -410,10 +410,12 @@ BOOST_AUTO_TEST_CASE(a_correction_does_not_swing_past_what_it_leads_to) {
   BOOST_TEST(lowest > -0.01);
 }
 
-BOOST_AUTO_TEST_CASE(the_integrator_is_that_of_dynamics_unless_a_graph_gives_one) {
+BOOST_AUTO_TEST_CASE(integrator_and_stick_velocity_are_those_of_dynamics_unless_a_graph_gives_them) {
   const NodeInfo info = Rollout::declare();
-  const auto of_name = [](const ParamInfo& p) { return p.name == "integrator"; };
-  const auto integrator = std::find_if(info.params.begin(), info.params.end(), of_name);
-  BOOST_REQUIRE((integrator != info.params.end()));
-  BOOST_TEST((integrator->as_in == Role::dynamics));
+  for (const std::string name : {"integrator", "stick_velocity"}) {
+    const auto param =
+        std::find_if(info.params.begin(), info.params.end(), [&](const ParamInfo& p) { return p.name == name; });
+    BOOST_REQUIRE((param != info.params.end()));
+    BOOST_TEST((param->as_in == Role::dynamics));
+  }
 }

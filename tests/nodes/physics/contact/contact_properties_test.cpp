@@ -12,6 +12,7 @@
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "nodes/physics/contact/scene_contacts.hpp"
+#include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/geometry/mesh_distance.hpp"
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/dice.hpp"
@@ -389,6 +390,44 @@ BOOST_AUTO_TEST_CASE(queries_allocate_nothing_once_they_have_met_the_most_contac
       const std::int64_t before = thread_heap_calls();
       for (const Pose& X_WT : path) node->query(X_WT, *set);
       BOOST_TEST(thread_heap_calls() == before);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_bounded_query_allocates_nothing_from_the_first_one_on,
+                     *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
+  // A mesh of 10,242 vertices, all of which are inside the wall at once, and most of which are inside the rock.
+  Scene scene;
+  scene.bodies = {test::mesh_body("tool", test::icosphere(0.02, 5), Motion::rigid),
+                  test::mesh_body("rock", test::icosphere(0.05, 2)), test::shaped("wall", BoxShape{{0.2, 0.2, 0.2}})};
+  scene.bodies[1].X_WB.p = {0, 0, 0.02};
+  scene.bodies[2].X_WB.p = {-0.1, 0, 0};
+  SurfaceOptions options;
+  options.margin = margin;
+  options.max_contacts = 64;
+  options.resolution = 24;
+  const auto context = test::context_for(scene);
+  for (const int work : {1, 1500, 5000, 1'000'000}) {
+    BOOST_TEST_CONTEXT("work " << work) {
+      options.most_work = work;
+      const auto surface = surface_contacts(options, context);
+      const auto set = std::make_unique<ContactSet>();
+      BodyStates bodies;
+      bodies.count = 1;
+      int enough = 0, most = 0;
+      // Inside the wall, deep and less so; then out of all.
+      for (const double x : {-0.05, -0.05, -0.03, -0.01, 0.01, 0.018, 0.0195, 0.3, -0.04}) {
+        bodies.X_WB[0].p = {x, 0, 0};
+        const std::int64_t before = thread_heap_calls();
+        const bool found = surface->find(bodies, *set);
+        const std::int64_t calls = thread_heap_calls() - before;
+        BOOST_TEST(calls == 0);
+        enough += found ? 1 : 0;
+        if (found) most = std::max(most, set->count + set->truncated);
+      }
+      if (work == 1) BOOST_TEST(enough == 1);
+      if (work == 1'000'000) BOOST_TEST(enough == 9);
+      if (work == 1'000'000) BOOST_TEST(most > 10'000);
     }
   }
 }

@@ -1,4 +1,4 @@
-// The fit of stiffness and friction against wrenches known in closed form, and against steps that RigidStep takes.
+// The fit of stiffness and friction against wrenches known in closed form.
 #include <boost/test/unit_test.hpp>
 
 #include <algorithm>
@@ -6,65 +6,12 @@
 
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
-#include "nodes/physics/mechanics/rigid_step.hpp"
 #include "tests/nodes/dice.hpp"
-#include "tests/nodes/physics/mechanics/local_contacts.hpp"
+#include "tests/nodes/physics/mechanics/contact_fit_subject.hpp"
 
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
-
-namespace {
-
-constexpr double radius = 0.01;  // m, of the ball
-constexpr double stick = 1e-4;   // m/s
-constexpr double k = 2000, b = 3, depth = 1e-3;
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-
-/// A ball that is pressed into the wall x = 0, of which the model says k, b and `mu`.
-struct Wall {
-  double mu = 0.3;
-  Vec3 v;  // m/s, of the ball
-  double deep = depth;
-
-  [[nodiscard]] BodyStates bodies() const { return one_body({radius - deep, 0, 0}, v); }
-  [[nodiscard]] LocalContacts contacts() const { return wall_around({{radius - deep, 0, 0}}, k, b, mu); }
-  /// Physics' force where the wall is `scale` times as stiff and damped, its friction `true_mu`, and all slides.
-  [[nodiscard]] Wrench wrench(double scale, double true_mu) const {
-    const double N = scale * (k * deep - b * v.x);
-    const Vec3 along{0, v.y, v.z};
-    const double speed = norm(along);
-    const Vec3 force = Vec3{N, 0, 0} - (speed > 0 ? true_mu * N / speed : 0) * along;
-    return {force, cross(Vec3{-radius, 0, 0}, force)};
-  }
-};
-
-/// Gives results to a fit, each a period after the last.
-class Subject {
- public:
-  explicit Subject(bool rotates = false) : fit(rotates, stick) {}
-  FitOutcome take(const LocalContacts& contacts, const BodyStates& bodies, const Wrench& wrench, int touching = 1) {
-    time_.ns += 20'000'000;
-    return fit.take(time_, contacts, bodies, false, wrench, touching);
-  }
-  FitOutcome take(const Wall& wall, const Wrench& wrench, int touching = 1) {
-    return take(wall.contacts(), wall.bodies(), wrench, touching);
-  }
-  [[nodiscard]] double scale() const { return fit.error().stiffness_scale; }
-  [[nodiscard]] double excess() const { return fit.error().friction_excess; }
-  [[nodiscard]] Time time() const { return time_; }
-
-  ContactFit fit;
-
- private:
-  Time time_;
-};
-
-bool same(const ContactError& x, const ContactError& y) {
-  return x.stiffness_scale == y.stiffness_scale && x.friction_excess == y.friction_excess;
-}
-
-}  // namespace
 
 BOOST_AUTO_TEST_CASE(a_wall_of_another_stiffness_is_found_at_the_first_result_or_where_it_is_far_off_at_the_second) {
   for (const double scale : {0.2, 0.5, 1.0, 2.0, 5.0}) {
@@ -487,94 +434,6 @@ BOOST_AUTO_TEST_CASE(dampers_of_a_massless_tool_are_left_out) {
     fit.take(Time{i * 10'000'000LL}, wall.contacts(), wall.bodies(), true, {{1.5 * k * depth, 0, 0}, {}}, 1);
   }
   BOOST_TEST(fit.error().stiffness_scale == 1.5, tt::tolerance(0.02));
-}
-
-namespace {
-
-/// A body with six degrees of freedom that slides over random planes at random levers, moved by RigidStep.
-struct Slide {
-  LocalContacts model;  // as the fit gets it
-  BodyStates after;
-  Wrench wrench;
-  int touching = 0;
-};
-
-Slide slide(Dice& dice, double scale, double excess, double length, const Pose& world) {
-  SystemModel system;
-  system.body[0].mass = 0.1;
-  system.body[0].inertia_B = 4e-2 * length * length * Eigen::Matrix3d::Identity();
-  system.gravity_W = rotate(world.R, {0, 0, -9.81});
-  system.stick_velocity = stick;
-  Slide s;
-  BodyStates bodies = one_body(world.p, rotate(world.R, dice.in_cube(0.3)));
-  bodies.X_WB[0].R = world.R;
-  s.model.anchors = 1;
-  s.model.bodies = 1;
-  s.model.count = 6;
-  s.model.X_WB[0] = bodies.X_WB;
-  LocalContacts truth = s.model;
-  for (std::size_t i = 0; i < 6; ++i) {
-    Contact& c = s.model.contact[i][0];
-    const Vec3 n = dice.in_cube(0.5) + Vec3{0, 0, 1};
-    c.n_W = rotate(world.R, (1 / norm(n)) * n);
-    c.p_TC = length * dice.in_cube(1);
-    c.distance = dice(-1e-3, -2e-4);
-    c.weight = dice(0.5, 1);
-    c.stiffness = k;
-    c.damping = b;
-    c.friction = 0.3;
-    truth.contact[i][0] = c;
-    truth.contact[i][0].stiffness *= scale;
-    truth.contact[i][0].damping *= scale;
-    truth.contact[i][0].friction += excess;
-  }
-  RigidStep step(system);
-  std::array<Contact, 6> planes;
-  std::array<ContactPair, 6> pairs;
-  for (std::size_t i = 0; i < 6; ++i) planes[i] = truth.contact[i][0];
-  DeviceState handle;
-  handle.X_WD = bodies.X_WB[0];
-  handle.V_WD = bodies.V_WB[0];
-  const CouplingParameters spring{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
-  const std::span<const Pose> at(s.model.X_WB[0].data(), 1);
-  s.after = bodies;
-  const StepResult result = step.advance(spring, handle, handle, {at, planes, pairs}, 1e-4, s.after);
-  BOOST_REQUIRE((result.outcome == StepOutcome::converged));
-  s.wrench = result.contact_T_W;
-  s.touching = result.touching;
-  return s;
-}
-
-}  // namespace
-
-BOOST_AUTO_TEST_CASE(steps_of_a_body_that_slides_over_many_planes_give_its_material_back) {
-  for (const double length : {0.01, 1.0}) {
-    for (const double scale : {0.5, 1.0, 2.0}) {
-      for (const double excess : {-0.3, 0.0, 0.3}) {
-        Dice dice(7);
-        Subject subject(true);
-        for (int i = 0; i < 10; ++i) {
-          const Slide s = slide(dice, scale, excess, length, dice.pose(1, 3));
-          BOOST_REQUIRE((subject.take(s.model, s.after, s.wrench, s.touching) == FitOutcome::used));
-        }
-        BOOST_TEST(subject.scale() == scale, tt::tolerance(0.03));
-        BOOST_TEST(std::abs(subject.excess() - excess) < 0.03);
-      }
-    }
-  }
-}
-
-BOOST_AUTO_TEST_CASE(where_the_world_lies_changes_nothing) {
-  Dice dice(8);
-  Subject here(true), there(true);
-  for (int i = 0; i < 10; ++i) {
-    Dice same_here(static_cast<std::uint64_t>(i)), same_there(static_cast<std::uint64_t>(i));
-    const Slide x = slide(same_here, 2, 0.1, 0.02, {}), y = slide(same_there, 2, 0.1, 0.02, dice.pose(0.1, 3));
-    here.take(x.model, x.after, x.wrench, x.touching);
-    there.take(y.model, y.after, y.wrench, y.touching);
-    BOOST_TEST(std::abs(here.scale() - there.scale()) < 1e-4);
-    BOOST_TEST(std::abs(here.excess() - there.excess()) < 1e-4);
-  }
 }
 
 BOOST_AUTO_TEST_CASE(whatever_comes_the_estimate_is_finite_and_bounded_and_good_results_mend_it) {
