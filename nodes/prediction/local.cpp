@@ -62,7 +62,7 @@ NodeInfo LocalPredictor::declare() {
           "least so large; without contact nothing is learnt or forgotten. The report has the estimate at the end "
           "(`local.fit.stiffness_scale`, `local.fit.friction_excess`).\n"
           "Its time for a result is that of a few dozen steps; it is not for the real-time lane. Coupling, contact law "
-          "and sub-steps are those of dynamics: give `stick_velocity` the value that dynamics has.\n"
+          "and sub-steps are those of dynamics.\n"
           "This project's own; the going back to the stamp is that of a Smith predictor (O. Smith, 1957), local models "
           "of the contact are those of Y. Adachi, T. Kumano, K. Ogino (1995) and W. Mark et al. (1996).")
       .input("bodies", &LocalPredictor::bodies,
