@@ -31,6 +31,8 @@ GRIPS = {"firm": (0.55, 6.5, 135), "light": (0.15, 2, 40)}  # kg, N s/m, N/m
 LADDER = tuple(50 * 2 ** (step / 4) for step in range(31))  # N/m, to 9,051
 WALL = 10  # times as stiff as the coupling
 DEPTHS = (2e-3, 5e-3)  # m, of the hand's target inside the wall; 5 mm is the graph's
+# In place of the flat wall: a mesh of the transfer scenes, and where the handle touches it (m). An edge of stairs, waves of 0.3 mm.
+SURFACES = {"edge": ("transfer/stairs_stairs.off", (-7.98e-3, 0, 0)), "texture": ("transfer/waves_plate.off", (0, 0, 1.8e-4))}
 SPEED = 2e-3  # m/s; a handle at rest is slower
 REFERENCE = "floor_exact"  # physics at 1 kHz, an encoder without steps
 STIFF = [f"coupling.{name}=4 N/mm" for name in ("k_0", "k_device")] + ["coupling.a=0"]
@@ -62,24 +64,30 @@ def climb(quiet, ladder=LADDER):
     return limit
 
 
-def settings(stiffness, rate, grip, depth):
+def settings(stiffness, rate, grip, depth, surface=None):
     """What a run at the wall sets; `rate` None leaves the method its own. Materials of the wall and the tool act in series."""
     mass, damping, spring = GRIPS[grip]
+    x, y, z = SURFACES[surface][1] if surface else (0, 0, 0)
     return [f"coupling.k_t={stiffness:.6g}", f"scene.bodies.wall.material.stiffness={2 * WALL * stiffness:.6g}",
             f"scene.bodies.tool.material.stiffness={2 * WALL * stiffness:.6g}",
-            f"scene.bodies.wall.pose.p=[0, 0, {1e3 * (depth - DEPTHS[-1]):.6g} mm]", f"device.hand_mass={mass}",
+            f"scene.bodies.wall.pose.p=[{-1e3 * x:.6g} mm, {-1e3 * y:.6g} mm, {1e3 * (depth - DEPTHS[-1] - z):.6g} mm]", f"device.hand_mass={mass}",
             f"device.hand_damping={damping}", f"device.hand_stiffness={spring}",
             *([] if rate is None else [f"collision.cost={{constant: {1000 / rate:.6g} ms}}"])]
 
 
-def run(graph, method, settings_of_run, device=None):
-    """The handle's speeds (m/s, one a tick), and the run's summary. No reference run is made. `device`: an overlay; none: the graph's."""
+def run(graph, method, settings_of_run, device=None, surface=None):
+    """The handle's speeds (m/s, one a tick), and the run's summary. No reference run is made. `device`: an overlay; none: the graph's.
+    `surface`: one of SURFACES in place of the body `wall`."""
     import h5py  # the tables of scripts/results are tested without it
 
     with tempfile.TemporaryDirectory() as out:
         command = [TACTOR, "run", graph_file(graph)]
         if device:
             command += ["--over", device]
+        if surface:
+            over = pathlib.Path(out) / "surface.yaml"
+            over.write_text(f"format: 2\nscene: {{bodies: {{wall: {{plane: ~, mesh: {SURFACES[surface][0]}}}}}}}\n")
+            command += ["--over", over]
         # The method comes last: floor_exact takes the encoder's steps away from any device.
         command += ["--over", GRAPHS / f"methods/{method}.yaml", "--overwrite", "--out", out]
         for setting in ("record=[device.truth]", "metrics=~", *settings_of_run):
@@ -96,13 +104,13 @@ def generated(summary):
     return 1e3 * summary["device"]["energy_generated_J"]
 
 
-def cell(method, rate, grip, more=(), device=None):
+def cell(method, rate, grip, more=(), device=None, surface=None):
     """The limit in N/m, and the most energy in mJ that the device's port generated there."""
     energies = {}
 
     def quiet(stiffness):
         for depth in DEPTHS:
-            speeds, summary = run("wall_closed_loop", method, [*settings(stiffness, rate, grip, depth), *more], device)
+            speeds, summary = run("wall_closed_loop", method, [*settings(stiffness, rate, grip, depth, surface), *more], device, surface)
             energies.setdefault(stiffness, []).append(generated(summary))
             if not is_quiet(speeds, summary["device"]["faults"]):
                 return False
@@ -112,11 +120,11 @@ def cell(method, rate, grip, more=(), device=None):
     return limit, max(energies[limit]) if limit else None
 
 
-def limits(jobs, methods=METHODS, more=(), device=None):
+def limits(jobs, methods=METHODS, more=(), device=None, surface=None):
     """{(method, rate, grip): (limit, energy)}."""
     keys = [(m, r, g) for m in methods for r in ((None,) if m.startswith("floor") else RATES) for g in GRIPS]
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        return dict(zip(keys, pool.map(lambda key: cell(*key, more, device), keys)))
+        return dict(zip(keys, pool.map(lambda key: cell(*key, more, device, surface), keys)))
 
 
 def energies(jobs, methods=(*METHODS, REFERENCE), more=(), device=None):
@@ -157,9 +165,10 @@ if __name__ == "__main__":
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--method", action="append", help="one of graphs/methods; may be repeated")
     parser.add_argument("--device", choices=DEVICES, help="one of graphs/devices; none: the graph's own")
+    parser.add_argument("--surface", choices=SURFACES, help="in place of the flat wall, for the limits")
     parser.add_argument("--set", action="append", default=[], help="as of tactor run, for every run")
     arguments = parser.parse_args()
     methods = tuple(arguments.method or METHODS)
     of = DEVICES.get(arguments.device)
-    print(limit_table(limits(arguments.jobs, methods, arguments.set, of)))
+    print(limit_table(limits(arguments.jobs, methods, arguments.set, of, arguments.surface)))
     print(energy_table(energies(arguments.jobs, (*methods, REFERENCE), arguments.set, of)), end="")

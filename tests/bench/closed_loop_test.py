@@ -82,8 +82,8 @@ class Runs(unittest.TestCase):
 
 
 class Cells(unittest.TestCase):
-    def quiet(self, method, stiffness, rate, grip, depth=5e-3):
-        speeds, summary = closed_loop.run("wall_closed_loop", method, closed_loop.settings(stiffness, rate, grip, depth))
+    def quiet(self, method, stiffness, rate, grip, depth=5e-3, surface=None):
+        speeds, summary = closed_loop.run("wall_closed_loop", method, closed_loop.settings(stiffness, rate, grip, depth, surface), surface=surface)
         self.assertEqual(len(speeds), 4000)
         self.assertGreater(max(speeds[:2000]), 0.05)  # it came down and was pushed
         return closed_loop.is_quiet(speeds, summary["device"]["faults"]), closed_loop.generated(summary)
@@ -99,6 +99,13 @@ class Cells(unittest.TestCase):
             quiet, generated = self.quiet("local", 4000, rate, "light")
             self.assertTrue(quiet, f"{rate} Hz")
             self.assertLess(generated, 1)
+
+    def test_the_local_rollout_is_as_quiet_on_an_edge_and_on_texture(self):
+        for surface in closed_loop.SURFACES:
+            for grip, stiffness in (("firm", 8000), ("light", 4000)):
+                quiet, generated = self.quiet("local", stiffness, 50, grip, surface=surface)
+                self.assertTrue(quiet, f"{surface}, {grip}")
+                self.assertLess(generated, 1)
 
 
 if __name__ == "__main__":
