@@ -19,11 +19,11 @@ Wrench limited(const Wrench& wrench, const CouplingParameters& coupling, double 
 ///   w = sum g a.d / sum g d.d,   g = 1 / (|a|^2 + |d|^2),   each term fading over 50 ms,
 /// the least-squares estimate in which no sample counts for more than another; for force and torque apart. So a force
 /// is carried on where velocities are well known and surfaces even, and hardly where the encoder's steps or the texture
-/// make every change a surprise. w F' dt changes from sample to sample by no more than half the largest change of the
-/// force over the last 8 samples. So a change that comes as a surprise is displayed a tick late, and what is caught up
-/// makes no step that is much larger than those of the force itself.
-/// Carried on for two ticks at most, because samples that stay out are no reason to go on for ever. Within the device's
-/// limits.
+/// make every change a surprise. From sample to sample the shown rate changes by no more
+/// than a quarter of the larger of two: the largest change of the force per interval, which fades over 1 s, and the
+/// rate shown before. So a change that comes as a surprise is displayed a tick late, and what is caught up makes no
+/// step that is much larger than those of the force itself. Carried on for two ticks at most, because samples that stay
+/// out are no reason to go on for ever. Within the device's limits.
 class CarriedForce {
  public:
   CarriedForce(Duration tick, bool torque) : tick_(tick), torque_(torque) {}

@@ -27,8 +27,10 @@ NodeInfo Direct::declare() {
           "`most_work`, where the step does not converge, or where its force is not finite. The next result of "
           "`bodies` is the next try. When the displayed force changes over it stays, and the difference decays as "
           "tau^2 e'' + 2 tau e' + e = 0.\n"
-          "The bodies of the asynchronous pipeline are not corrected by these. Where several bodies move, both may "
-          "come to differ.")
+          "After a fall-back the device's gate waits until physics has passed the last sample stepped to: give "
+          "`stale_after` two intervals of physics at least.\n"
+          "The node does not correct the bodies of the asynchronous pipeline. Where several bodies move, the two may "
+          "drift apart.")
       .realtime_safe()
       .input("device", &Direct::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
       .input("coupling", &Direct::coupling, {.doc = "the spring and damper between handle and tool"})

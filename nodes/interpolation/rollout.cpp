@@ -29,14 +29,15 @@ NodeInfo Rollout::declare() {
           "The display side of prediction.local: dynamics' own step once a tick, on the contacts of the newest model. "
           "Displayed is the coupling's wrench and its rate, so that the tick until the device shows it is not late. "
           "When a model arrives the displayed force stays, and the difference decays as tau^2 e'' + 2 tau e' + e = 0, "
-          "from a "
-          "rate between 0 and -e / tau, so that it neither grows nor swings to the other side. "
-          "Where the model is older than `trust_time`, and than three intervals between results, or the tool farther "
-          "than `trust_distance` from where contacts "
-          "were looked for, or a step fails, it falls back: to the Jacobian of the balance of springs, to the forecast "
-          "of `forecast` if the tool touched something, to the force of the newest result held. Each is counted in the "
-          "report. The segments tell the device for how long a result is trusted; its gate fades the force out when "
-          "that has passed, or its own `stale_after`.")
+          "from a rate between 0 and -e / tau, so that it neither grows nor swings to the other side. "
+          "A result is trusted until it is older than `trust_time` and than three intervals between results; on "
+          "anchors "
+          "the tool must also be within `trust_distance` of them. Where a step fails and the result is trusted, the "
+          "force goes on by the Jacobian of the balance of springs. Otherwise the forecast of `forecast` is displayed "
+          "if "
+          "the tool touched something, or else a force is held. Each is counted in the report. The segments tell the "
+          "device for how long a result is trusted; its gate fades the force out when that has passed, or its own "
+          "`stale_after`.")
       .realtime_safe()
       .input("model", &Rollout::model, {.doc = "what to go on from"})
       .input("device", &Rollout::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
@@ -50,7 +51,7 @@ NodeInfo Rollout::declare() {
              .max = 1,
              .above_min = true})
       .real("trust_time", &Params::trust_time,
-            {.doc = "age of a physics result beyond which its model is not gone on with; three of the longest of the "
+            {.doc = "age of a physics result beyond which its model is no longer used; three of the longest of the "
                     "last 16 intervals between results where that is more",
              .unit = "s",
              .default_value = 0.25,
@@ -62,14 +63,15 @@ NodeInfo Rollout::declare() {
              .default_value = 1,
              .min = 0,
              .max = 10})
-      .real("trust_distance", &Params::trust_distance,
-            {.doc = "distance of the tool from where contacts were looked for, likewise; beyond this distance from "
-                    "where physics "
-                    "has it the tool goes there at once",
-             .unit = "m",
-             .default_value = 0.02,
-             .min = 0,
-             .max = 10})
+      .real(
+          "trust_distance", &Params::trust_distance,
+          {.doc =
+               "how far the tool may be from the anchors where it is on them, the handle from where a step failed, and "
+               "the tool from where physics has it before it goes there",
+           .unit = "m",
+           .default_value = 0.02,
+           .min = 0,
+           .max = 10})
       .unneeded(nothing_moves)
       .haptic_rate(&Params::rate, {.doc = "ticks a second"});
   declare_rollout(node);
@@ -110,7 +112,7 @@ NodeInfo Rollout::declare() {
       .metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
       .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
       .metric("rollout.forecast_ticks", "1", "ticks that fell back to the forecast", Better::lower)
-      .metric("rollout.held_ticks", "1", "ticks that held the force of the newest result", Better::lower)
+      .metric("rollout.held_ticks", "1", "ticks that held a force", Better::lower)
       .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower)
       .summed()
       .metric("rollout.outdone_ticks", "1", "of the fallbacks, ticks at which another force has been nearer to physics",

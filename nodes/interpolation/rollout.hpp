@@ -20,12 +20,15 @@ namespace tactor {
 /// force stays as it is, and the difference decays with two equal poles.
 ///
 /// What is displayed where the rollout can not be trusted, in this order, each counted:
-///   1. the Jacobian: where a step failed, the last force and how it changes with the handle's place;
+///   1. the Jacobian: where a step failed and the result is trusted, the last force and how it changes with the
+///   handle's
+///      place, up to `trust_distance` away, as long as it does not pull;
 ///   2. the forecast of `forecast` for now, where the tool last touched something;
 ///   3. the force of the newest model or of the last trusted tick, whichever is newer, held.
 /// Trusted is a model whose result is younger than `trust_time`, or than three of the longest recent intervals between
-/// results, up to `trust_time_max`, and whose tool is within `trust_distance` of where
-/// contacts were looked for. All changes are blended like corrections, which makes the last a hold with a low-pass.
+/// results, up to `trust_time_max`; on anchors its tool is also within `trust_distance` of them. Segments state that
+/// time, so that the device's gate fades the force out when it has passed. All changes are blended like corrections,
+/// which makes the last a hold with a low-pass.
 ///
 /// A rollout that is trusted is still compared with physics: each result tells how far the rollout, the forecast and a
 /// hold were from it at its stamp (see ErrorEstimate). Where another has been nearer because physics has another law of
