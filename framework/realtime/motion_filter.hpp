@@ -32,8 +32,8 @@ class MotionModel {
   /// Moves the estimate on by `interval` > 0 s.
   void predict(double interval);
   /// Takes a sample in; returns how likely each of its coordinates was: the logarithm of the density, up to a constant,
-  /// no higher than for an innovation of the size that is expected, and no lower than for one of six standard
-  /// deviations. So the steps of an encoder, between which nothing changes, do not make a restless model likely.
+  /// no higher than for an innovation of sqrt(3) standard deviations, and no lower than for one of six. So a model is
+  /// not more likely because it follows each step of an encoder.
   Vec3 correct(const Vec3& sample);
 
   /// From here on values are counted from `value`.
