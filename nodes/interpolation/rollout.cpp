@@ -21,6 +21,41 @@ constexpr std::size_t most_steps = 4;
 /// N, differences from physics that count as none.
 constexpr double estimate_noise = 0.01;
 
+void declare_metrics(Declare<Rollout>& node) {
+  const auto looks_for_none = [](const Rollout::Params& p, const MetricUse&) {
+    const bool looks = p.contacts == SurfaceOptions::From::surface;
+    return std::string(looks ? "" : "contacts is anchors: nothing is looked for");
+  };
+  node.metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
+      .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
+      .metric("rollout.forecast_ticks", "1", "ticks that fell back to the forecast", Better::lower)
+      .metric("rollout.held_ticks", "1", "ticks that held a force", Better::lower)
+      .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower)
+      .summed()
+      .metric("rollout.outdone_ticks", "1", "of the fallbacks, ticks at which another force has been nearer to physics",
+              Better::lower)
+      .metric("rollout.estimated_error_N", "N", "estimate of the rollout's error at the end, by physics' results",
+              Better::lower)
+      .metric("rollout.estimated_hold_error_N", "N", "the same of a hold", Better::neither)
+      .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower)
+      .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
+      .metric("rollout.disagreements", "1", "times that the tool went to where physics kept having it", Better::lower)
+      .left_out_when([](const Rollout::Params& p, const MetricUse&) {
+        const bool may_keep =
+            p.contacts == SurfaceOptions::From::surface && p.restart == Rollout::Params::Restart::on_disagreement;
+        return std::string(may_keep ? "" : "the tool goes back to every result");
+      })
+      .metric("rollout.anchored_steps", "1", "steps on the contacts that came with the result", Better::lower)
+      .left_out_when([](const Rollout::Params& p, const MetricUse&) {
+        return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all are");
+      })
+      .metric("rollout.work_mean", "1", "work of the contact query of a step, mean", Better::lower)
+      .left_out_when(looks_for_none)
+      .metric("rollout.work_most", "1", "work of the contact query of a step, most", Better::lower)
+      .left_out_when(looks_for_none)
+      .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower);
+}
+
 }  // namespace
 
 NodeInfo Rollout::declare() {
@@ -108,42 +143,9 @@ NodeInfo Rollout::declare() {
              .default_value = 1.2,
              .min = 1,
              .max = 1e6});
-  return node.role(Role::interpolation)
-      .metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
-      .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
-      .metric("rollout.forecast_ticks", "1", "ticks that fell back to the forecast", Better::lower)
-      .metric("rollout.held_ticks", "1", "ticks that held a force", Better::lower)
-      .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower)
-      .summed()
-      .metric("rollout.outdone_ticks", "1", "of the fallbacks, ticks at which another force has been nearer to physics",
-              Better::lower)
-      .metric("rollout.estimated_error_N", "N", "estimate of the rollout's error at the end, by physics' results",
-              Better::lower)
-      .metric("rollout.estimated_hold_error_N", "N", "the same of a hold", Better::neither)
-      .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower)
-      .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
-      .metric("rollout.disagreements", "1", "times that the tool went to where physics kept having it", Better::lower)
-      .left_out_when([](const Params& p, const MetricUse&) {
-        const bool may_keep =
-            p.contacts == SurfaceOptions::From::surface && p.restart == Params::Restart::on_disagreement;
-        return std::string(may_keep ? "" : "the tool goes back to every result");
-      })
-      .metric("rollout.anchored_steps", "1", "steps on the contacts that came with the result", Better::lower)
-      .left_out_when([](const Params& p, const MetricUse&) {
-        return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all are");
-      })
-      .metric("rollout.work_mean", "1", "work of the contact query of a step, mean", Better::lower)
-      .left_out_when([](const Params& p, const MetricUse&) {
-        return std::string(p.contacts == SurfaceOptions::From::surface ? ""
-                                                                       : "contacts is anchors: nothing is looked for");
-      })
-      .metric("rollout.work_most", "1", "work of the contact query of a step, most", Better::lower)
-      .left_out_when([](const Params& p, const MetricUse&) {
-        return std::string(p.contacts == SurfaceOptions::From::surface ? ""
-                                                                       : "contacts is anchors: nothing is looked for");
-      })
-      .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower)
-      .info();
+  node.role(Role::interpolation);
+  declare_metrics(node);
+  return node.info();
 }
 
 Rollout::Rollout(const Params& params, const NodeContext& context)

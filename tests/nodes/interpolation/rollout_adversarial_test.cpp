@@ -433,7 +433,8 @@ void run(const Scene& scene, const Hand& hand, int period, Displays& shown) {
   BOOST_TEST(metric_of(stepped, "direct.ticks") > 0);
 }
 
-/// A tick learns of a new rate a tick late: it has gone on with the old one, and catches up, in part (CarriedForce).
+/// A tick learns of a new rate one tick late. Until then it goes on with the old rate. Then it catches up in part
+/// (CarriedForce).
 void check(const Case& c) {
   BOOST_TEST_CONTEXT(c) {
     Dice dice(static_cast<std::uint64_t>(c.seed));
