@@ -60,7 +60,7 @@ class Recordings(PackageTest):
                 self.assertEqual(stream[3:9].tobytes(), rows[3:9].tobytes())
                 self.assertEqual(stream[-1].tobytes(), rows[-1].tobytes())
                 self.assertEqual(len(stream), len(rows))
-                self.assertEqual(stream.attrs["message_type"], file[f"streams/{name}"].attrs["message_type"])
+                self.assertEqual(stream.attrs["message_type"], file[f"streams/{name}"].attrs["message_type"].decode())
         self.assertEqual(recording["coupling.force"].units["torque"], "N m")
         self.assertEqual(recording.attrs["seed"], 1)
         self.assertIn("prediction.ar", recording.graph_yaml)
@@ -90,7 +90,7 @@ class Recordings(PackageTest):
         n = int(tapped[5]["turn"])
         self.assertEqual(tapped[5]["begin"], n * 1_000_003)
         numpy.testing.assert_array_equal(tapped[5]["bounds"].ravel(), n / numpy.arange(1, 7))
-        self.assertTrue(tapped[5]["points"]["p_SP"].shape, (len(tapped[5]["points"]), 3))
+        self.assertEqual(tapped[5]["points"]["p_SP"].shape, (len(tapped[5]["points"]), 3))
 
         with tactor.Session(self.write("fed.yaml", FED)) as session:
             feed, tap = session.feed("hand"), session.tap("hand.message")
