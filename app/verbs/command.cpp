@@ -18,7 +18,7 @@ int run_command(int argc, char** argv) {
   int exit_code = 0;
   for (const auto add :
        {add_run, add_compare, add_study, add_check, add_explain, add_lean, add_graph, add_nodes, add_schema, add_export,
-        add_import, add_view, add_replay, add_repair, add_migrate, add_devices, add_device, add_emulate, add_doctor}) {
+        add_import, add_view, add_replay, add_repair, add_migrate, add_devices, add_device, add_emulate, add_doctor, add_new}) {
     add(app, exit_code);
   }
   refuse_unknown_verb(app, std::vector<std::string>(argv + 1, argv + argc));
