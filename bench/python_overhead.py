@@ -17,16 +17,16 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-sys.path.insert(0, str(ROOT / "build/release/python"))
+BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
+sys.path.insert(0, str(BUILD / "python"))
 from run_time import table  # noqa: E402
 
-TACTOR = ROOT / "build/release/bin/tactor"
+TACTOR = BUILD / "bin/tactor"
 # A light graph, of which Python's share would be large, and a heavy one; with seconds of the run for a measurement.
 GRAPHS = {"wall/refit": 60, "bunny/refit": 13}
 TAPPED = "device.commanded"
 RUNS = ("command", "run", "session")
 NAMES = {"command": "`tactor run`", "run": "`tactor.run`", "session": "`Session.run`, a tap at 1 kHz"}
-# Steps that the rows share: the run alone, from its start to its end, without loading, reference and report.
 HEAD = ["graph", "", "wall ms a second", "CPU ms a second", "wall / command", "CPU / command"]
 
 
@@ -93,7 +93,7 @@ def calls(rounds, graph="wall/refit", duration=1):
             tactor.run(graph, duration=duration, out=pathlib.Path(folder) / "run", overwrite=True)
             run = time.perf_counter() - begin
             said = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True,
-                                  env=dict(os.environ, PYTHONPATH=str(ROOT / "build/release/python"))).stdout
+                                  env=dict(os.environ, PYTHONPATH=str(BUILD / "python"))).stdout
             if i > 0:
                 for name, value in (("command", command), ("run", run), ("import", float(said))):
                     found[name].append(value)
