@@ -117,7 +117,7 @@ def run(graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (),
     `reference`: a recording that judges the run instead of a reference run. `without_reference`: neither, and no metrics
     that need one.
 
-    Ctrl-C raises KeyboardInterrupt within about 0.1 s; live, once the devices are at zero. Raises InputError before
+    Ctrl-C raises KeyboardInterrupt within about 0.1 s; live, within 0.2 s, once the devices are at zero. Raises InputError before
     anything runs, and RunError where the run fails, with its `result` up to there.
     """
     made = as_graph(graph, over, set, seed, duration)

@@ -127,7 +127,7 @@ class Session:
     def advance(self, time: Time) -> None:
         """Lets so much time of the run pass (s, or a text as `"10 ms"`), up to the run's end.
 
-        Ctrl-C raises KeyboardInterrupt within about 0.1 s; a live run is finished before, its devices at zero. Raises
+        Ctrl-C raises KeyboardInterrupt within about 0.1 s, live within 0.2 s: that run is finished before, its devices at zero. Raises
         RunError where a step fails.
         """
         self._session.advance(time)

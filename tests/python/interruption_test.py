@@ -14,7 +14,7 @@ from package_harness import BUILD, WALL, PackageTest, needs_hdf5, needs_live, ta
 
 # Promised is about 0.1 s on a machine with nothing else to do; this is for a busy one. What ends after the whole run ends much later.
 IN_TIME = 10
-LIVE = f"extends: {WALL}\nclock: real\nduration: 600 s\nlive: {{on_missing_privilege: warn}}\nrecord: [device.commanded, device.safety]\n"
+LIVE = f"extends: {WALL}\nclock: real\nduration: 600 s\nlive: {{on_missing_privilege: warn, stall_timeout: 20 s}}\nrecord: [device.commanded, device.safety]\n"
 
 
 class Interruption(PackageTest):
