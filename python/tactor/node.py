@@ -320,7 +320,7 @@ def describe(cls: type) -> dict[str, Any]:
     """The declaration of a class as plain data: name, summary, details, role, inputs, outputs, parameters."""
     import inspect
 
-    where = f"{inspect.getfile(cls)}:{_first_line(cls)}: class {cls.__name__}"
+    where = f"{inspect.getfile(cls)}:{_line(cls)}: class {cls.__name__}"
 
     def refuse(what: str) -> None:
         raise Refused(f"{where}: {what}")
@@ -356,21 +356,13 @@ def describe(cls: type) -> dict[str, Any]:
     return made
 
 
-def _first_line(cls: type) -> int:
-    for value in vars(cls).values():
-        code = getattr(value, "__code__", None)
-        if code is not None:
-            return _class_line(cls, code.co_firstlineno)
-    return _class_line(cls, 1)
-
-
-def _class_line(cls: type, otherwise: int) -> int:
+def _line(cls: type) -> int:
     import inspect
 
     try:
         return inspect.getsourcelines(cls)[1]
     except (OSError, TypeError):
-        return otherwise
+        return 1
 
 
 def _declared(cls: type) -> dict[str, Any]:
