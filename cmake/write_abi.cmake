@@ -1,4 +1,4 @@
-# cmake -D LIST=FILE -D OUTPUT=HEADER -D COMPILER=TEXT -P write_abi.cmake: writes TACTOR_ABI, a hash over the files that LIST names.
+# cmake -D LIST=FILE -D OUTPUT=HEADER -D COMPILER=TEXT -P write_abi.cmake: writes TACTOR_ABI, a text: a hash over the files that LIST names.
 file(STRINGS ${LIST} headers)
 set(all "${COMPILER}")
 foreach(header ${headers})
@@ -7,7 +7,7 @@ foreach(header ${headers})
 endforeach()
 string(SHA256 hash "${all}")
 string(SUBSTRING ${hash} 0 16 number)
-set(text "// Made by cmake/write_abi.cmake.\n#pragma once\n\n#define TACTOR_ABI 0x${number}ULL\n")
+set(text "// Made by cmake/write_abi.cmake.\n#pragma once\n\n#define TACTOR_ABI \"${number}\"\n")
 if(EXISTS ${OUTPUT})
   file(READ ${OUTPUT} before)
 endif()

@@ -292,13 +292,28 @@ py::dtype element_dtype(const Field& field) {
   return columns.dtype(element_size(field));
 }
 
+std::size_t value_offset(const MessageType& type) {
+  static_assert(sizeof(Stamp) == 24 && offsetof(Stamp, produced) == 8 && offsetof(Stamp, sequence) == 16);
+  return (sizeof(Stamp) + type.alignment - 1) / type.alignment * type.alignment;
+}
+
+std::size_t message_size(const MessageType& type) {
+  const std::size_t alignment = std::max(alignof(Stamp), type.alignment);
+  return (value_offset(type) + type.size + alignment - 1) / alignment * alignment;
+}
+
+std::vector<const Field*> array_fields(const MessageType& type) {
+  std::vector<const Field*> found;
+  find_array_fields(type.fields, found);
+  TACTOR_DEMAND(found.size() == type.arrays.size());
+  return found;
+}
+
 MessageArrays::MessageArrays(const MessageType& type)
     : type_(&type),
-      value_offset_((sizeof(Stamp) + type.alignment - 1) / type.alignment * type.alignment),
-      message_size_(value_offset_ + type.size) {
-  static_assert(sizeof(Stamp) == 24 && offsetof(Stamp, produced) == 8 && offsetof(Stamp, sequence) == 16);
-  // As a struct of both.
-  message_size_ = (message_size_ + alignof(Stamp) - 1) / alignof(Stamp) * alignof(Stamp);
+      value_offset_(python::value_offset(type)),
+      message_size_(python::message_size(type)),
+      array_fields_(python::array_fields(type)) {
   Columns value;
   value.add(type.fields, 0);
   value_ = value.dtype(type.size);
@@ -308,8 +323,6 @@ MessageArrays::MessageArrays(const MessageType& type)
   message.add(stamp_fields[2], py::dtype("u8"), 16);
   message.add(type.fields, value_offset_);
   message_ = message.dtype(message_size_);
-  find_array_fields(type.fields, array_fields_);
-  TACTOR_DEMAND(array_fields_.size() == type.arrays.size());
   copied_whole_ = type.arrays.empty() && !has_enumerators(type.fields);
 }
 

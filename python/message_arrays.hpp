@@ -84,6 +84,12 @@ class MessageArrays {
   std::vector<const Field*> array_fields_;  // of each entry of MessageType::arrays
 };
 
+/// Where the value begins in a message, and the bytes of one, as Stamped<T> has them.
+std::size_t value_offset(const MessageType& type);
+std::size_t message_size(const MessageType& type);
+/// The field of each entry of MessageType::arrays; they live as long as the type.
+std::vector<const Field*> array_fields(const MessageType& type);
+
 /// The dtype of one element of a field, without its shape.
 pybind11::dtype element_dtype(const Field& field);
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "devices/hardware/serial_ports.hpp"
+#include "framework/core/installation.hpp"
 
 namespace tactor {
 
@@ -60,10 +61,9 @@ Finding group_finding() {
   return finding;
 }
 
-/// The rule as it was built or installed beside the program.
+/// The rule as it was built or installed.
 std::string shipped_rule() {
-  const fs::path prefix = fs::read_symlink("/proc/self/exe").parent_path().parent_path();
-  return prefix / "lib" / "udev" / "rules.d" / "70-tactor.rules";
+  return installation_prefix() / "lib" / "udev" / "rules.d" / "70-tactor.rules";
 }
 
 Finding rule_finding() {

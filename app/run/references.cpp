@@ -45,11 +45,10 @@ void tell(const ReferenceOptions& options, const std::string& note) {
 
 std::vector<fs::path> code_files() {
   std::vector<fs::path> files = plugin_files();
-  files.push_back(fs::read_symlink("/proc/self/exe"));
   const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
     const fs::path file = info->dlpi_name;
     std::error_code ignored;
-    if (file.filename().string().starts_with("libtactor_")) {
+    if (file.filename().string().starts_with("libtactor")) {
       static_cast<std::vector<fs::path>*>(data)->push_back(fs::canonical(file, ignored));
     }
     return 0;

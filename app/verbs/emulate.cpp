@@ -8,6 +8,7 @@
 
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/installation.hpp"
 #include "framework/yaml/diagnostics.hpp"
 
 namespace tactor {
@@ -18,7 +19,7 @@ namespace {
 /// not.
 void emulate(const std::vector<std::string>& words) {
   constexpr std::string_view prefix = "tactor-emulate-";
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  const std::filesystem::path folder = installation_prefix() / "bin";
   std::vector<std::string> kinds;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();

@@ -96,4 +96,4 @@ const ViewLibrary& load_view_library();
 }  // namespace tactor
 
 /// The one symbol that libtactor_view.so exports; null where the caller is of another build.
-extern "C" const tactor::ViewLibrary* tactor_view_library(std::uint64_t abi);
+extern "C" const tactor::ViewLibrary* tactor_view_library();

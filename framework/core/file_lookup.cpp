@@ -5,6 +5,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "framework/core/installation.hpp"
+
 namespace tactor {
 
 namespace fs = std::filesystem;
@@ -24,10 +26,8 @@ std::vector<fs::path> shared_folders(const FileKind& kind) {
     if (!part.empty()) add(part);
   }
   if (kind.folder.empty()) return folders;
-  std::error_code ignored;
-  const fs::path prefix = fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path();
-  add(prefix / kind.folder);
-  add(prefix / "share" / "tactor" / kind.folder);
+  add(installation_prefix() / kind.folder);
+  add(installation_prefix() / "share" / "tactor" / kind.folder);
   return folders;
 }
 

@@ -34,7 +34,7 @@ struct FileSearch {
 };
 
 /// Looks for `name` in the folders `beside` (an empty one is that of the command), then in those of the user, then in
-/// those of the program: FOLDER and share/tactor/FOLDER next to the folder of the executable. An absolute name is
+/// those of the installation: FOLDER and share/tactor/FOLDER in its prefix. An absolute name is
 /// looked for where it says. A folder of that name does not count.
 FileSearch find_file(const std::filesystem::path& name, const std::vector<std::filesystem::path>& beside,
                      const FileKind& kind);

@@ -48,6 +48,10 @@ fs::path state_folder() {
   return ours_in("XDG_STATE_HOME", ".local/state");
 }
 
+fs::path user_data_folder() {
+  return ours_in("XDG_DATA_HOME", ".local/share");
+}
+
 fs::path runtime_folder() {
   if (const fs::path folder = said("XDG_RUNTIME_DIR"); !folder.empty()) return folder / "tactor";
   return state_folder();

@@ -5,6 +5,9 @@
 
 namespace tactor {
 
+/// For what the user adds, such as nodes: $XDG_DATA_HOME/tactor, or ~/.local/share/tactor.
+std::filesystem::path user_data_folder();
+
 /// For what can be computed again: $TACTOR_CACHE, or $XDG_CACHE_HOME/tactor, or ~/.cache/tactor.
 std::filesystem::path default_cache_folder();
 

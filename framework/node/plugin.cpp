@@ -7,7 +7,8 @@
 #include <system_error>
 
 #include "framework/core/check.hpp"
-#include "tactor_abi.hpp"
+#include "framework/core/installation.hpp"
+#include "framework/node/abi.hpp"
 
 namespace tactor {
 
@@ -15,29 +16,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-fs::path framework_folder() {
-  Dl_info info{};
-  const auto* symbol = reinterpret_cast<const void*>(&program_abi);
-  if (dladdr(symbol, &info) == 0 || info.dli_fname == nullptr) return {};
-  return fs::path(info.dli_fname).parent_path();
-}
-
-/// Where libraries of this program are looked for.
-std::array<fs::path, 3> library_folders() {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  return {program, program.parent_path() / "lib", framework_folder()};
+/// Where libraries of this installation are looked for.
+std::array<fs::path, 2> library_folders() {
+  return {library_folder(), library_folder() / "tactor" / "plugins"};
 }
 
 }  // namespace
 
-std::uint64_t program_abi() {
-  return TACTOR_ABI;
-}
-
 bool has_plugin(const std::string& file_name) {
-  const std::array<fs::path, 3> folders = library_folders();
+  const std::array<fs::path, 2> folders = library_folders();
   return std::any_of(folders.begin(), folders.end(),
-                     [&](const fs::path& folder) { return !folder.empty() && fs::exists(folder / file_name); });
+                     [&](const fs::path& folder) { return fs::exists(folder / file_name); });
 }
 
 std::vector<fs::path> plugin_files() {
@@ -59,14 +48,15 @@ void* load_plugin_symbol(const std::string& file_name, const char* symbol, const
   std::string searched;
   for (const fs::path& folder : library_folders()) {
     const fs::path file = folder / file_name;
-    if (folder.empty() || !fs::exists(file)) {
+    if (!fs::exists(file)) {
       searched.append(searched.empty() ? "" : ", ").append(folder.string());
       continue;
     }
+    check_abi(file);
     void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (handle == nullptr) throw InputError("cannot load " + file.string() + ": " + std::string(dlerror()));
     void* address = dlsym(handle, symbol);
-    if (address == nullptr) throw InputError(file.string() + " belongs to another build of tactor; build it again");
+    if (address == nullptr) throw InputError(file.string() + ": expected the function " + symbol + ", found none");
     return address;
   }
   throw InputError(without + ": " + file_name + " is not in " + searched);

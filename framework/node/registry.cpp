@@ -7,9 +7,11 @@
 #include <sstream>
 
 #include "framework/core/check.hpp"
+#include "framework/core/installation.hpp"
+#include "framework/core/user_folders.hpp"
+#include "framework/node/abi.hpp"
 #include "framework/node/plugin.hpp"
 #include "framework/node/python_library.hpp"
-#include "tactor_abi.hpp"
 
 namespace tactor {
 
@@ -146,28 +148,24 @@ std::vector<std::string> Registry::loaded_libraries() const {
 }
 
 void Registry::load(const std::string& prefix, const fs::path& file) {
-  // A library that is no node library (it registers nothing) is told apart by the missing symbols.
+  check_abi(file);
   void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) throw InputError("cannot load the node library " + file.string() + ": " + dlerror());
-  const auto abi = reinterpret_cast<std::uint64_t (*)()>(dlsym(handle, "tactor_node_abi"));
   const auto register_nodes = reinterpret_cast<void (*)(Registry&)>(dlsym(handle, "tactor_register_nodes"));
-  if (abi == nullptr || register_nodes == nullptr) {
+  if (register_nodes == nullptr) {
     throw InputError(file.string() +
                      " is no node library: it does not export tactor_register_nodes (see TACTOR_NODES)");
-  }
-  if (abi() != TACTOR_ABI) {
-    throw InputError(file.string() + " was built with headers of another version of tactor; build it again");
   }
   libraries_[prefix] = true;
   register_nodes(*this);
 }
 
 std::vector<fs::path> default_node_folders() {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
   std::vector<fs::path> folders;
-  for (const fs::path& folder : {program / "nodes", program.parent_path() / TACTOR_LIBDIR / "tactor"}) {
+  for (const fs::path& folder : {library_folder() / "tactor", installation_prefix() / "bin" / "nodes"}) {
     if (fs::exists(folder)) folders.push_back(folder);
   }
+  if (const fs::path data = user_data_folder(); !data.empty()) folders.push_back(data / "nodes");
   return folders;
 }
 

@@ -64,7 +64,7 @@ class Registry {
   std::map<std::string, bool, std::less<>> libraries_;  // prefix -> found
 };
 
-/// The folder of node libraries beside the running program (its own, or ../lib/tactor where that exists).
+/// The folders of node libraries: that of this installation, then the user's, ~/.local/share/tactor/nodes.
 std::vector<std::filesystem::path> default_node_folders();
 
 }  // namespace tactor

@@ -1,4 +1,5 @@
 // The entry of libtactor_record.so.
+#include "framework/node/abi.hpp"
 #include "framework/record/hdf5_reader.hpp"
 #include "framework/record/hdf5_table.hpp"
 #include "framework/record/hdf5_writer.hpp"
@@ -22,7 +23,8 @@ constexpr RecordLibrary library{
 
 }  // namespace
 
-extern "C" __attribute__((visibility("default"))) const tactor::RecordLibrary* tactor_record_library(
-    std::uint64_t abi) {
-  return abi == TACTOR_ABI ? &library : nullptr;
+TACTOR_STATES_ABI;
+
+extern "C" __attribute__((visibility("default"))) const tactor::RecordLibrary* tactor_record_library() {
+  return &library;
 }

@@ -86,4 +86,4 @@ const RecordLibrary& load_record_library();
 }  // namespace tactor
 
 /// The one symbol that libtactor_record.so exports; null where the caller is of another build.
-extern "C" const tactor::RecordLibrary* tactor_record_library(std::uint64_t abi);
+extern "C" const tactor::RecordLibrary* tactor_record_library();

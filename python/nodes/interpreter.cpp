@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "framework/core/check.hpp"
+#include "framework/core/installation.hpp"
 
 namespace tactor::python {
 
@@ -23,13 +24,12 @@ fs::path file_of(const void* address) {
   return fs::canonical(info.dli_fname, ignored);
 }
 
-/// The folder that holds the package tactor, seen from this library: in the build tree, or in an installation. Empty
-/// where it is not there; then it has to be on Python's own path.
+/// The folder that holds the package tactor of this build or installation. Empty where it is not there; then it has to
+/// be on Python's own path.
 fs::path package_folder() {
-  const fs::path library = file_of(reinterpret_cast<const void*>(&start_interpreter)).parent_path();
-  for (const char* place : {"../python", "python3/dist-packages", "../python3/dist-packages"}) {
-    const fs::path folder = library / place;
-    if (fs::exists(folder / "tactor" / "node.py")) return folder.lexically_normal();
+  for (const char* place : {"python", "lib/python3/dist-packages"}) {
+    const fs::path folder = installation_prefix() / place;
+    if (fs::exists(folder / "tactor" / "_node_class.py")) return folder;
   }
   return {};
 }
@@ -91,7 +91,7 @@ void start_interpreter() {
 
 py::module_ node_module() {
   try {
-    return py::module_::import("tactor.node");
+    return py::module_::import("tactor._node_class");
   } catch (const py::error_already_set& error) {
     throw InputError("nodes in Python need the package tactor, and Python refuses it: " + traceback_of(error));
   }

@@ -12,7 +12,7 @@ namespace tactor::python {
 /// without a seed, so that the order of a set is the same in every run. Throws InputError where Python cannot start.
 void start_interpreter();
 
-/// The module tactor.node. With the interpreter's lock. Throws InputError where the package is not there.
+/// The module tactor._node_class. With the interpreter's lock. Throws InputError where the package is not there.
 pybind11::module_ node_module();
 
 /// The error with its traceback, as Python prints them. With the interpreter's lock.

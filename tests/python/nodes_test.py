@@ -132,7 +132,7 @@ class NodesInPython(CommandTest):
         file = self.hold(fail=("        for sample", "        if step.now > 0.5:\n            1 / 0\n        for sample"))
         said = self.refused("node prediction failed at 0.5", "Traceback (most recent call last)", f'{file}", line 13',
                             "1 / 0", "ZeroDivisionError: division by zero", verb="run", code=1)
-        self.assertNotIn("tactor/node.py", said)
+        self.assertNotIn("_node_class.py", said)
 
     def test_an_exception_of_init_ends_the_run_with_its_traceback(self):
         self.hold(fail=("    def step", "    def __init__(self):\n        self.missing.value\n\n    def step"))

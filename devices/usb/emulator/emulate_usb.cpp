@@ -20,6 +20,7 @@
 #include "devices/usb/usb_link.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
+#include "framework/core/installation.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -132,12 +133,12 @@ void read_hand(const std::string& file, HandModel& hand) {
 
 /// The library that is loaded in front of the C library: beside the nodes, or where it is installed.
 std::string preload_file() {
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  for (const char* place : {"nodes/tactor-usb-preload.so", "../lib/tactor/tactor-usb-preload.so",
-                            "../" TACTOR_LIBDIR "/tactor/tactor-usb-preload.so"}) {
-    if (std::filesystem::exists(folder / place)) return (folder / place).lexically_normal().string();
+  const std::filesystem::path name = "tactor-usb-preload.so";
+  const std::filesystem::path installed = library_folder() / "tactor" / name;
+  for (const std::filesystem::path& file : {installed, installation_prefix() / "bin" / "nodes" / name}) {
+    if (std::filesystem::exists(file)) return file.string();
   }
-  throw InputError("tactor-usb-preload.so is not beside " + folder.string() + "; build or install tactor again");
+  throw InputError(installed.string() + " is missing; build or install tactor again");
 }
 
 /// Does as a person would who puts the handle into its pose and calibrates, through libusb and all.

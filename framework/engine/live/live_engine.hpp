@@ -75,4 +75,4 @@ const LiveLibrary& load_live_library();
 }  // namespace tactor
 
 /// The one symbol that libtactor_live.so exports; null where the caller is of another build.
-extern "C" const tactor::LiveLibrary* tactor_live_library(std::uint64_t abi);
+extern "C" const tactor::LiveLibrary* tactor_live_library();

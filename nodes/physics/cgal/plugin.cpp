@@ -1,15 +1,18 @@
 // The entry of the plugin `tactor_cgal`.
+#include "framework/node/abi.hpp"
 #include "nodes/physics/cgal/exact_distance.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
 #include "nodes/physics/mesh/cgal_plugin.hpp"
 #include "tactor_abi.hpp"
 
-extern "C" const tactor::CgalPlugin* tactor_cgal_plugin(std::uint64_t abi) {
+TACTOR_STATES_ABI;
+
+extern "C" const tactor::CgalPlugin* tactor_cgal_plugin() {
   static const tactor::CgalPlugin plugin = {
       tactor::repaired_solid,
       [](const tactor::TriangleMesh& mesh) -> std::unique_ptr<tactor::SignedDistance> {
         return std::make_unique<tactor::ExactDistance>(mesh);
       },
   };
-  return abi == TACTOR_ABI ? &plugin : nullptr;
+  return &plugin;
 }

@@ -1,0 +1,39 @@
+#include "python/errors.hpp"
+
+#include <exception>
+#include <string>
+
+#include "framework/yaml/diagnostics.hpp"
+
+namespace tactor::python {
+
+namespace py = pybind11;
+
+namespace {
+
+void raise(const char* name, const std::string& text, const py::list& places) {
+  const py::object type = py::module_::import("tactor._errors").attr(name);
+  PyErr_SetObject(type.ptr(), type(text, places).ptr());
+}
+
+}  // namespace
+
+void translate_errors() {
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const YamlError& error) {
+      py::list places;
+      for (const Diagnostic& one : error.diagnostics()) {
+        places.append(py::make_tuple(one.place.file, one.place.line, one.place.column, one.message));
+      }
+      raise("InputError", error.what(), places);
+    } catch (const InputError& error) {
+      raise("InputError", error.what(), py::list());
+    } catch (const RunError& error) {
+      raise("RunError", error.what(), py::list());
+    }
+  });
+}
+
+}  // namespace tactor::python

@@ -1,0 +1,15 @@
+// The extension `tactor._tactor`, on which the package tactor stands.
+#include <pybind11/pybind11.h>
+
+#include "python/errors.hpp"
+#include "python/graph.hpp"
+#include "python/run_result.hpp"
+#include "python/session.hpp"
+
+PYBIND11_MODULE(_tactor, module) {
+  module.attr("version") = TACTOR_VERSION;
+  tactor::python::translate_errors();
+  tactor::python::bind_graph(module);
+  tactor::python::bind_session(module);
+  tactor::python::bind_run(module);
+}

@@ -1,0 +1,340 @@
+#include "python/session.hpp"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <utility>
+
+#include "app/run/run_metrics.hpp"
+#include "framework/core/message_json.hpp"
+#include "framework/core/units.hpp"
+#include "framework/graph/plan_metrics.hpp"
+#include "framework/node/report.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+#include "framework/yaml/yaml_values.hpp"
+#include "python/errors.hpp"
+#include "python/message_arrays.hpp"
+#include "python/run_result.hpp"
+
+namespace tactor::python {
+
+namespace py = pybind11;
+using namespace py::literals;
+
+Duration duration_of(const py::object& given, const std::string& what) {
+  const std::string expected = what + ": expected a number of seconds or a text such as \"10 ms\", found ";
+  double seconds = 0;
+  if (py::isinstance<py::str>(given)) {
+    const std::string text = given.cast<std::string>();
+    const auto parsed = parse_quantity(text);
+    if (const auto* why = std::get_if<std::string>(&parsed)) throw InputError(expected + text + ": " + *why);
+    const auto& quantity = std::get<Quantity>(parsed);
+    if (quantity.dimension != Dimension{.s = 1}) throw InputError(expected + text);
+    seconds = quantity.value_si;
+  } else {
+    try {
+      seconds = given.cast<double>();
+    } catch (const py::cast_error&) {
+      throw InputError(expected + py::cast<std::string>(py::repr(given)));
+    }
+  }
+  if (!(seconds >= 0 && seconds <= longest_time_s)) {
+    throw InputError(fmt::format("{}: expected a time of 0 s to {:g} s, found {:g} s", what, longest_time_s, seconds));
+  }
+  return Duration::from_seconds(seconds);
+}
+
+SessionState::SessionState(const Graph& graph, const SessionOptions& options)
+    : registry_(graph.registry()),
+      session_(std::make_unique<Session>(graph.plan(), options)),
+      live_(session_->is_live()) {}
+
+SessionState::~SessionState() {
+  // Where it still runs it ends here, and its nodes may be Python's own.
+  const py::gil_scoped_release released;
+  const bool abandoned = session_->is_abandoned();
+  session_.reset();
+  // A step that never came back still uses the declarations.
+  if (abandoned) static_cast<void>(new std::shared_ptr<Registry>(std::move(registry_)));
+}
+
+void SessionState::demand_running(const char* what) const {
+  if (finished_) throw RunError(std::string(what) + ": the session has finished");
+  if (!started_) throw RunError(std::string(what) + ": the session has not started; call start() or advance() first");
+}
+
+void SessionState::start() {
+  use([this](Session& session) {
+    if (started_) throw RunError("start: the session has started already");
+    if (finished_) throw RunError("start: the session has finished");
+    session.start();
+    started_ = true;
+  });
+}
+
+void SessionState::advance(Duration duration) {
+  constexpr Duration slice{10'000'000}, attend_period{20'000'000};
+  if (!started_ && !finished_) start();
+  for (bool running = true; running;) {
+    // Slices of the run until it is time to look for signals.
+    use([&](Session& session) {
+      demand_running("advance");
+      if (failed_) throw RunError("advance: the run has failed before");
+      const Instant until = MonotonicClock::now() + attend_period;
+      try {
+        do {
+          const Duration part = std::min(duration, live_ ? attend_period : slice);
+          session.advance(part);
+          duration = duration - part;
+          running = duration > Duration{} && session.is_running();
+        } while (running && MonotonicClock::now() < until);
+      } catch (...) {
+        failed_ = true;
+        throw;
+      }
+    });
+    try {
+      check_signals();
+    } catch (const py::error_already_set&) {
+      // A live run does not go on without who looks after it: its devices ramp down first.
+      if (live_) {
+        use([this](Session& session) {
+          session.stop();
+          finish_now(session);
+        });
+      }
+      throw;
+    }
+  }
+}
+
+void SessionState::finish_now(Session& session) {
+  if (!started_ || finished_) return;
+  finished_ = true;
+  session.finish();
+}
+
+std::optional<std::string> SessionState::finish() {
+  return use([this](Session& session) -> std::optional<std::string> {
+    if (finished_) return {};
+    if (!started_) {
+      finished_ = true;
+      return {};
+    }
+    finish_now(session);
+    return session.failure();
+  });
+}
+
+void SessionState::stop() {
+  use([this](Session& session) {
+    demand_running("stop");
+    session.stop();
+  });
+}
+
+bool SessionState::is_running() {
+  return use([this](Session& session) { return !finished_ && session.is_running(); });
+}
+
+double SessionState::now() {
+  return use([this](Session& session) {
+    if (!started_) return 0.0;
+    return (live_ && finished_ ? session.last_status().now : session.now()).seconds();
+  });
+}
+
+namespace {
+
+/// A tap of Python's. It may outlive its session, of which it then has what came last.
+class PythonTap {
+ public:
+  PythonTap(const std::shared_ptr<SessionState>& session, std::string output, std::size_t queue)
+      : session_(session), output_(std::move(output)) {
+    session->use([&](Session& running) {
+      if (session->is_finished()) throw RunError("tap: the session has finished");
+      buffer_ = std::make_shared<TapBuffer>(type_of(running.plan(), output_), queue);
+      running.on_message(output_,
+                         [buffer = buffer_](const Stamp& stamp, const void* value) { buffer->put(stamp, value); });
+    });
+    arrays_ = std::make_unique<MessageArrays>(buffer_->type());
+  }
+  PythonTap(const PythonTap&) = delete;
+  PythonTap& operator=(const PythonTap&) = delete;
+  ~PythonTap() { buffer_->close(); }
+
+  [[nodiscard]] const std::string& output() const { return output_; }
+  [[nodiscard]] std::string description() const { return to_json(buffer_->type()); }
+  [[nodiscard]] const py::dtype& dtype() const { return arrays_->message_dtype(); }
+  [[nodiscard]] std::uint64_t dropped() const { return buffer_->dropped(); }
+
+  py::array take() {
+    // Live, what came since the last advance still waits in the session.
+    if (const auto session = session_.lock(); session && session->is_live() && session->is_started()) {
+      session->use([&](Session& running) {
+        if (!session->is_finished()) running.advance({});
+      });
+    }
+    return arrays_->take(buffer_->take());
+  }
+
+ private:
+  /// The output's type; where there is no such output, `on_message` says so.
+  static const MessageType& type_of(const Plan& plan, const std::string& output) {
+    for (const NodeSpec& node : plan.nodes) {
+      for (const OutputInfo& one : node.info->outputs) {
+        if (node.name + "." + one.name == output) return *one.type;
+      }
+    }
+    return any_message();
+  }
+
+  std::weak_ptr<SessionState> session_;
+  std::string output_;
+  std::shared_ptr<TapBuffer> buffer_;
+  std::unique_ptr<MessageArrays> arrays_;
+};
+
+class PythonFeed {
+ public:
+  PythonFeed(const std::shared_ptr<SessionState>& session, std::string name)
+      : session_(session), name_(std::move(name)) {
+    session->use([&](Session& running) {
+      if (session->is_finished()) throw RunError("feed: the session has finished");
+      feed_ = running.feed(name_);
+    });
+    arrays_ = std::make_unique<MessageArrays>(feed_->type());
+  }
+
+  [[nodiscard]] std::string description() const { return to_json(feed_->type()); }
+  [[nodiscard]] const py::dtype& dtype() const { return arrays_->value_dtype(); }
+
+  bool send(const py::object& value, const py::object& valid) {
+    const auto session = session_.lock();
+    if (!session) throw RunError("send: the session of this feed is gone");
+    const OwnedValue message = arrays_->value_of(value, "send to " + name_);
+    std::optional<Time> at;
+    if (!valid.is_none()) at = Time{} + duration_of(valid, "send to " + name_ + ": valid");
+    return session->use([&](Session&) {
+      session->demand_running("send");
+      return feed_->send(message.data(), at);
+    });
+  }
+
+ private:
+  std::weak_ptr<SessionState> session_;
+  std::string name_;
+  std::optional<Session::Feed> feed_;
+  std::unique_ptr<MessageArrays> arrays_;
+};
+
+py::dict status_of(SessionState& state) {
+  constexpr const char* phases[]{"starting", "running", "stopping"};
+  if (!state.is_live()) throw InputError("status: expected a session whose clock is real, found clock: virtual");
+  if (!state.is_started()) throw RunError("status: the session has not started");
+  std::vector<std::string> names;
+  const LiveStatus status = state.use([&](Session& session) {
+    for (const NodeSpec& node : session.plan().nodes) names.push_back(node.name);
+    return state.is_finished() ? session.last_status() : session.status();
+  });
+  py::dict nodes, devices;
+  for (std::size_t i = 0; i < status.nodes.size(); ++i) {
+    const LiveNode& node = status.nodes[i];
+    nodes[py::str(names[i])] =
+        py::dict("steps"_a = node.steps, "missed_ticks"_a = node.missed_ticks, "stalled"_a = node.stalled);
+  }
+  for (const LiveDevice& device : status.devices) {
+    devices[py::str(names[device.node])] =
+        py::dict("ticks"_a = device.ticks, "missed"_a = device.missed, "dropped"_a = device.dropped,
+                 "wakeup_us_p99"_a = device.wake_latency.p99.microseconds(),
+                 "body_us_p99"_a = device.body_time.p99.microseconds());
+  }
+  return py::dict("now_s"_a = status.now.seconds(), "phase"_a = phases[static_cast<std::size_t>(status.phase)],
+                  "waiting_for"_a = status.waiting_for, "nodes"_a = nodes, "devices"_a = devices,
+                  "missing_privileges"_a = status.missing);
+}
+
+/// What the nodes report of the run so far, without what needs a reference run.
+py::list metrics_of(SessionState& state) {
+  if (state.is_live() && !state.is_finished()) {
+    throw RunError("metrics: a run whose clock is real has them once it has finished");
+  }
+  Report report;
+  MetricMap declared;
+  state.use([&](Session& session) {
+    if (session.is_abandoned()) throw RunError("metrics: a step never came back, so that its node cannot be asked");
+    declared = run_metrics(session.plan(), false).reported;
+    for (std::size_t i = 0; i < session.plan().nodes.size(); ++i) {
+      report.begin(session.plan().nodes[i].name, node_metrics(session.plan(), i, false).reported);
+      session.nodes()[i].report(report);
+    }
+  });
+  return metric_list(report.metrics(), declared);
+}
+
+}  // namespace
+
+void bind_session(py::module_& module) {
+  py::class_<PythonTap, std::shared_ptr<PythonTap>>(module, "Tap")
+      .def_property_readonly("output", &PythonTap::output)
+      .def_property_readonly("description", &PythonTap::description)
+      .def_property_readonly("dtype", &PythonTap::dtype)
+      .def_property_readonly("dropped", &PythonTap::dropped)
+      .def("take", &PythonTap::take);
+  py::class_<PythonFeed, std::shared_ptr<PythonFeed>>(module, "Feed")
+      .def_property_readonly("description", &PythonFeed::description)
+      .def_property_readonly("dtype", &PythonFeed::dtype)
+      .def("send", &PythonFeed::send, py::arg("value"), py::arg("valid") = py::none());
+  py::class_<SessionState, std::shared_ptr<SessionState>>(module, "Session")
+      .def(py::init([](const Graph& graph, double pace, bool measure_cpu) {
+             if (!(pace >= 0) || std::isinf(pace)) {
+               throw InputError(fmt::format("pace: expected seconds of the run for a second, or 0, found {:g}", pace));
+             }
+             return without_lock([&] {
+               return std::make_shared<SessionState>(graph, SessionOptions{.measure_cpu = measure_cpu, .pace = pace});
+             });
+           }),
+           py::arg("graph"), py::arg("pace") = 0.0, py::arg("measure_cpu") = false)
+      .def("start", &SessionState::start)
+      .def(
+          "advance",
+          [](SessionState& state, const py::object& duration) { state.advance(duration_of(duration, "advance")); },
+          py::arg("duration"))
+      .def("finish", &SessionState::finish)
+      .def("stop", &SessionState::stop)
+      .def_property_readonly("running", &SessionState::is_running)
+      .def_property_readonly("now", &SessionState::now)
+      .def_property_readonly("live", &SessionState::is_live)
+      .def_property_readonly("started", &SessionState::is_started)
+      .def_property_readonly("finished", &SessionState::is_finished)
+      .def_property_readonly(
+          "dropped", [](SessionState& state) { return state.use([](Session& session) { return session.dropped(); }); })
+      .def("notes",
+           [](SessionState& state) { return state.use([](Session& session) { return session.nodes().notes(); }); })
+      .def(
+          "tap",
+          [](const std::shared_ptr<SessionState>& state, const std::string& output, std::size_t queue) {
+            return std::make_shared<PythonTap>(state, output, queue);
+          },
+          py::arg("output"), py::arg("queue") = 0)
+      .def(
+          "feed",
+          [](const std::shared_ptr<SessionState>& state, const std::string& name) {
+            return std::make_shared<PythonFeed>(state, name);
+          },
+          py::arg("name"))
+      .def(
+          "set",
+          [](SessionState& state, const std::string& parameter, const std::string& value) {
+            state.use([&](Session& session) {
+              state.demand_running("set");
+              session.set(parameter, value);
+            });
+          },
+          py::arg("parameter"), py::arg("value"))
+      .def("status", status_of)
+      .def("metrics", metrics_of);
+}
+
+}  // namespace tactor::python
