@@ -52,7 +52,12 @@ const NodeInfo* read_python(const Tree& tree, const std::string& path, Registry&
   }
   Tree file_name = tree;
   file_name.text = tree.text.substr(0, colon);
-  const auto file = files.find(file_name, path + ".python", {.noun = "a Python file"}, diagnostics);
+  // What a command or a program says is seen from its folder, as a file that it names would be.
+  std::error_code ignored;
+  std::optional<fs::path> file = fs::absolute(file_name.text, ignored);
+  if (tree.place.line > 0 || !fs::is_regular_file(*file, ignored)) {
+    file = files.find(file_name, path + ".python", {.noun = "a Python file"}, diagnostics);
+  }
   if (!file) return nullptr;
   try {
     return &registry.find_python(*file, tree.text.substr(colon + 1));

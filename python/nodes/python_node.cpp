@@ -88,6 +88,14 @@ const char* word_of(Phase phase) {
   return "running";
 }
 
+/// The RunError for what a method has raised.
+RunError failed(const py::error_already_set& error) {
+  if (!error.matches(PyExc_KeyboardInterrupt)) return RunError(traceback_of(error));
+  // It was not meant for the node: Python raises it once more where the run has ended.
+  PyErr_SetInterrupt();
+  return RunError("interrupted");
+}
+
 [[noreturn]] void gone() {
   throw std::runtime_error("the run of this port has ended");
 }
@@ -188,7 +196,7 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
     step_method_ = object_.attr("step");
   } catch (const py::error_already_set& error) {
     for (py::object* one : {&object_, &step_, &start_method_, &step_method_}) *one = py::object();
-    throw RunError("node " + context.name + " (" + info.python + ") cannot be made: " + traceback_of(error));
+    throw RunError("node " + context.name + " (" + info.python + ") cannot be made: " + failed(error).what());
   }
 }
 
@@ -216,7 +224,7 @@ void PythonNode::call(const py::object& method, StepContext& context) {
     method(step_);
     context.add_work(step_.attr("work").cast<std::int64_t>());
   } catch (const py::error_already_set& error) {
-    throw RunError(traceback_of(error));
+    throw failed(error);
   } catch (const py::cast_error&) {
     throw RunError("step.work: expected an integer, found " + py::repr(step_.attr("work")).cast<std::string>());
   }
@@ -236,7 +244,7 @@ void PythonNode::tune(const std::vector<ParamValue>& values) {
     node_module().attr("assign")(object_, dict_of(class_.info, values));
     object_.attr("tune")();
   } catch (const py::error_already_set& error) {
-    throw RunError(class_.info.python + ": " + traceback_of(error));
+    throw RunError(class_.info.python + ": " + failed(error).what());
   }
 }
 
