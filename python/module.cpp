@@ -1,6 +1,7 @@
 // The extension `tactor._tactor`, on which the package tactor stands.
 #include <pybind11/pybind11.h>
 
+#include "framework/core/installation.hpp"
 #include "python/errors.hpp"
 #include "python/graph.hpp"
 #include "python/run_result.hpp"
@@ -8,6 +9,7 @@
 
 PYBIND11_MODULE(_tactor, module) {
   module.attr("version") = TACTOR_VERSION;
+  module.attr("prefix") = tactor::installation_prefix().string();
   tactor::python::translate_errors();
   tactor::python::bind_graph(module);
   tactor::python::bind_session(module);
