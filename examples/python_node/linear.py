@@ -1,6 +1,7 @@
 """prediction.linear once more, in Python: the same forecasts, to the byte (a test compares them)."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +20,8 @@ class Linear(tactor.Node):
     force_max = tactor.Parameter(8.0, unit="N", min=0, doc="forces are shortened to the device's largest")
 
     def __init__(self) -> None:
-        self.last = None  # the newest sample
-        self.rate = None  # N/s, over the last interval
+        self.last: Any = None  # the newest sample
+        self.rate: Any = None  # N/s, over the last interval
         self.period_ns = round(self.period_initial * 1e9)
 
     def step(self, step: tactor.Step) -> None:
@@ -49,7 +50,7 @@ class Linear(tactor.Node):
             made["predicted_D_W"]["force"][i] = self.limited(self.last["force"] + ahead)
         return made
 
-    def limited(self, force: np.ndarray) -> np.ndarray:
+    def limited(self, force: Any) -> Any:
         x, y, z = force
         size = math.sqrt(x * x + y * y + z * z)
         return force if size <= self.force_max else force * (self.force_max / size)

@@ -52,11 +52,16 @@ const NodeInfo* read_python(const Tree& tree, const std::string& path, Registry&
   }
   Tree file_name = tree;
   file_name.text = tree.text.substr(0, colon);
-  // What a command or a program says is seen from its folder, as a file that it names would be.
+  const FileKind kind{.noun = "a Python file"};
+  Diagnostics looked;
+  std::optional<fs::path> file = files.find(file_name, path + ".python", kind, looked);
+  // A program lays over a graph what it wrote beside itself.
   std::error_code ignored;
-  std::optional<fs::path> file = fs::absolute(file_name.text, ignored);
-  if (tree.place.line > 0 || !fs::is_regular_file(*file, ignored)) {
-    file = files.find(file_name, path + ".python", {.noun = "a Python file"}, diagnostics);
+  if (const fs::path here = fs::absolute(file_name.text, ignored); !file && fs::is_regular_file(here, ignored)) {
+    file = here.lexically_normal();
+  }
+  for (const Diagnostic& one : looked.list()) {
+    if (!file) diagnostics.error(one.place, one.message);
   }
   if (!file) return nullptr;
   try {

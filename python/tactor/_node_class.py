@@ -19,7 +19,7 @@ import copy
 import dataclasses
 import math
 import os
-from typing import Any, Iterable, Sequence
+from typing import Any, Iterable, Sequence, Type
 
 import numpy as np
 
@@ -240,7 +240,7 @@ _files: dict[str, _Loaded] = {}
 _classes: dict[int, dict[str, Any]] = {}
 
 
-def load(file: str, name: str) -> tuple[type, list[str]]:
+def load(file: str, name: str) -> tuple[Type[Node], list[str]]:
     """The class `name` of the file, which is run where it has changed, and the files of its code."""
     loaded = _files.get(file)
     if loaded is None or any(_read(path) != content for path, content in loaded.sources.items()):
@@ -316,7 +316,7 @@ def explain(error: BaseException, file: str | None = None) -> str:
     return "".join(traceback.format_exception(type(error), error, first)).rstrip()
 
 
-def describe(cls: type) -> dict[str, Any]:
+def describe(cls: Type[Node]) -> dict[str, Any]:
     """The declaration of a class as plain data: name, summary, details, role, inputs, outputs, parameters."""
     import inspect
 
@@ -329,12 +329,12 @@ def describe(cls: type) -> dict[str, Any]:
     summary, _, details = (doc or "").partition("\n")
     if not summary:
         refuse("expected a docstring whose first line tells what the node does, found none")
-    if cls.step is Node.step:  # type: ignore[attr-defined]
+    if cls.step is Node.step:
         refuse("expected a method step(self, step), found none")
-    if cls.role not in _ROLES:  # type: ignore[attr-defined]
-        refuse(f"role: expected one of {', '.join(_ROLES)}, found {cls.role!r}")  # type: ignore[attr-defined]
+    if cls.role not in _ROLES:
+        refuse(f"role: expected one of {', '.join(_ROLES)}, found {cls.role!r}")
     made: dict[str, Any] = {"name": cls.__name__, "summary": summary, "details": details.strip()}
-    made |= {"role": cls.role, "inputs": [], "outputs": [], "parameters": []}  # type: ignore[attr-defined]
+    made |= {"role": cls.role, "inputs": [], "outputs": [], "parameters": []}
     for name, value in _declared(cls).items():
         if name in _RESERVED:
             refuse(f"{name} is an attribute of every node; give the port or parameter another name")
@@ -356,7 +356,7 @@ def describe(cls: type) -> dict[str, Any]:
     return made
 
 
-def _line(cls: type) -> int:
+def _line(cls: Type[Node]) -> int:
     import inspect
 
     try:
@@ -365,7 +365,7 @@ def _line(cls: type) -> int:
         return 1
 
 
-def _declared(cls: type) -> dict[str, Any]:
+def _declared(cls: Type[Node]) -> dict[str, Any]:
     """Ports and parameters of the class and those it derives from, in the order of their declaration."""
     found: dict[str, Any] = {}
     for base in reversed(cls.__mro__):
@@ -377,7 +377,7 @@ def _declared(cls: type) -> dict[str, Any]:
     return found
 
 
-def make(cls: type, ports: Iterable[tuple[str, dict[str, Any]]], values: dict[str, Any], context: tuple) -> Any:
+def make(cls: Type[Node], ports: Iterable[tuple[str, dict[str, Any]]], values: dict[str, Any], context: tuple[str, int, bool, int]) -> Node:
     """A node whose ports do what the functions of `ports` do."""
     node = cls.__new__(cls)
     node.context = Context(*context)
@@ -386,11 +386,11 @@ def make(cls: type, ports: Iterable[tuple[str, dict[str, Any]]], values: dict[st
         vars(port).update(functions)
         setattr(node, name, port)
     assign(node, values)
-    node.__init__()
+    node.__init__()  # type: ignore[misc]
     return node
 
 
-def assign(node: Any, values: dict[str, Any]) -> None:
+def assign(node: Node, values: dict[str, Any]) -> None:
     """Sets parameters; a list becomes an array."""
     for name, value in values.items():
         setattr(node, name, np.array(value) if isinstance(value, list) else value)
