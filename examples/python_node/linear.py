@@ -43,11 +43,12 @@ class Linear(tactor.Node):
         made["horizon"] = self.period_ns * 1e-9
         made["count"] = self.steps
         made["fallback"] = self.rate is None  # then it holds
-        rate = np.zeros(3) if self.rate is None else self.rate
-        made["current_D_W"]["force"] = self.limited(self.last["force"])
+        made["current_force"] = self.limited(self.last["force"])
         for i in range(self.steps):
-            ahead = (i + 1) * made["horizon"] * rate
-            made["predicted_D_W"]["force"][i] = self.limited(self.last["force"] + ahead)
+            expected = self.last["force"]
+            if self.rate is not None:
+                expected = expected + (i + 1) * made["horizon"] * self.rate
+            made["predicted"]["force"][i] = self.limited(expected)
         return made
 
     def limited(self, force: Any) -> Any:

@@ -22,12 +22,12 @@ class Hold(tactor.Node):
     def step(self, step):
         for sample in self.force.new():
             made = self.forecast.zeros()
-            made["current_D_W"]["force"] = self.gain * sample["force"]
-            made["predicted_D_W"]["force"][:] = made["current_D_W"]["force"]
+            made["current_force"] = self.gain * sample["force"]
+            made["predicted"]["force"][:] = made["current_force"]
             made["count"], made["horizon"] = 4, 0.01
             self.forecast.send(sample["valid_ns"], made)
 '''
-WALL = "extends: wall/scene.yaml\nduration: 1 s\nnodes:\n  metrics: ~\n  prediction: {%s}\n"
+WALL = "extends: wall/scene.yaml\nduration: 1 s\nrecord: [%s]\nnodes:\n  metrics: ~\n  prediction: {%s}\n"
 # A hand that a node in Python leads, so that the reference run depends on it.
 HAND = '''import numpy as np
 
@@ -65,8 +65,8 @@ class NodesInPython(CommandTest):
             text = text.replace(old, new)
         return self.write(name, text)
 
-    def wall(self, node="python: 'hold.py:Hold'", extra=""):
-        return self.write("wall.yaml", WALL % node + extra)
+    def wall(self, node="python: 'hold.py:Hold'", record="device.commanded"):
+        return self.write("wall.yaml", WALL % (record, node))
 
     def refused(self, *parts, verb="check", graph=None, code=2):
         found = tactor(verb, graph or self.wall(), environment=self.environment)
@@ -92,7 +92,7 @@ class NodesInPython(CommandTest):
     @needs_hdf5
     def test_a_recorded_graph_runs_again(self):
         self.hold()
-        graph = self.wall(extra="record: [device.commanded]\n")
+        graph = self.wall()
         self.run_graph(graph, out="first")
         self.run_graph(self.folder / "first" / "graph.yaml", out="second")
         first, second = (streams(self.folder / out / "recording.h5") for out in ("first", "second"))
@@ -104,16 +104,16 @@ class NodesInPython(CommandTest):
         self.run_ok("compare", EXAMPLE / "wall.yaml", twin, "--seeds", "2", "--duration", "3", "--judge", "whole",
                     "--out", self.folder / "cmp")
         python, cpp = json.loads((self.folder / "cmp" / "compare.json").read_text())["graphs"]
-        self.assertIn("error_rms_N", python["metrics"])
+        self.assertIn("delivered.force.rms_error_N", python["metrics"])
         for name in python["metrics"]:
-            if not name.startswith(("cost_us", "cpu", "method_us", "wall")):
+            if not name.startswith(("cost_us", "cpu", "method_us", "fallbacks", "prediction.", "wall")):
                 self.assertEqual(python["metrics"][name], cpp["metrics"][name], name)
 
     def test_help_and_plan_come_from_the_declaration(self):
         self.hold()
         shown = self.run_ok("nodes", f"{self.folder / 'hold.py'}:Hold").stdout
         for text in ("python.Hold: Holds the force.", "force (Wrench;", "the physics force", "forecast (Forecast)",
-                     "gain (number; default 1; 0 to 2)", "the force is multiplied by it"):
+                     "gain (number; default 1; >= 0, <= 2)", "the force is multiplied by it"):
             self.assertIn(text, shown)
         self.assertIn("python.Hold", self.run_ok("check", self.wall(), "--explain").stdout)
 
@@ -144,8 +144,9 @@ class NodesInPython(CommandTest):
         import h5py
 
         file = self.hold(fail=("        for sample", "        if step.now > 1:\n            1 / 0\n        for sample"))
-        device = "type: device.simulated"
-        scene = PRESSED_WALL % {"duration": "3 s", "device": device, "height": "2 mm"}
+        scene = PRESSED_WALL % {"duration": "3 s", "device": "type: device.simulated", "height": "2 mm"}
+        scene = scene.replace("nodes:", "nodes:\n  trajectory: {type: source.trajectory, points: [{t: 0 s, z: 2 mm}]}")
+        scene = scene.replace("edges:", "edges:\n  - trajectory.target -> device.target")
         scene = scene.replace("{type: prediction.hold}", "{python: 'hold.py:Hold'}")
         graph = self.write("live.yaml", scene)
         found = tactor("run", graph, "--out", self.folder / "out", environment=self.environment)
@@ -176,7 +177,7 @@ class NodesInPython(CommandTest):
                 (("    gain", "    context"), "context is an attribute of every node")):
             with self.subTest(change=change):
                 self.hold(change=change)
-                self.refused("wall.yaml:5:", *parts)
+                self.refused("wall.yaml:6:", *parts)
 
     def test_a_graph_that_names_it_wrongly_is_refused(self):
         self.hold()
@@ -188,11 +189,11 @@ class NodesInPython(CommandTest):
                 ("python: 'hold.py:Hold', gain: 3", "gain", "found 3"),
                 ("python: 'hold.py:Hold', gain: 1 N", "gain")):
             with self.subTest(node=node):
-                self.refused("wall.yaml:5:", *parts, graph=self.wall(node))
+                self.refused("wall.yaml:6:", *parts, graph=self.wall(node))
 
     def test_what_its_readers_could_not_read_is_not_sent(self):
         for change, text in ((("= 4, 0.01", "= 5, 0.01"), "ValueError: Forecast.count: expected 1 to 4, found 5"),
-                             (("made)", '{"count": 1})'), "ValueError: forecast: expected the fields current_D_W"),
+                             (("made)", '{"count": 1})'), "ValueError: forecast: expected the fields current_force"),
                              (("made)", "sample)"), "ValueError: forecast: expected the fields"),
                              (('sample["valid_ns"]', "step.now"), "TypeError: valid_ns: expected a time")):
             with self.subTest(change=change):
@@ -206,7 +207,7 @@ class NodesInPython(CommandTest):
 
         def error(text):
             self.write("hand.py", text)
-            return self.run_graph(graph)["metrics"]["error_rms_N"]
+            return self.run_graph(graph)["metrics"]["delivered.force.rms_error_N"]
 
         slow = error(HAND % ("", "0.02"))
         fast = error(HAND % ("", "0.03"))
@@ -221,7 +222,7 @@ class NodesInPython(CommandTest):
         self.hold(make=("    def step", "    def __init__(self):\n        import numpy as np\n"
                                         "        self.random = np.random.default_rng(self.context.seed)\n\n    def step"),
                   use=("self.gain * ", "self.random.normal() * "))
-        graph = self.wall(extra="record: [prediction.forecast]\n")
+        graph = self.wall(record="prediction.forecast")
         forecasts = []
         for n, seed in enumerate((1, 1, 2)):
             self.run_graph(graph, "--seed", str(seed), out=f"out{n}")
