@@ -207,7 +207,7 @@ class NodesInPython(CommandTest):
 
         def error(text):
             self.write("hand.py", text)
-            return self.run_graph(graph)["metrics"]["delivered.force.rms_error_N"]
+            return self.run_graph(graph)["delivered"]["force"]["rms_error_N"]
 
         slow = error(HAND % ("", "0.02"))
         fast = error(HAND % ("", "0.03"))
