@@ -63,15 +63,11 @@ void write_results(const fs::path& folder, const Plan& plan, const FinishedRun& 
   write_file(folder / "report.html", run.html());
 }
 
-void tap_outputs(Session& session, FinishedRun& run) {
-  for (auto& [output, buffer] : run.taps) {
-    for (const NodeSpec& node : session.plan().nodes) {
-      for (const OutputInfo& one : node.info->outputs) {
-        if (node.name + "." + one.name == output) buffer = std::make_shared<TapBuffer>(*one.type, 0);
-      }
-    }
-    // Where there is no such output, this says so.
-    session.on_message(output, [kept = buffer](const Stamp& stamp, const void* value) { kept->put(stamp, value); });
+/// Before anything is written: throws InputError where the plan has no such output.
+void make_buffers(const Plan& plan, const std::vector<std::string>& outputs, FinishedRun& run) {
+  for (const std::string& output : outputs) {
+    const MessageType& type = type_of(plan, find_output(plan, output));
+    run.taps.emplace_back(output, std::make_shared<TapBuffer>(type, 0));
   }
 }
 
@@ -99,10 +95,10 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
   auto made = std::make_unique<FinishedRun>();
   made->registry = graph.registry();
   made->scene = graph.spec().scene;
-  for (const std::string& output : request.taps) made->taps.emplace_back(output, nullptr);
   SignalWatch signals;
   without_lock([&] {
     const Plan plan = graph.plan();
+    make_buffers(plan, request.taps, *made);
     std::optional<ResultsFolder> results;
     RunOptions options;
     if (request.out) {
@@ -125,7 +121,11 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
       }
       options.follow = graph.registry().get();
     }
-    options.before_start = [&](Session& session) { tap_outputs(session, *made); };
+    options.before_start = [&](Session& session) {
+      for (const auto& [output, buffer] : made->taps) {
+        session.on_message(output, [kept = buffer](const Stamp& stamp, const void* value) { kept->put(stamp, value); });
+      }
+    };
     made->result = execute(plan, options);
     if (results && !plan.streams.empty()) made->recording = options.recording->string();
     if (results) write_results(results->path(), plan, *made);

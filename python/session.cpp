@@ -66,8 +66,8 @@ void SessionState::demand_running(const char* what) const {
 
 void SessionState::start() {
   use([this](Session& session) {
-    if (started_) throw RunError("start: the session has started already");
     if (finished_) throw RunError("start: the session has finished");
+    if (started_) throw RunError("start: the session has started already");
     session.start();
     started_ = true;
   });
@@ -154,7 +154,7 @@ class PythonTap {
       : session_(session), output_(std::move(output)) {
     session->use([&](Session& running) {
       if (session->is_finished()) throw RunError("tap: the session has finished");
-      buffer_ = std::make_shared<TapBuffer>(type_of(running.plan(), output_), queue);
+      buffer_ = std::make_shared<TapBuffer>(type_of(running.plan(), find_output(running.plan(), output_)), queue);
       running.on_message(output_,
                          [buffer = buffer_](const Stamp& stamp, const void* value) { buffer->put(stamp, value); });
     });
@@ -180,16 +180,6 @@ class PythonTap {
   }
 
  private:
-  /// The output's type; where there is no such output, `on_message` says so.
-  static const MessageType& type_of(const Plan& plan, const std::string& output) {
-    for (const NodeSpec& node : plan.nodes) {
-      for (const OutputInfo& one : node.info->outputs) {
-        if (node.name + "." + one.name == output) return *one.type;
-      }
-    }
-    return any_message();
-  }
-
   std::weak_ptr<SessionState> session_;
   std::string output_;
   std::shared_ptr<TapBuffer> buffer_;

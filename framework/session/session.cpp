@@ -49,31 +49,6 @@ struct Subscription {
   Session::Take take;
 };
 
-struct PlannedOutput {
-  std::size_t node = 0;
-  std::size_t output = 0;
-};
-
-PlannedOutput find_output(const Plan& plan, std::string_view name) {
-  const std::size_t dot = name.find('.');
-  const std::string node(name.substr(0, dot));
-  std::vector<std::string> names;
-  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    const std::vector<OutputInfo>& outputs = plan.nodes[n].info->outputs;
-    for (std::size_t o = 0; o < outputs.size(); ++o) {
-      names.push_back(plan.nodes[n].name + "." + outputs[o].name);
-      if (names.back() == name) return {n, o};
-    }
-  }
-  for (const LeftOut& left_out : plan.left_out) {
-    if (left_out.what == "node " + node) {
-      throw InputError("the run has no output " + std::string(name) + ": its node was left out, because " +
-                       left_out.why + "; record it in the graph");
-    }
-  }
-  throw InputError("the run has no output " + std::string(name) + did_you_mean(std::string(name), names));
-}
-
 struct TunableParameter {
   std::size_t node = 0;
   std::size_t param = 0;
@@ -97,6 +72,26 @@ TunableParameter find_tunable(const Plan& plan, std::string_view name) {
 }
 
 }  // namespace
+
+PlannedOutput find_output(const Plan& plan, std::string_view name) {
+  const std::size_t dot = name.find('.');
+  const std::string node(name.substr(0, dot));
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    const std::vector<OutputInfo>& outputs = plan.nodes[n].info->outputs;
+    for (std::size_t o = 0; o < outputs.size(); ++o) {
+      names.push_back(plan.nodes[n].name + "." + outputs[o].name);
+      if (names.back() == name) return {n, o};
+    }
+  }
+  for (const LeftOut& left_out : plan.left_out) {
+    if (left_out.what == "node " + node) {
+      throw InputError("the run has no output " + std::string(name) + ": its node was left out, because " +
+                       left_out.why + "; record it in the graph");
+    }
+  }
+  throw InputError("the run has no output " + std::string(name) + did_you_mean(std::string(name), names));
+}
 
 class Session::Run {
  public:
@@ -224,7 +219,7 @@ bool Session::is_live() const {
 
 std::unique_ptr<Session::OutputTap> Session::tap(std::string_view output, Queue queue) {
   const PlannedOutput at = find_output(plan(), output);
-  auto made = std::make_unique<OutputTap>(*this, *plan().nodes[at.node].info->outputs[at.output].type, queue);
+  auto made = std::make_unique<OutputTap>(*this, type_of(plan(), at), queue);
   if (run_->live) {
     run_->live->add_tap(at.node, at.output, made->tap_);
   } else {
@@ -253,8 +248,8 @@ void Session::end_tap(const Tap& tap) {
 
 void Session::on_message(std::string_view output, Take take, std::size_t bytes) {
   const PlannedOutput at = find_output(plan(), output);
-  Subscription& made = run_->subscriptions.emplace_back(*plan().nodes[at.node].info->outputs[at.output].type,
-                                                        run_->waiting_bytes(bytes), std::move(take));
+  Subscription& made =
+      run_->subscriptions.emplace_back(type_of(plan(), at), run_->waiting_bytes(bytes), std::move(take));
   run_->add(made, [&](Tap& tap) {
     run_->live ? run_->live->add_tap(at.node, at.output, tap)
                : run_->clock->dispatcher().add_tap(at.node, at.output, tap);

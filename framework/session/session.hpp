@@ -28,6 +28,19 @@ struct SessionOptions {
   double pace = 0;
 };
 
+/// Where a plan has an output: the index of its node, and that among the node's outputs.
+struct PlannedOutput {
+  std::size_t node = 0;
+  std::size_t output = 0;
+};
+/// The output of that name (`coupling.force`). Throws InputError where the plan has none, with the reason where its
+/// node was left out.
+PlannedOutput find_output(const Plan& plan, std::string_view name);
+/// What its messages hold.
+inline const MessageType& type_of(const Plan& plan, const PlannedOutput& at) {
+  return *plan.nodes[at.node].info->outputs[at.output].type;
+}
+
 /// A run of a plan that goes on while its owner looks at it.
 ///
 /// Under the virtual clock nothing happens but in `advance`, which makes the steps of that much time: the same steps

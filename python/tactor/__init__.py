@@ -24,3 +24,9 @@ __all__ = [
     "Session", "Step", "Stream", "Tap", "__version__", "check", "compare", "load", "nodes", "run", "study",
     "study_table",
 ]
+
+# Texts of exceptions and of help() name what users import.
+for _name in __all__:
+    if _name != "__version__":
+        globals()[_name].__module__ = __name__
+del _name

@@ -31,13 +31,12 @@ def command() -> str:
 
 def _call(arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
     """Runs the command. Ctrl-C ends it, and then raises KeyboardInterrupt. What it refuses is raised."""
-    # Its own session, so that Ctrl-C comes to it once, from here.
-    process = subprocess.Popen([command(), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               start_new_session=True)
+    process = subprocess.Popen([command(), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         said, errors = process.communicate()
     except BaseException:
-        # The command ends by itself, once the runs under way have ended; asked again a second later it ends them.
+        # It ends once the runs under way have ended, and ends them where it is asked again a second later. A terminal
+        # may have asked it too, which counts once.
         process.send_signal(signal.SIGINT)
         try:
             process.communicate(timeout=2)
@@ -124,6 +123,7 @@ def study(file: Path, over: Union[Overlay, Iterable[Overlay]] = (), set: Mapping
     Raises InputError where the study is refused, and RunError where it came to no table. Ctrl-C ends it; with `out`,
     `resume=True` goes on.
     """
+    needed("pandas", "python3-pandas", "for tables")
     with tempfile.TemporaryDirectory(prefix="tactor-") as folder:
         results = pathlib.Path(folder) / "out" if out is None else pathlib.Path(os.fspath(out))
         flags = [f"--{name}" for name, given in {"short": short, "resume": resume, "overwrite": overwrite}.items() if given]
@@ -150,7 +150,8 @@ def study_table(folder: Path) -> pandas.DataFrame:
     if not (path / "study.json").exists():
         raise InputError(f"{path}: expected the results of a study, found no study.json")
     said = json.loads((path / "study.json").read_text())
-    metrics, times = pd.read_csv(path / "study.csv"), pd.read_csv(path / "run_times.csv")
+    metrics, times = (
+        pd.read_csv(path / name, float_precision="round_trip") for name in ("study.csv", "run_times.csv"))
     # Both have the same lines in the same order.
     table: pandas.DataFrame = pd.concat([metrics, times[[c for c in times.columns if c not in metrics.columns]]], axis=1)
     with sqlite3.connect(f"file:{path / 'study.sqlite'}?mode=ro", uri=True) as database:

@@ -35,7 +35,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class NodeType:
-    """The declaration of a node type; `help(nodes()["prediction.ar"])` shows its docstring."""
+    """The declaration of a node type; `print(tactor.nodes()["prediction.ar"])` tells all of it."""
 
     type: str
     summary: str
@@ -45,7 +45,9 @@ class NodeType:
     outputs: Dict[str, Port]
     params: Dict[str, Parameter]
     metrics: Dict[str, str]  #: one line on each
-    __doc__: str = ""
+
+    def __str__(self) -> str:
+        return self.__doc__ or ""
 
     def __repr__(self) -> str:
         return f"<tactor.NodeType {self.type}: {self.summary}>"
@@ -73,5 +75,6 @@ def _node_type(said: Mapping[str, Any]) -> NodeType:
             unit = "" if one.unit == "1" else f" [{one.unit}]"
             default = "required" if one.required else f"default {one.default}"
             lines.append(f"    {one.name}{unit} ({default}): {one.doc}")
-    return NodeType(said["type"], said["summary"], said["details"], said["role"], inputs, outputs, params, metrics,
-                    "\n".join(lines).rstrip())
+    made = NodeType(said["type"], said["summary"], said["details"], said["role"], inputs, outputs, params, metrics)
+    object.__setattr__(made, "__doc__", "\n".join(lines).rstrip())
+    return made

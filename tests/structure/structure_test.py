@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SOURCES = [p for folder in ("framework", "nodes", "devices", "meshes", "app", "tests", "bench")
+SOURCES = [p for folder in ("framework", "nodes", "devices", "meshes", "app", "python", "tests", "bench")
            for p in sorted((ROOT / folder).rglob("*")) if p.suffix in (".cpp", ".hpp")]
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 
@@ -42,6 +42,7 @@ class Includes(unittest.TestCase):
         self.assert_only(r"CLI/", "app/verbs")
         self.assert_only(r"sqlite3", "app/study/table")
         self.assert_only(r"boost/(beast|asio)", "app/view/server")
+        self.assert_only(r"pybind11/", "python")
 
     def test_headers_that_take_long_to_compile_are_kept_in_sources(self):
         """Of what takes seconds to read, our headers include none, but for those that only their own folder includes."""
@@ -95,6 +96,8 @@ class Includes(unittest.TestCase):
             # The view also draws meshes and the contacts of the local model, and sends the cursor of device.mouse.
             "app": ("framework", "app", "devices/hardware", "devices/mouse/cursor.hpp", "nodes/physics/mesh/body_mesh.hpp",
                     "nodes/physics/contact/local_contacts.hpp"),
+            # The Python package runs graphs as the command does, and knows nothing of its words.
+            "python": ("framework", "app/run", "app/report", "app/output.hpp", "app/results_folder.hpp", "python"),
             # A session is what every front stands on, and knows none.
             "framework": ("framework",),
             # A study by its steps: what it says, what is to be run, the runs, their table, what is told of it.
@@ -112,7 +115,7 @@ class Includes(unittest.TestCase):
                 if not inside(path, folder):
                     continue
                 for header in includes(path):
-                    if not header.startswith(("framework/", "nodes/", "devices/", "app/", "meshes/")):
+                    if not header.startswith(("framework/", "nodes/", "devices/", "app/", "meshes/", "python/")):
                         continue
                     with self.subTest(file=path.relative_to(ROOT).as_posix(), header=header):
                         self.assertTrue(header in targets or header.startswith(tuple(t + "/" for t in targets)), f"{folder} may include {targets}")

@@ -1,0 +1,148 @@
+"""Messages with everything that one may hold, through taps, feeds and recordings; recordings as h5py reads them."""
+import os
+import pathlib
+import pickle
+import unittest
+
+import numpy
+
+from package_harness import BUILD, WALL, PackageTest, needs_hdf5, tactor
+
+os.environ["TACTOR_NODE_PATH"] = str(BUILD / "tests/nodes")  # a library with message types of its own
+SCENE = "format: 2\nclock: virtual\nduration: 1 s\nscene: {bodies: {tool: {sphere: {radius: 1 mm}, motion: rigid}}}\n"
+SOURCE = f"""{SCENE}
+nodes:
+  scanner: {{type: scan.source}}
+  judge: {{type: scan.judge}}
+edges: [scanner.scan -> judge.scan]
+record: [scanner.scan]
+"""
+FED = f"""{SCENE}
+nodes:
+  hand: {{type: source.feed, message: scan.Scan}}
+  judge: {{type: scan.judge}}
+edges: [hand.message -> judge.scan]
+record: [hand.message]
+"""
+
+
+def same(test, a, b, path=""):
+    """Both hold the same, down to the elements of arrays that change size."""
+    test.assertEqual(a.dtype.names, b.dtype.names, path)
+    for name in a.dtype.names:
+        if a.dtype[name].base.names:
+            same(test, a[name], b[name], f"{path}{name}.")
+        elif a.dtype[name].base == object:
+            for one, other in zip(a[name].reshape(-1), b[name].reshape(-1)):
+                test.assertEqual(len(one), len(other), path + name)
+                if one.dtype.names:
+                    same(test, one, other, f"{path}{name}.")
+                else:
+                    numpy.testing.assert_array_equal(one, other, path + name)
+        else:
+            numpy.testing.assert_array_equal(a[name], b[name], path + name)
+
+
+@needs_hdf5
+class Recordings(PackageTest):
+    def recorded(self, text, **options):
+        return tactor.run(self.write("graph.yaml", text), out=self.folder / "out", **options)
+
+    def test_streams_are_those_that_h5py_reads(self):
+        import h5py
+        recording = self.recorded(f"extends: {WALL}\nduration: 1 s\nrecord: [coupling.force, device.state, collision.contacts]\n").recording
+        self.assertEqual(list(recording), ["collision.contacts", "coupling.force", "device.state"])
+        with h5py.File(recording.path) as file:
+            for name, stream in recording.items():
+                rows = file[f"streams/{name}/data"][...]
+                self.assertEqual(stream[:].dtype, rows.dtype)
+                self.assertEqual(stream[:].tobytes(), rows.tobytes())
+                self.assertEqual(stream[3:9].tobytes(), rows[3:9].tobytes())
+                self.assertEqual(stream[-1].tobytes(), rows[-1].tobytes())
+                self.assertEqual(len(stream), len(rows))
+                self.assertEqual(stream.attrs["message_type"], file[f"streams/{name}"].attrs["message_type"].decode())
+        self.assertEqual(recording["coupling.force"].units["torque"], "N m")
+        self.assertEqual(recording.attrs["seed"], 1)
+        self.assertIn("prediction.ar", recording.graph_yaml)
+        self.assertIn("it has: collision.contacts", self.refused(KeyError, lambda: recording["no.such"]))
+        recording.close()
+
+    def test_files_that_are_none_are_refused(self):
+        import h5py
+        self.assertIn("no.h5", self.refused(tactor.InputError, tactor.Recording, self.folder / "no.h5"))
+        self.refused(tactor.InputError, tactor.Recording, self.write("text.h5", "not HDF5"))
+        h5py.File(self.folder / "other.h5", "w").close()
+        self.assertIn("another HDF5 file", self.refused(tactor.InputError, tactor.Recording, self.folder / "other.h5"))
+
+    @unittest.skipUnless((BUILD / "tests/nodes/libtactor_scan.so").exists(), "the library of scans is not built")
+    def test_a_type_with_everything_is_the_same_from_tap_recording_and_feed(self):
+        result = self.recorded(SOURCE, taps=["scanner.scan"])
+        tapped, recorded = result.taps["scanner.scan"], result.recording["scanner.scan"][:]
+        self.assertGreater(len(tapped), 20)
+        same(self, tapped, recorded)
+        self.assertEqual(tapped.units, recorded.units)
+        self.assertEqual(tapped.units["points.p_SP"], "m")
+        self.assertEqual(tapped.units["heads.warmth"], "K")
+        self.assertEqual(tapped["heads"].units, {"code": "1", "R_SH": "1", "warmth": "K"})
+        self.assertEqual(tapped.type.enumerations["quality"], {"good": 0, "dusty": 7, "blind": 200})
+        self.assertEqual(tapped.type.frames["bounds"], "W")
+        # Closed form of the scanner: see tests/scan_nodes/scan.hpp.
+        n = int(tapped[5]["turn"])
+        self.assertEqual(tapped[5]["begin"], n * 1_000_003)
+        numpy.testing.assert_array_equal(tapped[5]["bounds"].ravel(), n / numpy.arange(1, 7))
+        self.assertEqual(tapped[5]["points"]["p_SP"].shape, (len(tapped[5]["points"]), 3))
+
+        with tactor.Session(self.write("fed.yaml", FED)) as session:
+            feed, tap = session.feed("hand"), session.tap("hand.message")
+            session.start()
+            for i, row in enumerate(recorded):
+                value = row if i % 2 else {name: row[name] for name in row.dtype.names if name not in ("valid_ns", "produced_ns", "sequence")}
+                self.assertTrue(feed.send(value, valid=float(row["valid_ns"]) * 1e-9))
+                session.advance("1 ms")
+            sent = tap.take()
+        names = [name for name in recorded.dtype.names if name not in ("valid_ns", "produced_ns")]
+        for row, came in zip(recorded, sent):
+            for name in names:
+                if recorded.dtype[name].base == object:
+                    same(self, row[name], came[name])
+                elif name != "heads":
+                    numpy.testing.assert_array_equal(row[name], came[name], name)
+        same(self, recorded["heads"], sent["heads"])
+
+    @unittest.skipUnless((BUILD / "tests/nodes/libtactor_scan.so").exists(), "the library of scans is not built")
+    def test_numbers_that_a_field_cannot_hold_are_refused(self):
+        row = self.recorded(SOURCE, taps=["scanner.scan"]).taps["scanner.scan"][3]
+        whole = {name: row[name] for name in row.dtype.names[3:]}
+        with tactor.Session(self.write("fed.yaml", FED)) as session:
+            feed = session.feed("hand")
+            session.start()
+            self.assertTrue(feed.send({**whole, "quality": "dusty"}))
+            for change, said in [({"turn": 256}, "turn: expected uint8"), ({"turn": -1}, "turn: expected uint8"),
+                                 ({"turn": 1.5}, "turn: expected uint8"), ({"last": 1 << 31}, "last: expected int32"),
+                                 ({"last": 1 << 80}, "last: expected int32"),
+                                 ({"quality": 3}, "quality: expected good (0), dusty (7), blind (200), found 3"),
+                                 ({"quality": "clean"}, "quality: expected good (0)"),
+                                 ({"points": 3}, "points: expected elements of scan.Point"),
+                                 ({"points": [3]}, "points[0]: expected a dict"),
+                                 ({"heads": []}, "heads: expected 2 elements of scan.Head"),
+                                 ({"heads": [{"code": [0, 0, 0], "R_SH": [0] * 4, "warmth": 3.0}] * 2}, "heads[0].warmth: expected elements")]:
+                with self.subTest(change=change):
+                    self.assertIn(said, self.refused(tactor.InputError, feed.send, {**whole, **change}))
+
+
+class Arrays(PackageTest):
+    def test_units_survive_slices_masks_copies_records_and_pickling_and_no_more(self):
+        force = tactor.run(WALL, duration="0.5 s", taps=["collision.contacts"], without_reference=True).taps["collision.contacts"]
+        for made in (force[3:9], force[force["count"] > 0], force.copy(), force[["valid_ns", "contact"]], pickle.loads(pickle.dumps(force))):
+            self.assertIsInstance(made, tactor.Messages)
+            self.assertEqual(made.units["contact.distance"], "m")
+        self.assertEqual(force["contact"].units["stiffness"], "N/m")
+        self.assertEqual(set(force[["valid_ns", "count"]].units), {"valid_ns", "count"})
+        # A product of two has another unit, so that numbers alone have none.
+        self.assertIs(type(force["count"]), numpy.ndarray)
+        self.assertIs(type(force["contact"]["distance"] * 2), numpy.ndarray)
+        numpy.testing.assert_allclose(force.time, force["valid_ns"] * 1e-9)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,77 @@
+"""The package as such: types, declarations, what it imports, and its documentation."""
+import inspect
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+from package_harness import BUILD, ROOT, PackageTest, command, tactor
+
+PACKAGE = BUILD / "python/tactor"
+
+
+class Package(PackageTest):
+    @unittest.skipUnless(shutil.which("mypy"), "mypy is not installed")
+    def test_mypy_finds_nothing_in_package_and_stubs(self):
+        done = subprocess.run(["mypy", "--strict", "--cache-dir", self.folder / "mypy", PACKAGE], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    @unittest.skipUnless(shutil.which("mypy"), "mypy is not installed")
+    def test_stubs_say_what_the_extension_has(self):
+        done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "tactor._tactor", "--ignore-missing-stub"],
+                              capture_output=True, text=True, cwd=PACKAGE.parent, check=False,
+                              env={"PYTHONPATH": str(PACKAGE.parent), "MYPYPATH": str(PACKAGE.parent), "PATH": "/usr/bin"})
+        # A stub says neither that pybind11 makes the classes nor that some are not for users to make.
+        ours = [line for line in done.stdout.splitlines() if line.startswith("error:")
+                and not re.search(r"metaclass differs|(Tap|Feed|RunResult)\.__init__ is inconsistent", line)]
+        self.assertEqual(ours, [], done.stdout)
+        self.assertIn("checked 1 module", done.stdout, done.stderr)
+
+    def test_importing_it_loads_none_of_what_only_some_need(self):
+        done = subprocess.run([sys.executable, "-c", "import sys, tactor; print({'h5py', 'pandas', 'matplotlib'} & set(sys.modules))"],
+                              capture_output=True, text=True, check=True, env={"PYTHONPATH": str(PACKAGE.parent)})
+        self.assertEqual(done.stdout, "set()\n")
+
+    def test_its_version_is_the_commands(self):
+        self.assertEqual(tactor.__version__, command("--version").stdout.strip())
+        self.assertTrue((PACKAGE / "py.typed").exists())
+
+    def test_everything_public_is_documented_and_has_its_public_name(self):
+        for name in tactor.__all__:
+            thing = getattr(tactor, name)
+            if name == "__version__":
+                continue
+            with self.subTest(name=name):
+                self.assertTrue(thing.__doc__ and not thing.__doc__.startswith(f"{name}("))
+                self.assertEqual(thing.__module__, "tactor")
+                for part, member in inspect.getmembers(thing, lambda m: inspect.isfunction(m) or isinstance(m, property)):
+                    inherited = part.startswith("_") or getattr(member, "__module__", "tactor").startswith(("collections", "typing"))
+                    self.assertTrue(inherited or member.__doc__, part)
+
+    def test_declarations_are_those_of_the_command(self):
+        nodes = tactor.nodes()
+        said = command("nodes").stdout
+        self.assertEqual(sorted(nodes), sorted(line.split()[0] for line in said.splitlines()))
+        coupling = nodes["coupling.adaptive"]
+        self.assertEqual(coupling.params["k_0"].unit, "N/m")
+        self.assertTrue(coupling.params["k_0"].tunable)
+        self.assertEqual(coupling.outputs["force"].message, "Wrench")
+        self.assertIn("k_0 [N/m]", coupling.__doc__)
+
+
+class Document(PackageTest):
+    def test_the_programs_of_the_page_run(self):
+        """Every program in docs/python.md, one after the other, in a folder of their own."""
+        page = (ROOT / "docs/python.md").read_text()
+        programs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        self.assertGreater(len(programs), 3)
+        text = "import warnings; warnings.simplefilter('ignore')\n" + "\n".join(programs)
+        done = subprocess.run([sys.executable, "-c", text], cwd=self.folder, capture_output=True, text=True, check=False, timeout=300,
+                              env={"PYTHONPATH": str(PACKAGE.parent), "MPLBACKEND": "agg", "HOME": str(self.folder), **self.environment})
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,115 @@
+"""Whole runs from Python are those of the command: metrics, files, errors."""
+import json
+import unittest
+
+import numpy
+
+from package_harness import WALL, PackageTest, command, needs_hdf5, tactor
+
+TIMES = {"wall_s", "cpu_s", "realtime_factor", "peak_memory_MB", "cost_us", "reference_run"}
+
+
+def deterministic(summary):
+    return {key: value for key, value in summary.items() if key not in TIMES}
+
+
+class Runs(PackageTest):
+    def test_metrics_are_those_of_the_command_on_the_same_graph_and_seed(self):
+        said = self.run_graph(WALL, "--duration", "2 s", "--seed", "7", "--set", "coupling.k_0=900 N/m")
+        result = tactor.run(WALL, set={"coupling.k_0": "900 N/m"}, seed=7, duration="2 s")
+        self.assertEqual(deterministic(result.summary), deterministic(said))
+        self.assertEqual(result.metrics["delivered.force.rms_error_N"], said["delivered"]["force"]["rms_error_N"])
+        self.assertEqual(result.metrics.units["delivered.force.rms_error_N"], "N")
+        self.assertEqual(result.metrics.better["delivered.force.rms_error_N"], "lower")
+        self.assertEqual(result.verdict, said["stability"]["verdict_name"])
+        self.assertEqual(set(result.costs), set(said["cost_us"]))
+
+    @needs_hdf5
+    def test_files_have_the_same_bytes_as_those_of_the_command(self):
+        graph = self.write("recorded.yaml", f"extends: {WALL}\nduration: 1 s\nrecord: [coupling.force, device.commanded]\n")
+        self.run_graph(graph, out="by_command")
+        result = tactor.run(graph, out=self.folder / "by_python")
+        for name in ("recording.h5", "graph.yaml"):
+            mine, its = (self.folder / folder / name for folder in ("by_python", "by_command"))
+            self.assertEqual(mine.read_bytes(), its.read_bytes(), name)
+        self.assertEqual(json.loads((self.folder / "by_python/summary.json").read_text()), result.summary)
+        self.assertIn("<html", (self.folder / "by_python/report.html").read_text())
+        self.assertEqual(len(result.recording["device.commanded"]), 1000)
+        said = self.refused(tactor.InputError, tactor.run, graph, out=self.folder / "by_python")
+        self.assertIn("by_python", said)
+
+    def test_numbers_mappings_and_methods_are_laid_over_a_graph_in_order(self):
+        base = str(WALL).replace("refit", "scene")
+        graph = tactor.load(base, ["kalman", {"nodes": {"coupling": {"k_0": "300 N/m"}}, "seed": 3}], {"coupling.k_0": 500.0})
+        self.assertEqual(graph.nodes["prediction"], "prediction.kalman")
+        self.assertEqual(graph.seed, 3)
+        self.assertIn("k_0: 500", graph.to_yaml())
+        self.assertEqual(tactor.load(WALL, duration=0.25).duration, 0.25)
+        self.assertEqual(tactor.load("wall/refit").name, "wall_refit")
+
+    def test_what_a_run_taps_is_what_it_records(self):
+        result = tactor.run(WALL, duration="1 s", taps=["device.commanded"], without_reference=True)
+        force = result.taps["device.commanded"]
+        numpy.testing.assert_array_equal(force["valid_ns"], numpy.arange(1000) * 1_000_000)
+        self.assertEqual(force.units["force"], "N")
+        self.assertNotIn("delivered.force.rms_error_N", result.metrics)
+        said = self.refused(tactor.InputError, tactor.run, WALL, duration="1 s", taps=["device.comanded"])
+        self.assertEqual(said, 'the run has no output device.comanded; did you mean "device.commanded"?')
+
+    def test_a_tap_that_is_not_there_loses_no_earlier_results(self):
+        tactor.run(WALL, duration="0.1 s", out=self.folder / "kept")
+        before = (self.folder / "kept/summary.json").read_bytes()
+        self.refused(tactor.InputError, tactor.run, WALL, duration="0.2 s", out=self.folder / "kept", overwrite=True, taps=["no.such"])
+        self.assertEqual((self.folder / "kept/summary.json").read_bytes(), before)
+
+    def test_curves_have_units(self):
+        result = tactor.run(WALL, duration="1 s")
+        name, curve = next((name, one) for name, one in result.series.items() if one.units["value"] == "N")
+        self.assertEqual(curve.units, {"time": "s", "value": "N"}, name)
+        self.assertTrue((numpy.diff(curve["time"]) > 0).all())
+        self.assertIn("<html", result.report)
+        self.assertIn("device.faults", result.table(100))
+
+
+class Errors(PackageTest):
+    def check_said(self, graph, *options, **arguments):
+        """The command and the package refuse the graph with the same text."""
+        said = command("check", graph, *options, environment=self.environment)
+        self.assertEqual(said.returncode, 2, said.stdout)
+        with self.assertRaises(tactor.InputError) as caught:
+            tactor.check(graph, **arguments)
+        self.assertEqual(str(caught.exception), said.stderr.strip())
+        return caught.exception
+
+    def test_all_errors_of_a_file_with_their_places(self):
+        graph = self.write("bad.yaml", f"extends: {WALL}\nnodes:\n  device: {{rate: 3 kg}}\n  coupling: {{nope: 1}}\n")
+        error = self.check_said(str(graph))
+        self.assertEqual([(one.line, one.column) for one in error.diagnostics], [(3, 18), (4, 14)])
+        self.assertEqual((error.file, error.line, error.column), (str(graph), 3, 18))
+        self.assertIsInstance(error, ValueError)
+
+    def test_values_that_are_laid_over(self):
+        self.check_said(WALL, "--set", "coupling.k_0=3 kg", set={"coupling.k_0": "3 kg"})
+        self.check_said(WALL, "--over", "no_such_method", over="no_such_method")
+
+    def test_files_that_are_missing_or_bound_to_fail(self):
+        self.check_said("no_such_graph")
+        self.check_said(str(self.write("list.yaml", "[1, 2]\n")))
+        self.check_said(str(self.write("mesh.yaml", f"extends: {WALL}\nscene: {{bodies: {{wall: {{plane: ~, mesh: no.off}}}}}}\n")))
+
+    def test_a_loaded_graph_takes_no_more_over(self):
+        graph = tactor.load(WALL)
+        self.refused(TypeError, tactor.run, graph, seed=3)
+        self.assertIn("follow", self.refused(tactor.InputError, tactor.run, graph, follow=True))
+
+    def test_what_nodes_say_of_their_input_is_a_warning(self):
+        graph = self.write("far.yaml", f"extends: {WALL}\nnodes: {{trajectory: {{points: [{{t: 0 s, z: 1 m}}, {{t: 1 s, z: 1.01 m}}]}}}}\n")
+        notes = tactor.check(graph)
+        self.assertTrue(notes)
+        with self.assertWarns(tactor.InputWarning) as caught:
+            tactor.run(graph, duration="0.1 s")
+        self.assertIn(str(caught.warning), notes)
+
+
+if __name__ == "__main__":
+    unittest.main()
