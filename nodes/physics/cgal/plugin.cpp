@@ -1,6 +1,7 @@
 // The entry of the plugin `tactor_cgal`.
 #include "nodes/physics/cgal/exact_distance.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
+#include "nodes/physics/cgal/mesh_rework.hpp"
 #include "nodes/physics/mesh/cgal_plugin.hpp"
 #include "tactor_abi.hpp"
 
@@ -10,6 +11,8 @@ extern "C" const tactor::CgalPlugin* tactor_cgal_plugin(std::uint64_t abi) {
       [](const tactor::TriangleMesh& mesh) -> std::unique_ptr<tactor::SignedDistance> {
         return std::make_unique<tactor::ExactDistance>(mesh);
       },
+      tactor::reworked_solid,
+      tactor::decimated_solid,
   };
   return abi == TACTOR_ABI ? &plugin : nullptr;
 }
