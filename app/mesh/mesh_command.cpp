@@ -162,6 +162,7 @@ MeshChange repaired(const PolygonSoup& soup, const MeshRepairRequest& request) {
   return plugin.reworked_solid(soup, request.file.string(),
                                {.merge = in_units(request.merge, diagonal),
                                 .max_hole = in_units(request.max_hole, diagonal),
+                                .sheets = request.sheets,
                                 .wrap = request.wrap});
 }
 

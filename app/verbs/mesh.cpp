@@ -49,13 +49,16 @@ void add_mesh(CLI::App& app, int& exit_code) {
       add_mesh_verb(*mesh, "repair", "Make a solid of a mesh that a graph refuses, and tell how far it moved", *repair);
   add_result(*verb, repair->results);
   add_mesh_length(*verb, "--max-hole", repair->max_hole,
-                  "Fill holes whose rim is at most so long, from corner to corner of its box: in the file's unit, or "
-                  "`30 %` of the diagonal of the mesh (default: 25 %)");
+                  "Fill holes that are at most so wide, in the file's unit, or `30 %` of the diagonal of the mesh "
+                  "(default: 50 %, and no sheets, which are more hole than surface)");
   add_mesh_length(*verb, "--merge", repair->merge,
                   "Make vertices of open edges one that are nearer: likewise (default: 0.01 %)");
   verb->add_flag("--wrap", repair->wrap,
                  "As a last resort, make a new surface around everything: closed and rounded, without inner parts");
-  verb->callback([repair, &exit_code] { exit_code = repair_mesh(*repair); });
+  verb->callback([repair, verb, &exit_code] {
+    repair->sheets = verb->count("--max-hole") > 0;
+    exit_code = repair_mesh(*repair);
+  });
 
   const auto decimate = std::make_shared<MeshDecimateRequest>();
   verb = add_mesh_verb(*mesh, "decimate", "Make a mesh coarser, and tell how far it moved", *decimate);

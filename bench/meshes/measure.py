@@ -8,7 +8,6 @@ import sys
 import time
 
 import numpy
-from scipy.spatial import cKDTree
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
@@ -45,7 +44,7 @@ def read_off(file):
 
 
 def samples(points, triangles, count, dice):
-    """Points on triangles, more where these are larger, and all of their corners."""
+    """Points on triangles, more where these are larger, and as many of their corners."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     areas = numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1) / 2
     if not areas.sum() > 0:
@@ -53,7 +52,8 @@ def samples(points, triangles, count, dice):
     chosen = dice.choice(len(triangles), size=count, p=areas / areas.sum())
     u, v = numpy.sqrt(dice.random(count))[:, None], dice.random(count)[:, None]
     inner = (1 - u) * a[chosen] + u * (1 - v) * b[chosen] + u * v * c[chosen]
-    return numpy.concatenate([inner, a, b, c])
+    corners = numpy.concatenate([a, b, c])
+    return numpy.concatenate([inner, corners[dice.choice(len(corners), size=min(count, len(corners)), replace=False)]])
 
 
 def nearest(p, a, b, c):
@@ -79,23 +79,16 @@ def nearest(p, a, b, c):
 
 
 def farthest(from_points, points, triangles):
-    """The largest distance of `from_points` from triangles, exact for each point: candidates by bounding spheres."""
+    """The largest distance of `from_points` from triangles, each by those that bounding spheres leave."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     middle = (a + b + c) / 3
     radius = numpy.max([numpy.linalg.norm(x - middle, axis=1) for x in (a, b, c)], axis=0)
-    # Triangles of like size together, so that a few large ones do not make everything a candidate.
-    best = numpy.full(len(from_points), numpy.inf)
-    for low in numpy.unique(numpy.floor(numpy.log2(numpy.maximum(radius, 1e-300)))):
-        group = numpy.flatnonzero(numpy.floor(numpy.log2(numpy.maximum(radius, 1e-300))) == low)
-        tree = cKDTree(middle[group])
-        first = tree.query(from_points)[1]
-        best = numpy.minimum(best, nearest(from_points, a[group][first], b[group][first], c[group][first]))
-        reach = radius[group].max()
-        for n, found in enumerate(tree.query_ball_point(from_points, best + reach)):
-            if found:
-                g = group[found]
-                best[n] = min(best[n], nearest(numpy.broadcast_to(from_points[n], (len(g), 3)), a[g], b[g], c[g]).min())
-    return float(best.max()) if len(best) else 0.0
+    most = 0.0
+    for p in from_points:
+        away = numpy.linalg.norm(middle - p, axis=1)
+        g = numpy.flatnonzero(away - radius <= away.min())  # a middle lies on its triangle
+        most = max(most, nearest(numpy.broadcast_to(p, (len(g), 3)), a[g], b[g], c[g]).min())
+    return float(most)
 
 
 def check_moved(old_file, new_file, told, count=2000):

@@ -129,7 +129,8 @@ class Rework {
   MeshChange run(PolygonSoup polygons) {
     if (polygons.polygons.empty()) throw InputError(file_ + ": the file has no faces; export the surface as polygons");
     MeshReport told;
-    soup_ = tidy(std::move(polygons), told);
+    soup_ = tidy(polygons, told);
+    file_polygons_ = std::move(polygons);
     change_.changes = told.repairs;
     cut_polygons();
     keep_original();
@@ -276,30 +277,37 @@ class Rework {
 
   void fill() {
     if (is_closed(mesh_)) return;
-    FilledHoles result = fill_holes(mesh_, options_.max_hole);
-    const auto largest = [](const std::vector<Hole>& holes) {
+    FilledHoles result = fill_holes(mesh_);
+    const auto widest = [](const std::vector<Hole>& holes) {
       return *std::max_element(holes.begin(), holes.end(),
-                               [](const Hole& a, const Hole& b) { return a.size < b.size; });
+                               [](const Hole& a, const Hole& b) { return a.width < b.width; });
     };
-    if (!result.too_large.empty()) {
-      const Hole hole = largest(result.too_large);
-      const double enough = 1.001 * hole.size;
-      throw InputError(file_ + ": " + counted(result.too_large.size(), "hole") +
-                       (result.too_large.size() == 1 ? " is" : " are") + " larger than --max-hole " +
-                       short_text(options_.max_hole) + ", the largest about " + place_text(hole.place) + ", " +
-                       short_text(hole.size) + " long (" + share(hole.size) + "), with " + counted(hole.edges, "edge") +
-                       "; --max-hole " + short_text(enough) + " fills it, where the mesh is to be a solid there");
-    }
     if (!result.failed.empty()) {
-      const Hole hole = largest(result.failed);
-      throw InputError(file_ + ": the hole about " + place_text(hole.place) + ", " + short_text(hole.size) +
-                       " long, cannot be filled: its rim cuts itself or is no ring" + wrap_hint);
+      const Hole& hole = result.failed.front();
+      throw InputError(file_ + ": the hole about " + place_text(hole.place) + " with " + counted(hole.edges, "edge") +
+                       " cannot be filled: its rim cuts itself or is no ring" + wrap_hint);
+    }
+    const Hole hole = widest(result.filled);
+    const auto too_wide = static_cast<std::size_t>(std::count_if(
+        result.filled.begin(), result.filled.end(), [&](const Hole& h) { return h.width > options_.max_hole; }));
+    const std::string where =
+        short_text(hole.width) + " wide (" + share(hole.width) + ") about " + place_text(hole.place);
+    if (too_wide > 0) {
+      throw InputError(file_ + ": " + counted(too_wide, "hole") + (too_wide == 1 ? " is" : " are") +
+                       " wider than --max-hole " + short_text(options_.max_hole) + ", the widest " + where + ", with " +
+                       counted(hole.edges, "edge") + "; --max-hole " + short_text(1.01 * hole.width) +
+                       " fills it, where the mesh is to be a solid there");
+    }
+    double filling = 0;
+    for (const Corners& t : result.patches) filling += area_of(t);
+    if (!options_.sheets && filling > 0.5 * old_area_) {
+      throw InputError(file_ + ": the mesh is an open sheet rather than a body with a hole: what would close it has " +
+                       short_text(100 * filling / old_area_) + " % of its area; --max-hole " +
+                       short_text(1.01 * hole.width) + " closes it nevertheless");
     }
     mesh_ = std::move(result.mesh);
     patches_ = std::move(result.patches);
-    const Hole hole = largest(result.filled);
-    tell(counted(result.filled.size(), "hole") + were(result.filled.size()) + "filled, the largest " +
-         short_text(hole.size) + " long (" + share(hole.size) + ") about " + place_text(hole.place));
+    tell(counted(result.filled.size(), "hole") + were(result.filled.size()) + "filled, the widest " + where);
   }
 
   /// Moves vertices at one place apart, each towards its own neighbours: parts of a solid may not touch.
@@ -362,7 +370,8 @@ class Rework {
       std::size_t cut = 0;
       for (std::size_t b = 0; b < count; ++b) {
         parts.push_back(part_of(mesh_, [&, of = body](std::size_t f) { return of[f] == b; }));
-        if (inner[b] == 0) continue;
+        constexpr std::size_t most_tangled = 500;  // beyond, CGAL works for minutes and seldom ends well
+        if (inner[b] == 0 || inner[b] > most_tangled) continue;
         parts[b] = mended(untangled(parts[b]));
         cut += inner[b];
       }
@@ -379,7 +388,7 @@ class Rework {
       throw InputError(file_ + ": the surface cuts itself so often that nothing of it would be left" + wrap_hint);
     }
     if (is_closed(mesh)) return mesh;
-    return fill_holes(mesh, options_.max_hole).mesh;
+    return fill_holes(mesh).mesh;
   }
 
   void unite(std::vector<TriangleMesh>& parts, const std::set<std::pair<std::size_t, std::size_t>>& crossing) {
@@ -400,7 +409,7 @@ class Rework {
       ++united_bodies;
     }
     if (united_bodies == 0) return;
-    tell(counted(united_bodies + 1, "body") + " that overlapped were united");
+    tell(std::to_string(united_bodies + 1) + " bodies that overlapped were united");
     swallowing_ = true;
   }
 
@@ -432,8 +441,7 @@ class Rework {
   void measure() {
     const std::vector<Corners> now = triangle_list(change_.mesh);
     if (swallowing_) note_swallowed();
-    std::sort(change_.removed.begin(), change_.removed.end());
-    change_.removed.erase(std::unique(change_.removed.begin(), change_.removed.end()), change_.removed.end());
+    note_doubles();
     note_filled(now);
     change_.moved_error = 1e-4 * diagonal_;
     std::vector<Corners> kept, surface;
@@ -468,13 +476,34 @@ class Rework {
     }
   }
 
+  /// Of faces at the same place one was kept; where that is removed, all of them are gone.
+  void note_doubles() {
+    if (change_.removed.empty()) return;
+    const auto key = [&](std::size_t number) {
+      std::vector<std::array<double, 3>> corners;
+      for (const std::size_t c : file_polygons_.polygons[number]) {
+        const Vec3& p = file_polygons_.points[c];
+        corners.push_back({p.x, p.y, p.z});
+      }
+      std::sort(corners.begin(), corners.end());
+      return corners;
+    };
+    std::set<std::vector<std::array<double, 3>>> gone;
+    for (const std::size_t number : change_.removed) gone.insert(key(number));
+    for (std::size_t number = 0; number < file_polygons_.polygons.size(); ++number) {
+      if (gone.contains(key(number))) change_.removed.push_back(number);
+    }
+    std::sort(change_.removed.begin(), change_.removed.end());
+    change_.removed.erase(std::unique(change_.removed.begin(), change_.removed.end()), change_.removed.end());
+  }
+
   void note_filled(const std::vector<Corners>& now) {
     if (patches_.empty()) return;
     std::vector<Vec3> middles;
     for (const Corners& t : now) middles.push_back(middle_of(t));
     const std::vector<double> from_old = gaps_of(middles, old_), from_patch = gaps_of(middles, patches_);
     for (std::size_t f = 0; f < now.size(); ++f) {
-      if (from_old[f] > 1e-9 * diagonal_ && from_patch[f] <= 1e-3 * diagonal_) change_.filled.push_back(f);
+      if (from_old[f] > 1e-9 * diagonal_ && from_patch[f] < from_old[f]) change_.filled.push_back(f);
     }
   }
 
@@ -483,6 +512,7 @@ class Rework {
   const std::string& file_;
   const RepairOptions options_;
   MeshChange change_;
+  PolygonSoup file_polygons_;
   NumberedSoup soup_;  // triangles
   TriangleMesh mesh_;
   double diagonal_ = 0, old_area_ = 0;

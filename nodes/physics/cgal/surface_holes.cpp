@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <iterator>
+#include <limits>
 
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
@@ -15,23 +17,50 @@ namespace {
 
 using Halfedge = SurfaceMesh::Halfedge_index;
 
-Hole hole_of(const SurfaceMesh& surface, Halfedge begin) {
-  Bounds bounds;
-  Hole hole;
+/// The corners of a rim, in its order.
+std::vector<Vec3> rim_of(const SurfaceMesh& surface, Halfedge begin) {
+  std::vector<Vec3> rim;
   Halfedge h = begin;
   do {
     const Point& p = surface.point(surface.target(h));
-    bounds.add({p.x(), p.y(), p.z()});
-    ++hole.edges;
+    rim.push_back({p.x(), p.y(), p.z()});
     h = surface.next(h);
   } while (h != begin);
-  hole.place = bounds.middle();
-  hole.size = norm(bounds.size());
-  return hole;
+  return rim;
 }
 
-/// Fills one hole; false where CGAL finds no triangles for it.
-bool fill_hole(SurfaceMesh& surface, Halfedge border, std::size_t edges) {
+double distance_from_rim(const Vec3& p, const std::vector<Vec3>& rim) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const Vec3 &a = rim[i], way = rim[(i + 1) % rim.size()] - a;
+    const double square = dot(way, way);
+    const double t = square > 0 ? std::clamp(dot(p - a, way) / square, 0.0, 1.0) : 0;
+    nearest = std::min(nearest, norm(p - (a + t * way)));
+  }
+  return nearest;
+}
+
+/// By the corners of the triangles and the middles of their inscribed circles.
+double width_of(const SurfaceMesh& surface, const std::vector<Face>& patch, const std::vector<Vec3>& rim) {
+  double farthest = 0;
+  for (const Face f : patch) {
+    std::array<Vec3, 3> corner;
+    std::size_t k = 0;
+    for (const auto v : corners_of(surface, f)) {
+      const Point& p = surface.point(v);
+      corner[k++] = {p.x(), p.y(), p.z()};
+      farthest = std::max(farthest, distance_from_rim(corner[k - 1], rim));
+    }
+    const double a = norm(corner[1] - corner[2]), b = norm(corner[2] - corner[0]), c = norm(corner[0] - corner[1]);
+    if (!(a + b + c > 0)) continue;
+    const Vec3 middle = (a * corner[0] + b * corner[1] + c * corner[2]) / (a + b + c);
+    farthest = std::max(farthest, distance_from_rim(middle, rim));
+  }
+  return 2 * farthest;
+}
+
+/// Fills one hole; no faces where CGAL finds no triangles for it.
+std::vector<Face> fill_hole(SurfaceMesh& surface, Halfedge border, std::size_t edges) {
   std::vector<Face> patch;
   std::vector<SurfaceMesh::Vertex_index> vertices;
   if (edges > 8) {
@@ -44,26 +73,27 @@ bool fill_hole(SurfaceMesh& surface, Halfedge border, std::size_t edges) {
     pmp::triangulate_hole(surface, border, std::back_inserter(patch),
                           CGAL::parameters::use_delaunay_triangulation(false));
   }
-  return !patch.empty();
+  return patch;
 }
 
 }  // namespace
 
-FilledHoles fill_holes(const TriangleMesh& mesh, double most) {
+FilledHoles fill_holes(const TriangleMesh& mesh) {
   FilledHoles result;
   SurfaceMesh surface = surface_of(mesh);
   std::vector<Halfedge> borders;
   pmp::extract_boundary_cycles(surface, std::back_inserter(borders));
   const std::size_t before = surface.number_of_faces();
   for (const Halfedge border : borders) {
-    const Hole hole = hole_of(surface, border);
-    if (hole.size > most) {
-      result.too_large.push_back(hole);
-    } else if (fill_hole(surface, border, hole.edges)) {
-      result.filled.push_back(hole);
-    } else {
-      result.failed.push_back(hole);
-    }
+    const std::vector<Vec3> rim = rim_of(surface, border);
+    Hole hole;
+    hole.edges = rim.size();
+    Bounds bounds;
+    for (const Vec3& p : rim) bounds.add(p);
+    hole.place = bounds.middle();
+    const std::vector<Face> patch = fill_hole(surface, border, hole.edges);
+    hole.width = width_of(surface, patch, rim);
+    (patch.empty() ? result.failed : result.filled).push_back(hole);
   }
   result.mesh = triangles_of(surface);
   for (std::size_t f = before; f < result.mesh.faces.size(); ++f) {

@@ -23,21 +23,21 @@ std::vector<double> gaps_of(const std::vector<Vec3>& points, const std::vector<C
 /// Whether each point lies inside a closed surface.
 std::vector<bool> inside_of(const std::vector<Vec3>& points, const TriangleMesh& closed);
 
-/// A hole that was filled, or one that was not because it is larger than `most`.
+/// A hole, and what its filling tells of it.
 struct Hole {
-  Vec3 place;       ///< the middle of its rim's box
-  double size = 0;  ///< the diagonal of that box
+  Vec3 place;        ///< the middle of its rim's box
+  double width = 0;  ///< twice the largest distance of a point of the filling from the rim
   std::size_t edges = 0;
 };
 struct FilledHoles {
   TriangleMesh mesh;             ///< its first faces are those of the input
   std::vector<Corners> patches;  ///< the triangles that fill the holes
   std::vector<Hole> filled;
-  std::vector<Hole> too_large, failed;
+  std::vector<Hole> failed;  ///< for which CGAL found no triangles
 };
 /// Triangulates each hole and refines that to the density of its rim. `mesh` is manifold, open, and consistently
 /// oriented.
-FilledHoles fill_holes(const TriangleMesh& mesh, double most);
+FilledHoles fill_holes(const TriangleMesh& mesh);
 
 /// Takes out self-intersections of a closed mesh by smoothing and filling anew around them (experimental in CGAL 5.5).
 /// Each body by itself. What is left of them has to be looked for.

@@ -13,14 +13,15 @@ namespace tactor {
 /// How far a repair may go. Lengths are in the unit of the file.
 struct RepairOptions {
   double merge = 0;     ///< vertices of open edges that are nearer become one
-  double max_hole = 0;  ///< holes whose rim has a bounding box with a longer diagonal are not filled
+  double max_hole = 0;  ///< wider holes are not filled: twice the way from the rim to the middle of the filling
+  bool sheets = false;  ///< also close what is more opening than surface
   bool wrap = false;    ///< make a new surface around everything instead (CGAL's alpha wrap)
 };
 
 /// A solid that was made of another mesh.
 struct MeshChange {
   TriangleMesh mesh;                 ///< in the unit and frame of the file
-  std::vector<std::string> changes;  ///< each a phrase: `2 holes were filled, the largest 3.2 long at (0, 1, 2)`
+  std::vector<std::string> changes;  ///< each a phrase: `2 holes were filled, the widest 3.2 wide about (0, 1, 2)`
   MeshReport report;                 ///< of the check that the new mesh has passed
 
   /// What of the file has no counterpart in the new mesh on purpose: loose and inner pieces. Numbers of faces in the
