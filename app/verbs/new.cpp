@@ -21,7 +21,7 @@ void add_new_graph(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   add_number(*verb, "--size", request->size, {.unit = "m", .min = 1e-3, .max = 10},
              "The longest side of the body (default: as the file says, where that is 20 mm to 0.5 m in m or mm)");
-  verb->add_option("--folder", request->folder, "Where the scene's folder is made")->capture_default_str();
+  verb->add_option("--in", request->folder, "The folder in which the scene's folder is made (default: this one)");
   verb->add_flag("--overwrite", request->overwrite, "Replace files that are there");
   verb->callback([request, &exit_code] {
     make_new_graph(*request);

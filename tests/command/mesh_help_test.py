@@ -158,7 +158,7 @@ class Mesh(CommandTest):
         self.assertIn("--max-hole", self.refused("mesh", "repair", file, "--out", self.folder / "x.off", "--max-hole", "wide"))
         self.assertIn("a file that exists", self.refused("mesh", "check", "none.off"))
         self.assertIn("expected", self.refused("mesh", "repair", self.write("bad.off", "OFF\n3 1"), "--out", self.folder / "x.off"))
-        self.assertIn("has no faces", self.refused("mesh", "repair", self.write("p.ply", POINTS), "--out", self.folder / "x.off"))
+        self.assertIn("one element vertex and one element face", self.refused("mesh", "repair", self.write("p.ply", POINTS), "--out", self.folder / "x.off"))
 
 
 POINTS = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"
@@ -167,7 +167,7 @@ POINTS = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty fl
 @needs_meshes
 class NewGraph(CommandTest):
     def new(self, name, *words, code=0):
-        result = tactor("new", "graph", name, "--folder", self.folder, *words, environment=self.environment)
+        result = tactor("new", "graph", name, "--in", self.folder, *words, environment=self.environment)
         self.assertEqual(result.returncode, code, result.stdout + result.stderr)
         return result
 
