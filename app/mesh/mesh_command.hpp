@@ -27,7 +27,8 @@ struct MeshCheckRequest : MeshRequest {
 };
 struct MeshRepairRequest : MeshRequest {
   ResultsRequest results;
-  MeshLength max_hole{0.5, true}, merge{1e-4, true};
+  MeshLength max_hole{0.6, true};  ///< a cube without its lid has 58 %
+  MeshLength merge{1e-4, true};
   bool sheets = false;  ///< --max-hole was given
   bool wrap = false;
 };

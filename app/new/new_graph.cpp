@@ -195,7 +195,7 @@ void make_new_graph(const NewGraphRequest& request) {
     std::error_code ignored;
     if (found.mesh && fs::equivalent(file, *found.mesh, ignored)) {
       throw InputError(
-          fmt::format("{}: expected another name or --folder: the scene would replace the mesh itself", file.string()));
+          fmt::format("{}: expected another name or --in: the scene would replace the mesh itself", file.string()));
     }
     if (!request.overwrite && fs::exists(file, ignored)) {
       throw InputError(fmt::format(

@@ -50,7 +50,7 @@ void add_mesh(CLI::App& app, int& exit_code) {
   add_result(*verb, repair->results);
   add_mesh_length(*verb, "--max-hole", repair->max_hole,
                   "Fill holes that are at most so wide, in the file's unit, or `30 %` of the diagonal of the mesh "
-                  "(default: 50 %, and no sheets, which are more hole than surface)");
+                  "(default: 60 %, and no sheets, which are more hole than surface)");
   add_mesh_length(*verb, "--merge", repair->merge,
                   "Make vertices of open edges one that are nearer: likewise (default: 0.01 %)");
   verb->add_flag("--wrap", repair->wrap,

@@ -120,7 +120,7 @@ def scene(tactor, name, file, folder):
     """What `new graph` and a run of what it made gave."""
     title = "scene_" + "".join(c if c.isalnum() else "_" for c in name)
     begin = time.monotonic()
-    done, _ = run(tactor, "new", "graph", title, "--mesh", file, "--folder", folder, "--overwrite")
+    done, _ = run(tactor, "new", "graph", title, "--mesh", file, "--in", folder, "--overwrite")
     row = {"name": name, "title": title}
     if done.returncode != 0:
         return {**row, "made": False, "code": done.returncode, "why": done.stderr.strip(), "took_s": time.monotonic() - begin}

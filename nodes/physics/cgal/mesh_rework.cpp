@@ -244,7 +244,27 @@ class Rework {
     change_.old_volume = std::abs(change_.old_volume);
   }
 
-  /// Small pieces that are open, beside which there is more.
+  /// For each body whether all of it lies in one plane, as nothing that has an inside does.
+  std::vector<bool> flat_bodies(const std::vector<std::size_t>& body, std::size_t count) const {
+    std::vector<Vec3> normal(count), place(count);
+    std::vector<double> largest(count, 0);
+    for (std::size_t f = 0; f < body.size(); ++f) {
+      const Corners t = corners_at(mesh_, f);
+      if (area_of(t) <= largest[body[f]]) continue;
+      largest[body[f]] = area_of(t);
+      normal[body[f]] = cross(t[1] - t[0], t[2] - t[0]) / (2 * area_of(t));
+      place[body[f]] = t[0];
+    }
+    std::vector<bool> flat(count, true);
+    for (std::size_t f = 0; f < body.size(); ++f) {
+      for (const Vec3& p : corners_at(mesh_, f)) {
+        if (std::abs(dot(p - place[body[f]], normal[body[f]])) > 1e-6 * diagonal_) flat[body[f]] = false;
+      }
+    }
+    return flat;
+  }
+
+  /// Pieces that are open and small or flat, beside which there is more.
   void drop_loose_pieces() {
     constexpr double small = 0.01;  // of the area
     const auto [body, count] = bodies_of(mesh_);
@@ -257,11 +277,12 @@ class Rework {
         if (!edges.contains({mesh_.faces[f][(k + 1) % 3], mesh_.faces[f][k]})) open[body[f]] = true;
       }
     }
+    const std::vector<bool> flat = flat_bodies(body, count);
     std::vector<bool> drop(count, false);
     std::size_t pieces = 0;
     double dropped = 0;
     for (std::size_t b = 0; b < count; ++b) {
-      if (!open[b] || area[b] > small * old_area_) continue;
+      if (!open[b] || (area[b] > small * old_area_ && !flat[b])) continue;
       drop[b] = true;
       ++pieces;
       dropped += area[b];

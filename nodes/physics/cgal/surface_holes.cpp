@@ -40,8 +40,10 @@ double distance_from_rim(const Vec3& p, const std::vector<Vec3>& rim) {
   return nearest;
 }
 
-/// By the corners of the triangles and the middles of their inscribed circles.
+/// By points of a grid on each triangle.
 double width_of(const SurfaceMesh& surface, const std::vector<Face>& patch, const std::vector<Vec3>& rim) {
+  // A few triangles are large beside the hole; many were refined.
+  const int steps = patch.size() > 50 ? 2 : 12;
   double farthest = 0;
   for (const Face f : patch) {
     std::array<Vec3, 3> corner;
@@ -49,12 +51,13 @@ double width_of(const SurfaceMesh& surface, const std::vector<Face>& patch, cons
     for (const auto v : corners_of(surface, f)) {
       const Point& p = surface.point(v);
       corner[k++] = {p.x(), p.y(), p.z()};
-      farthest = std::max(farthest, distance_from_rim(corner[k - 1], rim));
     }
-    const double a = norm(corner[1] - corner[2]), b = norm(corner[2] - corner[0]), c = norm(corner[0] - corner[1]);
-    if (!(a + b + c > 0)) continue;
-    const Vec3 middle = (a * corner[0] + b * corner[1] + c * corner[2]) / (a + b + c);
-    farthest = std::max(farthest, distance_from_rim(middle, rim));
+    for (int i = 0; i <= steps; ++i) {
+      for (int j = 0; i + j <= steps; ++j) {
+        const double u = static_cast<double>(i) / steps, v = static_cast<double>(j) / steps;
+        farthest = std::max(farthest, distance_from_rim((1 - u - v) * corner[0] + u * corner[1] + v * corner[2], rim));
+      }
+    }
   }
   return 2 * farthest;
 }
