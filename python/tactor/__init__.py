@@ -1,4 +1,4 @@
-"""Tactor renders smooth force feedback from slow physics. From Python: run graphs, look at them while they run, compare them.
+"""Tactor: smooth force feedback from slow physics. Runs graphs, looks at them while they run, compares them.
 
     import tactor
     result = tactor.run("wall/refit", duration="2 s")

@@ -72,7 +72,7 @@ def compare(graphs: Iterable[Union[Graph, Path]], over: Union[Overlay, Iterable[
             set: Mapping[str, Value] = {}, *, seeds: int = 6, first_seed: int = 1, repeats: int = 1,
             jobs: Optional[int] = None, duration: Optional[Time] = None,
             out: Optional[Path] = None) -> pandas.DataFrame:
-    """Runs graphs over several seeds, side by side, as `tactor compare` does; the first is what the others are compared with.
+    """Runs graphs over several seeds, side by side, as `tactor compare` does. The others are compared with the first.
 
     Returns a row for each graph and seed: `place` in `graphs`, which tells graphs of one name apart, `graph`, `seed`,
     `status`, and the metrics as columns. `table.attrs` has `units` and `better` of each
@@ -86,14 +86,17 @@ def compare(graphs: Iterable[Union[Graph, Path]], over: Union[Overlay, Iterable[
     with tempfile.TemporaryDirectory(prefix="tactor-") as folder:
         files = []
         for i, graph in enumerate(graphs):
-            file = os.fspath(graph) if not isinstance(graph, Graph) else str(pathlib.Path(folder) / str(i) / f"{graph.name}.yaml")
             if isinstance(graph, Graph):
-                pathlib.Path(file).parent.mkdir()
-                pathlib.Path(file).write_text(graph.to_yaml())
-            files.append(file)
+                # In a folder of its own, because its name is the graph's.
+                file = pathlib.Path(folder) / str(i) / f"{graph.name}.yaml"
+                file.parent.mkdir()
+                file.write_text(graph.to_yaml())
+                files.append(str(file))
+            else:
+                files.append(os.fspath(graph))
         results = pathlib.Path(folder) / "out" if out is None else pathlib.Path(os.fspath(out))
-        called = _call(["compare", *files, *_options(over, set, folder), *_counts(seeds, first_seed, repeats, jobs, duration),
-                        "--out", str(results)])
+        called = _call(["compare", *files, *_options(over, set, folder),
+                        *_counts(seeds, first_seed, repeats, jobs, duration), "--out", str(results)])
         if not (results / "compare.json").exists():
             raise RunError(called.stderr.strip())
         said = json.loads((results / "compare.json").read_text())
@@ -127,7 +130,8 @@ def study(file: Path, over: Union[Overlay, Iterable[Overlay]] = (), set: Mapping
     needed("pandas", "python3-pandas", "for tables")
     with tempfile.TemporaryDirectory(prefix="tactor-") as folder:
         results = pathlib.Path(folder) / "out" if out is None else pathlib.Path(os.fspath(out))
-        flags = [f"--{name}" for name, given in {"short": short, "resume": resume, "overwrite": overwrite}.items() if given]
+        asked = {"short": short, "resume": resume, "overwrite": overwrite}
+        flags = [f"--{name}" for name, given in asked.items() if given]
         called = _call(["study", os.fspath(file), *_options(over, set, folder),
                         *_counts(seeds, first_seed, repeats, jobs, duration), *flags, "--out", str(results)])
         # A study with runs that failed has a table; their metrics are missing in it.
@@ -154,7 +158,8 @@ def study_table(folder: Path) -> pandas.DataFrame:
     metrics, times = (
         pd.read_csv(path / name, float_precision="round_trip") for name in ("study.csv", "run_times.csv"))
     # Both have the same lines in the same order.
-    table: pandas.DataFrame = pd.concat([metrics, times[[c for c in times.columns if c not in metrics.columns]]], axis=1)
+    more = [column for column in times.columns if column not in metrics.columns]
+    table: pandas.DataFrame = pd.concat([metrics, times[more]], axis=1)
     with sqlite3.connect(f"file:{path / 'study.sqlite'}?mode=ro", uri=True) as database:
         declared = database.execute("SELECT name, unit, better FROM declared").fetchall()
     columns = {str(column) for column in table.columns}

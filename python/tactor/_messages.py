@@ -75,13 +75,15 @@ def _type_of(said: Dict[str, Any], outer: str) -> MessageType:
 
 def _field_of(said: Dict[str, Any], outer: str) -> Field:
     frame = said.get("frame") or outer
-    record = _type_of({"name": said["record"], "frame": frame, "fields": said["fields"]}, frame) if "fields" in said else None
+    record = None
+    if "fields" in said:
+        record = _type_of({"name": said["record"], "frame": frame, "fields": said["fields"]}, frame)
     return Field(said["name"], said.get("unit", "1"), frame, said["kind"], tuple(said.get("shape", ())),
                  bool(said.get("changes_size", False)), dict(said.get("enumerators", {})), record)
 
 
 class Messages(np.ndarray[Any, np.dtype[Any]]):
-    """A structured array of messages, one a row: `valid_ns`, `produced_ns` and `sequence`, then the fields of the message.
+    """A structured array of messages, one a row: `valid_ns`, `produced_ns` and `sequence`, then the message's fields.
 
     An ordinary numpy array, with `type`, `units` and `attrs` beside. Slices, masks and records in it (`m["X_WT"]`) keep
     them. A field of numbers (`m["force"]`) is a plain array: what numpy makes of it may have another unit.
@@ -137,9 +139,8 @@ class Messages(np.ndarray[Any, np.dtype[Any]]):
         super().__setstate__(of_array)
 
 
-def messages(array: npt.NDArray[Any], description: str, **attrs: Any) -> Messages:
-    """An array of the extension with what it says of its type."""
-    type = MessageType.from_json(description)
+def messages(array: npt.NDArray[Any], type: MessageType, **attrs: Any) -> Messages:
+    """An array of the extension with what is known of its type."""
     return Messages(array, type, {"message_type": type.name, "frame": type.frame, "time_unit": "ns", **attrs})
 
 

@@ -9,7 +9,7 @@ from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Seque
 from . import _tactor
 from ._errors import RunError
 from ._graph import Graph, Overlay, Path, Time, Value, as_graph, warn
-from ._messages import Messages, curve, messages
+from ._messages import Messages, MessageType, curve, messages
 from ._recording import Recording
 
 
@@ -49,7 +49,7 @@ class Result:
         #: The whole of summary.json.
         self.summary: Dict[str, Any] = json.loads(result.summary)
         #: What was tapped, by output: see `run`.
-        self.taps: Dict[str, Messages] = {output: messages(array, said, output=output)
+        self.taps: Dict[str, Messages] = {output: messages(array, MessageType.from_json(said), output=output)
                                           for output, (said, array) in result.take_taps().items()}
         #: What was said of the graph before the run.
         self.notes: List[str] = result.notes
@@ -112,13 +112,13 @@ def run(graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (),
     """Runs a graph and its reference run, as `tactor run` does, in this process.
 
     `graph`, `over`, `set`, `seed` and `duration` are those of `load`. `out`: a folder for the files that the command
-    leaves (recording.h5, summary.json, report.html, graph.yaml), which holds none yet unless `overwrite`; None: no file.
+    leaves (recording.h5, summary.json, report.html, graph.yaml), which holds none unless `overwrite`; None: no file.
     `taps`: outputs whose messages are in `Result.taps`. `follow`: with clock: real, a reference follows the run.
-    `reference`: a recording that judges the run instead of a reference run. `without_reference`: neither, and no metrics
-    that need one.
+    `reference`: a recording that judges the run instead of a reference run. `without_reference`: neither, and no
+    metrics that need one.
 
-    Ctrl-C raises KeyboardInterrupt within about 0.1 s; live, once the devices are at zero. Raises InputError before
-    anything runs, and RunError where the run fails, with its `result` up to there.
+    Ctrl-C raises KeyboardInterrupt within about 0.1 s; live, within about 0.2 s, once the devices are at zero. Raises
+    InputError before anything runs, and RunError where the run fails, with its `result` up to there.
     """
     made = as_graph(graph, over, set, seed, duration)
     finished = Result(_tactor.run(made._graph, out=None if out is None else os.fspath(out), overwrite=overwrite,

@@ -20,9 +20,8 @@ class Tap:
 
     def __init__(self, tap: _tactor.Tap) -> None:
         self._tap = tap
-        self._description = tap.description
         #: What its messages hold.
-        self.type: MessageType = MessageType.from_json(self._description)
+        self.type: MessageType = MessageType.from_json(tap.description)
 
     @property
     def output(self) -> str:
@@ -49,8 +48,7 @@ class Tap:
 
         After the session has finished, the last ones. An array is the program's own, and no later `take` changes it.
         """
-        return Messages(self._tap.take(), self.type,
-                        {"message_type": self.type.name, "frame": self.type.frame, "time_unit": "ns", "output": self.output})
+        return messages(self._tap.take(), self.type, output=self.output)
 
     def __repr__(self) -> str:
         return f"<tactor.Tap {self.output} ({self.type.name})>"
@@ -121,14 +119,14 @@ class Session:
             _live.add(self)
 
     def start(self) -> None:
-        """Begins the run, at time zero; live, the devices begin to tick. `advance` does it where it has not been done."""
+        """Begins the run, at time zero; live, the devices begin to tick. `advance` does it where nobody has."""
         self._session.start()
 
     def advance(self, time: Time) -> None:
         """Lets so much time of the run pass (s, or a text as `"10 ms"`), up to the run's end.
 
-        Ctrl-C raises KeyboardInterrupt within about 0.1 s; a live run is finished before, its devices at zero. Raises
-        RunError where a step fails.
+        Ctrl-C raises KeyboardInterrupt within about 0.1 s; live, within about 0.2 s, once the run is finished, its
+        devices at zero. Raises RunError where a step fails.
         """
         self._session.advance(time)
 
@@ -179,12 +177,12 @@ class Session:
         return self._session.dropped
 
     def status(self) -> Dict[str, Any]:
-        """Live: `now_s`, `phase` (starting, running, stopping), `waiting_for`, and what `nodes` and `devices` have done."""
+        """Live: `now_s`, `phase` (starting, running, stopping), `waiting_for`, and what `nodes` and `devices` did."""
         return self._session.status()
 
     @property
     def metrics(self) -> Metrics:
-        """What the nodes report of the run so far, without what needs a reference run (see `run`); live, once finished."""
+        """What the nodes report so far, without what needs a reference run (see `run`); live, once finished."""
         return Metrics(self._session.metrics())
 
     def stop(self) -> None:

@@ -15,7 +15,8 @@ PACKAGE = BUILD / "python/tactor"
 class Package(PackageTest):
     @unittest.skipUnless(shutil.which("mypy"), "mypy is not installed")
     def test_mypy_finds_nothing_in_package_and_stubs(self):
-        done = subprocess.run(["mypy", "--strict", "--cache-dir", self.folder / "mypy", PACKAGE], capture_output=True, text=True, check=False)
+        done = subprocess.run(["mypy", "--strict", "--cache-dir", self.folder / "mypy", PACKAGE], capture_output=True, text=True,
+                              check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     @unittest.skipUnless(shutil.which("mypy"), "mypy is not installed")

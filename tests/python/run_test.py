@@ -45,7 +45,8 @@ class Runs(PackageTest):
         self.assertEqual(graph.seed, 3)
         self.assertIn("k_0: 500", graph.to_yaml())
         self.assertEqual(tactor.load(WALL, duration=0.25).duration, 0.25)
-        numpys = tactor.load(WALL, {"scene": {"gravity": numpy.array([0, 0, -1.5])}}, {"coupling.k_0": numpy.float32(250)}, seed=numpy.int64(5))
+        numpys = tactor.load(WALL, {"scene": {"gravity": numpy.array([0, 0, -1.5])}}, {"coupling.k_0": numpy.float32(250)},
+                             seed=numpy.int64(5))
         self.assertIn("gravity: [0, 0, -1.5]", numpys.to_yaml())
         self.assertIn("k_0: 250", numpys.to_yaml())
         self.assertEqual(tactor.load("wall/refit").name, "wall_refit")
