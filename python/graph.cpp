@@ -142,12 +142,8 @@ void bind_graph(py::module_& module) {
       .def_property_readonly("nodes", nodes_of)
       .def_property_readonly("inputs", inputs_of)
       .def_property_readonly("outputs", outputs_of)
-      .def(
-          "with_feeds",
-          [](const Graph& graph, const std::vector<std::string>& inputs) {
-            return without_lock([&] { return graph.with_feeds(inputs); });
-          },
-          py::arg("inputs"))
+      // With the lock, because it may add to the registry, which several graphs have.
+      .def("with_feeds", &Graph::with_feeds, py::arg("inputs"))
       .def("check", [](const Graph& graph) { return without_lock([&] { return graph.check(); }); })
       .def("to_yaml", [](const Graph& graph) { return to_yaml(graph.spec()); })
       .def(

@@ -11,7 +11,7 @@
 namespace tactor {
 
 struct InputOptions {
-  std::string doc;
+  std::string doc{};
   Trigger trigger = Trigger::no;
   bool required = true;
   Queue queue{};
@@ -21,23 +21,23 @@ struct InputOptions {
 };
 
 struct RealOptions {
-  std::string doc;
+  std::string doc{};
   std::string unit = "1";
-  std::optional<double> default_value;
+  std::optional<double> default_value{};
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   bool above_min = false;
-  std::optional<double> in_reference;
-  std::optional<Role> as_in;
+  std::optional<double> in_reference{};
+  std::optional<Role> as_in{};
 };
 
 struct IntegerOptions {
-  std::string doc;
-  std::optional<std::int64_t> default_value;
+  std::string doc{};
+  std::optional<std::int64_t> default_value{};
   std::int64_t min = 0;
   std::int64_t max = std::int64_t{1} << 31;
-  std::optional<std::int64_t> in_reference;
-  std::optional<Role> as_in;
+  std::optional<std::int64_t> in_reference{};
+  std::optional<Role> as_in{};
 };
 
 /// A name for a value of an enumeration.

@@ -74,7 +74,8 @@ def compare(graphs: Iterable[Union[Graph, Path]], over: Union[Overlay, Iterable[
             out: Optional[Path] = None) -> pandas.DataFrame:
     """Runs graphs over several seeds, side by side, as `tactor compare` does; the first is what the others are compared with.
 
-    Returns a row for each graph and seed, with its metrics as columns. `table.attrs` has `units` and `better` of each
+    Returns a row for each graph and seed: `place` in `graphs`, which tells graphs of one name apart, `graph`, `seed`,
+    `status`, and the metrics as columns. `table.attrs` has `units` and `better` of each
     column, `comparison` (compare.json: means, intervals, tests), and `text`, the table that the command prints. `out`
     keeps its files, with the report.
 
@@ -99,9 +100,9 @@ def compare(graphs: Iterable[Union[Graph, Path]], over: Union[Overlay, Iterable[
     rows: List[Dict[str, Any]] = []
     units: Dict[str, str] = {}
     better: Dict[str, str] = {}
-    for row in said["graphs"]:
+    for place, row in enumerate(said["graphs"]):
         for i, seed in enumerate(said["seeds"]):
-            rows.append({"graph": row["graph"], "seed": seed, "status": row["status"][i]}
+            rows.append({"place": place, "graph": row["graph"], "seed": seed, "status": row["status"][i]}
                         | {name: metric["by_seed"][i] for name, metric in row["metrics"].items()})
         units.update({name: metric["unit"] for name, metric in row["metrics"].items()})
         better.update({name: metric["better"] for name, metric in row["metrics"].items()})

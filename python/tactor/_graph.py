@@ -20,9 +20,14 @@ Value = Union[str, int, float, bool, Sequence[Any]]
 Time = Union[str, int, float]
 
 
+def _json(value: Any) -> str:
+    """JSON is YAML. Numbers and arrays of numpy are as Python's own."""
+    return json.dumps(value, ensure_ascii=False, default=lambda one: one.tolist())
+
+
 def text_of(value: Value) -> str:
     """A value as a graph file says it."""
-    return value if isinstance(value, str) else json.dumps(value)
+    return value if isinstance(value, str) else _json(value)
 
 
 def time_text(time: Time) -> str:
@@ -33,7 +38,7 @@ def changes(over: Union[Overlay, Iterable[Overlay]], set: Mapping[str, Value], s
             duration: Optional[Time]) -> List[Tuple[str, str]]:
     """What is laid over a graph, in order, as the extension takes it."""
     overlays = [over] if isinstance(over, (str, os.PathLike, Mapping)) else list(over)
-    made = [("map", json.dumps(one)) if isinstance(one, Mapping) else ("over", os.fspath(one)) for one in overlays]
+    made = [("map", _json(one)) if isinstance(one, Mapping) else ("over", os.fspath(one)) for one in overlays]
     made += [("set", f"{path}={text_of(value)}") for path, value in set.items()]
     if seed is not None:
         made.append(("seed", str(seed)))

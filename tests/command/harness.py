@@ -39,7 +39,7 @@ def columns(rows, path=""):
 # The shipped graphs need the generated meshes, which a build without CGAL lacks.
 HAS_MESHES = built("../meshes/bunny.off", "../share/tactor/meshes/duck.off")
 HAS_DEVICES = all(built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so") for kind in ("modbus", "usb"))
-HAS_HDF5 = built("libtactor_record.so", "../lib/libtactor_record.so")
+HAS_HDF5 = built("../lib/libtactor_record.so", "../lib/tactor/plugins/libtactor_record.so")
 HAS_LIVE = os.environ.get("TACTOR_LIVE", "1") != "0"
 # Sanitizers have a heap of their own, whose calls are not counted.
 CACHE = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release")) / "CMakeCache.txt"

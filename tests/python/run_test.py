@@ -45,6 +45,9 @@ class Runs(PackageTest):
         self.assertEqual(graph.seed, 3)
         self.assertIn("k_0: 500", graph.to_yaml())
         self.assertEqual(tactor.load(WALL, duration=0.25).duration, 0.25)
+        numpys = tactor.load(WALL, {"scene": {"gravity": numpy.array([0, 0, -1.5])}}, {"coupling.k_0": numpy.float32(250)}, seed=numpy.int64(5))
+        self.assertIn("gravity: [0, 0, -1.5]", numpys.to_yaml())
+        self.assertIn("k_0: 250", numpys.to_yaml())
         self.assertEqual(tactor.load("wall/refit").name, "wall_refit")
 
     def test_what_a_run_taps_is_what_it_records(self):
@@ -89,6 +92,8 @@ class Errors(PackageTest):
         self.assertIsInstance(error, ValueError)
 
     def test_values_that_are_laid_over(self):
+        self.check_said(WALL, "--set", "seed=-1", set={"seed": -1})
+        self.check_said(WALL, "--set", "duration=soon", set={"duration": "soon"})
         self.check_said(WALL, "--set", "coupling.k_0=3 kg", set={"coupling.k_0": "3 kg"})
         self.check_said(WALL, "--over", "no_such_method", over="no_such_method")
 

@@ -1,0 +1,134 @@
+#include "app/new/new_project.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <regex>
+#include <utility>
+
+#include "app/output.hpp"
+#include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
+#include "framework/core/installation.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t max_example_bytes = 1 << 20;
+
+using Words = std::vector<std::pair<std::string, std::string>>;  // from the example's to the user's, in order
+
+/// The example that a project is copied from, and the word in it that its node is called by.
+struct Example {
+  std::string folder;
+  std::string node;  ///< empty: the project has no one node to name
+  std::string usual_node;
+};
+
+Example example_of(ProjectKind kind) {
+  switch (kind) {
+    case ProjectKind::node:
+      return {"node", "parabola", "predictor"};
+    case ProjectKind::device:
+      return {"device", "arm", "device"};
+    case ProjectKind::message:
+      return {"message", "", ""};
+    case ProjectKind::study:
+      return {"study", "", ""};
+  }
+  TACTOR_DEMAND(false);
+}
+
+/// `first_touch` -> `FirstTouch`.
+std::string class_name(const std::string& node) {
+  std::string name;
+  bool begins = true;
+  for (const char c : node) {
+    if (c != '_') name += begins ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
+    begins = c == '_';
+  }
+  return name;
+}
+
+void refuse_name_of_ours(const std::string& library) {
+  const std::string file = "libtactor_" + library + ".so";
+  // The last folder is the user's own, where an earlier build of the same project may lie.
+  std::vector<fs::path> folders = default_node_folders();
+  folders.pop_back();
+  for (const fs::path& folder : folders) {
+    if (fs::exists(folder / file)) {
+      throw InputError("tactor new: expected a name that no library of Tactor has, found \"" + library +
+                       "\"; its nodes would never be found. Choose another");
+    }
+  }
+}
+
+std::string replaced(std::string text, const Words& words) {
+  for (const auto& [from, to] : words) {
+    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
+      text.replace(at, from.size(), to);
+    }
+  }
+  return text;
+}
+
+std::vector<fs::path> copy_example(const std::string& folder, const fs::path& project, const Words& words) {
+  const fs::path example = installation_prefix() / "share" / "tactor" / "examples" / folder;
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(example, error)) files.push_back(entry.path());
+  if (error || files.empty()) {
+    throw InputError("tactor new: " + example.string() + " is missing; install Tactor again, with its examples");
+  }
+  if (fs::exists(project)) {
+    throw InputError("tactor new: " + project.string() + " is there already; choose another name, or another --folder");
+  }
+  std::sort(files.begin(), files.end());
+  fs::create_directories(project, error);
+  if (error) throw InputError("tactor new: cannot make the folder " + project.string() + ": " + error.message());
+  for (fs::path& file : files) {
+    const fs::path target = project / replaced(file.filename().string(), words);
+    write_file(target, replaced(read_input_file(file, max_example_bytes), words));
+    file = target;
+  }
+  return files;
+}
+
+}  // namespace
+
+std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, const fs::path& folder) {
+  static const std::regex form("([a-z][a-z0-9_]*)([.]([a-z][a-z0-9_]*))?");
+  const Example example = example_of(kind);
+  std::smatch parts;
+  if (!std::regex_match(name, parts, form) || (example.node.empty() && parts[3].matched)) {
+    throw InputError(
+        fmt::format("tactor new: expected a name of small letters, digits and _, such as mylab{}, found \"{}\"",
+                    example.node.empty() ? "" : " or mylab." + example.usual_node, name));
+  }
+  const std::string library = parts[1];
+  if (kind != ProjectKind::study) refuse_name_of_ours(library);
+  Words words;
+  if (!example.node.empty()) {
+    const std::string node = parts[3].matched ? parts[3].str() : example.usual_node;
+    words = {{"example." + example.node, library + "." + node},
+             {example.node + ".cpp", node + ".cpp"},
+             {class_name(example.node), class_name(node)}};
+  }
+  words.emplace_back("example", library);
+  return copy_example(example.folder, folder / library, words);
+}
+
+std::vector<fs::path> new_study(const std::string& name, const std::string& graph, const fs::path& folder) {
+  std::vector<fs::path> files = new_project(ProjectKind::study, name, folder);
+  for (const fs::path& file : files) {
+    write_file(file, replaced(read_input_file(file, max_example_bytes), {{"wall/scene", graph}}));
+  }
+  return files;
+}
+
+}  // namespace tactor

@@ -1,0 +1,110 @@
+# Debian packages, by `cpack` in a build of the preset `package`: tactor, tactor-cgal, libtactor-dev, python3-tactor.
+# scripts/packages makes them, and asks lintian.
+set(TACTOR_MAINTAINER "Tactor developers <tactor@packages.debian.org>" CACHE STRING "Who stands in the packages")
+
+# What Debian asks of every package: its licence, what has changed, a manual page for each command.
+find_program(TACTOR_GZIP gzip REQUIRED)
+file(TIMESTAMP ${CMAKE_SOURCE_DIR}/cmake/debian/changes.txt changed "%a, %d %b %Y %H:%M:%S +0000" UTC)
+file(STRINGS cmake/debian/changes.txt changes)
+list(TRANSFORM changes PREPEND "  * ")
+list(JOIN changes "\n" changes)
+foreach(package tactor tactor-cgal libtactor-dev python3-tactor)
+  string(REGEX REPLACE "^(tactor-|libtactor-)" "" component ${package})
+  string(REGEX REPLACE "^(python)3-tactor$|^tactor$" "\\1" component ${component})
+  if(component STREQUAL "")
+    set(component runtime)
+  endif()
+  set(folder ${CMAKE_BINARY_DIR}/debian/${package})
+  file(CONFIGURE OUTPUT ${folder}/changelog CONTENT
+"${package} (${PROJECT_VERSION}) unstable; urgency=medium
+
+${changes}
+
+ -- ${TACTOR_MAINTAINER}  ${changed}
+")
+  execute_process(COMMAND ${TACTOR_GZIP} -9nfk ${folder}/changelog COMMAND_ERROR_IS_FATAL ANY)
+  set(cgal_licence)
+  if(package STREQUAL "tactor-cgal")
+    set(cgal_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_cgal.so
+Copyright: the Tactor developers; the CGAL Project
+License: GPL-3+
+ This plugin includes headers of CGAL. It is free software: you can redistribute it and modify it under the terms of the GNU
+ General Public License, version 3 or later. On Debian systems its text is in /usr/share/common-licenses/GPL-3.
+")
+  endif()
+  configure_file(cmake/debian/copyright.in ${folder}/copyright @ONLY)
+  install(FILES ${folder}/copyright ${folder}/changelog.gz DESTINATION share/doc/${package} COMPONENT ${component})
+endforeach()
+
+find_program(TACTOR_HELP2MAN help2man)
+if(TACTOR_HELP2MAN)
+  set(page ${CMAKE_BINARY_DIR}/debian/tactor.1)
+  add_custom_command(OUTPUT ${page}.gz
+    COMMAND ${CMAKE_SOURCE_DIR}/cmake/debian/man_page $<TARGET_FILE:tactor_command> ${PROJECT_VERSION} ${page}
+    COMMAND ${TACTOR_GZIP} -9nf ${page}
+    DEPENDS tactor_command ${CMAKE_SOURCE_DIR}/cmake/debian/man_page VERBATIM)
+  add_custom_target(tactor_man_page ALL DEPENDS ${page}.gz)
+  install(FILES ${page}.gz DESTINATION share/man/man1 COMPONENT runtime)
+endif()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_CONTACT "${TACTOR_MAINTAINER}")
+set(CPACK_PACKAGE_VENDOR "Tactor")
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+# The bunny is not ours to hand on (meshes/README.md).
+set(CPACK_COMPONENTS_ALL runtime dev)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_HOMEPAGE "https://tactor.example")
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/lib)
+
+set(same "tactor (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME tactor)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/triggers)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "gnuplot-nox, chromium | firefox-esr, libtactor-dev, python3-tactor")
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Smooth force feedback from slow physics
+A haptic device wants a force 1,000 times a second, and physics often delivers
+fewer, late and unevenly. Tactor closes that gap with virtual coupling,
+prediction and interpolation, chosen in a YAML file. It runs scenes in real time
+and under a virtual clock, drives devices on USB and Modbus, and reports error
+beside run time.")
+
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtactor-dev)
+set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${same}, libboost-dev, libeigen3-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake, g++")
+set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and CMake package for nodes and programs on Tactor
+Nodes, devices and message types of your own, and programs that step a graph:
+find_package(tactor), tactor_add_nodes. `tactor new node NAME` writes a project
+to begin with.")
+
+if(TACTOR_WITH_CGAL)
+  list(APPEND CPACK_COMPONENTS_ALL cgal)
+  set(CPACK_DEBIAN_CGAL_PACKAGE_NAME tactor-cgal)
+  set(CPACK_DEBIAN_CGAL_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_CGAL_PACKAGE_DEPENDS "${same}")
+  set(CPACK_COMPONENT_CGAL_DESCRIPTION "Mesh checks, repair and exact collision for Tactor (GPL-3)
+The plugin that checks and repairs meshes by CGAL, and the node collision.exact.
+A program that loads it is under the GNU General Public License as a whole.
+Without it Tactor takes meshes as they are.")
+endif()
+if(TACTOR_WITH_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tactor)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+      "${same}, python3-numpy, python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${TACTOR_NEXT_PYTHON_MINOR})")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-h5py, python3-pandas, python3-matplotlib")
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python package of Tactor: sessions, runs, studies, nodes
+Runs and steps the graphs of Tactor from Python, gives every output as a numpy
+array with units, and lets a graph name a Python class as a node.")
+endif()
+include(CPack)

@@ -1,0 +1,227 @@
+"""Others build on an installation: the examples, what `tactor new` writes and the node of the README, out of tree, after the
+installation was moved; nodes in the user's folder; libraries of another layout, which are refused before they are loaded."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from harness import HAS_LIVE, PATIENCE, ROOT, CommandTest, needs_live
+
+BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
+EXAMPLES = ROOT / "examples"
+
+
+def setUpModule():
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="tactor-built-on-")).resolve()
+    unittest.addModuleCleanup(shutil.rmtree, folder, ignore_errors=True)
+    result = subprocess.run(["cmake", "--install", BUILD, "--prefix", folder / "first"], capture_output=True, text=True, check=False)
+    if result.returncode != 0:
+        raise AssertionError(f"cmake --install: {result.stdout[-2000:]}{result.stderr}")
+    BuiltOn.prefix = folder / "moved here"
+    (folder / "first").rename(BuiltOn.prefix)
+    BuiltOn.builds = folder
+
+
+class BuiltOn(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.home = self.folder / "home"
+        self.home.mkdir()
+        self.environment.update(PATH=f"{self.prefix / 'bin'}:{os.environ['PATH']}", HOME=str(self.home))
+        for name in ("TACTOR_NODE_PATH", "XDG_DATA_HOME"):
+            self.environment.pop(name, None)
+
+    def do(self, *words, code=0, **options):
+        options = {"cwd": self.folder, "env": dict(os.environ, **self.environment), **options}
+        result = subprocess.run([str(word) for word in words], capture_output=True, text=True, timeout=PATIENCE, check=False, **options)
+        self.assertEqual(result.returncode, code, f"{words}\n{result.stdout[-4000:]}{result.stderr[-4000:]}")
+        return result
+
+    def build(self, source, name):
+        """The folder of its build, of which all tests have passed."""
+        build = self.builds / name
+        if not build.exists():
+            # Unoptimised, which is quicker to build; a user's project is optimised where it does not say otherwise.
+            self.do("cmake", "-G", "Ninja", "-S", source, "-B", build, f"-DCMAKE_PREFIX_PATH={self.prefix}", "-DCMAKE_BUILD_TYPE=Debug",
+                    "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
+            self.do("cmake", "--build", build)
+        return build
+
+    def write(self, name, text):
+        (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+        return super().write(name, text)
+
+    def passes(self, build):
+        said = self.do("ctest", "--test-dir", build, "--output-on-failure").stdout
+        self.assertIn("100% tests passed", said)
+        return said
+
+
+class Examples(BuiltOn):
+    def test_a_node(self):
+        self.passes(self.build(EXAMPLES / "node", "node"))
+
+    def test_a_message(self):
+        build = self.build(EXAMPLES / "message", "message")
+        self.passes(build)
+        summary = (build / "out/example_runs/summary.json").read_text()
+        self.assertRegex(summary, r'"pressure_max": [1-9]')
+
+    @needs_live
+    def test_a_device(self):
+        build = self.build(EXAMPLES / "device", "device")
+        self.passes(build)
+        self.assertRegex((build / "out/summary.json").read_text(), r'"ticks": [1-9]')
+
+    def test_a_program(self):
+        build = self.build(EXAMPLES / "embed", "embed")
+        self.passes(build)
+        lines = self.do(build / "embed").stdout.splitlines()
+        self.assertEqual(len(lines), 11)
+        heights, forces = zip(*((float(line.split()[2]), float(line.split()[4])) for line in lines))
+        # The ball has a radius of 4 mm: no force above the wall. Pressed 4 mm deep, in equilibrium, the coupling of
+        # 400 N/m and the contact of about 1.8 N/mm, in series, give about 4 mm / (1/400 + 1/1800) N.
+        for height, force in zip(heights, forces):
+            self.assertEqual(force > 0.02, height < 3.6, f"{height} mm: {force} N")
+        self.assertEqual(heights[-1], 0)
+        self.assertTrue(all(a <= b + 0.05 for a, b in zip(forces, forces[1:])), forces)
+
+
+class New(BuiltOn):
+    def new(self, *words, code=0):
+        return self.do("tactor", "new", *words, code=code)
+
+    def test_a_node_is_built_installed_and_found(self):
+        said = self.new("node", "mylab.smooth").stdout
+        self.assertEqual(sorted(p.name for p in (self.folder / "mylab").iterdir()), ["CMakeLists.txt", "README.md", "graph.yaml", "smooth.cpp"])
+        self.assertIn("cmake -S mylab", said)
+        for file in (self.folder / "mylab").iterdir():
+            self.assertNotIn("example", file.read_text())
+        build = self.build(self.folder / "mylab", "mylab")
+        self.passes(build)
+        self.do("tactor", "nodes", "mylab.smooth", code=2)
+        self.do("cmake", "--install", build, "--prefix", self.home / ".local")
+        self.assertIn("mylab.smooth", self.do("tactor", "nodes", "mylab.smooth").stdout)
+        self.do("tactor", "run", self.folder / "mylab/graph.yaml", "--duration", "0.5")
+
+    @needs_live
+    def test_a_device(self):
+        self.new("device", "robot", "--folder", self.folder / "projects")
+        build = self.build(self.folder / "projects/robot", "robot")
+        self.passes(build)
+        said = self.do("tactor", "nodes", "robot.device", env=dict(os.environ, **self.environment, TACTOR_NODE_PATH=str(build / "nodes"))).stdout
+        self.assertIn("link_timeout", said)
+
+    def test_a_message(self):
+        self.new("message", "pads")
+        self.passes(self.build(self.folder / "pads", "pads"))
+
+    def test_a_study(self):
+        self.new("study", "mine", "--graph", "wall/scene")
+        text = (self.folder / "mine/study.yaml").read_text()
+        self.assertIn("graphs: [wall/scene]", text)
+        self.do("tactor", "study", self.folder / "mine/study.yaml", "--short", "--out", self.folder / "out")
+        self.assertEqual(len((self.folder / "out/study.csv").read_text().splitlines()), 1 + 2 * 2 * 2)
+
+    def test_bad_names_are_refused(self):
+        for name, words in (("Mylab", "small letters"), ("1st", "small letters"), ("a.b.c", "small letters"), ("", "small letters"),
+                            ("../x", "small letters"), ("prediction", "no library of Tactor has"), ("device.mine", "no library of Tactor has")):
+            with self.subTest(name=name):
+                self.assertIn(words, self.new("node", name, code=2).stderr)
+        self.assertEqual(list(self.folder.glob("*")), [self.home])
+
+    def test_nothing_is_written_over(self):
+        self.new("study", "mine")
+        before = (self.folder / "mine/study.yaml").read_text()
+        (self.folder / "mine/study.yaml").write_text(before + "# mine\n")
+        self.assertIn("is there already", self.new("study", "mine", code=2).stderr)
+        self.assertEqual((self.folder / "mine/study.yaml").read_text(), before + "# mine\n")
+
+    def test_a_graph_that_is_not_there_is_told(self):
+        self.assertIn("nowhere", self.new("study", "mine", "--graph", "nowhere", code=2).stderr)
+        self.assertFalse((self.folder / "mine").exists())
+
+
+class Readme(BuiltOn):
+    def test_its_node_is_compiled_and_found(self):
+        code = [block for block in re.findall(r"```cpp\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL) if "TACTOR_NODES" in block]
+        self.assertEqual(len(code), 1)
+        self.write("my/gain.cpp", code[0])
+        self.write("my/CMakeLists.txt", "cmake_minimum_required(VERSION 3.25)\nproject(my LANGUAGES CXX)\n"
+                                        "find_package(tactor REQUIRED)\ntactor_add_nodes(my SOURCES gain.cpp)\n")
+        build = self.build(self.folder / "my", "my")
+        self.environment["TACTOR_NODE_PATH"] = str(build / "nodes")
+        self.assertIn("Multiplies a force", self.do("tactor", "nodes", "my.gain").stdout)
+
+
+class Headers(BuiltOn):
+    def test_all_that_one_includes_is_there(self):
+        headers = sorted(p.relative_to(self.prefix / "include/tactor") for p in (self.prefix / "include/tactor").rglob("*.hpp"))
+        self.assertGreater(len(headers), 100)
+        for header in headers:
+            text = (self.prefix / "include/tactor" / header).read_text()
+            for included in re.findall(r'#include "([^"]+)"', text):
+                self.assertTrue((self.prefix / "include/tactor" / included).exists(), f"{header} includes {included}")
+
+    def test_an_unknown_component_is_told(self):
+        self.write("x/CMakeLists.txt", "cmake_minimum_required(VERSION 3.25)\nproject(x LANGUAGES CXX)\n"
+                                       "find_package(tactor REQUIRED COMPONENTS haptics)\n")
+        said = self.do("cmake", "-S", self.folder / "x", "-B", self.folder / "x/build", f"-DCMAKE_PREFIX_PATH={self.prefix}", code=1).stderr
+        self.assertIn("none called haptics", said)
+
+
+class OtherLayouts(BuiltOn):
+    def library(self, change):
+        """A folder with the example's library, changed."""
+        folder = self.folder / "nodes"
+        folder.mkdir()
+        data = (self.build(EXAMPLES / "node", "node") / "nodes/libtactor_example.so").read_bytes()
+        (folder / "libtactor_example.so").write_bytes(change(data))
+        self.environment.update(TACTOR_NODE_PATH=str(folder), LD_DEBUG="files")
+        return folder / "libtactor_example.so"
+
+    def test_one_is_refused_with_both_hashes_and_is_never_loaded(self):
+        ours = re.search(r'TACTOR_ABI "(\w{16})"', (self.prefix / "include/tactor/tactor_abi.hpp").read_text())[1]
+        file = self.library(lambda data: data.replace(b"tactor abi " + ours.encode(), b"tactor abi 0123456789abcdef"))
+        said = self.do("tactor", "nodes", "example.parabola", code=2).stderr
+        message = [line for line in said.splitlines() if "built for the layout" in line][0]
+        for part in (str(file), "0123456789abcdef", ours, "Build it again"):
+            self.assertIn(part, message)
+        self.assertNotIn("calling init: " + str(file), said)
+
+    def test_one_that_fits_is_loaded(self):
+        # What the test before looks for is there otherwise.
+        file = self.library(lambda data: data)
+        self.assertIn("calling init: " + str(file), self.do("tactor", "nodes", "example.parabola").stderr)
+
+    def test_one_that_states_nothing_is_refused(self):
+        self.library(lambda data: data.replace(b"tactor abi ", b"tactor abc "))
+        said = self.do("tactor", "nodes", "example.parabola", code=2).stderr
+        self.assertIn("states no layout", said)
+
+    def test_what_is_no_library_is_refused(self):
+        for number, data in enumerate((b"", b"tactor abi ", b"\x7fELF", b"tactor abi 0123456789abcde")):
+            with self.subTest(data=data):
+                folder = self.folder / f"bad{number}"
+                folder.mkdir()
+                (folder / "libtactor_example.so").write_bytes(data)
+                self.environment["TACTOR_NODE_PATH"] = str(folder)
+                self.assertIn("states no layout", self.do("tactor", "nodes", "example.parabola", code=2).stderr)
+
+    def test_a_plugin_of_ours_too(self):
+        ours = re.search(r'TACTOR_ABI "(\w{16})"', (self.prefix / "include/tactor/tactor_abi.hpp").read_text())[1].encode()
+        if not HAS_LIVE:
+            self.skipTest("this build has no live engine")
+        file = next(self.prefix.rglob("libtactor_live.so"))
+        data = file.read_bytes()
+        self.addCleanup(file.write_bytes, data)
+        file.write_bytes(data.replace(b"tactor abi " + ours, b"tactor abi 0123456789abcdef"))
+        said = self.do("tactor", "run", "wall/refit", "--set", "clock=real", "--duration", "0.1", code=2).stderr
+        self.assertIn("0123456789abcdef", said)
+
+
+if __name__ == "__main__":
+    unittest.main()
