@@ -95,7 +95,8 @@ const NodeInfo* Registry::find(std::string_view type) {
 
 const NodeInfo& Registry::find_python(const fs::path& file, const std::string& name) {
   static const auto& library =
-      load_plugin<PythonLibrary>(python_library_file, python_library_entry, "nodes in Python need a library");
+      load_plugin<PythonLibrary>(python_library_file, python_library_entry,
+                                 "a node in Python needs the package python3-tactor, or a build with pybind11");
   const NodeInfo& info = library.declare(file, name, *this);
   check(info);
   for (const InputInfo& input : info.inputs) add_message_type(*input.type, info.type);

@@ -35,10 +35,15 @@ const MessageType& message_type_of(const std::string& name, const std::string& p
   if (const MessageType* type = known_message_type(name)) return *type;
   // A type of a library's own has its name in front.
   if (name.find('.') != std::string::npos) static_cast<void>(registry.find(name));
-  if (known_message_type(name) == nullptr) registry.load_all();
+  std::string broken;
+  try {
+    if (known_message_type(name) == nullptr) registry.load_all();
+  } catch (const InputError& error) {
+    broken = std::string("; ") + error.what();
+  }
   if (const MessageType* type = known_message_type(name)) return *type;
   throw InputError(port + ": expected a message type, found " + name +
-                   "; `tactor schema --messages` describes them all");
+                   "; `tactor schema --messages` describes them all" + broken);
 }
 
 ParamKind kind_of(const std::string& word) {

@@ -58,6 +58,17 @@ Time time_of(const py::object& valid_ns) {
   return Time{py::reinterpret_steal<py::int_>(index).cast<std::int64_t>()};
 }
 
+/// Time must not run backwards by a cost, so a step works on nothing or more.
+std::int64_t work_of(const py::object& work) {
+  constexpr std::int64_t most = 1'000'000'000;
+  if (py::isinstance<py::int_>(work)) {
+    const std::int64_t items = PyLong_AsLongLong(work.ptr());
+    if (items >= 0 && items <= most) return items;
+    PyErr_Clear();
+  }
+  throw RunError("step.work: expected an integer from 0 to 1000000000, found " + py::repr(work).cast<std::string>());
+}
+
 py::dict dict_of(const NodeInfo& info, const std::vector<ParamValue>& values) {
   py::dict made;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -222,11 +233,9 @@ void PythonNode::call(const py::object& method, StepContext& context) {
     step_.attr("phase") = word_of(context.phase());
     step_.attr("work") = 0;
     method(step_);
-    context.add_work(step_.attr("work").cast<std::int64_t>());
+    context.add_work(work_of(step_.attr("work")));
   } catch (const py::error_already_set& error) {
     throw failed(error);
-  } catch (const py::cast_error&) {
-    throw RunError("step.work: expected an integer, found " + py::repr(step_.attr("work")).cast<std::string>());
   }
 }
 

@@ -1,6 +1,9 @@
 """Nodes that are classes in Python files: the same bytes as in C++, errors with their lines, a safe end."""
 import json
+import os
 import pathlib
+import shutil
+import subprocess
 import sys
 import unittest
 
@@ -11,6 +14,7 @@ if IS_SANITIZED:
     print("a Python that is not sanitized leaks by their measure")
     sys.exit(0)
 
+BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 EXAMPLE = ROOT / "examples" / "python_node"
 # A predictor that holds, with a place for what goes wrong.
 HOLD = '''import tactor
@@ -203,6 +207,38 @@ class NodesInPython(CommandTest):
             with self.subTest(change=change):
                 self.hold(change=change)
                 self.refused(text, "hold.py", verb="run", code=1)
+
+    def test_a_step_that_worked_on_less_than_nothing_is_refused(self):
+        self.hold(change=("        for sample", "        step.work = -1\n        for sample"))
+        self.refused("step.work: expected an integer from 0", "found -1", verb="run", code=1)
+
+    @needs_live
+    @needs_hdf5
+    def test_a_live_run_is_made_again(self):
+        self.hold()
+        scene = PRESSED_WALL % {"duration": "1 s", "device": "type: device.simulated", "height": "2 mm"}
+        scene = scene.replace("nodes:", "nodes:\n  trajectory: {type: source.trajectory, points: [{t: 0 s, z: 2 mm}]}")
+        scene = scene.replace("edges:", "edges:\n  - trajectory.target -> device.target")
+        graph = self.write("live.yaml", scene.replace("{type: prediction.hold}", "{python: 'hold.py:Hold', lane: thread}"))
+        self.run_graph(graph)
+        self.run_ok("replay", self.folder / "out" / "recording.h5", "--out", self.folder / "again")
+
+    @unittest.skipUnless(shutil.which("mypy"), "mypy is not installed")
+    def test_mypy_finds_nothing_in_the_example(self):
+        done = subprocess.run(["mypy", "--strict", "--cache-dir", self.folder / "mypy", EXAMPLE / "linear.py"], text=True,
+                              capture_output=True, check=False, env={"MYPYPATH": str(BUILD / "python"), "PATH": "/usr/bin"})
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_the_schema_takes_it(self):
+        import jsonschema
+        import yaml
+
+        schema = json.loads(self.run_ok("schema").stdout)
+        graph = yaml.safe_load((EXAMPLE / "wall.yaml").read_text())
+        jsonschema.validate(graph, schema)
+        graph["nodes"]["prediction"]["python"] = "linear.py"
+        with self.assertRaises(jsonschema.ValidationError):
+            jsonschema.validate(graph, schema)
 
     def test_the_reference_run_is_made_again_when_its_code_changes(self):
         graph = self.write("hand.yaml", "extends: wall/off.yaml\nduration: 1 s\n"
