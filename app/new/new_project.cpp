@@ -86,7 +86,7 @@ std::vector<fs::path> copy_example(const std::string& folder, const fs::path& pr
     throw InputError("tactor new: " + example.string() + " is missing; install Tactor again, with its examples");
   }
   if (fs::exists(project)) {
-    throw InputError("tactor new: " + project.string() + " is there already; choose another name, or another --in");
+    throw InputError("tactor new: " + project.string() + " is there already; choose another name, or another --folder");
   }
   std::sort(files.begin(), files.end());
   fs::create_directories(project, error);
@@ -101,7 +101,7 @@ std::vector<fs::path> copy_example(const std::string& folder, const fs::path& pr
 
 }  // namespace
 
-std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, const fs::path& in) {
+std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, const fs::path& folder) {
   static const std::regex form("([a-z][a-z0-9_]*)([.]([a-z][a-z0-9_]*))?");
   const Example example = example_of(kind);
   std::smatch parts;
@@ -120,11 +120,11 @@ std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, con
              {class_name(example.node), class_name(node)}};
   }
   words.emplace_back("example", library);
-  return copy_example(example.folder, in / library, words);
+  return copy_example(example.folder, folder / library, words);
 }
 
-std::vector<fs::path> new_study(const std::string& name, const std::string& graph, const fs::path& in) {
-  std::vector<fs::path> files = new_project(ProjectKind::study, name, in);
+std::vector<fs::path> new_study(const std::string& name, const std::string& graph, const fs::path& folder) {
+  std::vector<fs::path> files = new_project(ProjectKind::study, name, folder);
   for (const fs::path& file : files) {
     write_file(file, replaced(read_input_file(file, max_example_bytes), {{"wall/scene", graph}}));
   }

@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "app/new/new_graph.hpp"
 #include "app/new/new_project.hpp"
-#include "app/verbs/graph_options.hpp"
+#include "app/verbs/option_values.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/file_lookup.hpp"
@@ -22,7 +23,7 @@ namespace {
 
 struct NewArguments {
   std::string name;
-  fs::path in = ".";
+  fs::path folder = ".";
   std::string graph = "wall/scene";
 };
 
@@ -36,7 +37,7 @@ CLI::App* add_kind(CLI::App& verb, const std::string& kind, const std::string& h
                    const std::shared_ptr<NewArguments>& arguments) {
   CLI::App* sub = verb.add_subcommand(kind, help);
   sub->add_option("name", arguments->name, name_help)->required();
-  sub->add_option("--in", arguments->in, "The folder in which the project's folder is made (default: this one)");
+  sub->add_option("--folder", arguments->folder, "Where the project's folder is made (default: here)");
   return sub;
 }
 
@@ -45,7 +46,7 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
   const auto arguments = std::make_shared<NewArguments>();
   CLI::App* sub = add_kind(verb, word, help, name_help, arguments);
   sub->callback([arguments, kind] {
-    const std::vector<fs::path> files = new_project(kind, arguments->name, arguments->in);
+    const std::vector<fs::path> files = new_project(kind, arguments->name, arguments->folder);
     const std::string folder = files.front().parent_path().lexically_normal().string();
     tell_project(files, fmt::format("  cmake -S {0} -B {0}/build && cmake --build {0}/build\n"
                                     "  ctest --test-dir {0}/build --output-on-failure\n"
@@ -54,11 +55,32 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
   });
 }
 
+void add_new_graph(CLI::App& parent, int& exit_code) {
+  CLI::App* verb = parent.add_subcommand("graph", "Write a complete scene around a mesh, or around a box");
+  const auto request = std::make_shared<NewGraphRequest>();
+  verb->add_option("name", request->name, "Of the scene, and of the folder that is made for it")->required();
+  verb->add_option("--mesh", request->mesh, "The body: OFF, OBJ, STL or PLY; it is copied (default: a box)");
+  verb->add_option("--method", request->method,
+                   "How the force is predicted and interpolated: a file of graphs/methods, such as refit, blend, local "
+                   "or paper; off holds it")
+      ->capture_default_str();
+  add_number(*verb, "--size", request->size, {.unit = "m", .min = 1e-3, .max = 10},
+             "The longest side of the body (default: as the file says, where that is 20 mm to 0.5 m in m or mm)");
+  verb->add_option("--in", request->folder, "The folder in which the scene's folder is made (default: this one)");
+  verb->add_flag("--overwrite", request->overwrite, "Replace files that are there");
+  verb->callback([request, &exit_code] {
+    make_new_graph(*request);
+    exit_code = 0;
+  });
+}
+
 }  // namespace
 
-void add_new(CLI::App& app, int& /*exit_code*/) {
-  CLI::App* verb = app.add_subcommand("new", "Write the beginning of a project of your own: a node, a device, a study");
+void add_new(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand(
+      "new", "Write the beginning of a project of your own: a scene around a mesh, a node, a device, a study");
   verb->require_subcommand(1);
+  add_new_graph(*verb, exit_code);
   const char* library = "The library's name, which stands before the dot of its node types, or both: mylab.smooth";
   add_project(*verb, ProjectKind::node, "node", "A node in C++, a predictor to begin with, with a graph and a test",
               library);
@@ -70,13 +92,15 @@ void add_new(CLI::App& app, int& /*exit_code*/) {
               "The library's name, which stands before the dot of its types: mylab");
   const auto arguments = std::make_shared<NewArguments>();
   CLI::App* study = add_kind(*verb, "study", "A study of several methods on a graph", "The study's name", arguments);
-  study->add_option("--graph", arguments->graph, "The scene that it runs, without prediction: methods are laid over it (default: wall/scene)");
+  study->add_option("--graph", arguments->graph,
+                    "The scene that it runs, without prediction: methods are laid over it (default: wall/scene)");
   study->callback([arguments] {
     const fs::path graph = named_file(arguments->graph, graph_files);
     // A file of the user's is found from wherever the study lies.
     const bool beside = fs::exists(arguments->graph);
-    const std::vector<fs::path> files = new_study(
-        arguments->name, beside ? fs::absolute(graph).lexically_normal().string() : arguments->graph, arguments->in);
+    const std::vector<fs::path> files =
+        new_study(arguments->name, beside ? fs::absolute(graph).lexically_normal().string() : arguments->graph,
+                  arguments->folder);
     const std::string file = (files.front().parent_path() / "study.yaml").lexically_normal().string();
     tell_project(files, fmt::format("  tactor study {0} --short\n  tactor study {0}\n", file));
   });

@@ -9,6 +9,7 @@
 #include "framework/core/check.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/yaml/diagnostics.hpp"
+#include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
 
@@ -22,6 +23,11 @@ struct NodesArguments {
 int list_nodes(const NodesArguments& arguments) {
   const std::string& type = arguments.type;
   Registry registry(default_node_folders());
+  if (const std::size_t colon = type.rfind(':'); colon != std::string::npos && colon > 0) {
+    const std::filesystem::path file = named_file(type.substr(0, colon), {.noun = "a Python file"});
+    fmt::print("{}", node_help(registry.find_python(std::filesystem::absolute(file), type.substr(colon + 1))));
+    return 0;
+  }
   if (!type.empty()) {
     if (const NodeInfo* info = registry.find(type)) {
       fmt::print("{}", node_help(*info));
@@ -49,7 +55,7 @@ int list_nodes(const NodesArguments& arguments) {
 void add_nodes(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("nodes", "List the node types, or tell everything about one");
   const auto arguments = std::make_shared<NodesArguments>();
-  verb->add_option("type", arguments->type, "A node type, for example prediction.ar");
+  verb->add_option("type", arguments->type, "A node type, for example prediction.ar, or FILE.py:Class");
   verb->add_flag("--markdown", arguments->markdown, "The whole reference as Markdown");
   verb->callback([arguments, &exit_code] { exit_code = list_nodes(*arguments); });
 }

@@ -22,6 +22,8 @@ void add_import(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);
 void add_repair(CLI::App& app, int& exit_code);
+void add_mesh(CLI::App& app, int& exit_code);
+void add_new(CLI::App& app, int& exit_code);
 void add_migrate(CLI::App& app, int& exit_code);
 void add_devices(CLI::App& app, int& exit_code);
 void add_device(CLI::App& app, int& exit_code);

@@ -1,6 +1,7 @@
 // Leads the hand into a wall, and prints the force that it gets.
 #include <cstdio>
 
+#include "framework/core/messages.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/session/add_feed.hpp"
@@ -16,12 +17,14 @@ int main() try {
   const auto force = session.tap("device.commanded");
   session.start();
   for (int ms = 0; ms <= 1000; ++ms) {
-    const double height = 0.010 - 0.010 * ms / 1000;  // m, of the ball, which has a radius of 4 mm
-    if (!hand.send(tactor::Target{.X_WH = {.p = {0, 0, height}}, .V_WH = {.v = {0, 0, -0.010}}})) return 1;
+    tactor::Target target;
+    target.X_WH.p.z = 0.010 - 0.010 * ms / 1000;  // m, of the ball's middle; it touches at 4 mm
+    target.V_WH.v.z = -0.010;                     // m/s
+    if (!hand.send(target)) return 1;
     session.advance(tactor::Duration{1'000'000});
     tactor::Wrench F_D_W;
     while (const auto message = force->take()) F_D_W = *reinterpret_cast<const tactor::Wrench*>(message.value);
-    if (ms % 100 == 0) std::printf("%.3f s  %6.2f mm  %.3f N\n", ms * 1e-3, height * 1e3, F_D_W.force.z);
+    if (ms % 100 == 0) std::printf("%.3f s  %6.2f mm  %.3f N\n", ms * 1e-3, target.X_WH.p.z * 1e3, F_D_W.force.z);
   }
   session.finish();
 } catch (const std::exception& error) {

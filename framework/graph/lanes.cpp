@@ -69,7 +69,8 @@ bool check_realtime(const NodeInfo& info, const Tree& lane, const std::string& p
   const bool changes_size = std::any_of(info.outputs.begin(), info.outputs.end(),
                                         [](const OutputInfo& output) { return !output.type->arrays.empty(); });
   if (info.realtime_safe && info.rate_parameter && !changes_size) return true;
-  const std::string why = !info.realtime_safe    ? " may allocate or wait in a step"
+  const std::string why = !info.python.empty()   ? " runs in Python, which allocates and waits in a step"
+                          : !info.realtime_safe  ? " may allocate or wait in a step"
                           : !info.rate_parameter ? " has no rate"
                                                  : " sends messages that change their size";
   diagnostics.error(lane.place, path + ": realtime expects a node type that steps at a rate and never waits, found " +

@@ -109,10 +109,20 @@ void merge_live(Tree& parent, const Tree& child) {
   merge_value(parent, child);
 }
 
+/// Whether the child names another type than the parent, in a library or in Python.
+bool is_another_type(const Tree& parent, const Tree& child) {
+  for (const char* key : {"type", "python"}) {
+    const TreeEntry* named = child.find(key);
+    if (named == nullptr) continue;
+    const TreeEntry* before = parent.find(key);
+    const bool other = parent.find(key == std::string_view("type") ? "python" : "type") != nullptr;
+    if (before != nullptr ? named->value.text != before->value.text : other) return true;
+  }
+  return false;
+}
+
 void merge_node(Tree& parent, const TreeEntry& child) {
-  const TreeEntry* type = child.value.find("type");
-  const TreeEntry* before = parent.find("type");
-  const bool changes = type != nullptr && before != nullptr && type->value.text != before->value.text;
+  const bool changes = is_another_type(parent, child.value);
   if (!parent.is_map() || !child.value.is_map() || changes) {
     parent = child.value;
     return;

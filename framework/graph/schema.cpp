@@ -198,6 +198,13 @@ Json edges_schema() {
   return {{"type", "array"}, {"items", {{"anyOf", {arrow, one_entry, full}}}}};
 }
 
+// Its parameters are in the file, which a schema of the libraries does not know.
+Json python_schema() {
+  return {{"type", "string"},
+          {"pattern", R"(^.+:[^\W\d]\w*$)"},
+          {"description", "instead of type: a class in a Python file, FILE.py:Class"}};
+}
+
 // `if` the node's type is this one, `then` that.
 Json when_type(const std::string& type, Json then) {
   return {{"if", {{"type", "object"}, {"properties", {{"type", {{"const", type}}}}}, {"required", {"type"}}}},
@@ -237,10 +244,11 @@ std::string graph_schema(Registry& registry) {
   }
   definitions["cost"] = cost_schema();
 
-  Json node = {{"type", {"object", "null"}}, {"properties", {{"type", {{"enum", types}}}}}};
+  Json node = {{"type", {"object", "null"}},
+               {"properties", {{"type", {{"enum", types}}}, {"python", python_schema()}}}};
   if (!by_type.empty()) node["allOf"] = by_type;
   // Without `extends` nothing can come from elsewhere, so each node must be complete.
-  Json whole_node = {{"type", "object"}, {"required", {"type"}}};
+  Json whole_node = {{"type", "object"}, {"anyOf", {{{"required", {"type"}}}, {{"required", {"python"}}}}}};
   if (!complete.empty()) whole_node["allOf"] = complete;
 
   Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Tactor graph"}};

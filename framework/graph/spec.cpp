@@ -41,11 +41,47 @@ std::string unknown_type(const Tree& tree, Registry& registry) {
   return message + did_you_mean(type, names);
 }
 
-const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Registry& registry,
+/// `FILE.py:Class`, the file found as those that parameters name.
+const NodeInfo* read_python(const Tree& tree, const std::string& path, Registry& registry, const FileFinder& files,
+                            Diagnostics& diagnostics) {
+  const std::string form = path + ".python: expected FILE.py:Class, a file and a class in it, found ";
+  const std::size_t colon = tree.text.rfind(':');
+  if (!tree.is_scalar() || colon == std::string::npos || colon == 0 || colon + 1 == tree.text.size()) {
+    diagnostics.error(tree.place, form + describe(tree));
+    return nullptr;
+  }
+  Tree file_name = tree;
+  file_name.text = tree.text.substr(0, colon);
+  const FileKind kind{.noun = "a Python file"};
+  Diagnostics looked;
+  std::optional<fs::path> file = files.find(file_name, path + ".python", kind, looked);
+  // A program lays over a graph what it wrote beside itself.
+  std::error_code ignored;
+  if (const fs::path here = fs::absolute(file_name.text, ignored); !file && fs::is_regular_file(here, ignored)) {
+    file = here.lexically_normal();
+  }
+  for (const Diagnostic& one : looked.list()) {
+    if (!file) diagnostics.error(one.place, one.message);
+  }
+  if (!file) return nullptr;
+  try {
+    return &registry.find_python(*file, tree.text.substr(colon + 1));
+  } catch (const InputError& e) {
+    diagnostics.error(tree.place, path + ".python: " + e.what());
+    return nullptr;
+  }
+}
+
+const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Registry& registry, const FileFinder& files,
                           Diagnostics& diagnostics) {
   const Tree* type = entry.value.value("type");
+  if (const TreeEntry* python = entry.value.find("python")) {
+    if (type == nullptr) return read_python(python->value, path, registry, files, diagnostics);
+    diagnostics.error(python->place, path + ": expected type or python, found both");
+    return nullptr;
+  }
   if (type == nullptr) {
-    diagnostics.error(entry.place, path + ": expected the key type, found none");
+    diagnostics.error(entry.place, path + ": expected the key type, or python for a class of your own, found neither");
     return nullptr;
   }
   if (!type->is_scalar() || type->text.empty()) {
@@ -120,7 +156,7 @@ void read_nodes(GraphSpec& spec, std::set<std::string>& broken, const Tree& tree
                             ": expected a node, found nothing; ~ takes out a node of the file that this one "
                             "extends, and there is none of that name");
     } else if (expect_map(entry.value, path, "a node: a map with type", diagnostics)) {
-      node.info = read_type(entry, path, registry, diagnostics);
+      node.info = read_type(entry, path, registry, files, diagnostics);
     }
     if (node.info == nullptr) {
       broken.insert(entry.key);

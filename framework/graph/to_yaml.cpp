@@ -147,8 +147,12 @@ bool is_rate_of(const GraphSpec& graph, const NodeSpec& node, std::size_t i) {
   return node.info->haptic_rate && i == node.info->rate_parameter && node.params[i] == ParamValue(graph.rate);
 }
 
+std::string write_type(const NodeInfo& info) {
+  return info.python.empty() ? "    type: " + info.type + "\n" : "    python: " + quote(info.python) + "\n";
+}
+
 std::string write_node(const GraphSpec& graph, const NodeSpec& node) {
-  std::string text = "  " + node.name + ":\n    type: " + node.info->type + "\n";
+  std::string text = "  " + node.name + ":\n" + write_type(*node.info);
   for (std::size_t i = 0; i < node.params.size(); ++i) {
     if (!is_rate_of(graph, node, i)) text += write_value(node, i);
   }
@@ -165,7 +169,7 @@ std::string write_edge(const EdgeSpec& edge) {
 
 /// A node whose type is another: a file that extends takes nothing over then.
 std::string overlay_new_type(const GraphSpec& graph, const NodeSpec& to) {
-  std::string text = "    type: " + to.info->type + "\n";
+  std::string text = write_type(*to.info);
   for (std::size_t i = 0; i < to.params.size(); ++i) {
     const bool is_default = to.info->params[i].default_value == to.params[i];
     if (!is_default && !is_rate_of(graph, to, i)) text += write_value(to, i);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -181,8 +182,8 @@ struct MetricInfo {
 };
 
 /// The keys that every node of a graph may have; no parameter has such a name.
-inline constexpr std::array<std::string_view, 7> node_keys{"type",   "cost",     "lane", "thread",
-                                                           "policy", "priority", "cpu"};
+inline constexpr std::array<std::string_view, 8> node_keys{"type",   "python", "cost",     "lane",
+                                                           "thread", "policy", "priority", "cpu"};
 
 struct NodeInfo;
 
@@ -207,6 +208,10 @@ struct NodeInfo {
   std::string type;     ///< `library.name`
   std::string summary;  ///< one line
   std::string details;  ///< prose for the reference: equations, sources, when to use it
+  /// Of a class in a Python file: what a graph says instead of its type, `/home/me/my_nodes.py:Gain`; else empty.
+  std::string python{};
+  /// Of such a class: the files of its code, absolute, that results depend on as they do on libraries.
+  std::vector<std::filesystem::path> code_files{};
   std::vector<InputInfo> inputs;
   std::vector<OutputInfo> outputs;
   std::vector<ParamInfo> params;

@@ -88,6 +88,21 @@ class Input final : public InputBase {
   std::vector<Stamped<T>> reference_;
 };
 
+/// An input whose message type is known when the node is made, such as that of a class in Python.
+class AnyInput final : public InputBase {
+ public:
+  explicit AnyInput(const MessageType& type) : InputBase(type) {}
+
+  /// The newest message that has arrived, taken or not; none before the first. Until the end of the step.
+  [[nodiscard]] MessageView latest() const { return connected() ? queue_->newest() : MessageView{}; }
+  /// Takes the oldest message not taken yet; none where there is none. Until the next call.
+  [[nodiscard]] MessageView take() { return connected() ? queue_->take() : MessageView{}; }
+
+  void set_reference(std::span<const Stamp> /*stamps*/, std::span<const std::byte> /*payloads*/) override {
+    TACTOR_DEMAND(!"it asks for a reference");
+  }
+};
+
 /// The untyped side of an output: what the running step has sent so far.
 class OutputBase {
  public:

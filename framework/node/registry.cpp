@@ -10,6 +10,8 @@
 #include "framework/core/installation.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/node/abi.hpp"
+#include "framework/node/plugin.hpp"
+#include "framework/node/python_library.hpp"
 
 namespace tactor {
 
@@ -89,6 +91,17 @@ const NodeInfo* Registry::find(std::string_view type) {
   }
   const auto it = types_.find(type);
   return it == types_.end() ? nullptr : &it->second;
+}
+
+const NodeInfo& Registry::find_python(const fs::path& file, const std::string& name) {
+  static const auto& library =
+      load_plugin<PythonLibrary>(python_library_file, python_library_entry,
+                                 "a node in Python needs the package python3-tactor, or a build with pybind11");
+  const NodeInfo& info = library.declare(file, name, *this);
+  check(info);
+  for (const InputInfo& input : info.inputs) add_message_type(*input.type, info.type);
+  for (const OutputInfo& output : info.outputs) add_message_type(*output.type, info.type);
+  return info;
 }
 
 void Registry::load_all() {

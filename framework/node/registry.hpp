@@ -33,6 +33,11 @@ class Registry {
   /// Throws InputError where the library is there and cannot be used.
   const NodeInfo* find(std::string_view type);
 
+  /// The declaration of the class `name` in a Python file, which the library libtactor_python.so runs: it is loaded
+  /// by the first call. It lives as long as the process, and is the same one until the file changes. Throws InputError,
+  /// with the line of the file, where there is no such class or Python refuses the file.
+  const NodeInfo& find_python(const std::filesystem::path& file, const std::string& name);
+
   /// Loads every library there is; for listings and for the nearest names in error texts.
   void load_all();
 

@@ -11,16 +11,18 @@ from ._commands import compare, study, study_table
 from ._errors import Diagnostic, Error, InputError, InputWarning, RunError
 from ._graph import Graph, check, load
 from ._messages import Field, Messages, MessageType
-from ._nodes import NodeType, Parameter, Port, nodes
+from ._node_class import Context, Input, Node, Output, Parameter, Rate, Step
+from ._nodes import NodeType, nodes
 from ._recording import Recording, Stream
 from ._run import Metrics, Result, run
 from ._session import Feed, Session, Tap
 from ._tactor import version as __version__
 
 __all__ = [
-    "Diagnostic", "Error", "Feed", "Field", "Graph", "InputError", "InputWarning", "Messages", "MessageType", "Metrics",
-    "NodeType", "Parameter", "Port", "Recording", "Result", "RunError", "Session", "Stream", "Tap", "__version__",
-    "check", "compare", "load", "nodes", "run", "study", "study_table",
+    "Context", "Diagnostic", "Error", "Feed", "Field", "Graph", "Input", "InputError", "InputWarning", "Messages",
+    "MessageType", "Metrics", "Node", "NodeType", "Output", "Parameter", "Rate", "Recording", "Result", "RunError",
+    "Session", "Step", "Stream", "Tap", "__version__", "check", "compare", "load", "nodes", "run", "study",
+    "study_table",
 ]
 
 # Texts of exceptions and of help() name what users import.

@@ -46,6 +46,13 @@ class CostMeter {
   double waited_ = waited_for_core();
 };
 
+/// Adds the files of the nodes in Python.
+void add_code_files(const Plan& plan, std::vector<std::filesystem::path>& files) {
+  for (const NodeSpec& node : plan.nodes) {
+    files.insert(files.end(), node.info->code_files.begin(), node.info->code_files.end());
+  }
+}
+
 std::vector<double> each(const std::vector<RunResult>& runs, double RunResult::*value) {
   std::vector<double> values;
   for (const RunResult& run : runs) values.push_back(run.*value);
@@ -153,10 +160,12 @@ CaseCheck StudyWorker::check(const Job& job) {
                        ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                        "conditions; add --set clock=virtual");
     }
+    add_code_files(plan, found.code_files);
     found.notes = checks_.check(plan);
     std::optional<Plan> reference;
     if (job.reference) {
       reference = plan_of(job, *job.reference);
+      add_code_files(*reference, found.code_files);
       checks_.check(*reference);
     }
     found.title = plan.graph.title;
@@ -183,7 +192,8 @@ CaseCheck StudyWorker::check(const Job& job) {
     found.message = error.what();
   }
   found.libraries = registry_.loaded_libraries();
-  found.code_files = code_files();
+  const std::vector<std::filesystem::path> libraries = code_files();
+  found.code_files.insert(found.code_files.end(), libraries.begin(), libraries.end());
   return found;
 }
 

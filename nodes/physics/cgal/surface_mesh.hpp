@@ -40,6 +40,10 @@ bool orient_polygons(std::vector<Point>& points, std::vector<std::vector<std::si
 /// The surface of polygons that are a closed manifold and go the same way round. Faces keep their order.
 SurfaceMesh surface_of(const std::vector<Point>& points, const std::vector<std::vector<std::size_t>>& polygons);
 
+/// The surface of triangles that are oriented alike, in their order: rims at the same place are joined, and vertices in
+/// which parts touch become several at one place.
+TriangleMesh stitched(const std::vector<Point>& points, const std::vector<std::vector<std::size_t>>& triangles);
+
 /// Cuts polygons of more than three corners; their triangles take over their numbers. False where one cannot be cut.
 bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers);
 

@@ -25,13 +25,6 @@ std::string joined(const std::vector<std::string>& phrases) {
   return text;
 }
 
-std::string metres(double length) {
-  std::array<char, 40> text{};
-  const bool small = length < 0.1;
-  std::snprintf(text.data(), text.size(), "%.3g %s", small ? 1e3 * length : length, small ? "mm" : "m");
-  return text.data();
-}
-
 std::string mesh_path(const Body& body) {
   return "scene.bodies." + body.name + ".mesh";
 }
@@ -41,25 +34,10 @@ std::string size_path(const Body& body) {
   return body.mesh()->scale ? "scene.bodies." + body.name + ".scale" : mesh_path(body);
 }
 
-/// Faults of the unit are the commonest of all and give forces that are wrong by powers of a thousand.
 void check_size(const Body& body, const TriangleMesh& mesh, const std::string& name, Notes* notes) {
-  constexpr double shortest = 1e-3, longest = 10;
-  const double length = bounds_of(mesh).longest();
-  if (length >= shortest && length <= longest) return;
-  const std::string what = "is " + metres(length) + " long";
-  // Beyond, collision's floats run over or under.
-  if (!(length >= 1e-6 && length <= 1e3)) {
-    throw ValueError(size_path(body), name + ": " + what + "; a body must be 1 um to 1 km long, with its scale");
-  }
-  if (body.mesh()->scale) {
-    add_once(notes, name + ": warning: " + what + ", which is unusual for a body that is touched; scale says so");
-    return;
-  }
-  throw ValueError(
-      size_path(body),
-      name + ": " + what + (length > longest ? "; is it in mm? write scale: 0.001" : "; write its scale") +
-          " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
-          "be 1 mm to 10 m long");
+  const SizeVerdict verdict = judge_size(bounds_of(mesh).longest(), body.mesh()->scale.has_value());
+  if (!verdict.refusal.empty()) throw ValueError(size_path(body), name + ": " + verdict.refusal);
+  if (!verdict.warning.empty()) add_once(notes, name + ": warning: " + verdict.warning);
 }
 
 TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
@@ -104,6 +82,26 @@ Eigen::Matrix3d capsule_inertia(double mass, const CapsuleShape& capsule) {
 }
 
 }  // namespace
+
+std::string metres(double length) {
+  std::array<char, 40> text{};
+  const bool small = length < 0.1;
+  std::snprintf(text.data(), text.size(), "%.3g %s", small ? 1e3 * length : length, small ? "mm" : "m");
+  return text.data();
+}
+
+SizeVerdict judge_size(double length, bool has_scale) {
+  constexpr double shortest = 1e-3, longest = 10;
+  if (length >= shortest && length <= longest) return {};
+  const std::string what = "is " + metres(length) + " long";
+  // Beyond, collision's floats run over or under.
+  if (!(length >= 1e-6 && length <= 1e3)) return {what + "; a body must be 1 um to 1 km long, with its scale", {}};
+  if (has_scale) return {{}, what + ", which is unusual for a body that is touched; scale says so"};
+  return {what + (length > longest ? "; is it in mm? write scale: 0.001" : "; write its scale") +
+              " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
+              "be 1 mm to 10 m long",
+          {}};
+}
 
 TriangleMesh load_body_mesh(const Body& body, Notes* notes) {
   TriangleMesh mesh = scaled_mesh(body, notes);

@@ -14,6 +14,16 @@ namespace tactor {
 /// What a user should know of a body and nothing stops for: repairs, warnings, troubles of the cache.
 using Notes = std::vector<std::string>;
 
+/// `12.3 mm`, `1.5 m`.
+std::string metres(double length);
+
+/// What is to be said of a body of that length (m); both empty where it is usual. Faults of the unit are the commonest
+/// of all and give forces that are wrong by powers of a thousand.
+struct SizeVerdict {
+  std::string refusal, warning;
+};
+SizeVerdict judge_size(double length, bool has_scale);
+
 /// Loads the body's mesh as a solid (solid_file.hpp) and applies its scale. A moving body's frame has its origin at the
 /// centre of mass of uniform density and keeps the axes of the file; a fixed body keeps the frame of the file.
 /// Adds to `notes`, each once, beginning with the name of the body, where it is not null.

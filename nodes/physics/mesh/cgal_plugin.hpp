@@ -5,6 +5,7 @@
 #include <string>
 
 #include "nodes/physics/mesh/mesh.hpp"
+#include "nodes/physics/mesh/mesh_change.hpp"
 #include "nodes/physics/mesh/mesh_report.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
 
@@ -17,6 +18,9 @@ struct CgalPlugin {
   TriangleMesh (*repaired_solid)(PolygonSoup soup, const std::string& file, MeshReport& report);
   /// nodes/physics/cgal/exact_distance.hpp
   std::unique_ptr<SignedDistance> (*exact_distance)(const TriangleMesh& mesh);
+  /// nodes/physics/cgal/mesh_rework.hpp
+  MeshChange (*reworked_solid)(PolygonSoup soup, const std::string& file, const RepairOptions& options);
+  MeshChange (*decimated_solid)(const TriangleMesh& solid, std::size_t faces, const std::string& file);
 };
 
 /// Whether the plugin is installed; does not load it.

@@ -12,7 +12,6 @@
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/input_file.hpp"
 #include "nodes/physics/mesh/make_solid.hpp"
-#include "nodes/physics/mesh/mesh_formats.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
 
 namespace tactor {
@@ -134,6 +133,15 @@ SolidFile load_within_memory(const fs::path& path, const fs::path& cache_folder)
 
 SolidFile load_solid(const fs::path& path, const fs::path& cache_folder) {
   return within_memory(path, [&] { return load_within_memory(path, cache_folder); });
+}
+
+MeshFile read_mesh_file(const fs::path& path) {
+  return within_memory(path, [&] {
+    const std::string file = path.string();
+    const std::string bytes = read_whole(path);
+    const MeshFormat format = mesh_format(file, bytes);
+    return MeshFile{format, read_mesh(file, format, bytes)};
+  });
 }
 
 }  // namespace tactor

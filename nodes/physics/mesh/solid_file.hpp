@@ -9,6 +9,7 @@
 
 #include "framework/core/user_folders.hpp"
 #include "nodes/physics/mesh/mesh.hpp"
+#include "nodes/physics/mesh/mesh_formats.hpp"
 #include "nodes/physics/mesh/mesh_report.hpp"
 
 namespace tactor {
@@ -26,6 +27,13 @@ struct SolidFile {
 /// describes no solid.
 SolidFile load_solid(const std::filesystem::path& path,
                      const std::filesystem::path& cache_folder = default_cache_folder());
+
+/// What a mesh file lists, unrepaired. Throws InputError where the file cannot be read.
+struct MeshFile {
+  MeshFormat format = MeshFormat::off;
+  PolygonSoup soup;  ///< in the unit and frame of the file
+};
+MeshFile read_mesh_file(const std::filesystem::path& path);
 
 /// What the cache keeps of a solid, in the layout of this machine, and back. Nothing where the bytes have another
 /// layout or an index or coordinate is out of range, so that the mesh may be used without a further look.

@@ -1,0 +1,222 @@
+"""`tactor mesh` and `tactor new graph`: what they make is judged by computations of the test's own, and by running it."""
+import json
+import math
+import os
+import pathlib
+import sys
+import unittest
+
+from harness import ROOT, CommandTest, needs_meshes, tactor
+
+sys.path[:0] = [str(ROOT / "bench/meshes"), str(ROOT / "graphs/transfer")]
+import broken  # noqa: E402
+import make  # noqa: E402
+import measure  # noqa: E402
+from shapes import ball, write_off  # noqa: E402
+
+BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
+REFUSED = ROOT / "bench/meshes/refused.txt"
+SCENES = ROOT / "bench/meshes/scenes.txt"
+
+
+def volume(file):
+    """By the divergence theorem, from the file."""
+    points, triangles, _ = measure.read_off(file)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return float((a * measure.numpy.cross(b, c)).sum() / 6)
+
+
+@needs_meshes
+class Mesh(CommandTest):
+    def made(self, name, of=REFUSED):
+        return make.make(of, self.folder / "made", BUILD, {name})[name]
+
+    def refused(self, *words):
+        result = tactor(*words, environment=self.environment, cwd=self.folder)
+        self.assertEqual(result.returncode, 2, result.stdout)
+        return result.stderr
+
+    def test_the_lists_are_of_a_hundred_different_meshes(self):
+        for file in (REFUSED, SCENES):
+            names = make.names(file)
+            self.assertEqual((len(names), len(set(names))), (100, 100))
+
+    def test_a_repaired_mesh_passes_the_check_and_moved_no_further_than_it_says(self):
+        for name in ("archive/bull.off", "broken/torus_hole.off", "broken/ball_holes.off", "broken/block_slit.off", "broken/ball_gaps.off",
+                     "broken/blob_crack.off", "broken/torus_fins.off", "broken/ball_stray.off", "broken/block_t_junctions.off",
+                     "broken/torus_folds.off", "broken/ball_overlap.off", "broken/ball_touch.off", "broken/block_touch.off", "broken/blob_mixed.off"):
+            with self.subTest(mesh=name):
+                file, out = self.made(name), self.folder / "out.off"
+                before = self.refused("mesh", "check", file, "--scale", "1")
+                told = json.loads(self.run_ok("mesh", "repair", file, "--out", out, "--overwrite", "--json").stdout)
+                self.run_ok("mesh", "check", out, "--scale", "1")
+                self.assertTrue(told["changes"])
+                there, back = measure.check_moved(file, out, told, 1000)
+                slack = 1e-9 * told["diagonal"]
+                self.assertLessEqual(there, told["old_to_new"] + slack, before)
+                self.assertLessEqual(back, told["new_to_old"] + slack)
+                self.assertLessEqual(told["moved_of_diagonal"], 0.01)
+                self.assertAlmostEqual(volume(out) / told["volume_after"], 1, places=9)
+
+    def test_the_volume_of_a_broken_shape_comes_back(self):
+        for shape, share in (("ball", 0.01), ("torus", 0.01), ("block", 0.001)):
+            whole = self.folder / f"{shape}.off"
+            write_off(broken.SOURCES[shape](), whole)
+            for fault in ("hole", "fins", "stray", "gaps", "t_junctions"):
+                with self.subTest(shape=shape, fault=fault):
+                    out = self.folder / "out.off"
+                    self.run_ok("mesh", "repair", self.made(f"broken/{shape}_{fault}.off"), "--out", out, "--overwrite")
+                    self.assertAlmostEqual(volume(out) / volume(whole), 1, delta=share)
+
+    def test_overlapping_balls_become_their_union(self):
+        # Two balls of radius r at a distance d: the lens that both have in common counts once.
+        r, d = 0.05, 0.06
+        mesh = broken.joined(ball(r, 96), broken.moved(ball(r, 96), (d, 0, 0)))
+        file, out = self.folder / "two.off", self.folder / "one.off"
+        write_off(mesh, file)
+        self.run_ok("mesh", "repair", file, "--out", out)
+        lens = math.pi * (4 * r + d) * (2 * r - d) ** 2 / 12
+        self.assertAlmostEqual(volume(out) / (2 * 4 / 3 * math.pi * r**3 - lens), 1, delta=0.005)
+
+    def test_check_says_what_a_graph_says(self):
+        file = self.made("broken/ball_hole.off")
+        graph = self.write("g.yaml", f"format: 2\nextends: {ROOT}/graphs/wall/scene.yaml\nscene: {{bodies: {{wall: {{plane: ~, mesh: {file}}}}}}}\n")
+        said = self.refused("mesh", "check", file).strip()
+        self.assertIn(said, self.refused("check", graph))
+        told = json.loads(tactor("mesh", "check", file, "--json", environment=self.environment).stdout)
+        self.assertEqual((told["accepted"], told["refusal"]), (False, said))
+        # So does the size.
+        file = self.made("sound/ball_in_mm.off", SCENES)
+        self.assertIn("is 80 m long; is it in mm? write scale: 0.001", self.refused("mesh", "check", file))
+        self.run_ok("mesh", "check", file, "--scale", "0.001")
+
+    def test_holes_are_filled_up_to_a_stated_width_and_sheets_are_not(self):
+        file, out = self.made("broken/ball_hole.off"), self.folder / "out.off"
+        # A cube of 100 without its lid, which two triangles fill.
+        self.assertIn("the widest 100 wide (57.7", self.refused("mesh", "repair", self.made("archive/open_cube.off"), "--out", out, "--max-hole", "50 %"))
+        self.assertIn("1 hole is wider than --max-hole 0.001, the widest 0.0", self.refused("mesh", "repair", file, "--out", out, "--max-hole", "0.001"))
+        self.assertFalse(out.exists())
+        self.run_ok("mesh", "repair", file, "--out", out, "--max-hole", "30 %")
+        sheet = self.made("archive/patch-13.off")
+        self.assertRegex(self.refused("mesh", "repair", sheet, "--out", self.folder / "s.off"), "wider than --max-hole|open sheet")
+
+    def test_a_wrap_closes_what_nothing_else_does(self):
+        out = self.folder / "out.off"
+        file = self.made("archive/patch-13.off")
+        self.refused("mesh", "repair", file, "--out", out)
+        told = json.loads(self.run_ok("mesh", "repair", file, "--out", out, "--wrap", "--json").stdout)
+        self.run_ok("mesh", "check", out, "--scale", "0.001")
+        there, back = measure.check_moved(file, out, told, 300)
+        self.assertLessEqual(there, told["old_to_new"])
+        self.assertLessEqual(back, told["new_to_old"])
+
+    def test_decimation_keeps_a_solid_and_tells_how_far_it_moved(self):
+        whole, out = self.folder / "whole.off", self.folder / "out.off"
+        write_off(ball(0.05, 64), whole)
+        told = json.loads(self.run_ok("mesh", "decimate", whole, "--faces", "501", "--out", out, "--json").stdout)
+        self.assertEqual(told["faces"], 500)
+        self.run_ok("mesh", "check", out)
+        there, back = measure.check_moved(whole, out, {**told, "removed_faces": [], "filled_faces": []})
+        self.assertLessEqual(there, told["old_to_new"])
+        self.assertLessEqual(back, told["new_to_old"])
+        self.assertGreater(there, 0.5 * told["old_to_new"])
+        self.assertIn("fewer than the 90000 asked for", self.refused("mesh", "decimate", whole, "--faces", "90000", "--out", self.folder / "x.off"))
+
+    def test_info_measures_a_ball(self):
+        file = self.folder / "ball.off"
+        write_off(ball(0.05, 192), file)
+        told = json.loads(self.run_ok("mesh", "info", file, "--json").stdout)
+        mass = 1000 * 4 / 3 * math.pi * 0.05**3
+        self.assertTrue(told["closed"])
+        self.assertEqual(told["pieces"], 1)
+        self.assertAlmostEqual(told["area"] / (4 * math.pi * 0.05**2), 1, delta=1e-3)
+        self.assertAlmostEqual(told["mass_at_1000"] / mass, 1, delta=1e-3)
+        self.assertAlmostEqual(told["inertia_at_1000"][1][1] / (0.4 * mass * 0.05**2), 1, delta=2e-3)
+        self.assertIn("a graph takes it", self.run_ok("mesh", "info", file).stdout)
+
+    def test_every_format_reads_back_as_the_same_mesh(self):
+        file = self.made("broken/torus_hole.off")
+        first = None
+        for ending in ("off", "obj", "ply", "stl"):
+            out = self.folder / f"out.{ending}"
+            self.run_ok("mesh", "repair", file, "--out", out)
+            told = json.loads(self.run_ok("mesh", "info", out, "--json").stdout)
+            self.assertEqual(told["format"], ending.upper())
+            same = (told["faces"], told["volume"], told["area"])
+            first = first or same
+            self.assertEqual(same[0], first[0])
+            self.assertAlmostEqual(same[1] / first[1], 1, places=12)
+            self.assertAlmostEqual(same[2] / first[2], 1, places=12)
+
+    def test_nothing_is_written_over_and_bad_words_are_bad_input(self):
+        file, out = self.made("broken/ball_hole.off"), self.write("there.off", "mine")
+        self.assertIn("--overwrite replaces it", self.refused("mesh", "repair", file, "--out", out))
+        self.assertEqual(out.read_text(), "mine")
+        self.assertIn("another file than the mesh itself", self.refused("mesh", "repair", file, "--out", file, "--overwrite"))
+        self.assertIn("the ending .off, .obj, .stl or .ply", self.refused("mesh", "repair", file, "--out", self.folder / "x.txt"))
+        self.assertIn("--max-hole", self.refused("mesh", "repair", file, "--out", self.folder / "x.off", "--max-hole", "wide"))
+        self.assertIn("a file that exists", self.refused("mesh", "check", "none.off"))
+        self.assertIn("expected", self.refused("mesh", "repair", self.write("bad.off", "OFF\n3 1"), "--out", self.folder / "x.off"))
+        self.assertIn("one element vertex and one element face", self.refused("mesh", "repair", self.write("p.ply", POINTS), "--out", self.folder / "x.off"))
+
+
+POINTS = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"
+
+
+@needs_meshes
+class NewGraph(CommandTest):
+    def new(self, name, *words, code=0):
+        result = tactor("new", "graph", name, "--in", self.folder, *words, environment=self.environment)
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        return result
+
+    def touches(self, graph):
+        summary = self.run_graph(graph)
+        self.assertGreater(summary["contacts"]["max"], 0)
+        # The hand presses 3 mm or less into a spring of 354 N/m, and 8 N is the coupling's limit.
+        self.assertGreater(summary["reference"]["force"]["rms_N"], 0.02)
+        self.assertLess(summary["reference"]["force"]["rms_N"], 2)
+        self.assertLess(summary["dynamics_energy_generated_max_J"], 1e-3)
+        return summary
+
+    def test_scenes_around_meshes_of_all_sorts_touch_them(self):
+        for number, name in enumerate(("sound/needle.stl", "sound/ball_of_a_hair.off", "sound/far_from_the_origin.off", "archive/star.off",
+                                       "sound/inside_out.off", "broken/torus_gaps.off")):
+            with self.subTest(mesh=name):
+                mesh = make.make(SCENES, self.folder / "made", BUILD, {name})[name]
+                said = self.new(f"s{number}", "--mesh", mesh)
+                self.assertIn(f"tactor run {self.folder}/s{number}/scene.yaml", said.stdout)
+                mesh.unlink()  # the scene has a copy
+                self.touches(self.folder / f"s{number}/scene.yaml")
+                if name.startswith("broken"):
+                    self.assertIn("so it was repaired", said.stderr)
+
+    def test_a_method_by_name_and_a_box_without_a_mesh(self):
+        self.new("box", "--method", "refit")
+        summary = self.touches(self.folder / "box/refit.yaml")
+        self.assertGreater(summary["refits"], 0)
+        text = (self.folder / "box/scene.yaml").read_text()
+        self.assertIn("box: {size: [100 mm, 60 mm, 40 mm]}", text)
+
+    def test_the_size_is_chosen_and_told(self):
+        mesh = make.make(SCENES, self.folder / "made", BUILD, {"sound/ball_in_mm.off"})["sound/ball_in_mm.off"]
+        self.assertIn("taken as mm", self.new("mm", "--mesh", mesh).stderr)
+        self.assertIn("scale: 0.001 ", (self.folder / "mm/scene.yaml").read_text())
+        self.assertIn("scaled to 40 mm", self.new("small", "--mesh", mesh, "--size", "40 mm").stderr)
+        self.assertIn("scale: 0.0005 ", (self.folder / "small/scene.yaml").read_text())
+
+    def test_what_cannot_be_used_is_refused_and_nothing_is_written(self):
+        sheet = make.make(REFUSED, self.folder / "made", BUILD, {"archive/patch-13.off"})["archive/patch-13.off"]
+        said = self.new("sheet", "--mesh", sheet, code=2).stderr
+        self.assertIn("the surface is not closed: 54 edges", said)
+        self.assertIn("try `tactor mesh repair", said)
+        self.assertFalse((self.folder / "sheet").exists())
+        self.assertIn("found '../x'", self.new("../x", code=2).stderr)
+        self.assertIn('did you mean', self.new("x", "--method", "refitt", code=2).stderr)
+        self.new("x")
+        self.assertIn("--overwrite replaces it", self.new("x", code=2).stderr)
+        self.new("x", "--overwrite")
+
+
+if __name__ == "__main__":
+    unittest.main()
