@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import pathlib
+import resource
 import statistics
 import subprocess
 import sys
@@ -79,31 +80,44 @@ def overhead_rows(found):
             yield [graph, NAMES[kind], *milliseconds, *(f"{ratio:.3f}" for ratio in ratios)]
 
 
+def cpu_seconds():
+    """Of this process and of those that it has waited for."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+def taken(work):
+    """(wall s, CPU s) of `work()`."""
+    wall, cpu = time.perf_counter(), cpu_seconds()
+    work()
+    return time.perf_counter() - wall, cpu_seconds() - cpu
+
+
 def calls(rounds, graph="wall/refit", duration=1):
-    """Seconds of wall time: a whole call for a run of so many seconds, with its files, by round; and an import."""
+    """{what: [(wall s, CPU s), by round]}: a whole call for a run of so many seconds, with its files; and an import."""
     import tactor
     found = {"command": [], "run": [], "import": []}
-    program = "import time; t = time.perf_counter(); import tactor; print(time.perf_counter() - t)"
+    environment = dict(os.environ, PYTHONPATH=str(BUILD / "python"))
     with tempfile.TemporaryDirectory() as folder:
+        work = {"command": lambda: seconds_of("command", graph, duration, folder),
+                "run": lambda: tactor.run(graph, duration=duration, out=pathlib.Path(folder) / "run", overwrite=True),
+                "import": lambda: subprocess.run([sys.executable, "-c", "import tactor"], check=True, env=environment)}
         for i in range(rounds + 1):
-            begin = time.perf_counter()
-            seconds_of("command", graph, duration, folder)
-            command = time.perf_counter() - begin
-            begin = time.perf_counter()
-            tactor.run(graph, duration=duration, out=pathlib.Path(folder) / "run", overwrite=True)
-            run = time.perf_counter() - begin
-            said = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True,
-                                  env=dict(os.environ, PYTHONPATH=str(BUILD / "python"))).stdout
-            if i > 0:
-                for name, value in (("command", command), ("run", run), ("import", float(said))):
-                    found[name].append(value)
+            for name in sorted(work, reverse=i % 2 == 0):
+                one = taken(work[name])
+                if i > 0:
+                    found[name].append(one)
     return found
 
 
 def call_rows(found):
-    yield ["`tactor run`, the whole command", 1000 * statistics.median(found["command"])]
-    yield ["`tactor.run`, the call alone", 1000 * statistics.median(found["run"])]
-    yield ["`import tactor`, once a program, numpy included", 1000 * statistics.median(found["import"])]
+    names = {"command": "`tactor run`, the whole command", "run": "`tactor.run`, the call alone",
+             "import": "a Python that imports tactor, numpy included"}
+    for name, label in names.items():
+        yield [label, *(1000 * statistics.median(one[i] for one in found[name]) for i in (0, 1))]
+
+
+CALL_HEAD = ["1 s of wall/refit", "wall ms", "CPU ms, with gnuplot's"]
 
 
 def tap(seconds, clock):
@@ -142,7 +156,7 @@ def main():
     parser.add_argument("--live", type=float, default=60, help="seconds of the live tap; 0: none")
     arguments = parser.parse_args()
     print(table(HEAD, overhead_rows(overhead(arguments.rounds))))
-    print(table(["1 s of wall/refit", "wall ms"], call_rows(calls(arguments.rounds))))
+    print(table(CALL_HEAD, call_rows(calls(arguments.rounds))))
     clocks = ["virtual"] + (["real"] if arguments.live > 0 else [])
     print(table(TAP_HEAD, tap_rows([tap(arguments.live or 60, clock) for clock in clocks])), end="")
 
