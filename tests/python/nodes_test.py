@@ -208,6 +208,10 @@ class NodesInPython(CommandTest):
                 self.hold(change=change)
                 self.refused(text, "hold.py", verb="run", code=1)
 
+    def test_a_port_works_in_a_step_and_not_in_init(self):
+        self.hold(change=("    def step", "    def __init__(self):\n        self.force.latest()\n\n    def step"))
+        self.refused("RuntimeError: a port works while its node is in start or step", verb="run", code=1)
+
     def test_a_step_that_worked_on_less_than_nothing_is_refused(self):
         self.hold(change=("        for sample", "        step.work = -1\n        for sample"))
         self.refused("step.work: expected an integer from 0", "found -1", verb="run", code=1)
