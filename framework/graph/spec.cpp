@@ -102,6 +102,7 @@ const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Regis
 void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path, const FileFinder& files,
                  Diagnostics& diagnostics) {
   std::vector<std::string> keys(node_keys.begin(), node_keys.end());
+  std::erase(keys, node.info->python.empty() ? "python" : "type");
   for (const ParamInfo& param : node.info->params) keys.push_back(param.name);
   Tree given = entry.value;
   for (const ParamInfo& param : node.info->params) {

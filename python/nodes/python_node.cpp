@@ -107,8 +107,8 @@ RunError failed(const py::error_already_set& error) {
   return RunError("interrupted");
 }
 
-[[noreturn]] void gone() {
-  throw std::runtime_error("the run of this port has ended");
+[[noreturn]] void refuse_closed() {
+  throw std::runtime_error("a port works while its node is in start or step, and at no other time");
 }
 
 }  // namespace
@@ -117,13 +117,13 @@ struct PythonNode::InputPort {
   InputPort(const MessageArrays& of) : arrays(of), port(of.type()) {}
 
   py::object latest() {
-    if (!alive) gone();
+    if (!open) refuse_closed();
     const MessageView message = port.latest();
     return message ? record_of(arrays, message) : py::none();
   }
   /// As NewMessages: an engine has marked a `latest` message as seen, so that it can't be taken.
   py::list take_new() {
-    if (!alive) gone();
+    if (!open) refuse_closed();
     py::list found;
     while (const MessageView message = port.take()) found.append(remembered(message));
     const MessageView newest = port.latest();
@@ -141,7 +141,7 @@ struct PythonNode::InputPort {
   AnyInput port;
   Stamp last;
   bool any = false;
-  bool alive = true;
+  bool open = false;  ///< while the node starts or steps; afterwards the engine has it, without the interpreter's lock
 };
 
 struct PythonNode::OutputPort {
@@ -150,7 +150,7 @@ struct PythonNode::OutputPort {
   }
 
   void send(const py::object& valid_ns, py::object value) {
-    if (!alive) gone();
+    if (!open) refuse_closed();
     const Time valid = time_of(valid_ns);
     const py::module_ numpy = py::module_::import("numpy");
     if (py::isinstance(value, numpy.attr("void"))) value = numpy.attr("asarray")(value);
@@ -169,7 +169,7 @@ struct PythonNode::OutputPort {
   const MessageArrays& arrays;
   std::string where;
   AnyOutput port;
-  bool alive = true;
+  bool open = false;  ///< while the node starts or steps; afterwards the engine has it, without the interpreter's lock
 };
 
 PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue>& values, const NodeContext& context)
@@ -196,7 +196,7 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
           py::cpp_function([port](const py::object& valid, const py::object& value) { port->send(valid, value); },
                            py::arg("valid_ns"), py::arg("value"));
       functions["zeros"] = py::cpp_function([port] { return port->zeros(); });
-      functions["wanted"] = py::cpp_function([port] { return port->alive && port->port.wanted(); });
+      functions["wanted"] = py::cpp_function([port] { return port->port.wanted(); });
       ports.append(py::make_tuple(info.outputs[i].name, functions));
     }
     const py::module_ module = node_module();
@@ -213,8 +213,6 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
 
 PythonNode::~PythonNode() {
   const py::gil_scoped_acquire lock;
-  for (const auto& port : inputs_) port->alive = false;
-  for (const auto& port : outputs_) port->alive = false;
   for (py::object* one : {&step_method_, &start_method_, &step_, &object_}) *one = py::object();
 }
 
@@ -226,8 +224,16 @@ OutputBase& PythonNode::output(std::size_t i) {
   return outputs_[i]->port;
 }
 
+void PythonNode::open_ports(bool open) {
+  for (const auto& port : inputs_) port->open = open;
+  for (const auto& port : outputs_) port->open = open;
+}
+
 void PythonNode::call(const py::object& method, StepContext& context) {
   const py::gil_scoped_acquire lock;
+  const auto close = [this](void*) { open_ports(false); };
+  open_ports(true);
+  const std::unique_ptr<void, decltype(close)> closing(this, close);
   try {
     step_.attr("now_ns") = context.now().ns;
     step_.attr("phase") = word_of(context.phase());

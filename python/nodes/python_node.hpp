@@ -30,6 +30,7 @@ class PythonNode final : public Node {
  private:
   struct InputPort;
   struct OutputPort;
+  void open_ports(bool open);
   void call(const pybind11::object& method, StepContext& context);
 
   const NodeClass& class_;

@@ -80,7 +80,7 @@ class Output:
         raise RuntimeError(_UNBOUND)
 
 
-_UNBOUND = "a port works in a node that runs, by self: self.force.latest()"
+_UNBOUND = "a port works in the steps of a node that runs, by self: self.force.latest()"
 
 
 @dataclasses.dataclass
@@ -377,7 +377,12 @@ def _declared(cls: Type[Node]) -> dict[str, Any]:
     return found
 
 
-def make(cls: Type[Node], ports: Iterable[tuple[str, dict[str, Any]]], values: dict[str, Any], context: tuple[str, int, bool, int]) -> Node:
+def make(
+    cls: Type[Node],
+    ports: Iterable[tuple[str, dict[str, Any]]],
+    values: dict[str, Any],
+    context: tuple[str, int, bool, int],
+) -> Node:
     """A node whose ports do what the functions of `ports` do."""
     node = cls.__new__(cls)
     node.context = Context(*context)

@@ -12,7 +12,7 @@ from harness import IS_SANITIZED, PRESSED_WALL, ROOT, CommandTest, needs_hdf5, n
 
 if IS_SANITIZED:
     print("a Python that is not sanitized leaks by their measure")
-    sys.exit(0)
+    sys.exit(77)
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 EXAMPLE = ROOT / "examples" / "python_node"
@@ -207,6 +207,10 @@ class NodesInPython(CommandTest):
             with self.subTest(change=change):
                 self.hold(change=change)
                 self.refused(text, "hold.py", verb="run", code=1)
+
+    def test_a_port_works_in_a_step_and_not_in_init(self):
+        self.hold(change=("    def step", "    def __init__(self):\n        self.force.latest()\n\n    def step"))
+        self.refused("RuntimeError: a port works while its node is in start or step", verb="run", code=1)
 
     def test_a_step_that_worked_on_less_than_nothing_is_refused(self):
         self.hold(change=("        for sample", "        step.work = -1\n        for sample"))
