@@ -136,7 +136,7 @@ std::optional<double> chosen_scale(const fs::path& file, double longest, std::op
   return scale;
 }
 
-TriangleMesh box_mesh(const Vec3& size) {
+TriangleMesh body_box(const Vec3& size) {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {
     mesh.vertices.push_back({((i & 1) != 0 ? 0.5 : -0.5) * size.x, ((i & 2) != 0 ? 0.5 : -0.5) * size.y,
@@ -162,7 +162,7 @@ NewScene planned(const NewGraphRequest& request, const SceneMesh* mesh) {
     for (Vec3& v : body.vertices) v += scene.p_WB;
   } else {
     scene.box = request.size.value_or(usual_size) * Vec3{1, 0.6, 0.4};
-    body = box_mesh(scene.box);
+    body = body_box(scene.box);
   }
   scene.longest = bounds_of(body).longest();
   scene.radius = std::clamp(0.04 * scene.longest, 2e-4, 5e-3);

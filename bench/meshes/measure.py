@@ -91,7 +91,7 @@ def farthest(from_points, points, triangles):
     return float(most)
 
 
-def check_moved(old_file, new_file, told, count=2000):
+def check_moved(old_file, new_file, told, count=300):
     """How far sampled points of the two surfaces are apart, as (old to new, new to old), by a computation of its own."""
     dice = numpy.random.default_rng(1)
     old_points, old_triangles, numbers = read_off(old_file)
