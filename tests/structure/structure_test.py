@@ -76,7 +76,7 @@ class Includes(unittest.TestCase):
             "nodes/physics/geometry": ("framework/core", "nodes/physics/mesh", "nodes/physics/geometry"),
             "nodes/physics/contact": ("framework/core", "framework/node", "nodes/physics/mesh", "nodes/physics/geometry",
                                       "nodes/physics/contact"),
-            "nodes/physics/cgal": ("framework/core", "nodes/physics/mesh", "nodes/physics/geometry", "nodes/physics/cgal"),
+            "nodes/physics/cgal": ("framework/core", "framework/node/abi.hpp", "nodes/physics/mesh", "nodes/physics/geometry", "nodes/physics/cgal"),
             "nodes/collision": ("framework/core", "framework/node", "nodes/collision", "nodes/physics/mesh",
                                 "nodes/physics/geometry", "nodes/physics/contact"),
             "nodes/dynamics": ("framework/core", "framework/node", "nodes/dynamics", "nodes/physics/mechanics",
