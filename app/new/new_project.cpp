@@ -86,7 +86,7 @@ std::vector<fs::path> copy_example(const std::string& folder, const fs::path& pr
     throw InputError("tactor new: " + example.string() + " is missing; install Tactor again, with its examples");
   }
   if (fs::exists(project)) {
-    throw InputError("tactor new: " + project.string() + " is there already; choose another name, or another --folder");
+    throw InputError("tactor new: " + project.string() + " is there already; choose another name, or another --in");
   }
   std::sort(files.begin(), files.end());
   fs::create_directories(project, error);

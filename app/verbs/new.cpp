@@ -37,7 +37,7 @@ CLI::App* add_kind(CLI::App& verb, const std::string& kind, const std::string& h
                    const std::shared_ptr<NewArguments>& arguments) {
   CLI::App* sub = verb.add_subcommand(kind, help);
   sub->add_option("name", arguments->name, name_help)->required();
-  sub->add_option("--folder", arguments->folder, "Where the project's folder is made (default: here)");
+  sub->add_option("--in", arguments->folder, "The folder in which the project's folder is made (default: this one)");
   return sub;
 }
 

@@ -10,7 +10,7 @@ namespace example_nodes {
 class Parabola final : public tactor::Predictor {
  public:
   using Params = tactor::PredictorParams;
-  Parabola(const Params& params, const tactor::NodeContext& context) : Predictor(params, context) {}
+  Parabola(const Params& params, const tactor::NodeContext& context) : tactor::Predictor(params, context) {}
 
   static tactor::NodeInfo declare() {
     tactor::Declare<Parabola> node("example.parabola", "Goes on along the parabola through the last three forces.");

@@ -109,7 +109,7 @@ class New(BuiltOn):
 
     @needs_live
     def test_a_device(self):
-        self.new("device", "robot", "--folder", self.folder / "projects")
+        self.new("device", "robot", "--in", self.folder / "projects")
         build = self.build(self.folder / "projects/robot", "robot")
         self.passes(build)
         said = self.do("tactor", "nodes", "robot.device", env=dict(os.environ, **self.environment, TACTOR_NODE_PATH=str(build / "nodes"))).stdout
