@@ -1,6 +1,6 @@
 # Debian packages, by `cpack` in a build of the preset `package`: tactor, tactor-cgal, libtactor-dev, python3-tactor.
 # scripts/packages makes them, and asks lintian.
-set(TACTOR_MAINTAINER "Tactor developers <tactor@packages.debian.org>" CACHE STRING "Who stands in the packages")
+set(TACTOR_MAINTAINER "Tactor developers <tactor@localhost.localdomain>" CACHE STRING "Who stands in the packages")
 
 # What Debian asks of every package: its licence, what has changed, a manual page for each command.
 find_program(TACTOR_GZIP gzip REQUIRED)
@@ -8,12 +8,9 @@ file(TIMESTAMP ${CMAKE_SOURCE_DIR}/cmake/debian/changes.txt changed "%a, %d %b %
 file(STRINGS cmake/debian/changes.txt changes)
 list(TRANSFORM changes PREPEND "  * ")
 list(JOIN changes "\n" changes)
-foreach(package tactor tactor-cgal libtactor-dev python3-tactor)
-  string(REGEX REPLACE "^(tactor-|libtactor-)" "" component ${package})
-  string(REGEX REPLACE "^(python)3-tactor$|^tactor$" "\\1" component ${component})
-  if(component STREQUAL "")
-    set(component runtime)
-  endif()
+set(components runtime cgal dev python)
+set(packages tactor tactor-cgal libtactor-dev python3-tactor)
+foreach(package component IN ZIP_LISTS packages components)
   set(folder ${CMAKE_BINARY_DIR}/debian/${package})
   file(CONFIGURE OUTPUT ${folder}/changelog CONTENT
 "${package} (${PROJECT_VERSION}) unstable; urgency=medium
@@ -58,7 +55,6 @@ set(CPACK_COMPONENTS_ALL runtime dev)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
-set(CPACK_DEBIAN_PACKAGE_HOMEPAGE "https://tactor.example")
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -100,6 +96,7 @@ if(TACTOR_WITH_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-tactor)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/postinst ${CMAKE_SOURCE_DIR}/cmake/debian/prerm)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
       "${same}, python3-numpy, python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${TACTOR_NEXT_PYTHON_MINOR})")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-h5py, python3-pandas, python3-matplotlib")

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <utility>
 
@@ -11,7 +12,6 @@
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/installation.hpp"
-#include "framework/node/registry.hpp"
 
 namespace tactor {
 
@@ -57,10 +57,7 @@ std::string class_name(const std::string& node) {
 
 void refuse_name_of_ours(const std::string& library) {
   const std::string file = "libtactor_" + library + ".so";
-  // The last folder is the user's own, where an earlier build of the same project may lie.
-  std::vector<fs::path> folders = default_node_folders();
-  folders.pop_back();
-  for (const fs::path& folder : folders) {
+  for (const fs::path& folder : {library_folder() / "tactor", installation_prefix() / "bin" / "nodes"}) {
     if (fs::exists(folder / file)) {
       throw InputError("tactor new: expected a name that no library of Tactor has, found \"" + library +
                        "\"; its nodes would never be found. Choose another");
@@ -68,13 +65,21 @@ void refuse_name_of_ours(const std::string& library) {
   }
 }
 
-std::string replaced(std::string text, const Words& words) {
-  for (const auto& [from, to] : words) {
-    for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
-      text.replace(at, from.size(), to);
+/// In one pass, so that what is put in is not looked at again.
+std::string replaced(const std::string& text, const Words& words) {
+  std::string result;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto found = std::find_if(words.begin(), words.end(), [&](const auto& word) {
+      return text.compare(at, word.first.size(), word.first) == 0;
+    });
+    if (found == words.end()) {
+      result += text[at++];
+    } else {
+      result += found->second;
+      at += found->first.size();
     }
   }
-  return text;
+  return result;
 }
 
 std::vector<fs::path> copy_example(const std::string& folder, const fs::path& project, const Words& words) {
@@ -126,7 +131,8 @@ std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, con
 std::vector<fs::path> new_study(const std::string& name, const std::string& graph, const fs::path& folder) {
   std::vector<fs::path> files = new_project(ProjectKind::study, name, folder);
   for (const fs::path& file : files) {
-    write_file(file, replaced(read_input_file(file, max_example_bytes), {{"wall/scene", graph}}));
+    write_file(file, replaced(read_input_file(file, max_example_bytes),
+                              {{"[wall/scene]", "[" + nlohmann::json(graph).dump() + "]"}}));
   }
   return files;
 }

@@ -19,7 +19,7 @@ enum class ProjectKind { node, device, message, study };
 std::vector<std::filesystem::path> new_project(ProjectKind kind, const std::string& name,
                                                const std::filesystem::path& folder);
 
-/// The same for a study of that graph, a file or a name of a graph, which the study names as it stands.
+/// The same for a study of that graph, a file or a name of a graph, which the study names as it stands, in quotes.
 std::vector<std::filesystem::path> new_study(const std::string& name, const std::string& graph,
                                              const std::filesystem::path& folder);
 

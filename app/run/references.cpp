@@ -1,6 +1,7 @@
 #include "app/run/references.hpp"
 
 #include <link.h>
+#include <sys/auxv.h>
 
 #include <algorithm>
 #include <fstream>
@@ -46,9 +47,11 @@ void tell(const ReferenceOptions& options, const std::string& note) {
 std::vector<fs::path> code_files() {
   std::vector<fs::path> files = plugin_files();
   const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
-    const fs::path file = info->dlpi_name;
-    std::error_code ignored;
-    if (file.filename().string().starts_with("libtactor")) {
+    // The program itself has no name there.
+    const bool is_program = *info->dlpi_name == '\0';
+    const fs::path file = is_program ? reinterpret_cast<const char*>(getauxval(AT_EXECFN)) : info->dlpi_name;
+    if (is_program || file.filename().string().find("tactor") != std::string::npos) {
+      std::error_code ignored;
       static_cast<std::vector<fs::path>*>(data)->push_back(fs::canonical(file, ignored));
     }
     return 0;

@@ -31,8 +31,9 @@ bool prepare_reference(const Plan& plan, const Plan* reference, const ReferenceO
 /// What the cache calls the reference run of a plan; empty where it asks for none.
 std::string reference_id(const Plan& plan);
 
-/// The program, the libraries beside it, and the node libraries that this process has loaded, in order of their paths.
-/// Of the libraries beside the program all count: which of them a run loads depends on what the caches hold.
+/// The program, the extension of Python where that has loaded this, libtactor with the libraries beside it, and the
+/// node libraries that this process has loaded, in order of their paths. Of the libraries beside libtactor all count:
+/// which of them a run loads depends on what the caches hold.
 std::vector<std::filesystem::path> code_files();
 
 /// A hash of such files.

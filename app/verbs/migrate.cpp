@@ -36,6 +36,7 @@ void replace_file(const std::filesystem::path& file, const std::string& text) {
 int migrate_files(const std::vector<std::filesystem::path>& files) {
   Registry registry(default_node_folders());
   registry.load_all();
+  for (const std::string& why : registry.refused()) tell_note(why);
   // All are read before the first is written.
   std::vector<Migrated> migrated;
   for (const std::filesystem::path& file : files) {

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/output.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/message_json.hpp"
 #include "framework/graph/plan.hpp"
@@ -15,6 +16,7 @@ namespace {
 /// One line a type.
 std::string message_list(Registry& registry) {
   registry.load_all();
+  for (const std::string& why : registry.refused()) tell_note(why);
   std::string text;
   for (const auto& [name, type] : registry.message_types()) {
     text += (text.empty() ? "[\n" : ",\n") + to_json(*type);

@@ -62,8 +62,9 @@ void check_abi(const fs::path& file) {
                      ": expected a library built for Tactor, found one that states no layout; node libraries have "
                      "TACTOR_NODES in one of their sources");
   }
-  throw InputError(file.string() + ": built for the layout " + stated + " of Tactor's messages and nodes, and " +
-                   (library_folder() / "libtactor.so").string() + " has the layout " + framework_abi() +
+  throw InputError(file.string() + ": built for the layout " + stated +
+                   " of Tactor's messages and nodes, and the libtactor in " + library_folder().string() +
+                   " has the layout " + framework_abi() +
                    "; it was not loaded. Build it again with the headers of this Tactor");
 }
 

@@ -4,8 +4,13 @@
 #include <filesystem>
 #include <string>
 
-/// Put once into a source of such a library: the hash of the headers and the compiler that it is built with, as a text
-/// in its file. The source includes tactor_abi.hpp before.
+#if !defined(__GLIBCXX__) || defined(_GLIBCXX_DEBUG) || !_GLIBCXX_USE_CXX11_ABI
+#error \
+    "Tactor's libraries hand strings and vectors to each other: build with libstdc++, its new ABI, and without _GLIBCXX_DEBUG"
+#endif
+
+/// Put once into a source of such a library: the hash of Tactor's headers that it is built with, as a text in its file.
+/// The source includes tactor_abi.hpp before.
 #define TACTOR_STATES_ABI                                                          \
   extern "C" {                                                                     \
   extern __attribute__((visibility("default"))) const char tactor_stated_abi[];    \

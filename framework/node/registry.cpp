@@ -115,7 +115,13 @@ void Registry::load_all() {
       if (!name.starts_with(library_prefix) || !name.ends_with(library_suffix)) continue;
       const std::string prefix =
           name.substr(library_prefix.size(), name.size() - library_prefix.size() - library_suffix.size());
-      if (!libraries_.contains(prefix) || !libraries_.at(prefix)) load(prefix, file);
+      if (libraries_.contains(prefix) && libraries_.at(prefix)) continue;
+      try {
+        load(prefix, file);
+      } catch (const InputError& error) {
+        const std::string why = error.what();
+        if (std::find(refused_.begin(), refused_.end(), why) == refused_.end()) refused_.push_back(why);
+      }
     }
   }
 }
@@ -163,7 +169,9 @@ void Registry::load(const std::string& prefix, const fs::path& file) {
 
 std::vector<fs::path> default_node_folders() {
   std::vector<fs::path> folders;
-  for (const fs::path& folder : {library_folder() / "tactor", installation_prefix() / "bin" / "nodes"}) {
+  const fs::path installed = fs::path("share") / "tactor" / "nodes";
+  for (const fs::path& folder : {library_folder() / "tactor", installation_prefix() / "bin" / "nodes",
+                                 installation_prefix() / installed, fs::path("/usr/local") / installed}) {
     if (fs::exists(folder)) folders.push_back(folder);
   }
   if (const fs::path data = user_data_folder(); !data.empty()) folders.push_back(data / "nodes");

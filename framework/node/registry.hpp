@@ -38,8 +38,11 @@ class Registry {
   /// with the line of the file, where there is no such class or Python refuses the file.
   const NodeInfo& find_python(const std::filesystem::path& file, const std::string& name);
 
-  /// Loads every library there is; for listings and for the nearest names in error texts.
+  /// Loads every library there is; for listings and for the nearest names in error texts. One that cannot be used is
+  /// left out, and `refused` has why.
   void load_all();
+  /// What load_all has left out so far, in words.
+  [[nodiscard]] const std::vector<std::string>& refused() const { return refused_; }
 
   /// The types known so far, by name.
   [[nodiscard]] std::vector<const NodeInfo*> types() const;
@@ -62,9 +65,11 @@ class Registry {
   std::map<std::string, NodeInfo, std::less<>> types_;
   std::map<std::string, const MessageType*, std::less<>> message_types_;
   std::map<std::string, bool, std::less<>> libraries_;  // prefix -> found
+  std::vector<std::string> refused_;
 };
 
-/// The folders of node libraries: that of this installation, then the user's, ~/.local/share/tactor/nodes.
+/// The folders of node libraries: those of this installation, then of what others have added to it or to /usr/local
+/// (share/tactor/nodes), then the user's (~/.local/share/tactor/nodes).
 std::vector<std::filesystem::path> default_node_folders();
 
 }  // namespace tactor

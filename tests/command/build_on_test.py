@@ -122,9 +122,22 @@ class New(BuiltOn):
     def test_a_study(self):
         self.new("study", "mine", "--graph", "wall/scene")
         text = (self.folder / "mine/study.yaml").read_text()
-        self.assertIn("graphs: [wall/scene]", text)
+        self.assertIn('graphs: ["wall/scene"]', text)
         self.do("tactor", "study", self.folder / "mine/study.yaml", "--short", "--out", self.folder / "out")
         self.assertEqual(len((self.folder / "out/study.csv").read_text().splitlines()), 1 + 2 * 2 * 2)
+
+    def test_a_node_by_the_name_of_its_library_alone_is_built(self):
+        self.new("node", "plain")
+        self.passes(self.build(self.folder / "plain", "plain"))
+
+    def test_a_study_of_a_file_with_any_name(self):
+        graph = self.write("a b, #c: [d/my graph.yaml", "extends: wall/scene\n")
+        self.new("study", "odd", "--graph", graph)
+        self.do("tactor", "study", self.folder / "odd/study.yaml", "--short", "--seeds", "1", "--duration", "0.2", "--out", self.folder / "out")
+
+    def test_words_of_the_example_may_be_in_a_name(self):
+        self.new("node", "my.example_parabola")
+        self.assertIn('"my.example_parabola"', (self.folder / "my/example_parabola.cpp").read_text())
 
     def test_bad_names_are_refused(self):
         for name, words in (("Mylab", "small letters"), ("1st", "small letters"), ("a.b.c", "small letters"), ("", "small letters"),
@@ -191,6 +204,13 @@ class OtherLayouts(BuiltOn):
         for part in (str(file), "0123456789abcdef", ours, "Build it again"):
             self.assertIn(part, message)
         self.assertNotIn("calling init: " + str(file), said)
+
+    def test_listings_leave_it_out_and_say_so(self):
+        self.library(lambda data: re.sub(b"tactor abi \\w{16}", b"tactor abi 0123456789abcdef", data))
+        self.environment.pop("LD_DEBUG")
+        result = self.do("tactor", "nodes")
+        self.assertIn("sink.metrics", result.stdout)
+        self.assertIn("0123456789abcdef", result.stderr)
 
     def test_one_that_fits_is_loaded(self):
         # What the test before looks for is there otherwise.
