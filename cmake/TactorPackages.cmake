@@ -1,6 +1,9 @@
 # Debian packages, by `cpack` in a build of the preset `package`: tactor, tactor-cgal, libtactor-dev, python3-tactor.
 # scripts/packages makes them, and asks lintian.
-set(TACTOR_MAINTAINER "Tactor developers <tactor@localhost.localdomain>" CACHE STRING "Who stands in the packages")
+# Who made the packages, as Debian writes it; -DTACTOR_MAINTAINER says otherwise.
+if(NOT TACTOR_MAINTAINER)
+  set(TACTOR_MAINTAINER "Tactor developers <developers@example.org>")
+endif()
 
 # What Debian asks of every package: its licence, what has changed, a manual page for each command.
 find_program(TACTOR_GZIP gzip REQUIRED)
@@ -47,6 +50,8 @@ endif()
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "${TACTOR_MAINTAINER}")
 set(CPACK_PACKAGE_VENDOR "Tactor")
+# Each package has a first line of its own.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
@@ -58,19 +63,19 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/lib)
 
 set(same "tactor (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME tactor)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/triggers)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "gnuplot-nox, chromium | firefox-esr, libtactor-dev, python3-tactor")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Smooth force feedback from slow physics
 A haptic device wants a force 1,000 times a second, and physics often delivers
 fewer, late and unevenly. Tactor closes that gap with virtual coupling,
-prediction and interpolation, chosen in a YAML file. It runs scenes in real time
-and under a virtual clock, drives devices on USB and Modbus, and reports error
+prediction and interpolation, chosen in a YAML file. It runs scenes live and
+under a virtual clock, drives devices on USB and Modbus, and reports error
 beside run time.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtactor-dev)
@@ -88,7 +93,7 @@ if(TACTOR_WITH_CGAL)
   set(CPACK_DEBIAN_CGAL_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_CGAL_PACKAGE_DEPENDS "${same}")
   set(CPACK_COMPONENT_CGAL_DESCRIPTION "Mesh checks, repair and exact collision for Tactor (GPL-3)
-The plugin that checks and repairs meshes by CGAL, and the node collision.exact.
+The plugin that checks and repairs meshes by CGAL, and collision.exact.
 A program that loads it is under the GNU General Public License as a whole.
 Without it Tactor takes meshes as they are.")
 endif()

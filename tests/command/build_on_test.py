@@ -133,7 +133,7 @@ class New(BuiltOn):
     def test_a_study_of_a_file_with_any_name(self):
         graph = self.write("a b, #c: [d/my graph.yaml", "extends: wall/scene\n")
         self.new("study", "odd", "--graph", graph)
-        self.do("tactor", "study", self.folder / "odd/study.yaml", "--short", "--seeds", "1", "--duration", "0.2", "--out", self.folder / "out")
+        self.do("tactor", "study", self.folder / "odd/study.yaml", "--short", "--seeds", "1", "--duration", "0.2", "--judge", "whole", "--out", self.folder / "out")
 
     def test_words_of_the_example_may_be_in_a_name(self):
         self.new("node", "my.example_parabola")
