@@ -14,6 +14,7 @@ function(tactor_install_component component)
     target_include_directories(${target} INTERFACE $<INSTALL_INTERFACE:${TACTOR_HEADER_FOLDER}>)
     target_compile_features(${target} INTERFACE $<INSTALL_INTERFACE:cxx_std_20>)
   endforeach()
+  set_property(GLOBAL APPEND PROPERTY TACTOR_INSTALLED_LIBRARIES ${ARGN})
   install(TARGETS ${ARGN} EXPORT tactor-${component} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} NAMELINK_COMPONENT dev
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
   install(EXPORT tactor-${component} NAMESPACE tactor:: DESTINATION ${TACTOR_CMAKE_FOLDER} COMPONENT dev)

@@ -113,7 +113,7 @@ def tactor(*arguments, program=TACTOR, environment=None, cwd=None, timeout=LONGE
 
 
 def verbs(*before):
-    """The verbs of the command, or of the verb `device`, from the refusal of a word that is none."""
+    """The verbs of the command, or of a verb that has some of its own, from the refusal of a word that is none."""
     said = re.search(r"expected a verb \(([^)]*)\)", tactor(*before, "no-such-verb").stderr)
     return said[1].split(", ")
 
@@ -121,7 +121,7 @@ def verbs(*before):
 def every_verb():
     """Every verb as words: `run`, `device test`. `emulate` hands its words on to programs of their own."""
     for verb in verbs():
-        if verb == "device":
+        if verb in ("device", "mesh", "new"):
             yield from ((verb, word) for word in verbs(verb))
         elif verb != "emulate":
             yield (verb,)
