@@ -40,7 +40,7 @@ Verdict judge(const MeshFile& file, const std::string& name, std::optional<doubl
   try {
     verdict.solid = make_solid(file.soup, name, verdict.report);
   } catch (const InputError& error) {
-    verdict.refusal = error.what();
+    verdict.refusal = error.what() + repair_hint(verdict.report, name);
     return verdict;
   }
   const SizeVerdict size = judge_size(scale.value_or(1) * bounds_of(*verdict.solid).longest(), scale.has_value());
@@ -101,7 +101,10 @@ Json json_of(const MeshChange& change, double diagonal) {
           {"moved_of_diagonal", std::max(change.old_to_new, change.new_to_old) / diagonal},
           {"moved_error", change.moved_error},
           {"removed_faces", change.removed},
+          {"inside_faces", change.inside},
+          {"inside_share", change.inside_share},
           {"filled_faces", change.filled},
+          {"filled_share", change.filled_share},
           {"volume_before", change.old_volume},
           {"volume_after", change.new_volume}};
 }
@@ -141,12 +144,17 @@ std::string moved_text(const MeshChange& change, double diagonal) {
   const auto share = [&](double length) {
     return fmt::format("{:.4g} ({:.2g} % of the diagonal)", length, 100 * length / diagonal);
   };
-  const std::string but_removed =
-      change.removed.empty() ? "" : fmt::format(", but for the {} removed,", counted(change.removed.size(), "face"));
-  const std::string but_filled =
-      change.filled.empty() ? ""
-                            : fmt::format(", but for the {} that fill holes,", counted(change.filled.size(), "face"));
-  std::string text = fmt::format("  the old surface{} is nowhere farther from the new one than {}\n", but_removed,
+  std::vector<std::string> gone;
+  if (!change.removed.empty()) gone.push_back(fmt::format("the {} removed", counted(change.removed.size(), "face")));
+  if (!change.inside.empty()) {
+    gone.push_back(fmt::format("what lies inside now, {:.3g} % of its area", 100 * change.inside_share));
+  }
+  const std::string but_gone = gone.empty() ? "" : fmt::format(", but for {},", fmt::join(gone, " and "));
+  const std::string but_filled = change.filled.empty()
+                                     ? ""
+                                     : fmt::format(", but for the {} that fill holes, {:.3g} % of its area,",
+                                                   counted(change.filled.size(), "face"), 100 * change.filled_share);
+  std::string text = fmt::format("  the old surface{} is nowhere farther from the new one than {}\n", but_gone,
                                  share(change.old_to_new));
   text += fmt::format("  the new surface{} is nowhere farther from the old one than {}\n", but_filled,
                       share(change.new_to_old));

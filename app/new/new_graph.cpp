@@ -99,12 +99,22 @@ SceneMesh scene_mesh(const fs::path& path) {
     std::string text = fmt::format("a graph refuses the mesh as it is ({}), so it was repaired:\n", refusal);
     for (const std::string& phrase : change.changes) text += "  " + phrase + "\n";
     text += moved_text(change, diagonal);
+    if (!change.filled.empty()) {
+      text += fmt::format(
+          "  look whether the body is to be solid where a hole was: the {:g} % that a surface may move here does not "
+          "count "
+          "what fills holes\n",
+          100 * most_moved);
+    }
     text.pop_back();
     tell_note(text);
     result.solid = change.mesh;
     result.file = stem + "_repaired.off";
     result.bytes = mesh_text(change.mesh, MeshFormat::off);
-    result.note = "repaired: `tactor mesh repair` tells what changed";
+    result.note = change.filled.empty()
+                      ? "repaired: `tactor mesh repair` tells what changed"
+                      : fmt::format("repaired, {:.2g} % of its surface fills holes: `tactor mesh repair` tells more",
+                                    100 * change.filled_share);
     return result;
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}\n{}\ntry `tactor mesh repair {} --out {}.off` with other options", refusal,

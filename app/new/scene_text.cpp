@@ -45,9 +45,10 @@ std::vector<WayPoint> way_points(const NewScene& scene) {
   return points;
 }
 
+/// To a micrometre, however far from the origin: 15 digits.
 std::string millimetres(double metres) {
   const double mm = std::round(1e6 * metres) / 1e3;
-  return fmt::format("{:g} mm", mm == 0 ? 0.0 : mm);
+  return fmt::format("{:.15g} mm", mm == 0 ? 0.0 : mm);
 }
 
 std::string vector_text(const Vec3& v) {

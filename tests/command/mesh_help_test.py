@@ -3,6 +3,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import sys
 import unittest
 
@@ -12,7 +13,7 @@ sys.path[:0] = [str(ROOT / "bench/meshes"), str(ROOT / "graphs/transfer")]
 import broken  # noqa: E402
 import make  # noqa: E402
 import measure  # noqa: E402
-from shapes import ball, write_off  # noqa: E402
+from shapes import ball, box, write_off  # noqa: E402
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 REFUSED = ROOT / "bench/meshes/refused.txt"
@@ -71,18 +72,37 @@ class Mesh(CommandTest):
     def test_overlapping_balls_become_their_union(self):
         # Two balls of radius r at a distance d: the lens that both have in common counts once.
         r, d = 0.05, 0.06
-        mesh = broken.joined(ball(r, 96), broken.moved(ball(r, 96), (d, 0, 0)))
+        mesh = broken.joined(ball(r, 64), broken.moved(ball(r, 64), (d, 0, 0)))
         file, out = self.folder / "two.off", self.folder / "one.off"
         write_off(mesh, file)
-        self.run_ok("mesh", "repair", file, "--out", out)
+        told = json.loads(self.run_ok("mesh", "repair", file, "--out", out, "--json").stdout)
         lens = math.pi * (4 * r + d) * (2 * r - d) ** 2 / 12
-        self.assertAlmostEqual(volume(out) / (2 * 4 / 3 * math.pi * r**3 - lens), 1, delta=0.005)
+        self.assertAlmostEqual(volume(out) / (2 * 4 / 3 * math.pi * r**3 - lens), 1, delta=0.01)
+        # Of each ball a cap of the height r - d / 2 lies inside the other.
+        self.assertAlmostEqual(told["inside_share"], (r - d / 2) / (2 * r), delta=0.01)
+
+    def test_bodies_that_overlap_are_counted_and_only_what_lies_inside_is_left_out(self):
+        # Two pairs of cubes; a quarter of three sides of each lies inside the other.
+        cube, far = box(0.1, 0.1, 0.1), (1.0, 0.0, 0.0)
+        pair = broken.joined(cube, broken.moved(cube, (0.05, 0.05, 0.05)))
+        file, out = self.folder / "four.off", self.folder / "two.off"
+        write_off(broken.joined(pair, broken.moved(pair, far)), file)
+        told = json.loads(self.run_ok("mesh", "repair", file, "--out", out, "--json").stdout)
+        self.assertEqual(told["changes"], ["4 bodies that overlapped were united to 2"])
+        self.assertAlmostEqual(volume(out) / (2 * (2 - 1 / 8) * 1e-3), 1, places=9)
+        self.assertAlmostEqual(told["inside_share"], 1 / 8, delta=0.005)
+        self.assertEqual(len(told["inside_faces"]), 24)
+        self.assertEqual(told["removed_faces"], [])
+        self.assertLessEqual(told["old_to_new"], 1.001e-4 * told["diagonal"])
+        said = self.run_ok("mesh", "repair", file, "--out", out, "--overwrite").stdout
+        self.assertRegex(said, r"but for what lies inside now, 1[23]\S* % of its area")
 
     def test_check_says_what_a_graph_says(self):
         file = self.made("broken/ball_hole.off")
         graph = self.write("g.yaml", f"format: 2\nextends: {ROOT}/graphs/wall/scene.yaml\nscene: {{bodies: {{wall: {{plane: ~, mesh: {file}}}}}}}\n")
         said = self.refused("mesh", "check", file).strip()
         self.assertIn(said, self.refused("check", graph))
+        self.assertTrue(said.endswith(f"; or try `tactor mesh repair {file} --out ball_hole_repaired.off`"), said)
         told = json.loads(tactor("mesh", "check", file, "--json", environment=self.environment).stdout)
         self.assertEqual((told["accepted"], told["refusal"]), (False, said))
         # So does the size.
@@ -160,6 +180,29 @@ class Mesh(CommandTest):
         self.assertIn("one element vertex and one element face", self.refused("mesh", "repair", self.write("p.ply", POINTS), "--out", self.folder / "x.off"))
 
 
+class WithoutCgal(CommandTest):
+    """A copy of the command's library beside which the plugin does not lie."""
+
+    def setUp(self):
+        super().setUp()
+        library = self.folder / "lib"
+        library.mkdir()
+        for file in (BUILD / "lib").glob("libtactor.so*"):
+            shutil.copy(file, library, follow_symlinks=False)
+        self.environment["LD_LIBRARY_PATH"] = str(library)
+
+    def test_what_needs_the_plugin_says_so_and_a_scene_takes_the_mesh_as_it_is(self):
+        mesh, out = self.folder / "box.off", self.folder / "out.off"
+        write_off(box(0.1, 0.06, 0.04), mesh)
+        for words in (("check",), ("info",), ("repair", "--out", out), ("decimate", "--faces", "8", "--out", out)):
+            result = tactor("mesh", words[0], mesh, *words[1:], environment=self.environment)
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn(f"tactor mesh {words[0]} needs the plugin tactor_cgal (package tactor-cgal", result.stderr)
+            self.assertFalse(out.exists())
+        said = self.run_ok("new", "graph", "taken", "--mesh", mesh, "--in", self.folder).stderr
+        self.assertIn("it was neither checked nor repaired, because the plugin tactor_cgal is not installed", said)
+
+
 POINTS = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"
 
 
@@ -197,6 +240,26 @@ class NewGraph(CommandTest):
         self.assertGreater(summary["refits"], 0)
         text = (self.folder / "box/scene.yaml").read_text()
         self.assertIn("box: {size: [100 mm, 60 mm, 40 mm]}", text)
+
+    def test_a_mesh_far_from_the_origin_is_brought_back(self):
+        # 1e5 body lengths, and a place that six digits do not tell.
+        mesh = self.folder / "far.off"
+        write_off(broken.moved(box(0.1, 0.1, 0.1), (10000.123, -0.25, 0.0)), mesh)
+        self.new("far", "--mesh", mesh)
+        self.assertIn("pose: {p: [-10000123 mm, 250 mm, 0 mm]}", (self.folder / "far/scene.yaml").read_text())
+        self.touches(self.folder / "far/scene.yaml")
+
+    def test_what_fills_holes_is_told(self):
+        vertices, faces = box(0.1, 0.1, 0.1)
+        mesh = self.folder / "open.off"
+        write_off((vertices, faces[2:]), mesh)
+        said = self.new("open", "--mesh", mesh).stderr
+        # A sixth of the new surface is the lid.
+        self.assertIn("the widest 0.1 wide (57.74 % of the diagonal)", said)
+        self.assertIn("but for the 2 faces that fill holes, 16.7 % of its area,", said)
+        self.assertIn("(+20 %)", said)
+        self.assertIn("does not count what fills holes", said)
+        self.assertIn("17 % of its surface fills holes", (self.folder / "open/scene.yaml").read_text())
 
     def test_the_size_is_chosen_and_told(self):
         mesh = make.make(SCENES, self.folder / "made", BUILD, {"sound/ball_in_mm.off"})["sound/ball_in_mm.off"]

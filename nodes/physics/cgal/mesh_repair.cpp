@@ -62,6 +62,11 @@ class Repair {
 
  private:
   [[noreturn]] void refuse(const std::string& what) const { throw InputError(file_ + ": " + what); }
+  /// For faults that mesh_rework.hpp is made for.
+  [[noreturn]] void refuse_repairable(const std::string& what) const {
+    report_.repairable = true;
+    refuse(what);
+  }
 
   std::string number_list(const std::vector<std::size_t>& polygons) const {
     constexpr std::size_t most = 6;
@@ -88,19 +93,20 @@ class Repair {
     if (faults.first) {
       const std::string edge = text(soup_.points[faults.first->a]) + " to " + text(soup_.points[faults.first->b]);
       if (faults.branches > 0) {
-        refuse("the surface is not manifold: " + counted(faults.branches, "edge") +
-               (faults.branches == 1 ? " belongs" : " belong") + " to more than two faces, the first from " + edge +
-               " to the faces " + number_list(faults.first->polygons) +
-               "; take out inner walls, or keep bodies that touch apart, in a modeller");
+        refuse_repairable("the surface is not manifold: " + counted(faults.branches, "edge") +
+                          (faults.branches == 1 ? " belongs" : " belong") + " to more than two faces, the first from " +
+                          edge + " to the faces " + number_list(faults.first->polygons) +
+                          "; take out inner walls, or keep bodies that touch apart, in a modeller");
       }
-      refuse("the surface is not closed: " + counted(faults.borders, "edge") +
-             (faults.borders == 1 ? " has" : " have") + " a face on one side only, the first from " + edge +
-             " at face " + number_list(faults.first->polygons) +
-             "; fill the holes in a modeller, and merge vertices that nearly coincide");
+      refuse_repairable("the surface is not closed: " + counted(faults.borders, "edge") +
+                        (faults.borders == 1 ? " has" : " have") + " a face on one side only, the first from " + edge +
+                        " at face " + number_list(faults.first->polygons) +
+                        "; fill the holes in a modeller, and merge vertices that nearly coincide");
     }
     if (const std::vector<std::size_t> ties = find_bow_ties(soup_); !ties.empty()) {
-      refuse("the surface is not manifold: parts of it touch in " + counted(ties.size(), "vertex") + ", the first at " +
-             text(soup_.points[ties.front()]) + "; keep the parts apart, or join them along a face, in a modeller");
+      refuse_repairable("the surface is not manifold: parts of it touch in " + counted(ties.size(), "vertex") +
+                        ", the first at " + text(soup_.points[ties.front()]) +
+                        "; keep the parts apart, or join them along a face, in a modeller");
     }
     turned_.assign(faces_of_file_, false);
     inconsistent_ = faults.against > 0;
@@ -159,8 +165,9 @@ class Repair {
     remove_flat_faces(surface_);
     for (const Face f : surface_.faces()) {
       if (is_flat(f)) {
-        refuse("face " + std::to_string(numbers_[f]) + " at " + text(surface_.point(corners_of(surface_, f)[0])) +
-               " has no area and cannot be taken out; remove it in a modeller");
+        refuse_repairable("face " + std::to_string(numbers_[f]) + " at " +
+                          text(surface_.point(corners_of(surface_, f)[0])) +
+                          " has no area and cannot be taken out; remove it in a modeller");
       }
     }
     if (surface_.number_of_faces() == 0) refuse("no face has an area; export the surface as polygons");
@@ -179,10 +186,11 @@ class Repair {
     }
     const std::string count =
         pairs.size() >= most ? std::to_string(most) + " or more pairs" : counted(pairs.size(), "pair");
-    refuse("the surface cuts itself: " + count + " of faces meet where they are not neighbours, the first faces " +
-           std::to_string(first.first) + " and " + std::to_string(first.second) + " near " +
-           text(surface_.point(corners_of(surface_, place)[0])) +
-           "; unite parts that overlap (a Boolean union) in a modeller");
+    refuse_repairable("the surface cuts itself: " + count +
+                      " of faces meet where they are not neighbours, the first faces " + std::to_string(first.first) +
+                      " and " + std::to_string(first.second) + " near " +
+                      text(surface_.point(corners_of(surface_, place)[0])) +
+                      "; unite parts that overlap (a Boolean union) in a modeller");
   }
 
   /// Outer shells look outwards, cavities into themselves.

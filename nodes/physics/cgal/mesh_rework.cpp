@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
@@ -11,7 +10,9 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "nodes/physics/cgal/mesh_parts.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
+#include "nodes/physics/cgal/rework_measures.hpp"
 #include "nodes/physics/cgal/soup_rework.hpp"
 #include "nodes/physics/cgal/surface_mesh.hpp"
 #include "nodes/physics/cgal/surface_rework.hpp"
@@ -21,92 +22,6 @@
 namespace tactor {
 
 namespace {
-
-std::string short_text(double v) {
-  std::array<char, 40> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.4g", v);
-  return buffer.data();
-}
-std::string place_text(const Vec3& p) {
-  return "(" + short_text(p.x) + ", " + short_text(p.y) + ", " + short_text(p.z) + ")";
-}
-
-Corners corners_at(const TriangleMesh& mesh, std::size_t face) {
-  const auto& f = mesh.faces[face];
-  const auto at = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(f[i])]; };
-  return {at(0), at(1), at(2)};
-}
-std::vector<Corners> triangle_list(const TriangleMesh& mesh) {
-  std::vector<Corners> list;
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) list.push_back(corners_at(mesh, f));
-  return list;
-}
-Vec3 middle_of(const Corners& t) {
-  return (t[0] + t[1] + t[2]) / 3;
-}
-double area_of(const Corners& t) {
-  return 0.5 * norm(cross(t[1] - t[0], t[2] - t[0]));
-}
-
-/// Which body each face belongs to, from 0; their number.
-std::pair<std::vector<std::size_t>, std::size_t> bodies_of(const TriangleMesh& mesh) {
-  std::vector<std::size_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](std::size_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (const auto& f : mesh.faces) {
-    for (std::size_t k = 1; k < 3; ++k)
-      parent[root(static_cast<std::size_t>(f[k]))] = root(static_cast<std::size_t>(f[0]));
-  }
-  std::map<std::size_t, std::size_t> number;
-  std::vector<std::size_t> body;
-  for (const auto& f : mesh.faces) {
-    body.push_back(number.emplace(root(static_cast<std::size_t>(f[0])), number.size()).first->second);
-  }
-  return {std::move(body), number.size()};
-}
-
-/// The faces for which `keep` is true, with the vertices that they need.
-template <class Keep>
-TriangleMesh part_of(const TriangleMesh& mesh, const Keep& keep) {
-  TriangleMesh part;
-  std::vector<int> place(mesh.vertices.size(), -1);
-  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
-    if (!keep(f)) continue;
-    std::array<int, 3> face = mesh.faces[f];
-    for (int& corner : face) {
-      int& at = place[static_cast<std::size_t>(corner)];
-      if (at < 0) {
-        at = static_cast<int>(part.vertices.size());
-        part.vertices.push_back(mesh.vertices[static_cast<std::size_t>(corner)]);
-      }
-      corner = at;
-    }
-    part.faces.push_back(face);
-  }
-  return part;
-}
-
-void append(TriangleMesh& mesh, const TriangleMesh& more) {
-  const auto first = static_cast<int>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
-  for (const auto& f : more.faces) mesh.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-}
-
-/// For each edge in its direction, whether a face lies on it.
-std::set<std::pair<int, int>> directed_edges(const TriangleMesh& mesh) {
-  std::set<std::pair<int, int>> edges;
-  for (const auto& f : mesh.faces) {
-    for (std::size_t k = 0; k < 3; ++k) edges.emplace(f[k], f[(k + 1) % 3]);
-  }
-  return edges;
-}
-bool is_closed(const TriangleMesh& mesh) {
-  const auto edges = directed_edges(mesh);
-  return std::all_of(edges.begin(), edges.end(), [&](const auto& e) { return edges.contains({e.second, e.first}); });
-}
 
 TriangleMesh without_flat_faces(const TriangleMesh& mesh) {
   SurfaceMesh surface = surface_of(mesh);
@@ -413,24 +328,27 @@ class Rework {
   }
 
   void unite(std::vector<TriangleMesh>& parts, const std::set<std::pair<std::size_t, std::size_t>>& crossing) {
-    std::vector<std::size_t> now(parts.size());
+    std::vector<std::size_t> now(parts.size()), bodies(parts.size(), 1);
     std::iota(now.begin(), now.end(), std::size_t{0});
-    std::size_t united_bodies = 0;
     for (const auto& [a, b] : crossing) {
       const std::size_t first = now[a], second = now[b];
-      if (first == second) continue;
-      if (!is_closed(parts[first]) || !is_closed(parts[second])) return;
+      if (first == second || !is_closed(parts[first]) || !is_closed(parts[second])) continue;
       TriangleMesh both = united(outward(parts[first]), outward(parts[second]));
-      if (both.faces.empty()) return;  // the check tells
+      if (both.faces.empty()) continue;  // the check tells
       parts[first] = std::move(both);
       parts[second] = {};
-      for (std::size_t& n : now) {
-        if (n == second) n = first;
-      }
-      ++united_bodies;
+      bodies[first] += std::exchange(bodies[second], 0);
+      std::replace(now.begin(), now.end(), second, first);
     }
-    if (united_bodies == 0) return;
-    tell(std::to_string(united_bodies + 1) + " bodies that overlapped were united");
+    std::size_t before = 0, after = 0;
+    for (const std::size_t n : bodies) {
+      if (n < 2) continue;
+      before += n;
+      ++after;
+    }
+    if (after == 0) return;
+    tell(std::to_string(before) + " bodies that overlapped were united" +
+         (after > 1 ? " to " + std::to_string(after) : ""));
     swallowing_ = true;
   }
 
@@ -444,13 +362,7 @@ class Rework {
   void check() {
     MeshReport report;
     try {
-      PolygonSoup soup;
-      soup.points = mesh_.vertices;
-      for (const auto& f : mesh_.faces) {
-        soup.polygons.push_back(
-            {static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
-      }
-      change_.mesh = repaired_solid(std::move(soup), file_, report);
+      change_.mesh = repaired_solid(soup_of(mesh_), file_, report);
     } catch (const InputError& error) {
       throw InputError(std::string(error.what()) + "; this is what is left after the repair" +
                        (options_.wrap ? "" : wrap_hint));
@@ -460,46 +372,14 @@ class Rework {
   }
 
   void measure() {
-    const std::vector<Corners> now = triangle_list(change_.mesh);
-    if (swallowing_) note_swallowed();
-    note_doubles();
-    note_filled(now);
-    change_.moved_error = 1e-4 * diagonal_;
-    std::vector<Corners> kept, surface;
-    for (std::size_t i = 0; i < old_.size(); ++i) {
-      if (!std::binary_search(change_.removed.begin(), change_.removed.end(), old_numbers_[i])) kept.push_back(old_[i]);
-    }
-    for (std::size_t f = 0; f < now.size(); ++f) {
-      if (!std::binary_search(change_.filled.begin(), change_.filled.end(), f)) surface.push_back(now[f]);
-    }
-    change_.old_to_new = largest_gap(kept, now, change_.moved_error);
-    change_.new_to_old = largest_gap(surface, old_, change_.moved_error);
-    change_.new_volume = mass_properties(change_.mesh).volume;
+    measure_change({old_, old_numbers_, patches_, swallowing_, diagonal_}, change_);
+    add_doubles(change_.removed);
+    add_doubles(change_.inside);
   }
 
-  /// Faces of which a union has put a part inside.
-  void note_swallowed() {
-    std::vector<Vec3> points;
-    for (const Corners& t : old_) {
-      points.insert(points.end(),
-                    {t[0], t[1], t[2], 0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0]), middle_of(t)});
-    }
-    const std::vector<bool> inside = inside_of(points, change_.mesh);
-    const std::vector<double> gaps = gaps_of(points, triangle_list(change_.mesh));
-    std::set<std::size_t> swallowed;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (inside[i] && gaps[i] > 1e-6 * diagonal_) swallowed.insert(old_numbers_[i / 7]);
-    }
-    change_.removed.insert(change_.removed.end(), swallowed.begin(), swallowed.end());
-    if (!swallowed.empty()) {
-      tell(counted(swallowed.size(), "face") + " now" + (swallowed.size() == 1 ? " lies" : " lie") +
-           " inside the body, wholly or in part");
-    }
-  }
-
-  /// Of faces at the same place one was kept; where that is removed, all of them are gone.
-  void note_doubles() {
-    if (change_.removed.empty()) return;
+  /// Of faces at the same place one was kept; what became of it became of all of them.
+  void add_doubles(std::vector<std::size_t>& numbers) const {
+    if (numbers.empty()) return;
     const auto key = [&](std::size_t number) {
       std::vector<std::array<double, 3>> corners;
       for (const std::size_t c : file_polygons_.polygons[number]) {
@@ -509,22 +389,11 @@ class Rework {
       std::sort(corners.begin(), corners.end());
       return corners;
     };
-    std::set<std::vector<std::array<double, 3>>> gone;
-    for (const std::size_t number : change_.removed) gone.insert(key(number));
+    std::set<std::vector<std::array<double, 3>>> told;
+    for (const std::size_t number : numbers) told.insert(key(number));
+    numbers.clear();
     for (std::size_t number = 0; number < file_polygons_.polygons.size(); ++number) {
-      if (gone.contains(key(number))) change_.removed.push_back(number);
-    }
-    std::sort(change_.removed.begin(), change_.removed.end());
-    change_.removed.erase(std::unique(change_.removed.begin(), change_.removed.end()), change_.removed.end());
-  }
-
-  void note_filled(const std::vector<Corners>& now) {
-    if (patches_.empty()) return;
-    std::vector<Vec3> middles;
-    for (const Corners& t : now) middles.push_back(middle_of(t));
-    const std::vector<double> from_old = gaps_of(middles, old_), from_patch = gaps_of(middles, patches_);
-    for (std::size_t f = 0; f < now.size(); ++f) {
-      if (from_old[f] > 1e-9 * diagonal_ && from_patch[f] < from_old[f]) change_.filled.push_back(f);
+      if (told.contains(key(number))) numbers.push_back(number);
     }
   }
 
@@ -547,47 +416,6 @@ class Rework {
 
 MeshChange reworked_solid(PolygonSoup soup, const std::string& file, const RepairOptions& options) {
   return Rework(file, options).run(std::move(soup));
-}
-
-MeshChange decimated_solid(const TriangleMesh& solid, std::size_t faces, const std::string& file) {
-  const std::size_t even = faces - faces % 2;
-  if (solid.faces.size() < even) {
-    throw InputError(file + ": the mesh has " + std::to_string(solid.faces.size()) + " faces, fewer than the " +
-                     std::to_string(faces) + " asked for; a mesh is not made finer");
-  }
-  TriangleMesh mesh = collapsed(solid, even);
-  if (mesh.faces.size() > even) {
-    throw InputError(file + ": no edge can be collapsed below " + std::to_string(mesh.faces.size()) +
-                     " faces without folding the surface; ask for as many");
-  }
-  MeshChange change;
-  if (!self_intersections(surface_of(mesh), 1).empty()) {
-    mesh = untangled(mesh);
-    change.changes.emplace_back("places where the coarser surface cut itself were smoothed or filled anew");
-  }
-  PolygonSoup soup;
-  soup.points = mesh.vertices;
-  for (const auto& f : mesh.faces) {
-    soup.polygons.push_back(
-        {static_cast<std::size_t>(f[0]), static_cast<std::size_t>(f[1]), static_cast<std::size_t>(f[2])});
-  }
-  MeshReport report;
-  try {
-    change.mesh = repaired_solid(std::move(soup), file, report);
-  } catch (const InputError& error) {
-    throw InputError(std::string(error.what()) + "; this is so after decimation to " + std::to_string(even) +
-                     " faces: ask for more");
-  }
-  change.report.warnings = report.warnings;
-  const auto before = triangle_list(solid), now = triangle_list(change.mesh);
-  change.moved_error = 1e-4 * norm(bounds_of(solid).size());
-  change.old_to_new = largest_gap(before, now, change.moved_error);
-  change.new_to_old = largest_gap(now, before, change.moved_error);
-  change.old_volume = mass_properties(solid).volume;
-  change.new_volume = mass_properties(change.mesh).volume;
-  change.changes.insert(change.changes.begin(), std::to_string(solid.faces.size()) + " faces became " +
-                                                    std::to_string(change.mesh.faces.size()));
-  return change;
 }
 
 }  // namespace tactor

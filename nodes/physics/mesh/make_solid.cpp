@@ -1,5 +1,6 @@
 #include "nodes/physics/mesh/make_solid.hpp"
 
+#include <filesystem>
 #include <utility>
 
 #include "framework/core/check.hpp"
@@ -34,6 +35,12 @@ TriangleMesh unrepaired_solid(PolygonSoup soup, const std::string& file, MeshRep
 TriangleMesh make_solid(PolygonSoup soup, const std::string& file, MeshReport& report) {
   if (!repairs_meshes()) return unrepaired_solid(std::move(soup), file, report);
   return load_cgal_plugin("the repair of " + file).repaired_solid(std::move(soup), file, report);
+}
+
+std::string repair_hint(const MeshReport& report, const std::string& file) {
+  if (!report.repairable) return "";
+  return "; or try `tactor mesh repair " + file + " --out " + std::filesystem::path(file).stem().string() +
+         "_repaired.off`";
 }
 
 bool repairs_meshes() {

@@ -17,6 +17,9 @@ namespace tactor {
 /// Throws InputError, beginning with `file`, where there is no such surface.
 TriangleMesh make_solid(PolygonSoup soup, const std::string& file, MeshReport& report);
 
+/// What to add to a refusal by make_solid where `tactor mesh repair` may help: `; or try ...`. Empty where not.
+std::string repair_hint(const MeshReport& report, const std::string& file);
+
 /// Whether make_solid repairs: the plugin is installed.
 bool repairs_meshes();
 

@@ -27,10 +27,15 @@ struct MeshChange {
   /// What of the file has no counterpart in the new mesh on purpose: loose and inner pieces. Numbers of faces in the
   /// file, ascending.
   std::vector<std::size_t> removed;
+  /// Faces of the file of which a part lies inside the new body, since bodies were united. Numbers, ascending.
+  std::vector<std::size_t> inside;
+  double inside_share = 0;  ///< of the area of the file's faces: what lies inside, by samples
   /// Faces of the new mesh that fill holes, ascending.
   std::vector<std::size_t> filled;
+  double filled_share = 0;  ///< of the area of the new mesh: what fills holes
 
-  /// No point of the file's faces but those removed is farther from the new surface (Hausdorff, one side).
+  /// No point of the file's faces is farther from the new surface (Hausdorff, one side), but for those removed and what
+  /// lies inside. Pieces of 1/32 of the diagonal across the edge of what lies inside are judged by samples.
   double old_to_new = 0;
   /// No point of the new surface but of what fills holes is farther from the faces of the file (the other side).
   double new_to_old = 0;

@@ -11,6 +11,7 @@ namespace tactor {
 struct MeshReport {
   std::vector<std::string> repairs;   ///< where the mesh differs from its file
   std::vector<std::string> warnings;  ///< what is allowed, but seldom meant
+  bool repairable = false;            ///< it was refused for a fault that `tactor mesh repair` is made for
   bool operator==(const MeshReport&) const = default;
 };
 

@@ -123,7 +123,11 @@ SolidFile load_within_memory(const fs::path& path, const fs::path& cache_folder)
     if (std::optional<SolidFile> cached = solid_from_bytes(*found.bytes)) return std::move(*cached);
     solid.notes.push_back(cache.file(key).string() + ": the cached file holds no solid; computed again and replaced");
   }
-  solid.mesh = make_solid(read_mesh(file, format, bytes), file, solid.report);
+  try {
+    solid.mesh = make_solid(read_mesh(file, format, bytes), file, solid.report);
+  } catch (const InputError& error) {
+    throw InputError(error.what() + repair_hint(solid.report, file));
+  }
   std::string note = cache.store(key, to_bytes(solid));
   if (!note.empty()) solid.notes.push_back(std::move(note));
   return solid;
