@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
-#include "framework/core/messages.hpp"
 #include "framework/node/port.hpp"
 #include "python/nodes/interpreter.hpp"
 
@@ -16,28 +15,6 @@ namespace tactor::python {
 namespace py = pybind11;
 
 namespace {
-
-/// Throws ValueError where a count or an index of the message would lead its readers out of its arrays.
-void refuse_unreadable(const MessageType& type, const void* value) {
-  const auto refuse = [&](const std::string& field, int low, int high, int found) {
-    if (found >= low && found <= high) return;
-    throw py::value_error(fmt::format("{}.{}: expected {} to {}, found {}", type.name, field, low, high, found));
-  };
-  if (same_type(type, message_type<Forecast>())) {
-    refuse("count", 1, Forecast::capacity, static_cast<const Forecast*>(value)->count);
-  } else if (same_type(type, message_type<BodyStates>())) {
-    refuse("count", 0, BodyStates::capacity, static_cast<const BodyStates*>(value)->count);
-  } else if (same_type(type, message_type<ContactSet>())) {
-    const auto& set = *static_cast<const ContactSet*>(value);
-    refuse("bodies.count", 0, BodyStates::capacity, set.bodies.count);
-    refuse("count", 0, ContactSet::capacity, set.count);
-    for (int i = 0; i < set.count; ++i) {
-      const ContactPair& pair = set.pair[static_cast<std::size_t>(i)];
-      refuse(fmt::format("pair[{}].body", i), 0, BodyStates::capacity - 1, pair.body);
-      refuse(fmt::format("pair[{}].other", i), ContactPair::fixed, BodyStates::capacity - 1, pair.other);
-    }
-  }
-}
 
 /// A copy of the message, as one numpy record.
 py::object record_of(const MessageArrays& arrays, const MessageView& message) {
@@ -156,7 +133,6 @@ struct PythonNode::OutputPort {
     if (py::isinstance(value, numpy.attr("void"))) value = numpy.attr("asarray")(value);
     try {
       const OwnedValue owned = arrays.value_of(value, where);
-      refuse_unreadable(arrays.type(), owned.data());
       port.send(valid, owned.data());
     } catch (const InputError& error) {
       throw py::value_error(error.what());

@@ -200,7 +200,7 @@ class NodesInPython(CommandTest):
                 self.refused("wall.yaml:6:", *parts, graph=self.wall(node))
 
     def test_what_its_readers_could_not_read_is_not_sent(self):
-        for change, text in ((("= 4, 0.01", "= 5, 0.01"), "ValueError: Forecast.count: expected 1 to 4, found 5"),
+        for change, text in ((("= 4, 0.01", "= 5, 0.01"), "ValueError: forecast: Forecast.count: expected 1 to 4, found 5"),
                              (("made)", '{"count": 1})'), "ValueError: forecast: expected the fields current_force"),
                              (("made)", "sample)"), "ValueError: forecast: expected the fields"),
                              (('sample["valid_ns"]', "step.now"), "TypeError: valid_ns: expected a time")):

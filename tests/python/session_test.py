@@ -137,6 +137,22 @@ class Feeds(PackageTest):
             self.refused(TypeError, feed.send)
             self.assertIn("valid", self.refused(tactor.InputError, feed.send, whole, valid="3 kg"))
 
+    def test_what_would_lead_a_reader_out_of_an_array_is_refused(self):
+        with tactor.Session(WALL, duration="1 s", feeds=["dynamics.contacts"]) as session:
+            feed = session.feed("dynamics.contacts")
+            session.start()
+            for field, wrong in (("count", 2_000_000), ("count", -1), ("bodies.count", 1000), ("pair.body", -1)):
+                value = numpy.zeros((), feed.dtype)
+                value["count"] = 1
+                inner, _, last = field.rpartition(".")
+                (value[inner] if inner else value)[last] = wrong
+                with self.subTest(field=field, wrong=wrong):
+                    self.assertRegex(self.refused(tactor.InputError, feed.send, value), rf"ContactSet\..*{last}: expected")
+                    self.assertRegex(self.refused(tactor.InputError, feed.send, {name: value[name] for name in feed.dtype.names}),
+                                     rf"ContactSet\..*{last}: expected")
+            self.assertTrue(feed.send(numpy.zeros((), feed.dtype)))
+            session.advance("100 ms")
+
     def test_a_parameter_changes_while_the_run_goes_on(self):
         with tactor.Session(WALL, duration="1 s") as session:
             tap = session.tap("coupling.parameters")
