@@ -8,6 +8,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/node/port.hpp"
+#include "python/interpreter_lock.hpp"
 #include "python/nodes/interpreter.hpp"
 
 namespace tactor::python {
@@ -155,7 +156,7 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
   for (std::size_t i = 0; i < class_.outputs.size(); ++i) {
     outputs_.push_back(std::make_shared<OutputPort>(class_.outputs[i], info.outputs[i].name));
   }
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   try {
     py::list ports;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
@@ -188,7 +189,7 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
 }
 
 PythonNode::~PythonNode() {
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   for (py::object* one : {&step_method_, &start_method_, &step_, &object_}) *one = py::object();
 }
 
@@ -206,7 +207,7 @@ void PythonNode::open_ports(bool open) {
 }
 
 void PythonNode::call(const py::object& method, StepContext& context) {
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   const auto close = [this](void*) { open_ports(false); };
   open_ports(true);
   const std::unique_ptr<void, decltype(close)> closing(this, close);
@@ -214,7 +215,10 @@ void PythonNode::call(const py::object& method, StepContext& context) {
     step_.attr("now_ns") = context.now().ns;
     step_.attr("phase") = word_of(context.phase());
     step_.attr("work") = 0;
-    method(step_);
+    // A step that the program leaves behind as it ends is ended by Python, which must not reach the engine's frames.
+    const auto answer = py::reinterpret_steal<py::object>(
+        parked_at_end([&] { return PyObject_CallOneArg(method.ptr(), step_.ptr()); }));
+    if (!answer) throw py::error_already_set();
     context.add_work(work_of(step_.attr("work")));
   } catch (const py::error_already_set& error) {
     throw failed(error);
@@ -230,7 +234,7 @@ void PythonNode::step(StepContext& context) {
 }
 
 void PythonNode::tune(const std::vector<ParamValue>& values) {
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   try {
     node_module().attr("assign")(object_, dict_of(class_.info, values));
     object_.attr("tune")();

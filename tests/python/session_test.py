@@ -203,6 +203,7 @@ class Misuse(PackageTest):
             self.assertIn("source.feed", self.refused(tactor.InputError, session.feed, "device.target"))
             self.refused(ValueError, session.tap, "device.state", queue=0)
         self.assertIn("pace", self.refused(tactor.InputError, tactor.Session, WALL, pace=-1))
+        self.assertIn("pace", self.refused(tactor.InputError, tactor.Session, WALL, pace=1e-9))
 
     def test_objects_of_the_extension_are_not_made_by_hand(self):
         for kind in (tactor._tactor.Tap, tactor._tactor.Feed, tactor._tactor.RunResult):
@@ -245,16 +246,23 @@ class Threads(PackageTest):
         results = [None, None]
 
         def run(i):
-            with tactor.Session(WALL, duration="5 s", seed=i + 1) as session:
-                tap = session.tap("device.commanded")
-                session.run()
-                results[i] = numpy.asarray(tap.take())
+            try:
+                with tactor.Session(WALL, duration="5 s", seed=i + 1) as session:
+                    tap = session.tap("device.commanded")
+                    session.run()
+                    results[i] = numpy.asarray(tap.take())
+            except BaseException as error:
+                results[i] = error
+                raise
         threads = [threading.Thread(target=run, args=(i,)) for i in range(2)]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
         at_once = list(results)
+        for one in at_once:
+            if isinstance(one, BaseException):
+                raise one
         for i in range(2):
             run(i)
             numpy.testing.assert_array_equal(at_once[i], results[i])
@@ -283,6 +291,19 @@ class Memory(PackageTest):
         sessions(1000)
         # A session that stayed would be some 100 kB.
         self.assertLess(resident_MB() - before, 4)
+
+    def test_taps_that_are_gone_leave_nothing_behind(self):
+        with tactor.Session(WALL, duration="100 s") as session:
+            def taps(count):
+                for _ in range(count):
+                    tap = session.tap("device.state")
+                    session.advance("1 ms")
+                    tap.take()
+            taps(100)
+            before = resident_MB()
+            taps(1000)
+            # A tap that stayed would be 64 kB or more.
+            self.assertLess(resident_MB() - before, 16)
 
 
 if __name__ == "__main__":
