@@ -205,7 +205,7 @@ class End(PackageTest):
         self.write("stuck.py", STUCK)
         self.assertEqual(self.ended("""
             import threading, time, tactor
-            graph = tactor.load("wall/scene", over={"nodes": {"metrics": None, "prediction": {"python": "stuck.py:Stuck"}}})
+            graph = tactor.load("wall/scene", over={"nodes": {"metrics": None, "prediction": {"python": "stuck.py:Stuck"}}, "record": ["device.commanded"]})
             threading.Thread(target=lambda: tactor.run(graph), daemon=True).start()
             time.sleep(1)
             print("end")
