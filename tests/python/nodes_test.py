@@ -261,6 +261,20 @@ class NodesInPython(CommandTest):
         helper.write_text("SPEED = 0.03\n")
         self.assertEqual(error(by_helper), fast)
 
+    def test_code_in_a_package_counts_and_leaves_no_compiled_files(self):
+        graph = self.write("hand.yaml", "extends: wall/off.yaml\nduration: 1 s\n"
+                                        "nodes: {trajectory: {python: 'hand.py:Hand'}}\n")
+        self.write("hand.py", HAND % ("from lab.parts.speed import SPEED\n", "SPEED"))
+        (self.folder / "lab" / "parts").mkdir(parents=True)
+        (self.folder / "lab" / "__init__.py").write_text("")
+        errors = []
+        for speed in ("0.02", "0.03", "0.02"):  # within the second in which a .pyc file would hold
+            (self.folder / "lab" / "parts" / "speed.py").write_text(f"SPEED = {speed}\n")
+            errors.append(self.run_graph(graph)["delivered"]["force"]["rms_error_N"])
+        self.assertNotEqual(errors[0], errors[1])
+        self.assertEqual(errors[0], errors[2])
+        self.assertEqual(list(self.folder.rglob("__pycache__")), [])
+
     @needs_hdf5
     def test_its_random_numbers_come_from_the_seed(self):
         self.hold(make=("    def step", "    def __init__(self):\n        import numpy as np\n"
