@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/messages.hpp"
 #include "framework/core/shared_array.hpp"
 
 namespace tactor::python {
@@ -283,6 +284,28 @@ class ValueReader {
   py::module_ numpy_;
 };
 
+/// Throws InputError where a count or an index of the message would lead its readers out of its arrays.
+void refuse_unreadable(const MessageType& type, const void* value, const std::string& where) {
+  const auto refuse = [&](const std::string& field, int low, int high, int found) {
+    if (found >= low && found <= high) return;
+    throw InputError(fmt::format("{}: {}.{}: expected {} to {}, found {}", where, type.name, field, low, high, found));
+  };
+  if (same_type(type, message_type<Forecast>())) {
+    refuse("count", 1, Forecast::capacity, static_cast<const Forecast*>(value)->count);
+  } else if (same_type(type, message_type<BodyStates>())) {
+    refuse("count", 0, BodyStates::capacity, static_cast<const BodyStates*>(value)->count);
+  } else if (same_type(type, message_type<ContactSet>())) {
+    const auto& set = *static_cast<const ContactSet*>(value);
+    refuse("bodies.count", 0, BodyStates::capacity, set.bodies.count);
+    refuse("count", 0, ContactSet::capacity, set.count);
+    for (int i = 0; i < set.count; ++i) {
+      const ContactPair& pair = set.pair[static_cast<std::size_t>(i)];
+      refuse(fmt::format("pair[{}].body", i), 0, BodyStates::capacity - 1, pair.body);
+      refuse(fmt::format("pair[{}].other", i), ContactPair::fixed, BodyStates::capacity - 1, pair.other);
+    }
+  }
+}
+
 }  // namespace
 
 py::dtype element_dtype(const Field& field) {
@@ -396,10 +419,12 @@ OwnedValue MessageArrays::value_of(const py::object& object, const std::string& 
     const py::array one = py::module_::import("numpy").attr("asarray")(source);
     if (one.size() == 1) {
       std::memcpy(made.data(), one.data(), type_->size);
+      refuse_unreadable(*type_, made.data(), where);
       return made;
     }
   }
   ValueReader(where).read_fields(type_->fields, source, made.data(), "", true);
+  refuse_unreadable(*type_, made.data(), where);
   return made;
 }
 

@@ -70,8 +70,8 @@ class MessageArrays {
 
   /// The message that `object` stands for: a numpy.void or an array of one structured element, or a mapping, with all
   /// fields of the type by name (and perhaps the stamps, which are left out). Numbers must fit the field, vectors must
-  /// have its shape, an enumeration is an integer or a name. Throws InputError, which begins with `where` and the
-  /// field's path, with what was expected and what was found.
+  /// have its shape, an enumeration is an integer or a name, and no count or index may lead a reader out of an array.
+  /// Throws InputError, which begins with `where` and the field's path, with what was expected and what was found.
   [[nodiscard]] OwnedValue value_of(const pybind11::object& object, const std::string& where) const;
 
  private:

@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include "framework/core/installation.hpp"
+#include "python/ending.hpp"
 #include "python/errors.hpp"
 #include "python/graph.hpp"
 #include "python/run_result.hpp"
@@ -10,6 +11,8 @@
 PYBIND11_MODULE(_tactor, module) {
   module.attr("version") = TACTOR_VERSION;
   module.attr("prefix") = tactor::installation_prefix().string();
+  module.def("end_work", tactor::python::end_work);
+  module.def("forget_work", tactor::python::forget_work);
   tactor::python::translate_errors();
   tactor::python::bind_graph(module);
   tactor::python::bind_session(module);

@@ -9,14 +9,17 @@
 #include <string>
 
 #include "framework/core/time.hpp"
+#include "python/ending.hpp"
+#include "python/interpreter_lock.hpp"
 
 namespace tactor::python {
 
-/// What `work` returns, which it computes without the interpreter's lock.
-template <class Work>
-auto without_lock(const Work& work) {
-  const pybind11::gil_scoped_release released;
-  return work();
+/// What `task` returns, which it computes without the interpreter's lock. `live`: see Work.
+template <class Task>
+auto without_lock(const Task& task, bool live = false) {
+  const LockReleased released;
+  const Work work(live);
+  return task();
 }
 
 /// A lock that is given in the order in which it is asked for, so that who takes it again and again keeps nobody out.

@@ -74,10 +74,11 @@ void make_buffers(const Plan& plan, const std::vector<std::string>& outputs, Fin
 /// Looks for signals while a run goes on; what their handlers raise waits until the run has ended.
 class SignalWatch {
  public:
-  /// False once a handler has raised.
+  /// False once a handler has raised, or the program ends.
   bool go_on() {
     if (raised_) return false;
-    const py::gil_scoped_acquire lock;
+    if (is_ending()) return false;
+    const LockHeld lock;
     if (PyErr_CheckSignals() == 0) return true;
     raised_ = std::make_unique<py::error_already_set>();
     return false;
@@ -96,7 +97,7 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
   made->registry = graph.registry();
   made->scene = graph.spec().scene;
   SignalWatch signals;
-  without_lock([&] {
+  const auto make = [&] {
     const Plan plan = graph.plan();
     make_buffers(plan, request.taps, *made);
     std::optional<ResultsFolder> results;
@@ -131,7 +132,8 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
     if (results) write_results(results->path(), plan, *made);
     // A step that never came back still uses the declarations.
     if (made->result.abandoned) static_cast<void>(new std::shared_ptr<Registry>(graph.registry()));
-  });
+  };
+  without_lock(make, graph.spec().clock == Clock::real);
   signals.pass_on();
   return made;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -45,18 +46,46 @@ Duration duration_of(const py::object& given, const std::string& what) {
   return Duration::from_seconds(seconds);
 }
 
+namespace {
+
+/// How long Python waits for its signals.
+constexpr Duration attend_period{20'000'000};
+
+/// What passes of a run in one go.
+Duration slice_of(const Session& session, double pace) {
+  if (session.is_live()) return attend_period;
+  constexpr Duration fast{10'000'000};
+  return pace > 0 ? std::min(fast, Duration::from_seconds(attend_period.seconds() * pace)) : fast;
+}
+
+}  // namespace
+
 SessionState::SessionState(const Graph& graph, const SessionOptions& options)
     : registry_(graph.registry()),
       session_(std::make_unique<Session>(graph.plan(), options)),
-      live_(session_->is_live()) {}
+      live_(session_->is_live()),
+      slice_(slice_of(*session_, options.pace)) {}
 
 SessionState::~SessionState() {
   // Where it still runs it ends here, and its nodes may be Python's own.
-  const py::gil_scoped_release released;
-  const bool abandoned = session_->is_abandoned();
-  session_.reset();
-  // A step that never came back still uses the declarations.
-  if (abandoned) static_cast<void>(new std::shared_ptr<Registry>(std::move(registry_)));
+  without_lock(
+      [this] {
+        const bool abandoned = session_->is_abandoned();
+        session_.reset();
+        // A step that never came back still uses the declarations.
+        if (abandoned) static_cast<void>(new std::shared_ptr<Registry>(std::move(registry_)));
+      },
+      live_);
+}
+
+void SessionState::forget(Session::Subscribed messages) {
+  const std::scoped_lock lock(forgotten_lock_);
+  forgotten_.push_back(messages);
+}
+
+void SessionState::end_forgotten() {
+  const std::scoped_lock lock(forgotten_lock_);
+  for (const Session::Subscribed messages : std::exchange(forgotten_, {})) session_->end_messages(messages);
 }
 
 void SessionState::demand_running(const char* what) const {
@@ -74,7 +103,6 @@ void SessionState::start() {
 }
 
 void SessionState::advance(Duration duration) {
-  constexpr Duration slice{10'000'000}, attend_period{20'000'000};
   if (!started_ && !finished_) start();
   for (bool running = true; running;) {
     // Slices of the run until it is time to look for signals.
@@ -84,7 +112,7 @@ void SessionState::advance(Duration duration) {
       const Instant until = MonotonicClock::now() + attend_period;
       try {
         do {
-          const Duration part = std::min(duration, live_ ? attend_period : slice);
+          const Duration part = std::min(duration, slice_);
           session.advance(part);
           duration = duration - part;
           running = duration > Duration{} && session.is_running();
@@ -155,14 +183,18 @@ class PythonTap {
     session->use([&](Session& running) {
       if (session->is_finished()) throw RunError("tap: the session has finished");
       buffer_ = std::make_shared<TapBuffer>(type_of(running.plan(), find_output(running.plan(), output_)), queue);
-      running.on_message(output_,
-                         [buffer = buffer_](const Stamp& stamp, const void* value) { buffer->put(stamp, value); });
+      messages_ = running.on_message(
+          output_, [buffer = buffer_](const Stamp& stamp, const void* value) { buffer->put(stamp, value); });
     });
     arrays_ = std::make_unique<MessageArrays>(buffer_->type());
   }
   PythonTap(const PythonTap&) = delete;
   PythonTap& operator=(const PythonTap&) = delete;
-  ~PythonTap() { buffer_->close(); }
+  ~PythonTap() {
+    buffer_->close();
+    // The collector of garbage may be here in a step of this very session.
+    if (const auto session = session_.lock()) session->forget(messages_);
+  }
 
   [[nodiscard]] const std::string& output() const { return output_; }
   [[nodiscard]] std::string description() const { return to_json(buffer_->type()); }
@@ -183,6 +215,7 @@ class PythonTap {
   std::weak_ptr<SessionState> session_;
   std::string output_;
   std::shared_ptr<TapBuffer> buffer_;
+  Session::Subscribed messages_{};
   std::unique_ptr<MessageArrays> arrays_;
 };
 
@@ -278,8 +311,11 @@ void bind_session(py::module_& module) {
       .def("send", &PythonFeed::send, py::arg("value"), py::arg("valid") = py::none());
   py::class_<SessionState, std::shared_ptr<SessionState>>(module, "Session")
       .def(py::init([](const Graph& graph, double pace, bool measure_cpu) {
-             if (!(pace >= 0) || std::isinf(pace)) {
-               throw InputError(fmt::format("pace: expected seconds of the run for a second, or 0, found {:g}", pace));
+             constexpr double lowest_pace = 1e-6;
+             if (!(pace == 0 || pace >= lowest_pace) || std::isinf(pace)) {
+               throw InputError(
+                   fmt::format("pace: expected 0, or seconds of the run for a second, at least {:g}, found {:g}",
+                               lowest_pace, pace));
              }
              return without_lock([&] {
                return std::make_shared<SessionState>(graph, SessionOptions{.measure_cpu = measure_cpu, .pace = pace});

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,13 +25,19 @@ class SessionState {
   SessionState& operator=(const SessionState&) = delete;
   ~SessionState();
 
-  /// Calls `work(session)` in turn, without the interpreter's lock.
-  template <class Work>
-  auto use(const Work& work) {
-    const pybind11::gil_scoped_release released;
-    const std::scoped_lock turn(lock_);
-    return work(*session_);
+  /// Calls `task(session)` in turn, without the interpreter's lock.
+  template <class Task>
+  auto use(const Task& task) {
+    return without_lock(
+        [&] {
+          const std::scoped_lock turn(lock_);
+          end_forgotten();
+          return task(*session_);
+        },
+        live_);
   }
+  /// At the next use these messages end. Any thread; it waits for nothing, so that a destructor may call it.
+  void forget(Session::Subscribed messages);
 
   void start();
   /// Checks for signals about every 20 ms; an interrupted live run is finished before KeyboardInterrupt passes on.
@@ -48,12 +55,16 @@ class SessionState {
 
  private:
   void finish_now(Session& session);
+  void end_forgotten();
 
   std::shared_ptr<Registry> registry_;  // outlives the session
   std::unique_ptr<Session> session_;
   bool live_;
+  Duration slice_;  // of an advance: what passes of the run before it looks for signals
   std::atomic<bool> started_ = false, finished_ = false, failed_ = false;
   TurnLock lock_;
+  std::mutex forgotten_lock_;
+  std::vector<Session::Subscribed> forgotten_;
 };
 
 /// Adds the classes Session, Tap and Feed.

@@ -1,7 +1,7 @@
 #include "framework/session/session.hpp"
 
 #include <algorithm>
-#include <deque>
+#include <list>
 #include <utility>
 
 #include "framework/core/check.hpp"
@@ -47,6 +47,7 @@ struct Subscription {
 
   Tap tap;
   Session::Take take;
+  std::uint64_t number = 0;  ///< as Session::Subscribed; 0: it stays
 };
 
 struct TunableParameter {
@@ -193,7 +194,9 @@ class Session::Run {
   std::unique_ptr<ReplayClock> replay;
   VirtualClock* clock = nullptr;  // one of these, or null
   std::unique_ptr<LiveEngine> live;
-  std::deque<Subscription> subscriptions;
+  std::list<Subscription> subscriptions;
+  std::uint64_t messages_begun = 0;    // by on_message
+  std::uint64_t dropped_by_ended = 0;  // by subscriptions that have ended
   bool started = false, stopped = false, finished = false;
 };
 
@@ -246,7 +249,7 @@ void Session::end_tap(const Tap& tap) {
   }
 }
 
-void Session::on_message(std::string_view output, Take take, std::size_t bytes) {
+Session::Subscribed Session::on_message(std::string_view output, Take take, std::size_t bytes) {
   const PlannedOutput at = find_output(plan(), output);
   Subscription& made =
       run_->subscriptions.emplace_back(type_of(plan(), at), run_->waiting_bytes(bytes), std::move(take));
@@ -254,6 +257,19 @@ void Session::on_message(std::string_view output, Take take, std::size_t bytes) 
     run_->live ? run_->live->add_tap(at.node, at.output, tap)
                : run_->clock->dispatcher().add_tap(at.node, at.output, tap);
   });
+  made.number = ++run_->messages_begun;
+  return Subscribed{made.number};
+}
+
+void Session::end_messages(Subscribed subscribed) {
+  std::list<Subscription>& all = run_->subscriptions;
+  const auto ended = std::find_if(all.begin(), all.end(), [&](const Subscription& one) {
+    return one.number == static_cast<std::uint64_t>(subscribed);
+  });
+  TACTOR_DEMAND(ended != all.end());
+  end_tap(ended->tap);
+  run_->dropped_by_ended += ended->tap.dropped();
+  all.erase(ended);
 }
 
 void Session::on_step(Take take, std::size_t bytes) {
@@ -343,7 +359,7 @@ void Session::set(std::string_view parameter, std::string_view value) {
 }
 
 std::uint64_t Session::dropped() const {
-  std::uint64_t sum = 0;
+  std::uint64_t sum = run_->dropped_by_ended;
   for (const Subscription& subscription : run_->subscriptions) sum += subscription.tap.dropped();
   return sum;
 }

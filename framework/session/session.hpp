@@ -1,6 +1,7 @@
 // A session: one interface to a run, for both clocks. What every front stands on.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -89,10 +90,15 @@ class Session {
 
   /// Takes a message of an output or of the engine, on the session's thread.
   using Take = std::function<void(const Stamp& stamp, const void* value)>;
-  /// Calls `take` for each message of an output until the session ends, during `advance` and `finish`. Under the
-  /// virtual clock none is lost; live, up to `bytes` wait for `take`, and what finds that full is lost and counted.
-  /// What `take` throws ends a live run as its failure, and passes through `advance` under the virtual clock.
-  void on_message(std::string_view output, Take take, std::size_t bytes = std::size_t{2} << 20U);
+  /// Names what on_message has begun.
+  enum class Subscribed : std::uint64_t {};
+  /// Calls `take` for each message of an output until `end_messages` or the session ends, during `advance` and
+  /// `finish`. Under the virtual clock none is lost; live, up to `bytes` wait for `take`, and what finds that full is
+  /// lost and counted. What `take` throws ends a live run as its failure, and passes through `advance` under the
+  /// virtual clock.
+  Subscribed on_message(std::string_view output, Take take, std::size_t bytes = std::size_t{2} << 20U);
+  /// Calls that `take` no more, and lets go of it and of what waits. Not within a `take`.
+  void end_messages(Subscribed subscribed);
   /// The same for each step, as a StepEvent.
   void on_step(Take take, std::size_t bytes = std::size_t{2} << 20U);
   /// The same for each tick of a node in the real-time lane, as a TickEvent; live alone.

@@ -9,6 +9,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/node/registry.hpp"
+#include "python/interpreter_lock.hpp"
 #include "python/nodes/interpreter.hpp"
 #include "python/nodes/python_node.hpp"
 
@@ -172,7 +173,7 @@ NodeClass& make_class(const fs::path& file, const py::object& cls, const std::ve
 
 const NodeInfo& declare(const fs::path& file, const std::string& name, Registry& registry) {
   start_interpreter();
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   const py::module_ module = node_module();
   try {
     const auto [cls, sources] =

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
-#include "framework/core/messages.hpp"
 #include "framework/node/port.hpp"
+#include "python/interpreter_lock.hpp"
 #include "python/nodes/interpreter.hpp"
 
 namespace tactor::python {
@@ -16,28 +16,6 @@ namespace tactor::python {
 namespace py = pybind11;
 
 namespace {
-
-/// Throws ValueError where a count or an index of the message would lead its readers out of its arrays.
-void refuse_unreadable(const MessageType& type, const void* value) {
-  const auto refuse = [&](const std::string& field, int low, int high, int found) {
-    if (found >= low && found <= high) return;
-    throw py::value_error(fmt::format("{}.{}: expected {} to {}, found {}", type.name, field, low, high, found));
-  };
-  if (same_type(type, message_type<Forecast>())) {
-    refuse("count", 1, Forecast::capacity, static_cast<const Forecast*>(value)->count);
-  } else if (same_type(type, message_type<BodyStates>())) {
-    refuse("count", 0, BodyStates::capacity, static_cast<const BodyStates*>(value)->count);
-  } else if (same_type(type, message_type<ContactSet>())) {
-    const auto& set = *static_cast<const ContactSet*>(value);
-    refuse("bodies.count", 0, BodyStates::capacity, set.bodies.count);
-    refuse("count", 0, ContactSet::capacity, set.count);
-    for (int i = 0; i < set.count; ++i) {
-      const ContactPair& pair = set.pair[static_cast<std::size_t>(i)];
-      refuse(fmt::format("pair[{}].body", i), 0, BodyStates::capacity - 1, pair.body);
-      refuse(fmt::format("pair[{}].other", i), ContactPair::fixed, BodyStates::capacity - 1, pair.other);
-    }
-  }
-}
 
 /// A copy of the message, as one numpy record.
 py::object record_of(const MessageArrays& arrays, const MessageView& message) {
@@ -156,7 +134,6 @@ struct PythonNode::OutputPort {
     if (py::isinstance(value, numpy.attr("void"))) value = numpy.attr("asarray")(value);
     try {
       const OwnedValue owned = arrays.value_of(value, where);
-      refuse_unreadable(arrays.type(), owned.data());
       port.send(valid, owned.data());
     } catch (const InputError& error) {
       throw py::value_error(error.what());
@@ -179,7 +156,7 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
   for (std::size_t i = 0; i < class_.outputs.size(); ++i) {
     outputs_.push_back(std::make_shared<OutputPort>(class_.outputs[i], info.outputs[i].name));
   }
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   try {
     py::list ports;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
@@ -212,7 +189,7 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
 }
 
 PythonNode::~PythonNode() {
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   for (py::object* one : {&step_method_, &start_method_, &step_, &object_}) *one = py::object();
 }
 
@@ -230,7 +207,7 @@ void PythonNode::open_ports(bool open) {
 }
 
 void PythonNode::call(const py::object& method, StepContext& context) {
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   const auto close = [this](void*) { open_ports(false); };
   open_ports(true);
   const std::unique_ptr<void, decltype(close)> closing(this, close);
@@ -238,7 +215,10 @@ void PythonNode::call(const py::object& method, StepContext& context) {
     step_.attr("now_ns") = context.now().ns;
     step_.attr("phase") = word_of(context.phase());
     step_.attr("work") = 0;
-    method(step_);
+    // A step that the program leaves behind as it ends is ended by Python, which must not reach the engine's frames.
+    const auto answer = py::reinterpret_steal<py::object>(
+        parked_at_end([&] { return PyObject_CallOneArg(method.ptr(), step_.ptr()); }));
+    if (!answer) throw py::error_already_set();
     context.add_work(work_of(step_.attr("work")));
   } catch (const py::error_already_set& error) {
     throw failed(error);
@@ -254,7 +234,7 @@ void PythonNode::step(StepContext& context) {
 }
 
 void PythonNode::tune(const std::vector<ParamValue>& values) {
-  const py::gil_scoped_acquire lock;
+  const LockHeld lock;
   try {
     node_module().attr("assign")(object_, dict_of(class_.info, values));
     object_.attr("tune")();

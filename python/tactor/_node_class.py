@@ -272,9 +272,13 @@ def _run(file: str) -> _Loaded:
     module = types.ModuleType(os.path.splitext(os.path.basename(file))[0] + "@" + file)
     module.__file__ = file
     folder = os.path.dirname(file)
-    before = set(sys.modules)
+    sources = {file: content}
+    finder = _Finder(folder, sources)
+    # Modules below the folder belong to this run of the file: another one, or another folder, imports its own.
+    others = _take_out(finder)
     sys.modules[module.__name__] = module
     sys.path.insert(0, folder)
+    sys.meta_path.insert(0, finder)
     try:
         exec(compile(content, file, "exec", dont_inherit=True), module.__dict__)
     except SyntaxError as error:
@@ -282,18 +286,69 @@ def _run(file: str) -> _Loaded:
     except BaseException as error:
         raise Refused(f"{_line_of(error, file)}: {explain(error, file)}") from None
     finally:
+        sys.meta_path.remove(finder)
         sys.path.remove(folder)
-        # Modules beside the file belong to this run of it: another one, or another folder, imports its own.
-        sources = {file: content}
-        for key in set(sys.modules) - before - {module.__name__}:
-            path = getattr(sys.modules[key], "__file__", None)
-            if path is None or os.path.dirname(os.path.abspath(path)) != folder:
-                continue
-            text = _read(path)
-            if text is not None:
-                sources[os.path.abspath(path)] = text
-            del sys.modules[key]
+        _take_out(finder)
+        sys.modules.update(others)
     return _Loaded(module.__dict__, sources)
+
+
+class _Finder:
+    """Finds the modules below a folder, and compiles them from the bytes that count, without a .pyc file."""
+
+    def __init__(self, folder: str, sources: dict[str, bytes]):
+        self.folder = folder
+        self.sources = sources
+
+    def owns(self, path: Any) -> bool:
+        """Whether the path lies below the folder, and not in what Python has installed there."""
+        if not isinstance(path, str):
+            return False
+        path = os.path.abspath(path)
+        installed = {"site-packages", "dist-packages"} & set(path[len(self.folder):].split(os.sep))
+        return path.startswith(os.path.join(self.folder, "")) and not installed
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
+        from importlib.machinery import PathFinder, SourceFileLoader
+
+        spec = PathFinder.find_spec(name, path, target)
+        if spec is None or not self.owns(spec.origin) or name.partition(".")[0] == "tactor":
+            return None
+        source = os.path.abspath(str(spec.origin))
+        content = _read(source)
+        if content is not None:
+            self.sources[source] = content
+        if content is not None and type(spec.loader) is SourceFileLoader:
+            spec.loader = _loader(name, source, content)
+        return spec
+
+
+def _loader(name: str, path: str, content: bytes) -> Any:
+    from importlib.machinery import SourceFileLoader
+
+    class Loader(SourceFileLoader):
+        def get_code(self, fullname: str) -> Any:
+            return compile(content, path, "exec", dont_inherit=True)
+
+    return Loader(name, path)
+
+
+def _take_out(finder: _Finder) -> dict[str, Any]:
+    """The modules that Python has of the finder's folder, which are imported anew from now on."""
+    import sys
+
+    def is_own(name: str, module: Any) -> bool:
+        if name in ("__main__", "__mp_main__") or "@" in name or name.partition(".")[0] == "tactor":
+            return False
+        places = [getattr(module, "__file__", None)]
+        if places == [None]:
+            places = list(getattr(module, "__path__", []))  # a package without __init__.py
+        return any(finder.owns(place) for place in places)
+
+    own = {name: module for name, module in list(sys.modules.items()) if is_own(name, module)}
+    for name in own:
+        del sys.modules[name]
+    return own
 
 
 def _line_of(error: BaseException, file: str) -> str:

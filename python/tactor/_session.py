@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import atexit
+import os
+import sys
 import weakref
 from types import TracebackType
 from typing import Any, Dict, Iterable, Mapping, Optional, Type, Union
@@ -218,6 +220,14 @@ class Session:
 
 @atexit.register
 def _finish_all() -> None:
-    """Live runs do not outlast the interpreter."""
+    """Nothing that runs outlasts the interpreter: other threads' runs end, and live ones ramp down."""
+    _tactor.end_work()
     for session in list(_live):
-        session._session.finish()
+        try:
+            session._session.finish()
+        except Exception:
+            # The others end all the same.
+            sys.excepthook(*sys.exc_info())
+
+
+os.register_at_fork(after_in_child=_tactor.forget_work)

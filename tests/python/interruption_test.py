@@ -20,6 +20,19 @@ duration: 600 s
 live: {{on_missing_privilege: warn, stall_timeout: 20 s}}
 record: [device.commanded, device.safety]
 """
+STUCK = """import tactor
+
+
+class Stuck(tactor.Node):
+    \"\"\"Never comes back.\"\"\"
+
+    force = tactor.Input("Wrench", trigger=True)
+    forecast = tactor.Output("Forecast")
+
+    def step(self, step):
+        while True:
+            pass
+"""
 
 
 class Interruption(PackageTest):
@@ -60,6 +73,16 @@ class Interruption(PackageTest):
                     print(0 < ended < 100000, abs(session.now - ended - 1) < 1e-6, len(tap.take()))
         """)
         self.assertEqual((said, code), ("True True 100\n", 0))
+
+    def test_a_session_that_hardly_moves(self):
+        _, errors, code = self.interrupted(f"""
+            import tactor
+            with tactor.Session({WALL!r}, duration="1 s", pace=1e-5) as session:
+                print("begun", flush=True)
+                session.run()
+        """)
+        self.assertIn("KeyboardInterrupt", errors)
+        self.assertEqual(code, -signal.SIGINT)
 
     def test_handlers_of_other_signals_run_meanwhile(self):
         said, _, code = self.interrupted(f"""
@@ -124,6 +147,83 @@ class Interruption(PackageTest):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertIn("True ['device']", done.stdout)
         self.assertLess(time.monotonic() - begin, 60)
+
+
+class End(PackageTest):
+    """What threads have begun ends with the program."""
+
+    def ended(self, program, timeout=120):
+        """Runs a program to its end; what it says."""
+        done = subprocess.run([sys.executable, "-W", "ignore", "-c", textwrap.dedent(program)], capture_output=True, text=True,
+                              timeout=timeout, cwd=self.folder, check=False,
+                              env=dict(os.environ, PYTHONPATH=str(BUILD / "python"), **self.environment))
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return done.stdout
+
+    @needs_live
+    @needs_hdf5
+    def test_a_live_run_of_a_thread_ends_at_zero(self):
+        graph = self.write("live.yaml", LIVE)
+        self.ended(f"""
+            import threading, time, tactor
+            threading.Thread(target=lambda: tactor.run({str(graph)!r}, out="out"), daemon=True).start()
+            time.sleep(3)
+        """)
+        self.assertTrue((self.folder / "out/summary.json").exists())
+        force = tactor.Recording(self.folder / "out/recording.h5")["device.commanded"][:]["force"]
+        self.assertTrue(force.any())
+        self.assertFalse(force[-1].any())
+
+    @needs_live
+    def test_a_live_session_that_a_thread_advances_ends(self):
+        graph = self.write("live.yaml", LIVE)
+        self.assertEqual(self.ended(f"""
+            import threading, time, tactor
+            session = tactor.Session({str(graph)!r})
+            session.start()
+            threading.Thread(target=session.run, daemon=True).start()
+            time.sleep(1)
+            print(session.running)
+        """), "True\n")
+
+    def test_runs_and_sessions_of_threads_end(self):
+        for work in (f"tactor.run({WALL!r}, duration='100000 s')",
+                     f"tactor.Session({WALL!r}, duration='100000 s').run()",
+                     f"tactor.Session({WALL!r}, duration='100 s', pace=1).run()",
+                     f"[tactor.load({WALL!r}) for _ in range(100000)]",
+                     f"[tactor.Session({WALL!r}, duration='1 ms').run() for _ in range(1000000)]"):
+            with self.subTest(work=work):
+                for after in (0.3, 0.31):
+                    self.assertEqual(self.ended(f"""
+                        import threading, time, tactor
+                        for _ in range(3): threading.Thread(target=lambda: {work}, daemon=True).start()
+                        time.sleep({after})
+                        print("end")
+                    """), "end\n")
+
+    def test_a_step_that_never_ends_ends_with_the_program(self):
+        self.write("stuck.py", STUCK)
+        self.assertEqual(self.ended("""
+            import threading, time, tactor
+            graph = tactor.load("wall/scene", over={"nodes": {"metrics": None, "prediction": {"python": "stuck.py:Stuck"}}, "record": ["device.commanded"]})
+            threading.Thread(target=lambda: tactor.run(graph), daemon=True).start()
+            time.sleep(1)
+            print("end")
+        """), "end\n")
+
+    def test_a_session_that_fails_keeps_no_other_from_its_end(self):
+        done = subprocess.run([sys.executable, "-c", textwrap.dedent("""
+            import tactor
+            class Fails:
+                def __init__(self): self._session = self
+                def finish(self):
+                    print("finish", flush=True)
+                    raise tactor.RunError("this one fails")
+            kept = [Fails() for _ in range(3)]
+            for one in kept: tactor._session._live.add(one)
+        """)], capture_output=True, text=True, env=dict(os.environ, PYTHONPATH=str(BUILD / "python")), check=False)
+        self.assertEqual(done.stdout, "finish\n" * 3)
+        self.assertEqual(done.stderr.count("this one fails"), 3)
 
 
 @needs_live

@@ -200,7 +200,7 @@ class NodesInPython(CommandTest):
                 self.refused("wall.yaml:6:", *parts, graph=self.wall(node))
 
     def test_what_its_readers_could_not_read_is_not_sent(self):
-        for change, text in ((("= 4, 0.01", "= 5, 0.01"), "ValueError: Forecast.count: expected 1 to 4, found 5"),
+        for change, text in ((("= 4, 0.01", "= 5, 0.01"), "ValueError: forecast: Forecast.count: expected 1 to 4, found 5"),
                              (("made)", '{"count": 1})'), "ValueError: forecast: expected the fields current_force"),
                              (("made)", "sample)"), "ValueError: forecast: expected the fields"),
                              (('sample["valid_ns"]', "step.now"), "TypeError: valid_ns: expected a time")):
@@ -260,6 +260,20 @@ class NodesInPython(CommandTest):
         self.assertEqual(error(by_helper), slow)
         helper.write_text("SPEED = 0.03\n")
         self.assertEqual(error(by_helper), fast)
+
+    def test_code_in_a_package_counts_and_leaves_no_compiled_files(self):
+        graph = self.write("hand.yaml", "extends: wall/off.yaml\nduration: 1 s\n"
+                                        "nodes: {trajectory: {python: 'hand.py:Hand'}}\n")
+        self.write("hand.py", HAND % ("from lab.parts.speed import SPEED\n", "SPEED"))
+        (self.folder / "lab" / "parts").mkdir(parents=True)
+        (self.folder / "lab" / "__init__.py").write_text("")
+        errors = []
+        for speed in ("0.02", "0.03", "0.02"):  # within the second in which a .pyc file would hold
+            (self.folder / "lab" / "parts" / "speed.py").write_text(f"SPEED = {speed}\n")
+            errors.append(self.run_graph(graph)["delivered"]["force"]["rms_error_N"])
+        self.assertNotEqual(errors[0], errors[1])
+        self.assertEqual(errors[0], errors[2])
+        self.assertEqual(list(self.folder.rglob("__pycache__")), [])
 
     @needs_hdf5
     def test_its_random_numbers_come_from_the_seed(self):

@@ -137,6 +137,22 @@ class Feeds(PackageTest):
             self.refused(TypeError, feed.send)
             self.assertIn("valid", self.refused(tactor.InputError, feed.send, whole, valid="3 kg"))
 
+    def test_what_would_lead_a_reader_out_of_an_array_is_refused(self):
+        with tactor.Session(WALL, duration="1 s", feeds=["dynamics.contacts"]) as session:
+            feed = session.feed("dynamics.contacts")
+            session.start()
+            for field, wrong in (("count", 2_000_000), ("count", -1), ("bodies.count", 1000), ("pair.body", -1)):
+                value = numpy.zeros((), feed.dtype)
+                value["count"] = 1
+                inner, _, last = field.rpartition(".")
+                (value[inner] if inner else value)[last] = wrong
+                with self.subTest(field=field, wrong=wrong):
+                    self.assertRegex(self.refused(tactor.InputError, feed.send, value), rf"ContactSet\..*{last}: expected")
+                    self.assertRegex(self.refused(tactor.InputError, feed.send, {name: value[name] for name in feed.dtype.names}),
+                                     rf"ContactSet\..*{last}: expected")
+            self.assertTrue(feed.send(numpy.zeros((), feed.dtype)))
+            session.advance("100 ms")
+
     def test_a_parameter_changes_while_the_run_goes_on(self):
         with tactor.Session(WALL, duration="1 s") as session:
             tap = session.tap("coupling.parameters")
@@ -187,6 +203,7 @@ class Misuse(PackageTest):
             self.assertIn("source.feed", self.refused(tactor.InputError, session.feed, "device.target"))
             self.refused(ValueError, session.tap, "device.state", queue=0)
         self.assertIn("pace", self.refused(tactor.InputError, tactor.Session, WALL, pace=-1))
+        self.assertIn("pace", self.refused(tactor.InputError, tactor.Session, WALL, pace=1e-9))
 
     def test_objects_of_the_extension_are_not_made_by_hand(self):
         for kind in (tactor._tactor.Tap, tactor._tactor.Feed, tactor._tactor.RunResult):
@@ -229,16 +246,23 @@ class Threads(PackageTest):
         results = [None, None]
 
         def run(i):
-            with tactor.Session(WALL, duration="5 s", seed=i + 1) as session:
-                tap = session.tap("device.commanded")
-                session.run()
-                results[i] = numpy.asarray(tap.take())
+            try:
+                with tactor.Session(WALL, duration="5 s", seed=i + 1) as session:
+                    tap = session.tap("device.commanded")
+                    session.run()
+                    results[i] = numpy.asarray(tap.take())
+            except BaseException as error:
+                results[i] = error
+                raise
         threads = [threading.Thread(target=run, args=(i,)) for i in range(2)]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
         at_once = list(results)
+        for one in at_once:
+            if isinstance(one, BaseException):
+                raise one
         for i in range(2):
             run(i)
             numpy.testing.assert_array_equal(at_once[i], results[i])
@@ -267,6 +291,19 @@ class Memory(PackageTest):
         sessions(1000)
         # A session that stayed would be some 100 kB.
         self.assertLess(resident_MB() - before, 4)
+
+    def test_taps_that_are_gone_leave_nothing_behind(self):
+        with tactor.Session(WALL, duration="100 s") as session:
+            def taps(count):
+                for _ in range(count):
+                    tap = session.tap("device.state")
+                    session.advance("1 ms")
+                    tap.take()
+            taps(100)
+            before = resident_MB()
+            taps(1000)
+            # A tap that stayed would be 64 kB or more.
+            self.assertLess(resident_MB() - before, 16)
 
 
 if __name__ == "__main__":
