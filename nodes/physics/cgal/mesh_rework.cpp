@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -303,18 +304,39 @@ class Rework {
         }
       }
       std::vector<TriangleMesh> parts;
-      std::size_t cut = 0;
+      std::size_t cut = 0, inside = 0;
       for (std::size_t b = 0; b < count; ++b) {
         parts.push_back(part_of(mesh_, [&, of = body](std::size_t f) { return of[f] == b; }));
         constexpr std::size_t most_tangled = 500;  // beyond, CGAL works for minutes and seldom ends well
         if (inner[b] == 0 || inner[b] > most_tangled) continue;
+        if (std::optional<TriangleMesh> outer = without_inner_parts(parts[b])) {
+          parts[b] = std::move(*outer);
+          inside += inner[b];
+          continue;
+        }
         parts[b] = mended(untangled(parts[b]));
         cut += inner[b];
       }
       if (cut > 0) tell(counted(cut, "pair") + " of faces that cut each other" + were(cut) + "smoothed or filled anew");
+      if (inside > 0) {
+        tell("where " + counted(inside, "pair") + " of faces cut each other, what lay inside was taken out");
+        swallowing_ = true;
+      }
       unite(parts, crossing);
       mesh_ = {};
       for (const TriangleMesh& part : parts) append(mesh_, part);
+    }
+  }
+
+  /// What of a body that cuts itself is its outside, if that is a solid.
+  std::optional<TriangleMesh> without_inner_parts(const TriangleMesh& part) const {
+    TriangleMesh outer = outermost(outward(part));
+    if (outer.faces.empty()) return std::nullopt;
+    MeshReport ignored;
+    try {
+      return repaired_solid(soup_of(outer), file_, ignored);
+    } catch (const InputError&) {
+      return std::nullopt;
     }
   }
 

@@ -47,6 +47,10 @@ TriangleMesh untangled(const TriangleMesh& mesh);
 /// itself or the union is no manifold.
 TriangleMesh united(const TriangleMesh& a, const TriangleMesh& b);
 
+/// Of a closed mesh that looks outwards and cuts itself, what bounds the places that it goes round: its parts inside
+/// are gone, and nothing else has moved. A mesh without faces where that is not closed or three faces cross in a point.
+TriangleMesh outermost(const TriangleMesh& mesh);
+
 /// A closed surface around everything, which no ball of the radius `alpha` from outside enters, `offset` away (CGAL's
 /// alpha wrap).
 TriangleMesh wrapped_around(const std::vector<Corners>& triangles, double alpha, double offset);
