@@ -4,6 +4,7 @@
 #include <string>
 
 #include "framework/yaml/diagnostics.hpp"
+#include "python/file_text.hpp"
 
 namespace tactor::python {
 
@@ -13,7 +14,7 @@ namespace {
 
 void raise(const char* name, const std::string& text, const py::list& places) {
   const py::object type = py::module_::import("tactor._errors").attr(name);
-  PyErr_SetObject(type.ptr(), type(text, places).ptr());
+  PyErr_SetObject(type.ptr(), type(python_text(text), places).ptr());
 }
 
 }  // namespace
@@ -25,7 +26,8 @@ void translate_errors() {
     } catch (const YamlError& error) {
       py::list places;
       for (const Diagnostic& one : error.diagnostics()) {
-        places.append(py::make_tuple(one.place.file, one.place.line, one.place.column, one.message));
+        places.append(
+            py::make_tuple(python_text(one.place.file), one.place.line, one.place.column, python_text(one.message)));
       }
       raise("InputError", error.what(), places);
     } catch (const InputError& error) {

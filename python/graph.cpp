@@ -6,6 +6,7 @@
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/session/add_feed.hpp"
 #include "framework/yaml/file_finder.hpp"
+#include "python/file_text.hpp"
 #include "python/release_lock.hpp"
 
 namespace tactor::python {
@@ -132,9 +133,9 @@ void bind_graph(py::module_& module) {
              return without_lock([&] { return Graph(file, changes); });
            }),
            py::arg("file"), py::arg("changes"))
-      .def_property_readonly("name", [](const Graph& graph) { return graph.spec().name; })
+      .def_property_readonly("name", [](const Graph& graph) { return python_text(graph.spec().name); })
       .def_property_readonly("title", [](const Graph& graph) { return graph.spec().title; })
-      .def_property_readonly("file", [](const Graph& graph) { return graph.spec().file.string(); })
+      .def_property_readonly("file", [](const Graph& graph) { return python_text(graph.spec().file.native()); })
       .def_property_readonly("clock",
                              [](const Graph& graph) { return graph.spec().clock == Clock::real ? "real" : "virtual"; })
       .def_property_readonly("seed", [](const Graph& graph) { return graph.spec().seed; })
@@ -144,12 +145,13 @@ void bind_graph(py::module_& module) {
       .def_property_readonly("outputs", outputs_of)
       // With the lock, because it may add to the registry, which several graphs have.
       .def("with_feeds", &Graph::with_feeds, py::arg("inputs"))
-      .def("check", [](const Graph& graph) { return without_lock([&] { return graph.check(); }); })
-      .def("to_yaml", [](const Graph& graph) { return to_yaml(graph.spec()); })
+      .def("check", [](const Graph& graph) { return python_texts(without_lock([&] { return graph.check(); })); })
+      .def("to_yaml", [](const Graph& graph) { return python_text(to_yaml(graph.spec())); })
       .def(
-          "explain", [](const Graph& graph, std::size_t columns) { return explain(graph.plan(), columns); },
+          "explain",
+          [](const Graph& graph, std::size_t columns) { return python_text(explain(graph.plan(), columns)); },
           py::arg("columns"))
-      .def("diagram", [](const Graph& graph) { return to_diagram(graph.plan(), DiagramFormat::mermaid); });
+      .def("diagram", [](const Graph& graph) { return python_text(to_diagram(graph.plan(), DiagramFormat::mermaid)); });
   module.def("declarations", declarations);
 }
 

@@ -4,13 +4,14 @@
 #include "framework/core/installation.hpp"
 #include "python/ending.hpp"
 #include "python/errors.hpp"
+#include "python/file_text.hpp"
 #include "python/graph.hpp"
 #include "python/run_result.hpp"
 #include "python/session.hpp"
 
 PYBIND11_MODULE(_tactor, module) {
   module.attr("version") = TACTOR_VERSION;
-  module.attr("prefix") = tactor::installation_prefix().string();
+  module.attr("prefix") = tactor::python::python_text(tactor::installation_prefix().native());
   module.def("end_work", tactor::python::end_work);
   module.def("forget_work", tactor::python::forget_work);
   tactor::python::translate_errors();

@@ -20,6 +20,7 @@
 #include "framework/core/user_folders.hpp"
 #include "framework/session/session.hpp"
 #include "python/errors.hpp"
+#include "python/file_text.hpp"
 #include "python/graph.hpp"
 #include "python/message_arrays.hpp"
 #include "python/release_lock.hpp"
@@ -175,11 +176,15 @@ void bind_run(py::module_& module) {
           "metrics", [](const FinishedRun& run) { return metric_list(run.result.metrics, run.result.declared); })
       .def_property_readonly("series", series_of)
       .def("take_taps", taps_of)
-      .def_property_readonly("failure", [](const FinishedRun& run) { return run.result.failure; })
-      .def_property_readonly("notes", [](const FinishedRun& run) { return run.notes; })
-      .def_property_readonly("graph_yaml", [](const FinishedRun& run) { return run.result.graph_yaml; })
-      .def_property_readonly("folder", [](const FinishedRun& run) { return run.folder; })
-      .def_property_readonly("recording", [](const FinishedRun& run) { return run.recording; })
+      .def_property_readonly("failure",
+                             [](const FinishedRun& run) -> py::object {
+                               if (!run.result.failure) return py::none();
+                               return python_text(*run.result.failure);
+                             })
+      .def_property_readonly("notes", [](const FinishedRun& run) { return python_texts(run.notes); })
+      .def_property_readonly("graph_yaml", [](const FinishedRun& run) { return python_text(run.result.graph_yaml); })
+      .def_property_readonly("folder", [](const FinishedRun& run) { return python_text(run.folder); })
+      .def_property_readonly("recording", [](const FinishedRun& run) { return python_text(run.recording); })
       .def(
           "table", [](const FinishedRun& run, std::size_t columns) { return summary_table(run.result, columns); },
           py::arg("columns"))

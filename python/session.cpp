@@ -15,6 +15,7 @@
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/yaml/yaml_values.hpp"
 #include "python/errors.hpp"
+#include "python/file_text.hpp"
 #include "python/message_arrays.hpp"
 #include "python/run_result.hpp"
 
@@ -327,7 +328,12 @@ void bind_session(py::module_& module) {
           "advance",
           [](SessionState& state, const py::object& duration) { state.advance(duration_of(duration, "advance")); },
           py::arg("duration"))
-      .def("finish", &SessionState::finish)
+      .def("finish",
+           [](SessionState& state) -> py::object {
+             const std::optional<std::string> failure = state.finish();
+             if (!failure) return py::none();
+             return python_text(*failure);
+           })
       .def("stop", &SessionState::stop)
       .def_property_readonly("running", &SessionState::is_running)
       .def_property_readonly("now", &SessionState::now)
@@ -337,7 +343,9 @@ void bind_session(py::module_& module) {
       .def_property_readonly(
           "dropped", [](SessionState& state) { return state.use([](Session& session) { return session.dropped(); }); })
       .def("notes",
-           [](SessionState& state) { return state.use([](Session& session) { return session.nodes().notes(); }); })
+           [](SessionState& state) {
+             return python_texts(state.use([](Session& session) { return session.nodes().notes(); }));
+           })
       .def(
           "tap",
           [](const std::shared_ptr<SessionState>& state, const std::string& output, std::size_t queue) {

@@ -92,13 +92,14 @@ std::string reference_id(const Plan& plan) {
   return reference_plan.nodes.empty() ? "" : reference_key(reference_plan, {});
 }
 
-std::string program_hash(const std::set<fs::path>& files) {
+std::string program_hash(const std::set<fs::path>& files, const std::set<std::string>& codes) {
   std::string text;
   for (const fs::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
     const std::string bytes(std::istreambuf_iterator<char>(stream), {});
     text += file.filename().string() + " " + content_key({bytes}) + "\n";
   }
+  for (const std::string& code : codes) text += code + "\n";
   return content_key({text});
 }
 

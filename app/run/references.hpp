@@ -37,6 +37,6 @@ std::string reference_id(const Plan& plan);
 std::vector<std::filesystem::path> code_files();
 
 /// A hash of such files.
-std::string program_hash(const std::set<std::filesystem::path>& files);
+std::string program_hash(const std::set<std::filesystem::path>& files, const std::set<std::string>& codes);
 
 }  // namespace tactor

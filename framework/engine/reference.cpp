@@ -167,7 +167,7 @@ std::string reference_key(const Plan& plan, const std::vector<fs::path>& librari
     text.add(node.name);
     text.add(node.info->type);
     for (std::size_t i = 0; i < node.params.size(); ++i) text.add(node.info->params[i], node.params[i]);
-    for (const fs::path& file : node.info->code_files) text.add_file(file);
+    text.add(node.info->code);
   }
   for (const PlannedEdge& edge : plan.edges) {
     text.add(edge.spec.name());

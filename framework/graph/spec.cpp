@@ -55,11 +55,10 @@ const NodeInfo* read_python(const Tree& tree, const std::string& path, Registry&
   const FileKind kind{.noun = "a Python file"};
   Diagnostics looked;
   std::optional<fs::path> file = files.find(file_name, path + ".python", kind, looked);
-  // A program lays over a graph what it wrote beside itself.
+  // What a program or a command line lays over a graph has no folder of its own: it may name what is here.
   std::error_code ignored;
-  if (const fs::path here = fs::absolute(file_name.text, ignored); !file && fs::is_regular_file(here, ignored)) {
-    file = here.lexically_normal();
-  }
+  const fs::path here = fs::absolute(file_name.text, ignored);
+  if (!file && tree.place.line == 0 && fs::is_regular_file(here, ignored)) file = here.lexically_normal();
   for (const Diagnostic& one : looked.list()) {
     if (!file) diagnostics.error(one.place, one.message);
   }

@@ -210,8 +210,8 @@ struct NodeInfo {
   std::string details;  ///< prose for the reference: equations, sources, when to use it
   /// Of a class in a Python file: what a graph says instead of its type, `/home/me/my_nodes.py:Gain`; else empty.
   std::string python{};
-  /// Of such a class: the files of its code, absolute, that results depend on as they do on libraries.
-  std::vector<std::filesystem::path> code_files{};
+  /// Of such a class: a key over its code as it was loaded, on which results depend as they do on libraries.
+  std::string code{};
   std::vector<InputInfo> inputs;
   std::vector<OutputInfo> outputs;
   std::vector<ParamInfo> params;

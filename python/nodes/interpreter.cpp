@@ -3,11 +3,14 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <atomic>
+#include <csignal>
 #include <filesystem>
 #include <mutex>
 
 #include "framework/core/check.hpp"
 #include "framework/core/installation.hpp"
+#include "python/file_text.hpp"
 
 namespace tactor::python {
 
@@ -27,7 +30,7 @@ fs::path file_of(const void* address) {
 /// The folder that holds the package tactor of this build or installation. Empty where it is not there; then it has to
 /// be on Python's own path.
 fs::path package_folder() {
-  for (const char* place : {"python", "lib/python3/dist-packages"}) {
+  for (const char* place : {"python", TACTOR_PYTHON_PACKAGES}) {
     const fs::path folder = installation_prefix() / place;
     if (fs::exists(folder / "tactor" / "_node_class.py")) return folder;
   }
@@ -67,21 +70,52 @@ void configure_and_start() {
   demand(status);
 }
 
+std::atomic<bool> started_here = false;
+std::atomic<int> times_asked = 0;
+void (*ask_first)(int) = nullptr;
+
+/// The program's own handler hears it always; Python the second time, when a step did not come back.
+void ask(int number) {
+  ask_first(number);
+  if (++times_asked >= 2) PyErr_SetInterrupt();
+}
+
+/// Ctrl-C again raises KeyboardInterrupt in the code of a node that does not come back, where the program listens to
+/// the first one.
+void listen_for_second_interrupt() {
+  struct sigaction before {};
+  sigaction(SIGINT, nullptr, &before);
+  if ((before.sa_flags & SA_SIGINFO) != 0 || before.sa_handler == SIG_DFL || before.sa_handler == SIG_IGN) return;
+  ask_first = before.sa_handler;
+  const py::module_ signal = py::module_::import("signal");
+  // This puts Python's handler in place of the program's.
+  signal.attr("signal")(SIGINT, signal.attr("default_int_handler"));
+  before.sa_handler = ask;
+  sigaction(SIGINT, &before, nullptr);
+}
+
 void add_package_folder() {
   const fs::path folder = package_folder();
   if (folder.empty()) return;
   py::list path = py::module_::import("sys").attr("path");
-  if (!path.contains(folder.string())) path.insert(0, folder.string());
+  const py::str text = python_text(folder.native());
+  if (!path.contains(text)) path.insert(0, text);
 }
 
 }  // namespace
+
+bool is_own_interpreter() {
+  return started_here;
+}
 
 void start_interpreter() {
   static std::once_flag once;
   std::call_once(once, [] {
     if (Py_IsInitialized() != 0) return;
     configure_and_start();
+    started_here = true;
     add_package_folder();
+    listen_for_second_interrupt();
     const py::module_ sys = py::module_::import("sys");
     sys.attr("stdout") = sys.attr("stderr");
     // Whoever calls into Python takes the lock.
@@ -101,7 +135,7 @@ std::string traceback_of(const py::error_already_set& error) {
   try {
     const py::object lines =
         py::module_::import("traceback").attr("format_exception")(error.type(), error.value(), error.trace());
-    std::string text = py::str("").attr("join")(lines).cast<std::string>();
+    std::string text = bytes_of_text(py::str("").attr("join")(lines));
     while (text.ends_with('\n')) text.pop_back();
     return text;
   } catch (const py::error_already_set&) {

@@ -8,9 +8,13 @@
 namespace tactor::python {
 
 /// Starts an interpreter where the process has none, once; it lives until the process ends, and its lock is free
-/// afterwards. It takes no signals, changes no locale, writes what nodes print to the error output, and hashes texts
-/// without a seed, so that the order of a set is the same in every run. Throws InputError where Python cannot start.
+/// afterwards. It takes no signals but a second Ctrl-C, changes no locale, writes what nodes print to the error output,
+/// and hashes texts without a seed, so that the order of a set is the same in every run. Throws InputError where Python
+/// cannot start.
 void start_interpreter();
+
+/// Whether this library has started it, in a process that has none of its own.
+bool is_own_interpreter();
 
 /// The module tactor._node_class. With the interpreter's lock. Throws InputError where the package is not there.
 pybind11::module_ node_module();

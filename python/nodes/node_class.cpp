@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/disk_cache.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/node/registry.hpp"
+#include "python/file_text.hpp"
 #include "python/interpreter_lock.hpp"
 #include "python/nodes/interpreter.hpp"
 #include "python/nodes/python_node.hpp"
@@ -138,8 +140,7 @@ void add_params(NodeInfo& info, const py::object& declared) {
 }
 
 /// Throws py::error_already_set too, where Python code of the file does.
-NodeClass& make_class(const fs::path& file, const py::object& cls, const std::vector<std::string>& sources,
-                      Registry& registry) {
+NodeClass& make_class(const fs::path& file, const py::object& cls, const std::string& code, Registry& registry) {
   const py::dict declared = node_module().attr("describe")(cls);
   // Kept on purpose, also where this throws half-way: objects of Python must not be destroyed without its lock.
   auto& made = *new NodeClass;
@@ -148,7 +149,7 @@ NodeClass& make_class(const fs::path& file, const py::object& cls, const std::ve
   const auto name = declared["name"].cast<std::string>();
   info.type = "python." + name;
   info.python = file.string() + ":" + name;
-  info.code_files.assign(sources.begin(), sources.end());
+  info.code = content_key({code});
   info.summary = declared["summary"].cast<std::string>();
   info.details = declared["details"].cast<std::string>();
   info.role = role_of(declared["role"].cast<std::string>());
@@ -176,15 +177,15 @@ const NodeInfo& declare(const fs::path& file, const std::string& name, Registry&
   const LockHeld lock;
   const py::module_ module = node_module();
   try {
-    const auto [cls, sources] =
-        module.attr("load")(file.string(), name).cast<std::pair<py::object, std::vector<std::string>>>();
+    const auto [cls, code] =
+        module.attr("load")(python_text(file.native()), name).cast<std::pair<py::object, std::string>>();
     // Guarded by the interpreter's lock; a class lives as long as its entry here.
     static std::map<PyObject*, NodeClass*> known;
     NodeClass*& entry = known[cls.ptr()];
-    if (entry == nullptr) entry = &make_class(file, cls, sources, registry);
+    if (entry == nullptr) entry = &make_class(file, cls, code, registry);
     return entry->info;
   } catch (const py::error_already_set& error) {
-    if (error.matches(module.attr("Refused"))) throw InputError(py::str(error.value()).cast<std::string>());
+    if (error.matches(module.attr("Refused"))) throw InputError(bytes_of_text(py::str(error.value())));
     throw InputError(file.string() + ": " + traceback_of(error));
   }
 }

@@ -8,6 +8,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/node/port.hpp"
+#include "python/file_text.hpp"
 #include "python/interpreter_lock.hpp"
 #include "python/nodes/interpreter.hpp"
 
@@ -56,6 +57,8 @@ py::dict dict_of(const NodeInfo& info, const std::vector<ParamValue>& values) {
           if constexpr (std::is_same_v<T, Table> || std::is_same_v<T, Mapping>) {
             TACTOR_DEMAND(!"a class declares no such parameter");
             return py::none();
+          } else if constexpr (std::is_same_v<T, std::string>) {
+            return python_text(value);
           } else {
             return py::cast(value);
           }
@@ -79,7 +82,7 @@ const char* word_of(Phase phase) {
 
 /// The RunError for what a method has raised.
 RunError failed(const py::error_already_set& error) {
-  if (!error.matches(PyExc_KeyboardInterrupt)) return RunError(traceback_of(error));
+  if (!error.matches(PyExc_KeyboardInterrupt) || is_own_interpreter()) return RunError(traceback_of(error));
   // It was not meant for the node: Python raises it once more where the run has ended.
   PyErr_SetInterrupt();
   return RunError("interrupted");
@@ -177,8 +180,9 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
       ports.append(py::make_tuple(info.outputs[i].name, functions));
     }
     const py::module_ module = node_module();
-    object_ = module.attr("make")(class_.cls, ports, dict_of(info, values),
-                                  py::make_tuple(context.name, context.seed, context.torque, context.duration.ns));
+    object_ = module.attr("make")(
+        class_.cls, ports, dict_of(info, values),
+        py::make_tuple(python_text(context.name), context.seed, context.torque, context.duration.ns));
     step_ = module.attr("Step")();
     start_method_ = object_.attr("start");
     step_method_ = object_.attr("step");

@@ -55,9 +55,9 @@ def _options(over: Union[Overlay, Iterable[Overlay]], set: Mapping[str, Value], 
     for i, (how, text) in enumerate(changes(over, set, None, None)):
         if how == "map":
             file = pathlib.Path(folder) / f"over_{i}.yaml"
-            file.write_text(text)
+            file.write_text(os.fsdecode(text))
             how, text = "over", str(file)
-        options += [f"--{how}", text]
+        options += [f"--{how}", os.fsdecode(text)]
     return options
 
 

@@ -35,10 +35,15 @@ def time_text(time: Time) -> str:
 
 
 def changes(over: Union[Overlay, Iterable[Overlay]], set: Mapping[str, Value], seed: Optional[int],
-            duration: Optional[Time]) -> List[Tuple[str, str]]:
+            duration: Optional[Time]) -> List[Tuple[str, Union[str, bytes]]]:
     """What is laid over a graph, in order, as the extension takes it."""
     overlays = [over] if isinstance(over, (str, os.PathLike, Mapping)) else list(over)
-    made = [("map", _json(one)) if isinstance(one, Mapping) else ("over", os.fspath(one)) for one in overlays]
+    made: List[Tuple[str, Union[str, bytes]]] = []
+    for one in overlays:
+        if isinstance(one, Mapping):
+            made.append(("map", _json(one)))
+        else:
+            made.append(("over", os.fsencode(one)))
     made += [("set", f"{path}={text_of(value)}") for path, value in set.items()]
     if seed is not None:
         made.append(("seed", str(seed)))
@@ -132,7 +137,7 @@ def load(path: Path, over: Union[Overlay, Iterable[Overlay]] = (), set: Mapping[
 
     Raises InputError with every error that the graph has.
     """
-    graph = Graph(_tactor.Graph(os.fspath(path), changes(over, set, seed, duration)))
+    graph = Graph(_tactor.Graph(os.fsencode(path), changes(over, set, seed, duration)))
     names = list(feeds)
     return graph.with_feeds(*names) if names else graph
 

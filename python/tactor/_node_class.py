@@ -240,8 +240,8 @@ _files: dict[str, _Loaded] = {}
 _classes: dict[int, dict[str, Any]] = {}
 
 
-def load(file: str, name: str) -> tuple[Type[Node], list[str]]:
-    """The class `name` of the file, which is run where it has changed, and the files of its code."""
+def load(file: str, name: str) -> tuple[Type[Node], bytes]:
+    """The class `name` of the file, which is run where it has changed, and the code that was run, its modules' too."""
     loaded = _files.get(file)
     if loaded is None or any(_read(path) != content for path, content in loaded.sources.items()):
         loaded = _files[file] = _run(file)
@@ -251,7 +251,11 @@ def load(file: str, name: str) -> tuple[Type[Node], list[str]]:
         what = "no such name" if found is None else "something else"
         there = f"; it has {', '.join(own)}" if own else "; it has none at all"
         raise Refused(f"{file}: expected a class {name} that derives from tactor.Node, found {what}{there}")
-    return found, sorted(loaded.sources)
+    code = b""
+    for path in sorted(loaded.sources):
+        for part in (os.fsencode(os.path.relpath(path, os.path.dirname(file))), loaded.sources[path]):
+            code += b"%d:%b" % (len(part), part)
+    return found, code
 
 
 def _read(path: str) -> bytes | None:

@@ -121,8 +121,8 @@ def run(graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (),
     InputError before anything runs, and RunError where the run fails, with its `result` up to there.
     """
     made = as_graph(graph, over, set, seed, duration)
-    finished = Result(_tactor.run(made._graph, out=None if out is None else os.fspath(out), overwrite=overwrite,
-                                  follow=follow, reference=None if reference is None else os.fspath(reference),
+    finished = Result(_tactor.run(made._graph, out=None if out is None else os.fsencode(out), overwrite=overwrite,
+                                  follow=follow, reference=None if reference is None else os.fsencode(reference),
                                   without_reference=without_reference, taps=list(taps)))
     warn(finished.notes)
     if finished.failure is not None:

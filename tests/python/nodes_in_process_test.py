@@ -77,6 +77,51 @@ class NodesInThisProcess(PackageTest):
         self.scale()
         self.assertEqual(self.forces()[0].tobytes(), once.tobytes())
 
+    def test_results_are_kept_under_the_code_that_ran(self):
+        hand = """import speed
+import tactor
+
+
+class Hand(tactor.Node):
+    \"\"\"Presses.\"\"\"
+
+    role = "source"
+    rate = tactor.Rate(1000.0)
+    target = tactor.Output("Target")
+
+    def step(self, step):
+        made = self.target.zeros()
+        made["p_WH"][2] = 0.01 - speed.SPEED * min(step.now, 0.5)
+        made["R_WH"][0] = 1
+        self.target.send(step.now_ns, made)
+"""
+        self.write("hand.py", hand)
+        over = {"nodes": {"trajectory": {"python": "hand.py:Hand"}}}
+
+        def error(graph):
+            return tactor.run(graph).metrics["delivered.force.rms_error_N"]
+        self.write("speed.py", "SPEED = 0.02\n")
+        loaded = tactor.load("wall/off", over=over, duration="1 s")
+        self.write("speed.py", "SPEED = 0.03\n")
+        slow = error(loaded)
+        fast = error(tactor.load("wall/off", over=over, duration="1 s"))
+        os.environ["TACTOR_CACHE"] = str(self.folder / "another_cache")
+        self.assertEqual(fast, error(tactor.load("wall/off", over=over, duration="1 s")))
+        self.assertNotEqual(slow, fast)
+
+    def test_a_folder_whose_name_is_not_utf_8(self):
+        self.scale()
+        folder = os.fsencode(self.folder) + b"/\xe9t\xe9"
+        os.mkdir(folder)
+        os.rename("scale.py", folder + b"/scale.py")
+        with open(folder + b"/wall.yaml", "w") as file:
+            file.write("extends: wall/scene\nnodes: {metrics: ~, prediction: {python: 'scale.py:Scale'}}\n"
+                       "record: [device.commanded]\nduration: 1 s\n")
+        graph = tactor.load(os.fsdecode(folder + b"/wall.yaml"))
+        self.assertEqual(os.fsencode(graph.file), folder + b"/wall.yaml")
+        self.assertEqual(len(tactor.run(graph, taps=["device.commanded"]).taps["device.commanded"]), 1000)
+        self.assertIn("\udce9", self.refused(tactor.InputError, tactor.load, os.fsdecode(folder + b"/other.yaml")))
+
     def test_a_file_that_is_the_same_is_run_once(self):
         self.scale("made = 0", "made = __import__('pathlib').Path(f'ran_{time.monotonic_ns()}').touch()")
         for _ in range(3):

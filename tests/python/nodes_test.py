@@ -3,8 +3,10 @@ import json
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "command"))
@@ -274,6 +276,43 @@ class NodesInPython(CommandTest):
         self.assertNotEqual(errors[0], errors[1])
         self.assertEqual(errors[0], errors[2])
         self.assertEqual(list(self.folder.rglob("__pycache__")), [])
+
+    def test_a_file_is_not_looked_for_in_the_current_folder(self):
+        self.hold()
+        (self.folder / "sub").mkdir()
+        (self.folder / "sub" / "wall.yaml").write_text(self.wall("python: 'hold.py:Hold'").read_text())
+        found = subprocess.run([os.environ["TACTOR"], "check", "sub/wall.yaml"], cwd=self.folder, text=True,
+                               capture_output=True, check=False)
+        self.assertEqual(found.returncode, 2, found.stdout + found.stderr)
+        self.assertIn("expected a Python file that exists", found.stderr)
+
+    def test_a_folder_whose_name_is_not_utf_8(self):
+        folder = os.fsencode(self.folder) + b"/\xe9t\xe9"
+        os.mkdir(folder)
+        for name in (self.hold(), self.wall("python: 'hold.py:Hold'")):
+            shutil.copy(name, os.fsdecode(folder))
+        for change, code in (("", 0), ("1 / 0", 2)):
+            with open(folder + b"/hold.py", "a") as file:
+                file.write(change)
+            found = subprocess.run([os.environ["TACTOR"], "check", folder + b"/wall.yaml"], capture_output=True, check=False)
+            self.assertEqual(found.returncode, code, found.stderr)
+        self.assertIn(b"\xe9t\xe9/hold.py", found.stderr)
+        self.assertIn(b"ZeroDivisionError", found.stderr)
+
+    def test_a_second_ctrl_c_ends_a_step_that_does_not_come_back(self):
+        self.hold(stuck=("        for sample", "        while True:\n            pass\n        for sample"))
+        process = subprocess.Popen([os.environ["TACTOR"], "run", self.wall("python: 'hold.py:Hold'"), "--out", self.folder / "out"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   env=dict(os.environ, **self.environment))
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        time.sleep(3)
+        for _ in range(2):
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.3)
+        _, errors = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, errors)
+        self.assertIn("KeyboardInterrupt", errors)
+        self.assertIn("hold.py", errors)
 
     @needs_hdf5
     def test_its_random_numbers_come_from_the_seed(self):

@@ -76,6 +76,7 @@ struct CaseCheck {
   std::vector<std::string> notes;                 ///< for the user
   std::vector<std::string> libraries;             ///< node libraries that the worker has loaded by now
   std::vector<std::filesystem::path> code_files;  ///< likewise, as code_files()
+  std::vector<std::string> codes;                 ///< NodeInfo::code of its nodes in Python
 };
 
 struct RunAnswer {

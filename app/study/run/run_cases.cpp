@@ -38,7 +38,7 @@ class StudyRunner {
     check_cases();
     find_intervals();
     TableIdentity identity = options_.identity;
-    identity.program = program_hash(code_files_);
+    identity.program = program_hash(code_files_, codes_);
     make_folder(options_.table.parent_path());
     RunTable table(options_.table, options_.mode, identity, names());
     if (options_.mode == TableMode::resume && table.is_new()) {
@@ -147,6 +147,7 @@ class StudyRunner {
       const CaseCheck& check = checks_[c];
       libraries_.insert(check.libraries.begin(), check.libraries.end());
       code_files_.insert(check.code_files.begin(), check.code_files.end());
+      codes_.insert(check.codes.begin(), check.codes.end());
       for (const std::string& text : check.notes) note(text);
       if (check.result == CheckResult::failed) throw RunError(check.message);
       if (check.result == CheckResult::refused) {
@@ -362,6 +363,7 @@ class StudyRunner {
   std::vector<std::optional<Obstacle>> obstacles_;  // likewise
   std::set<std::string> libraries_;                 // of nodes, that the cases need
   std::set<fs::path> code_files_;
+  std::set<std::string> codes_;  // of nodes in Python
   /// Reference runs that runs need, and what keeps them from being made.
   std::map<std::pair<std::string, std::uint64_t>, std::optional<Obstacle>> references_;
   std::vector<JudgedFrom> judged_;                 // by group

@@ -46,10 +46,10 @@ class CostMeter {
   double waited_ = waited_for_core();
 };
 
-/// Adds the files of the nodes in Python.
-void add_code_files(const Plan& plan, std::vector<std::filesystem::path>& files) {
+/// Adds the code of the nodes in Python.
+void add_codes(const Plan& plan, std::vector<std::string>& codes) {
   for (const NodeSpec& node : plan.nodes) {
-    files.insert(files.end(), node.info->code_files.begin(), node.info->code_files.end());
+    if (!node.info->code.empty()) codes.push_back(node.info->code);
   }
 }
 
@@ -160,12 +160,12 @@ CaseCheck StudyWorker::check(const Job& job) {
                        ": clock: real: expected clock: virtual, under which all pipelines meet the same "
                        "conditions; add --set clock=virtual");
     }
-    add_code_files(plan, found.code_files);
+    add_codes(plan, found.codes);
     found.notes = checks_.check(plan);
     std::optional<Plan> reference;
     if (job.reference) {
       reference = plan_of(job, *job.reference);
-      add_code_files(*reference, found.code_files);
+      add_codes(*reference, found.codes);
       checks_.check(*reference);
     }
     found.title = plan.graph.title;
@@ -192,8 +192,7 @@ CaseCheck StudyWorker::check(const Job& job) {
     found.message = error.what();
   }
   found.libraries = registry_.loaded_libraries();
-  const std::vector<std::filesystem::path> libraries = code_files();
-  found.code_files.insert(found.code_files.end(), libraries.begin(), libraries.end());
+  found.code_files = code_files();
   return found;
 }
 
