@@ -1,4 +1,4 @@
-# cmake -D LIST=FILE -D OUTPUT=HEADER -D COMPILER=TEXT -P write_abi.cmake: writes TACTOR_ABI, a text: a hash over the files that LIST names.
+# cmake -D LIST=FILE -D OUTPUT=HEADER -D COMPILER=TEXT -P write_abi.cmake: writes TACTOR_ABI, as a text the hash of the files that LIST names.
 file(STRINGS ${LIST} headers)
 set(all "${COMPILER}")
 foreach(header ${headers})

@@ -16,6 +16,7 @@
 #include "framework/yaml/file_finder.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
+#include "nodes/physics/mesh/box_mesh.hpp"
 #include "nodes/physics/mesh/make_solid.hpp"
 #include "nodes/physics/mesh/mesh_writers.hpp"
 #include "nodes/physics/mesh/solid_file.hpp"
@@ -146,17 +147,6 @@ std::optional<double> chosen_scale(const fs::path& file, double longest, std::op
   return scale;
 }
 
-TriangleMesh body_box(const Vec3& size) {
-  TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) {
-    mesh.vertices.push_back({((i & 1) != 0 ? 0.5 : -0.5) * size.x, ((i & 2) != 0 ? 0.5 : -0.5) * size.y,
-                             ((i & 4) != 0 ? 0.5 : -0.5) * size.z});
-  }
-  mesh.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
-  return mesh;
-}
-
 /// The body in its place, and how the ball goes about it.
 NewScene planned(const NewGraphRequest& request, const SceneMesh* mesh) {
   NewScene scene;
@@ -172,7 +162,7 @@ NewScene planned(const NewGraphRequest& request, const SceneMesh* mesh) {
     for (Vec3& v : body.vertices) v += scene.p_WB;
   } else {
     scene.box = request.size.value_or(usual_size) * Vec3{1, 0.6, 0.4};
-    body = body_box(scene.box);
+    body = box_mesh(scene.box);
   }
   scene.longest = bounds_of(body).longest();
   scene.radius = std::clamp(0.04 * scene.longest, 2e-4, 5e-3);

@@ -14,6 +14,7 @@
 #include "app/report/html_page.hpp"
 #include "framework/core/check.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
+#include "nodes/physics/mesh/box_mesh.hpp"
 
 namespace tactor {
 
@@ -70,21 +71,6 @@ TriangleMesh capsule_mesh(double radius, double length) {
     profile.emplace_back(radius * std::cos(angle), radius * std::sin(angle) + (angle < 0 ? -0.5 : 0.5) * length);
   }
   return turned(profile);
-}
-
-TriangleMesh box_mesh(const Vec3& size) {
-  TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i) {
-    mesh.vertices.push_back({((i & 1) != 0 ? 0.5 : -0.5) * size.x, ((i & 2) != 0 ? 0.5 : -0.5) * size.y,
-                             ((i & 4) != 0 ? 0.5 : -0.5) * size.z});
-  }
-  constexpr std::array<std::array<int, 4>, 6> sides{
-      {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
-  for (const auto& [a, b, c, d] : sides) {
-    mesh.faces.push_back({a, b, c});
-    mesh.faces.push_back({a, c, d});
-  }
-  return mesh;
 }
 
 TriangleMesh square_mesh(double side) {

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <thread>
 
+#include "app/output.hpp"
 #include "app/verbs/option_values.hpp"
+#include "framework/node/registry.hpp"
 #include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
@@ -35,6 +37,11 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
 
 GraphSpec load(const std::filesystem::path& graph, Registry& registry, const GraphOptions& options) {
   return load_graph(named_file(graph, graph_files), registry, options.overrides);
+}
+
+void load_all_libraries(Registry& registry) {
+  registry.load_all();
+  for (const std::string& why : registry.refused()) tell_note(why);
 }
 
 void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc) {

@@ -27,6 +27,9 @@ struct GraphOptions {
 /// The graph of that path or name (see find_file) with these options laid over it.
 GraphSpec load(const std::filesystem::path& graph, Registry& registry, const GraphOptions& options);
 
+/// Loads every node library there is, and tells on standard error which cannot be used and why.
+void load_all_libraries(Registry& registry);
+
 /// --out and --overwrite; `doc` tells the default of --out.
 void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc);
 

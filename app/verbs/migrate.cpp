@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/output.hpp"
+#include "app/verbs/graph_options.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/graph/migrate.hpp"
@@ -35,8 +36,7 @@ void replace_file(const std::filesystem::path& file, const std::string& text) {
 
 int migrate_files(const std::vector<std::filesystem::path>& files) {
   Registry registry(default_node_folders());
-  registry.load_all();
-  for (const std::string& why : registry.refused()) tell_note(why);
+  load_all_libraries(registry);
   // All are read before the first is written.
   std::vector<Migrated> migrated;
   for (const std::filesystem::path& file : files) {

@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "app/output.hpp"
+#include "app/verbs/graph_options.hpp"
 #include "app/verbs/node_reference.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
@@ -35,8 +35,7 @@ int list_nodes(const NodesArguments& arguments) {
       return 0;
     }
   }
-  registry.load_all();
-  for (const std::string& why : registry.refused()) tell_note(why);
+  load_all_libraries(registry);
   if (!type.empty()) {
     std::vector<std::string> names;
     for (const NodeInfo* info : registry.types()) names.push_back(info->type);

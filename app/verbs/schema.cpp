@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "app/output.hpp"
+#include "app/verbs/graph_options.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/message_json.hpp"
 #include "framework/graph/plan.hpp"
@@ -14,9 +14,7 @@ namespace tactor {
 namespace {
 
 /// One line a type.
-std::string message_list(Registry& registry) {
-  registry.load_all();
-  for (const std::string& why : registry.refused()) tell_note(why);
+std::string message_list(const Registry& registry) {
   std::string text;
   for (const auto& [name, type] : registry.message_types()) {
     text += (text.empty() ? "[\n" : ",\n") + to_json(*type);
@@ -32,6 +30,7 @@ void add_schema(CLI::App& app, int& exit_code) {
   verb->add_flag("--messages", *messages, "Describe all message types instead: fields, units, frames, enumerations");
   verb->callback([messages, &exit_code] {
     Registry registry(default_node_folders());
+    load_all_libraries(registry);
     fmt::print("{}\n", *messages ? message_list(registry) : graph_schema(registry));
     exit_code = 0;
   });

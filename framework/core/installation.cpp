@@ -2,7 +2,6 @@
 
 #include <dlfcn.h>
 
-#include <algorithm>
 #include <system_error>
 
 #include "framework/core/check.hpp"
@@ -25,9 +24,8 @@ const fs::path& library_folder() {
 
 const fs::path& installation_prefix() {
   static const fs::path prefix = [] {
-    const fs::path below = fs::path(TACTOR_LIBDIR).lexically_normal();
     fs::path folder = library_folder();
-    fs::path part = below;
+    fs::path part = fs::path(TACTOR_LIBDIR).lexically_normal();
     // Takes lib/x86_64-linux-gnu off, word by word; where Tactor was built the libraries are in lib.
     while (!part.empty() && folder.filename() == part.filename()) {
       folder = folder.parent_path();

@@ -13,7 +13,7 @@ namespace tactor::python {
 /// cannot start.
 void start_interpreter();
 
-/// Whether this library has started it, in a process that has none of its own.
+/// True where this library has started the interpreter, because the process had none.
 bool is_own_interpreter();
 
 /// The module tactor._node_class. With the interpreter's lock. Throws InputError where the package is not there.

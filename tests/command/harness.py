@@ -64,6 +64,15 @@ edges:
 METRICS_OF_A_SMALL_GRAPH = """  - device.commanded -> metrics.commanded
   - device.commanded -> metrics.force
 """
+# Scans, which the library of tests/scan_nodes sends and judges.
+SCAN_SCENE = "format: 2\nclock: virtual\nduration: 1 s\nscene: {bodies: {tool: {sphere: {radius: 1 mm}, motion: rigid}}}\n"
+SCANS = f"""{SCAN_SCENE}
+nodes:
+  scanner: {{type: scan.source}}
+  judge: {{type: scan.judge}}
+edges: [scanner.scan -> judge.scan]
+record: [scanner.scan]
+"""
 # A ball on a wall that a device presses it into, live; both cheap, so that a busy machine is enough.
 PRESSED_WALL = """clock: real
 duration: %(duration)s

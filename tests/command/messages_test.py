@@ -7,18 +7,10 @@ import unittest
 import h5py
 import numpy
 
-from harness import CommandTest, needs_hdf5, tactor
+from harness import SCAN_SCENE, SCANS, CommandTest, needs_hdf5, tactor
 
 NODES = pathlib.Path(os.environ["TACTOR_BUILD"]) / "tests/nodes"
-SCENE = "format: 2\nclock: virtual\nduration: 1 s\nscene: {bodies: {tool: {sphere: {radius: 1 mm}, motion: rigid}}}\n"
-SOURCE = f"""{SCENE}
-nodes:
-  scanner: {{type: scan.source}}
-  judge: {{type: scan.judge}}
-edges: [scanner.scan -> judge.scan]
-record: [scanner.scan]
-"""
-REPLAY = f"""{SCENE}
+REPLAY = f"""{SCAN_SCENE}
 nodes:
   replay: {{type: source.recording, file: %s, stream: scanner.scan}}
   judge: {{type: scan.judge}}
@@ -44,7 +36,7 @@ class ForeignMessages(CommandTest):
         self.addCleanup(os.environ.pop, "TACTOR_NODE_PATH")
 
     def recorded(self):
-        summary = self.run_graph(self.write("source.yaml", SOURCE), out="source")
+        summary = self.run_graph(self.write("source.yaml", SCANS), out="source")
         self.assertEqual((summary["good_scans"], summary["bad_scans"]), (100, 0))
         return self.folder / "source/recording.h5"
 

@@ -6,18 +6,10 @@ import unittest
 
 import numpy
 
-from package_harness import BUILD, WALL, PackageTest, needs_hdf5, tactor
+from package_harness import BUILD, SCAN_SCENE, SCANS, WALL, PackageTest, needs_hdf5, tactor
 
 os.environ["TACTOR_NODE_PATH"] = str(BUILD / "tests/nodes")  # a library with message types of its own
-SCENE = "format: 2\nclock: virtual\nduration: 1 s\nscene: {bodies: {tool: {sphere: {radius: 1 mm}, motion: rigid}}}\n"
-SOURCE = f"""{SCENE}
-nodes:
-  scanner: {{type: scan.source}}
-  judge: {{type: scan.judge}}
-edges: [scanner.scan -> judge.scan]
-record: [scanner.scan]
-"""
-FED = f"""{SCENE}
+FED = f"""{SCAN_SCENE}
 nodes:
   hand: {{type: source.feed, message: scan.Scan}}
   judge: {{type: scan.judge}}
@@ -76,7 +68,7 @@ class Recordings(PackageTest):
 
     @unittest.skipUnless((BUILD / "tests/nodes/libtactor_scan.so").exists(), "the library of scans is not built")
     def test_a_type_with_everything_is_the_same_from_tap_recording_and_feed(self):
-        result = self.recorded(SOURCE, taps=["scanner.scan"])
+        result = self.recorded(SCANS, taps=["scanner.scan"])
         tapped, recorded = result.taps["scanner.scan"], result.recording["scanner.scan"][:]
         self.assertGreater(len(tapped), 20)
         same(self, tapped, recorded)
@@ -111,7 +103,7 @@ class Recordings(PackageTest):
 
     @unittest.skipUnless((BUILD / "tests/nodes/libtactor_scan.so").exists(), "the library of scans is not built")
     def test_numbers_that_a_field_cannot_hold_are_refused(self):
-        row = self.recorded(SOURCE, taps=["scanner.scan"]).taps["scanner.scan"][3]
+        row = self.recorded(SCANS, taps=["scanner.scan"]).taps["scanner.scan"][3]
         whole = {name: row[name] for name in row.dtype.names[3:]}
         with tactor.Session(self.write("fed.yaml", FED)) as session:
             feed = session.feed("hand")

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "nodes/physics/mesh/disjoint_sets.hpp"
+
 namespace tactor {
 
 namespace {
@@ -58,20 +60,6 @@ void drop_collapsed(NumberedSoup& soup) {
   remove_polygons(soup, drop);
 }
 
-/// Sets of faces that grow together.
-class FaceSets {
- public:
-  explicit FaceSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(std::size_t i, std::size_t j) { parent_[root(i)] = root(j); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 /// Faces that hang together by edges of two faces.
 struct Patch {
   double area = 0;
@@ -83,7 +71,7 @@ struct Patch {
 std::size_t remove_fins_once(NumberedSoup& soup, std::vector<std::size_t>& removed) {
   constexpr double small = 0.01;  // of the area, for a piece that ends freely
   const auto edges = faces_at_edges(soup);
-  FaceSets sets(soup.polygons.size());
+  DisjointSets sets(soup.polygons.size());
   for (const auto& [edge, faces] : edges) {
     if (faces.size() == 2) sets.unite(faces[0], faces[1]);
   }

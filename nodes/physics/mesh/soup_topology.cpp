@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "nodes/physics/mesh/disjoint_sets.hpp"
 
 namespace tactor {
 
@@ -127,20 +128,6 @@ void for_each_edge(const std::vector<Side>& sides, const Work& work) {
   }
 }
 
-/// Sets that grow together.
-class Unions {
- public:
-  explicit Unions(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(std::size_t i, std::size_t j) { parent_[root(i)] = root(j); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 }  // namespace
 
 void remove_polygons(NumberedSoup& soup, const std::vector<bool>& drop) {
@@ -198,7 +185,7 @@ EdgeFaults find_edge_faults(const NumberedSoup& soup, const std::vector<bool>& i
 std::vector<std::size_t> find_bow_ties(const NumberedSoup& soup) {
   std::size_t corners = 0;
   for (const Polygon& polygon : soup.polygons) corners += polygon.size();
-  Unions fans(corners);
+  DisjointSets fans(corners);
   for_each_edge(sides_of(soup, std::vector<bool>(soup.polygons.size(), false)), [&](auto first, auto last) {
     TACTOR_DEMAND(last - first == 2);
     const auto other = first + 1;
