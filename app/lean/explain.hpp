@@ -21,7 +21,7 @@ struct ExplainedNode {
   std::uint64_t steps = 0;
   double us_per_step = 0;        ///< CPU time, the mean over the steps
   double us_per_second = 0;      ///< CPU time a simulated second
-  double spread = 0;             ///< (longest - shortest) / median of the repeats; NaN where there is one
+  double spread = 0;             ///< of the repeats, see spread_of_repeats()
   double share = 0;              ///< of all nodes; the shares sum to 1
   std::int64_t built_bytes = 0;  ///< of the heap, taken while it was made
   std::int64_t peak_bytes = 0;   ///< the most of the heap it had while it was made and ran

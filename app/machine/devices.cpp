@@ -170,8 +170,7 @@ int tell_result(const RunResult& result, const Shown& shown, const std::string& 
 
 }  // namespace
 
-std::string device_list(Registry& registry) {
-  registry.load_all();
+std::string device_list(const Registry& registry) {
   std::string out;
   for (const NodeInfo* info : registry.types()) {
     if (!info->discover) continue;

@@ -12,9 +12,9 @@
 
 namespace tactor {
 
-/// A line for each attached device that a node type recognises, with the type in front. What keeps devices from being
-/// recognised is told as notes.
-std::string device_list(Registry& registry);
+/// A line for each attached device that a type of the registry recognises, with the type in front. What keeps devices
+/// from being recognised is told as notes.
+std::string device_list(const Registry& registry);
 
 /// The node of hardware that `name` says, or the only one of the graph. Throws InputError where there is none, or
 /// several and no name.

@@ -24,7 +24,7 @@ inline Repeats warmed_up(std::int64_t count) {
 /// time.
 double measure_control();
 
-/// (longest - shortest) / median of the times of repeats; NaN for fewer than two.
+/// (longest - shortest) / median of the times of repeats. Not finite for fewer than two, and where the median is 0.
 double spread_of_repeats(std::span<const double> times);
 /// `12 %`, or `-` of what is not finite.
 std::string percent(double share);

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/verbs/graph_options.hpp"
 #include "app/verbs/verbs.hpp"
 
 namespace tactor {
@@ -13,6 +14,7 @@ void add_devices(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("devices", "List the attached devices that Tactor recognises");
   verb->callback([&exit_code] {
     Registry registry(default_node_folders());
+    load_all_libraries(registry);
     fmt::print("{}", device_list(registry));
     exit_code = 0;
   });

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/verbs/graph_options.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
@@ -24,7 +25,7 @@ struct ImportArguments {
 };
 
 const MessageType& imported_type(Registry& registry, const std::string& name) {
-  registry.load_all();
+  load_all_libraries(registry);
   const auto found = registry.message_types().find(name);
   if (found != registry.message_types().end()) return *found->second;
   std::vector<std::string> names;
