@@ -8,6 +8,90 @@ namespace tactor {
 
 namespace {
 
+/// Handle and hand, and what lies between them.
+void declare_translation(Declare<SimulatedDevice>& declaration) {
+  using Params = SimulatedDevice::Params;
+  declaration
+      .real("mass", &Params::mass,
+            {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0.001, .max = 100})
+      .real("damping", &Params::damping,
+            {.doc = "viscous friction of the handle", .unit = "N s/m", .default_value = 0.2, .min = 0, .max = 1000})
+      .real("friction", &Params::friction,
+            {.doc = "Coulomb friction of the handle", .unit = "N", .default_value = 0.05, .min = 0, .max = 100})
+      .real("hand_mass", &Params::hand_mass,
+            {.doc = "mass of the hand", .unit = "kg", .default_value = 0.55, .min = 0, .max = 100})
+      .real("hand_damping", &Params::hand_damping,
+            {.doc = "damping of the hand towards its target",
+             .unit = "N s/m",
+             .default_value = 6.5,
+             .min = 0,
+             .max = 1e4})
+      .real("hand_stiffness", &Params::hand_stiffness,
+            {.doc = "stiffness of the hand towards its target",
+             .unit = "N/m",
+             .default_value = 135,
+             .min = 0,
+             .max = 1e6})
+      .real("grip_stiffness", &Params::grip_stiffness,
+            {.doc = "stiffness between handle and hand, which then is a body of its own; 0, with grip_damping 0: rigid",
+             .unit = "N/m",
+             .default_value = 0,
+             .min = 0,
+             .max = 1e6})
+      .real("grip_damping", &Params::grip_damping,
+            {.doc = "damping between handle and hand", .unit = "N s/m", .default_value = 0, .min = 0, .max = 1e4});
+}
+
+void declare_rotation(Declare<SimulatedDevice>& declaration) {
+  using Params = SimulatedDevice::Params;
+  declaration
+      .real("inertia", &Params::inertia,
+            {.doc = "inertia of the handle",
+             .unit = "kg m^2",
+             .default_value = 5e-5,
+             .min = 0,
+             .max = 10,
+             .above_min = true})
+      .real("damping_angle", &Params::damping_angle,
+            {.doc = "viscous friction of the handle's rotation",
+             .unit = "N m s/rad",
+             .default_value = 1e-4,
+             .min = 0,
+             .max = 10})
+      .real("friction_angle", &Params::friction_angle,
+            {.doc = "Coulomb friction of the handle's rotation",
+             .unit = "N m",
+             .default_value = 1e-3,
+             .min = 0,
+             .max = 10})
+      .real("hand_inertia", &Params::hand_inertia,
+            {.doc = "inertia of the hand", .unit = "kg m^2", .default_value = 5e-4, .min = 0, .max = 10})
+      .real("hand_damping_angle", &Params::hand_damping_angle,
+            {.doc = "damping of the hand's rotation towards its target",
+             .unit = "N m s/rad",
+             .default_value = 0.01,
+             .min = 0,
+             .max = 100})
+      .real("hand_stiffness_angle", &Params::hand_stiffness_angle,
+            {.doc = "stiffness of the hand's rotation towards its target",
+             .unit = "N m/rad",
+             .default_value = 0.5,
+             .min = 0,
+             .max = 1e4})
+      .real("grip_stiffness_angle", &Params::grip_stiffness_angle,
+            {.doc = "stiffness between the rotations of handle and hand; 0, with grip_damping_angle 0: rigid",
+             .unit = "N m/rad",
+             .default_value = 0,
+             .min = 0,
+             .max = 1e4})
+      .real("grip_damping_angle", &Params::grip_damping_angle,
+            {.doc = "damping between the rotations of handle and hand",
+             .unit = "N m s/rad",
+             .default_value = 0,
+             .min = 0,
+             .max = 100});
+}
+
 /// Parameters of what makes a device less than ideal; their defaults leave it off.
 void declare_parts(Declare<SimulatedDevice>& declaration) {
   using Params = SimulatedDevice::Params;
@@ -135,7 +219,9 @@ NodeInfo SimulatedDevice::declare() {
           "Each tick it moves the handle, shows its state through encoders and commands the force of the newest "
           "segment, as far as the safety gate lets it through. Open loop: the handle is where the target says. Closed "
           "loop: handle and hand are one body, M a = F - b v - friction + b_h (v_T - v) + k_h (x_T - x), driven by the "
-          "commanded force, held from tick to tick, and by the hand towards the target; rotation alike. Mass, damping "
+          "commanded force, held from tick to tick, and by the hand towards the target; rotation alike. With a grip "
+          "the "
+          "hand is a body of its own, behind a spring and a damper. Mass, damping "
           "and stiffness of the hand default to the usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the "
           "path of the run under test. The parts of a real device are off by default: amplifiers with a bandwidth and "
           "a limit, cogging, breakaway friction, a transmission with play and a mode of vibration between the motor "
@@ -200,67 +286,16 @@ NodeInfo SimulatedDevice::declare() {
               {{"several", VelocityFilter::several}, {"one", VelocityFilter::one}},
               std::optional(VelocityFilter::several),
               "several: models of the handle's motion side by side, weighted by how well each foretells it; one: a "
-              "single model that adapts, which is later where a hand trembles")
-      .real("mass", &Params::mass,
-            {.doc = "mass of the handle", .unit = "kg", .default_value = 0.1, .min = 0.001, .max = 100})
-      .real("damping", &Params::damping,
-            {.doc = "viscous friction of the handle", .unit = "N s/m", .default_value = 0.2, .min = 0, .max = 1000})
-      .real("friction", &Params::friction,
-            {.doc = "Coulomb friction of the handle", .unit = "N", .default_value = 0.05, .min = 0, .max = 100})
-      .real("hand_mass", &Params::hand_mass,
-            {.doc = "mass of the hand", .unit = "kg", .default_value = 0.55, .min = 0, .max = 100})
-      .real("hand_damping", &Params::hand_damping,
-            {.doc = "damping of the hand towards its target",
-             .unit = "N s/m",
-             .default_value = 6.5,
-             .min = 0,
-             .max = 1e4})
-      .real("hand_stiffness", &Params::hand_stiffness,
-            {.doc = "stiffness of the hand towards its target",
-             .unit = "N/m",
-             .default_value = 135,
-             .min = 0,
-             .max = 1e6})
-      .real("inertia", &Params::inertia,
-            {.doc = "inertia of the handle",
-             .unit = "kg m^2",
-             .default_value = 5e-5,
-             .min = 0,
-             .max = 10,
-             .above_min = true})
-      .real("damping_angle", &Params::damping_angle,
-            {.doc = "viscous friction of the handle's rotation",
-             .unit = "N m s/rad",
-             .default_value = 1e-4,
-             .min = 0,
-             .max = 10})
-      .real("friction_angle", &Params::friction_angle,
-            {.doc = "Coulomb friction of the handle's rotation",
-             .unit = "N m",
-             .default_value = 1e-3,
-             .min = 0,
-             .max = 10})
-      .real("hand_inertia", &Params::hand_inertia,
-            {.doc = "inertia of the hand", .unit = "kg m^2", .default_value = 5e-4, .min = 0, .max = 10})
-      .real("hand_damping_angle", &Params::hand_damping_angle,
-            {.doc = "damping of the hand's rotation towards its target",
-             .unit = "N m s/rad",
-             .default_value = 0.01,
-             .min = 0,
-             .max = 100})
-      .real("hand_stiffness_angle", &Params::hand_stiffness_angle,
-            {.doc = "stiffness of the hand's rotation towards its target",
-             .unit = "N m/rad",
-             .default_value = 0.5,
-             .min = 0,
-             .max = 1e4})
-      .real("sub_step", &Params::sub_step,
-            {.doc = "longest step of the closed loop's integration",
-             .unit = "s",
-             .default_value = 1e-4,
-             .min = 0,
-             .max = 1e-2,
-             .above_min = true});
+              "single model that adapts, which is later where a hand trembles");
+  declare_translation(declaration);
+  declare_rotation(declaration);
+  declaration.real("sub_step", &Params::sub_step,
+                   {.doc = "longest step of the closed loop's integration",
+                    .unit = "s",
+                    .default_value = 1e-4,
+                    .min = 0,
+                    .max = 1e-2,
+                    .above_min = true});
   declare_parts(declaration);
   return declaration.info();
 }

@@ -17,9 +17,40 @@ Friction friction_of(const HandleParameters& coupling) {
       {.coulomb = coupling.coulomb, .breakaway = coupling.breakaway, .stribeck_velocity = coupling.stribeck_velocity});
 }
 
+/// Motors and handle with a transmission between; where there is none, handle and hand with a grip between.
+MassChain<2>::Parameters two_bodies(const HandleParameters& c, const TransmissionParameters& link) {
+  MassChain<2>::Parameters two{
+      .damping = c.damping, .hand_stiffness = c.hand_stiffness, .hand_damping = c.hand_damping};
+  if (link.motor_mass > 0) {
+    two.mass = {link.motor_mass, c.inertia - link.motor_mass};
+    two.link = {{{link.stiffness, link.damping}}};
+    two.half_gap = link.half_gap;
+  } else {
+    two.mass = {c.inertia - c.hand_inertia, c.hand_inertia};
+    two.link = {{{c.grip_stiffness, c.grip_damping}}};
+  }
+  return two;
+}
+
+/// Motors, handle and hand, with transmission and grip between.
+MassChain<3>::Parameters three_bodies(const HandleParameters& c, const TransmissionParameters& link) {
+  return {.mass = {link.motor_mass, c.inertia - c.hand_inertia - link.motor_mass, c.hand_inertia},
+          .link = {{{link.stiffness, link.damping}, {c.grip_stiffness, c.grip_damping}}},
+          .half_gap = link.half_gap,
+          .damping = c.damping,
+          .hand_stiffness = c.hand_stiffness,
+          .hand_damping = c.hand_damping};
+}
+
+/// The mass (kg) that cogging acts on.
+double cogged_mass(const HandleParameters& c, const TransmissionParameters& link) {
+  if (link.motor_mass > 0) return link.motor_mass;
+  return c.has_grip() ? c.inertia - c.hand_inertia : c.inertia;
+}
+
 /// The longest step that resolves the device's own fast motions, at most `sub_step`.
-double step_for(double sub_step, double cogged_mass, const Cogging& cogging, const Transmission& transmission) {
-  double step = std::min(sub_step, transmission.longest_step());
+double step_for(double sub_step, double cogged_mass, const Cogging& cogging, double longest_step) {
+  double step = std::min(sub_step, longest_step);
   // A twentieth of the swing about a rest position of the cogging; impulses are stable up to a third of it.
   if (cogging.acts()) step = std::min(step, 0.3 * std::sqrt(cogged_mass / cogging.stiffness()));
   return std::max(step, std::min(sub_step, shortest_step));
@@ -37,19 +68,17 @@ Handle::Handle(const HandleParameters& translation, const HandleParameters& rota
       friction_angle_(friction_of(rotation)),
       cogging_(parts.cogging),
       has_transmission_(parts.transmission.motor_mass > 0),
-      transmission_({.link = parts.transmission,
-                     .damping = translation.damping,
-                     .handle_mass = translation.inertia - parts.transmission.motor_mass,
-                     .hand_stiffness = translation.hand_stiffness,
-                     .hand_damping = translation.hand_damping},
-                    friction_, cogging_) {
-  sub_step_ = step_for(sub_step, has_transmission_ ? parts.transmission.motor_mass : translation.inertia, cogging_,
-                       transmission_);
+      two_(two_bodies(translation, parts.transmission), friction_, cogging_),
+      three_(three_bodies(translation, parts.transmission), friction_, cogging_),
+      turning_(two_bodies(rotation, {}), friction_angle_, Cogging({})) {
+  sub_step_ = step_for(sub_step, cogged_mass(translation, parts.transmission), cogging_,
+                       translation.has_grip() ? three_.longest_step() : two_.longest_step());
 }
 
 void Handle::place(const MotionState& state) {
   state_ = state;
   motor_ = state;
+  hand_ = state;
 }
 
 Handle::Propagator Handle::make_propagator(const HandleParameters& coupling, double h) {
@@ -77,33 +106,66 @@ Vec3 Handle::move(const HandleParameters& coupling, const Friction& friction, co
   return way;
 }
 
+void Handle::translate_bodies(double h, const Vec3& motor_F_W, const Vec3& hand_F_W) {
+  const auto point = [](const MotionState& state) { return PointState{state.X.p, state.V.v}; };
+  const auto put = [](MotionState& state, const PointState& to) {
+    state.X.p = to.p;
+    state.V.v = to.v;
+  };
+  if (has_transmission_ && translation_.has_grip()) {
+    MassChain<3>::Points points{point(motor_), point(state_), point(hand_)};
+    three_.advance(h, motor_F_W, hand_F_W, points);
+    put(motor_, points[0]);
+    put(state_, points[1]);
+    put(hand_, points[2]);
+    return;
+  }
+  MotionState& last = has_transmission_ ? state_ : hand_;
+  MassChain<2>::Points points{point(motor_), point(last)};
+  two_.advance(h, motor_F_W, hand_F_W, points);
+  put(motor_, points[0]);
+  put(last, points[1]);
+  put(has_transmission_ ? hand_ : state_, points[has_transmission_ ? 1 : 0]);
+}
+
 void Handle::translate(double h, const Vec3& motor_F_W, const MotionState& target) {
-  const Vec3 spring_F_W = translation_.hand_stiffness * (target.X.p - state_.X.p);
+  const Vec3 spring_F_W = translation_.hand_stiffness * (target.X.p - hand_.X.p);
   const Vec3 damper_F_W = translation_.hand_damping * target.V.v;
   const Vec3 before = motor_.X.p;
-  if (has_transmission_) {
-    PointState motor{motor_.X.p, motor_.V.v}, handle{state_.X.p, state_.V.v};
-    transmission_.advance(h, motor_F_W, spring_F_W + damper_F_W, motor, handle);
-    motor_.X.p = motor.p;
-    motor_.V.v = motor.v;
-    state_.X.p = handle.p;
-    state_.V.v = handle.v;
+  if (has_transmission_ || translation_.has_grip()) {
+    translate_bodies(h, motor_F_W, spring_F_W + damper_F_W);
   } else {
     const Cogging* cogging = cogging_.acts() ? &cogging_ : nullptr;
     state_.X.p += move(translation_, friction_, cogging, translate_by_, h, motor_F_W + spring_F_W + damper_F_W,
                        state_.X.p, state_.V.v);
-    motor_.X.p = state_.X.p;
-    motor_.V.v = state_.V.v;
+    motor_.X.p = hand_.X.p = state_.X.p;
+    motor_.V.v = hand_.V.v = state_.V.v;
   }
   work_ += dot(motor_F_W, motor_.X.p - before);
 }
 
 void Handle::turn(double h, const Vec3& motor_T_W, const MotionState& target) {
+  if (rotation_.has_grip()) return turn_in_grip(h, motor_T_W, target);
   const Vec3 arc_W = to_rotation_vector(target.X.R * inverse(state_.X.R));
   const Vec3 torque_W = motor_T_W + rotation_.hand_stiffness * arc_W + rotation_.hand_damping * target.V.w;
   const Vec3 turn_W = move(rotation_, friction_angle_, nullptr, rotate_by_, h, torque_W, {}, state_.V.w);
   state_.X.R = normalized(from_rotation_vector(turn_W) * state_.X.R);
+  hand_.X.R = state_.X.R;
+  hand_.V.w = state_.V.w;
   work_ += dot(motor_T_W, turn_W);
+}
+
+void Handle::turn_in_grip(double h, const Vec3& motor_T_W, const MotionState& target) {
+  // From where the handle is: it at zero, the hand at the arc by which the grip is twisted.
+  const Vec3 grip_W = to_rotation_vector(hand_.X.R * inverse(state_.X.R));
+  const Vec3 arc_W = to_rotation_vector(target.X.R * inverse(hand_.X.R));
+  MassChain<2>::Points points{PointState{{}, state_.V.w}, PointState{grip_W, hand_.V.w}};
+  turning_.advance(h, motor_T_W, rotation_.hand_stiffness * arc_W + rotation_.hand_damping * target.V.w, points);
+  state_.X.R = normalized(from_rotation_vector(points[0].p) * state_.X.R);
+  hand_.X.R = normalized(from_rotation_vector(points[1].p - grip_W) * hand_.X.R);
+  state_.V.w = points[0].v;
+  hand_.V.w = points[1].v;
+  work_ += dot(motor_T_W, points[0].p);
 }
 
 void Handle::advance(double dt, const Wrench& commanded, const MotionState& from, const MotionState& to) {
@@ -122,7 +184,7 @@ void Handle::advance(double dt, const Wrench& commanded, const MotionState& from
     if (rotate_) {
       turn(h, motors.torque, target);
     } else {
-      state_.X.R = target.X.R;
+      state_.X.R = hand_.X.R = target.X.R;
     }
     motor_.X.R = state_.X.R;
     motor_.V.w = state_.V.w;

@@ -22,12 +22,19 @@ Complex actuation(const LinearDevice& device, Complex s) {
 Complex position_response(const LinearDevice& device, double frequency, ResponsePoint point) {
   const Complex s(0, 2 * std::numbers::pi * frequency);
   const TransmissionParameters& link = device.transmission;
-  const Complex hand = device.hand_damping * s + device.hand_stiffness;
+  Complex hand = device.hand_damping * s + device.hand_stiffness;
+  double mass = device.mass;
+  if (device.grip_stiffness > 0 || device.grip_damping > 0) {
+    const Complex grip = device.grip_damping * s + device.grip_stiffness;
+    hand += device.hand_mass * s * s;
+    hand *= grip / (grip + hand);
+    mass -= device.hand_mass;
+  }
   const Complex a = actuation(device, s);
-  if (link.motor_mass <= 0) return a / (device.mass * s * s + device.damping * s + hand);
+  if (link.motor_mass <= 0) return a / (mass * s * s + device.damping * s + hand);
   const Complex coupled = link.damping * s + link.stiffness;
   const Complex motor_side = link.motor_mass * s * s + device.damping * s + coupled;
-  const Complex handle = (device.mass - link.motor_mass) * s * s + hand + coupled;
+  const Complex handle = (mass - link.motor_mass) * s * s + hand + coupled;
   return a * (point == ResponsePoint::handle ? coupled : handle) / (motor_side * handle - coupled * coupled);
 }
 

@@ -14,8 +14,11 @@ struct LinearDevice {
   double bandwidth = 0;       ///< Hz, of the amplifier; 0: no pole
   double mass = 0;            ///< kg, of motors, handle and hand
   double damping = 0;         ///< N s/m, on the motor side
-  double hand_damping = 0;    ///< N s/m, between handle and target
-  double hand_stiffness = 0;  ///< N/m, between handle and target
+  double hand_damping = 0;    ///< N s/m, between hand and target
+  double hand_stiffness = 0;  ///< N/m, between hand and target
+  double hand_mass = 0;       ///< kg, the hand's part of `mass`; counts where there is a grip
+  double grip_stiffness = 0;  ///< N/m, between handle and hand; with `grip_damping` 0 as well, the grip is rigid
+  double grip_damping = 0;    ///< N s/m, between handle and hand
   TransmissionParameters transmission;  ///< its half gap does not count
 };
 
@@ -31,6 +34,8 @@ enum class ResponsePoint {
 /// two, X_1 of the motor side and X_2 of the handle solve
 ///   (m_1 s^2 + (b + c) s + k) X_1 - (c s + k) X_2 = 1
 ///   (m_2 s^2 + (c + b_h) s + k + k_h) X_2 - (c s + k) X_1 = 0.
+/// With a grip M and m_2 are without the hand's mass m_h, and b_h s + k_h gives way to grip and hand in series:
+///   1 / (1 / (c_g s + k_g) + 1 / (m_h s^2 + b_h s + k_h)).
 /// Velocity by force is s H, acceleration s^2 H.
 std::complex<double> position_response(const LinearDevice& device, double frequency, ResponsePoint point);
 

@@ -1,6 +1,7 @@
 #include "devices/simulated/simulated.hpp"
 
 #include <algorithm>
+#include <sstream>
 #include <string>
 
 #include "framework/core/check.hpp"
@@ -17,6 +18,9 @@ constexpr Duration longest_extrapolation{20'000'000};
 
 /// A line of that many ticks takes more memory than it is worth.
 constexpr double max_line_ticks = 1e5;
+/// A hand behind a grip is a body of its own. A lighter one costs the exact step of a stiff grip its digits.
+constexpr double least_hand_mass = 1e-3;     // kg
+constexpr double least_hand_inertia = 1e-7;  // kg m^2
 
 DeviceState to_message(const MotionState& motion) {
   DeviceState message;
@@ -36,14 +40,20 @@ Handle handle_of(const SimulatedDevice::Params& params, bool rotate) {
                  .hand_damping = params.hand_damping,
                  .hand_stiffness = params.hand_stiffness,
                  .breakaway = params.breakaway,
-                 .stribeck_velocity = params.stribeck_velocity},
+                 .stribeck_velocity = params.stribeck_velocity,
+                 .hand_inertia = params.hand_mass,
+                 .grip_stiffness = params.grip_stiffness,
+                 .grip_damping = params.grip_damping},
                 {.inertia = params.inertia + params.hand_inertia,
                  .damping = params.damping_angle,
                  .coulomb = params.friction_angle,
                  .hand_damping = params.hand_damping_angle,
                  .hand_stiffness = params.hand_stiffness_angle,
                  .breakaway = params.breakaway_angle,
-                 .stribeck_velocity = params.stribeck_velocity_angle},
+                 .stribeck_velocity = params.stribeck_velocity_angle,
+                 .hand_inertia = params.hand_inertia,
+                 .grip_stiffness = params.grip_stiffness_angle,
+                 .grip_damping = params.grip_damping_angle},
                 params.sub_step, rotate,
                 {.amplifier = {.bandwidth = params.amplifier_bandwidth,
                                .force_max = params.motor_force_max,
@@ -77,6 +87,15 @@ std::size_t line_ticks(const char* name, double delay, double rate) {
   return ticks;
 }
 
+void check_hand(const char* grip, const char* hand, const char* unit, bool has_grip, double found, double least) {
+  if (!has_grip || found >= least) return;
+  std::ostringstream text;
+  text << hand << " is too small for a grip: expected at least " << least << ' ' << unit << " where " << grip
+       << " or its damping is above 0, found " << found << ' ' << unit
+       << "; give the hand more, or make the grip rigid with both 0";
+  throw InputError(text.str());
+}
+
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& context)
@@ -89,6 +108,10 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
   if (params_.backlash > 0 && params_.mode_frequency <= 0) {
     throw InputError("backlash needs the stiffness at its ends: expected mode_frequency above 0 Hz, found 0 Hz");
   }
+  check_hand("grip_stiffness", "hand_mass", "kg", params.grip_stiffness > 0 || params.grip_damping > 0,
+             params.hand_mass, least_hand_mass);
+  check_hand("grip_stiffness_angle", "hand_inertia", "kg m^2",
+             params.grip_stiffness_angle > 0 || params.grip_damping_angle > 0, params.hand_inertia, least_hand_inertia);
   if (params_.loop == Loop::closed) {
     const double samples = context.duration.seconds() * params_.rate + 2;
     // Written once, so that the loop of a device faults no page in where memory is not locked.
@@ -105,6 +128,9 @@ LinearDevice linear_device(const SimulatedDevice::Params& params) {
           .damping = params.damping,
           .hand_damping = params.hand_damping,
           .hand_stiffness = params.hand_stiffness,
+          .hand_mass = params.hand_mass,
+          .grip_stiffness = params.grip_stiffness,
+          .grip_damping = params.grip_damping,
           .transmission = link_of(params)};
 }
 

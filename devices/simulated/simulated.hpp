@@ -17,8 +17,9 @@ namespace tactor {
 /// DeviceNode lets through.
 ///
 /// Loop open: the handle is where the target says. Loop closed: handle and hand are a body, or two with a transmission
-/// between (see `Handle`), that the commanded wrench, held from tick to tick, and the hand move. The encoders are on
-/// the motor side; `truth` is the handle, where the hand is. In an open loop there is no transmission.
+/// or a grip between, or three with both (see `Handle`), that the commanded wrench, held from tick to tick, and the
+/// hand move. The encoders are on the motor side; `truth` is the handle, where the hand holds. In an open loop there is
+/// neither transmission nor grip.
 ///
 /// Lines: the state of tick n is that of tick n - d_in, the command of tick n acts from tick n + d_out on, both a whole
 /// number of ticks (see `delay_in_ticks`), whatever time lies between the ticks. A state is stamped with the time of
@@ -46,12 +47,16 @@ class SimulatedDevice final : public DeviceNode {
     double hand_mass = 0;                ///< kg
     double hand_damping = 0;             ///< N s/m
     double hand_stiffness = 0;           ///< N/m
+    double grip_stiffness = 0;           ///< N/m; with grip_damping 0: rigid
+    double grip_damping = 0;             ///< N s/m
     double inertia = 0;                  ///< kg m^2, of the handle
     double damping_angle = 0;            ///< N m s/rad
     double friction_angle = 0;           ///< N m
     double hand_inertia = 0;             ///< kg m^2
     double hand_damping_angle = 0;       ///< N m s/rad
     double hand_stiffness_angle = 0;     ///< N m/rad
+    double grip_stiffness_angle = 0;     ///< N m/rad; with grip_damping_angle 0: rigid
+    double grip_damping_angle = 0;       ///< N m s/rad
     double sub_step = 0;                 ///< s
     double amplifier_bandwidth = 0;      ///< Hz; 0: no pole
     double motor_force_max = 0;          ///< N; 0: none

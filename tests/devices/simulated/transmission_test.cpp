@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "devices/simulated/handle.hpp"
+#include "devices/simulated/mass_chain.hpp"
 
 using namespace tactor;
 
@@ -20,8 +21,9 @@ const HandleParameters free_body{.inertia = 0.5};
 /// 60 g on the motor side, 40 g at the handle.
 constexpr double m_1 = 0.06, m_2 = 0.04, mass = m_1 + m_2, reduced = m_1 * m_2 / mass;
 
-Transmission::Parameters free_masses(double frequency, double zeta, double backlash = 0) {
-  return {.link = transmission_of(mass, 0.6, frequency, zeta, backlash), .handle_mass = m_2};
+MassChain<2>::Parameters free_masses(double frequency, double zeta, double backlash = 0) {
+  const TransmissionParameters link = transmission_of(mass, 0.6, frequency, zeta, backlash);
+  return {.mass = {m_1, m_2}, .link = {{{link.stiffness, link.damping}}}, .half_gap = link.half_gap};
 }
 
 }  // namespace
@@ -29,11 +31,12 @@ Transmission::Parameters free_masses(double frequency, double zeta, double backl
 BOOST_AUTO_TEST_CASE(the_free_masses_swing_with_the_given_frequency_and_damping_ratio) {
   const double frequency = 70;
   for (const double zeta : {0.0, 0.03, 0.4}) {
-    Transmission link(free_masses(frequency, zeta), no_friction, no_cogging);
-    PointState motor, handle{{1e-3, 0, 0}, {}};
+    MassChain<2> link(free_masses(frequency, zeta), no_friction, no_cogging);
+    MassChain<2>::Points points{PointState{}, PointState{{1e-3, 0, 0}, {}}};
+    const auto& [motor, handle] = points;
     const double omega = 2 * pi * frequency, damped = omega * std::sqrt(1 - zeta * zeta);
     for (int i = 1; i <= 2000; ++i) {
-      link.advance(h, {}, {}, motor, handle);
+      link.advance(h, {}, {}, points);
       const double t = i * h;
       const double d =
           1e-3 * std::exp(-zeta * omega * t) * (std::cos(damped * t) + zeta * omega / damped * std::sin(damped * t));
@@ -45,14 +48,15 @@ BOOST_AUTO_TEST_CASE(the_free_masses_swing_with_the_given_frequency_and_damping_
 }
 
 BOOST_AUTO_TEST_CASE(a_force_accelerates_both_masses_together_and_bends_the_spring_by_its_share) {
-  Transmission link(free_masses(200, 0.5), no_friction, no_cogging);
-  PointState motor, handle;
+  MassChain<2> link(free_masses(200, 0.5), no_friction, no_cogging);
+  MassChain<2>::Points points;
+  const auto& [motor, handle] = points;
   const double force = 1.5;
-  for (int i = 1; i <= 3000; ++i) link.advance(h, {0, force, 0}, {}, motor, handle);
+  for (int i = 1; i <= 3000; ++i) link.advance(h, {0, force, 0}, {}, points);
   const double t = 3000 * h, centre = (m_1 * motor.p.y + m_2 * handle.p.y) / mass;
   BOOST_TEST(std::abs(centre - 0.5 * force / mass * t * t) < 1e-11);
   // The spring accelerates the handle: k d = -F m_2 / M, with d = x_2 - x_1.
-  const double k = free_masses(200, 0.5).link.stiffness;
+  const double k = free_masses(200, 0.5).link[0].stiffness;
   BOOST_TEST(std::abs(k * (handle.p.y - motor.p.y) + force * m_2 / mass) < 1e-9);
 }
 
@@ -71,12 +75,13 @@ BOOST_AUTO_TEST_CASE(a_very_stiff_transmission_moves_as_one_body) {
 
 BOOST_AUTO_TEST_CASE(within_the_play_the_motors_move_alone_and_the_handle_feels_nothing) {
   const double gap = 1e-3, force = 0.05;
-  Transmission link(free_masses(150, 0.0, gap), no_friction, no_cogging);
-  PointState motor, handle;
+  MassChain<2> link(free_masses(150, 0.0, gap), no_friction, no_cogging);
+  MassChain<2>::Points points;
+  const auto& [motor, handle] = points;
   const double contact = std::sqrt(m_1 * gap / force);  // 1/2 F/m_1 t^2 = gap / 2
   int i = 1;
   for (; i * h < contact; ++i) {
-    link.advance(h, {0, 0, force}, {}, motor, handle);
+    link.advance(h, {0, 0, force}, {}, points);
     BOOST_TEST(std::abs(motor.p.z - 0.5 * force / m_1 * i * h * i * h) < 1e-15);
     BOOST_TEST((handle.p == Vec3{} && handle.v == Vec3{}));
     BOOST_TEST((link.link_force(motor, handle) == Vec3{}));
@@ -85,7 +90,7 @@ BOOST_AUTO_TEST_CASE(within_the_play_the_motors_move_alone_and_the_handle_feels_
   const double omega = 2 * pi * 150, speed = force / m_1 * contact;
   const double rest = -force / (m_1 * omega * omega);
   for (; i * h < contact + 0.9 * pi / omega; ++i) {
-    link.advance(h, {0, 0, force}, {}, motor, handle);
+    link.advance(h, {0, 0, force}, {}, points);
     const double t = i * h - contact;
     const double r = rest - rest * std::cos(omega * t) - speed / omega * std::sin(omega * t);
     BOOST_TEST(std::abs(handle.p.z - motor.p.z - (r - gap / 2)) < 1e-7);
@@ -95,8 +100,9 @@ BOOST_AUTO_TEST_CASE(within_the_play_the_motors_move_alone_and_the_handle_feels_
 
 BOOST_AUTO_TEST_CASE(two_masses_with_play_bounce_in_the_period_of_free_flight_and_contact) {
   const double gap = 2e-3, frequency = 300, speed = 0.5;
-  Transmission link(free_masses(frequency, 0.0, gap), no_friction, no_cogging);
-  PointState motor{{}, {speed * m_2 / mass, 0, 0}}, handle{{}, {-speed * m_1 / mass, 0, 0}};
+  MassChain<2> link(free_masses(frequency, 0.0, gap), no_friction, no_cogging);
+  MassChain<2>::Points points{PointState{{}, {speed * m_2 / mass, 0, 0}}, PointState{{}, {-speed * m_1 / mass, 0, 0}}};
+  const auto& [motor, handle] = points;
   // A flight across the gap at each way, and half a swing at each end.
   const double period = 2 * (gap / speed + 0.5 / frequency);
   const double energy = 0.5 * reduced * speed * speed;
@@ -104,7 +110,7 @@ BOOST_AUTO_TEST_CASE(two_masses_with_play_bounce_in_the_period_of_free_flight_an
   int crossings = 0;
   double first = 0, last = 0;
   for (int i = 1; i <= 20000; ++i) {
-    link.advance(h, {}, {}, motor, handle);
+    link.advance(h, {}, {}, points);
     const double d = handle.p.x - motor.p.x;
     if (before < 0 && d >= 0) {
       last = i * h - h * d / (d - before);
@@ -113,7 +119,7 @@ BOOST_AUTO_TEST_CASE(two_masses_with_play_bounce_in_the_period_of_free_flight_an
     before = d;
     const double bent = std::max(std::abs(d) - gap / 2, 0.0);
     const double now = 0.5 * m_1 * motor.v.x * motor.v.x + 0.5 * m_2 * handle.v.x * handle.v.x +
-                       0.5 * free_masses(frequency, 0).link.stiffness * bent * bent;
+                       0.5 * free_masses(frequency, 0).link[0].stiffness * bent * bent;
     BOOST_REQUIRE(std::abs(now / energy - 1) < 2e-3);
     BOOST_REQUIRE(std::abs(m_1 * motor.v.x + m_2 * handle.v.x) < 1e-13);
   }
@@ -124,11 +130,12 @@ BOOST_AUTO_TEST_CASE(two_masses_with_play_bounce_in_the_period_of_free_flight_an
 BOOST_AUTO_TEST_CASE(motors_held_by_friction_leave_the_handle_swinging_on_the_spring) {
   const Friction friction({.coulomb = 5});
   const double frequency = 50;
-  Transmission link(free_masses(frequency, 0.0), friction, no_cogging);
-  PointState motor, handle{{1e-3, 0, 0}, {}};
-  const double omega = std::sqrt(free_masses(frequency, 0).link.stiffness / m_2);
+  MassChain<2> link(free_masses(frequency, 0.0), friction, no_cogging);
+  MassChain<2>::Points points{PointState{}, PointState{{1e-3, 0, 0}, {}}};
+  const auto& [motor, handle] = points;
+  const double omega = std::sqrt(free_masses(frequency, 0).link[0].stiffness / m_2);
   for (int i = 1; i <= 5000; ++i) {
-    link.advance(h, {1, 0, 0}, {}, motor, handle);
+    link.advance(h, {1, 0, 0}, {}, points);
     BOOST_REQUIRE((motor.p == Vec3{}));
     BOOST_REQUIRE(std::abs(handle.p.x - 1e-3 * std::cos(omega * i * h)) < 1e-12);
   }
