@@ -1,0 +1,75 @@
+#include "nodes/forcefield/spring.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "framework/core/segment.hpp"
+
+namespace tactor {
+
+NodeInfo SpringForceField::declare() {
+  using F = SpringForceField;
+  return Declare<F>("forcefield.spring", "A spring and a damper at the device's sampled position: a virtual wall.")
+      .details(
+          "F = -K (x - x_0) - B v along one axis, evaluated at each sample of the device and held until the next, with "
+          "v "
+          "the difference of the last two positions by the time between. Two-sided it always acts, and the loop is "
+          "linear: the case in which the theory of sampled virtual walls holds. One-sided it acts below `position` and "
+          "never pulls. It needs no scene, and no physics: it is what a wall bears when nothing but the device's tick "
+          "is "
+          "late.")
+      .realtime_safe()
+      .input("device", &F::device, {.doc = "the device's state", .trigger = Trigger::yes})
+      .output("force", &F::force, "the wall's force on the device")
+      .output("segment", &F::segment, "the same, held")
+      .real("stiffness", &Params::stiffness, {.doc = "K", .unit = "N/m", .default_value = 1000, .min = 0, .max = 1e7})
+      .real("damping", &Params::damping,
+            {.doc = "B; below zero it gives energy", .unit = "N s/m", .default_value = 0, .min = -1e4, .max = 1e4})
+      .choice("sides", &Params::sides, {{"one", Sides::one}, {"two", Sides::two}}, std::optional(Sides::one),
+              "one: a wall below `position`; two: a spring that holds the handle at `position`")
+      .choice("velocity", &Params::velocity, {{"difference", Velocity::difference}, {"device", Velocity::device}},
+              std::optional(Velocity::difference),
+              "difference: of the last two positions; device: what the device estimates")
+      .choice("axis", &Params::axis, {{"x", AxisName::x}, {"y", AxisName::y}, {"z", AxisName::z}},
+              std::optional(AxisName::z), "the axis of the world that the force acts along")
+      .real("position", &Params::position,
+            {.doc = "x_0, where the spring is not bent", .unit = "m", .default_value = 0, .min = -10, .max = 10})
+      .role(Role::force_field)
+      .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower)
+      .info();
+}
+
+SpringForceField::SpringForceField(const Params& params, const NodeContext&)
+    : params_(params), axis_(static_cast<int>(params.axis)) {}
+
+double SpringForceField::force_at(double x, double v) const {
+  const double linear = -params_.stiffness * (x - params_.position) - params_.damping * v;
+  if (params_.sides == Sides::two) return linear;
+  return x < params_.position ? std::max(linear, 0.0) : 0.0;
+}
+
+void SpringForceField::step(StepContext& context) {
+  const Stamped<DeviceState>* newest = device.latest();
+  if (newest == nullptr) return;
+  const double x = newest->value.X_WD.p[axis_], shown = newest->value.V_WD.v[axis_];
+  const Time t = newest->stamp.valid;
+  if (!std::isfinite(x) || !std::isfinite(shown) || (any_ && t <= t_)) {
+    ++rejected_;
+    return;
+  }
+  const double difference = any_ ? (x - x_) / (t - t_).seconds() : 0.0;
+  any_ = true;
+  x_ = x;
+  t_ = t;
+  Wrench force_D_W;
+  force_D_W.force[axis_] = force_at(x, params_.velocity == Velocity::difference ? difference : shown);
+  force.send(t, force_D_W);
+  segment.send(t, constant_segment(context.now(), force_D_W));
+}
+
+void SpringForceField::report(Report& report) const {
+  report.set("forcefield.rejected_samples", static_cast<double>(rejected_));
+}
+
+}  // namespace tactor
