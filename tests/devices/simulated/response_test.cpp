@@ -45,7 +45,10 @@ void compare(const LinearDevice& device, double rate, double allowed_dB, double 
   const HandleParameters translation{.inertia = device.mass,
                                      .damping = device.damping,
                                      .hand_damping = device.hand_damping,
-                                     .hand_stiffness = device.hand_stiffness};
+                                     .hand_stiffness = device.hand_stiffness,
+                                     .hand_inertia = device.hand_mass,
+                                     .grip_stiffness = device.grip_stiffness,
+                                     .grip_damping = device.grip_damping};
   for (const double frequency : frequencies) {
     Handle handle(translation, free_body, 1e-4, false,
                   {.amplifier = {.bandwidth = device.bandwidth}, .transmission = device.transmission});
@@ -77,6 +80,16 @@ const LinearDevice in_a_hand{.hold = 1e-4, .mass = 0.65, .damping = 0.2, .hand_d
 
 BOOST_AUTO_TEST_CASE(one_body_answers_as_a_mass_on_a_spring) {
   compare(in_a_hand, 10000, 0.02, 0.002);
+}
+
+BOOST_AUTO_TEST_CASE(a_hand_behind_a_grip_answers_as_grip_and_hand_in_series) {
+  LinearDevice device = in_a_hand;
+  device.hand_mass = 0.55;
+  device.grip_stiffness = 900;
+  device.grip_damping = 2;
+  compare(device, 10000, 0.02, 0.002);
+  device.transmission = transmission_of(0.1, 0.4, 110, 0.05, 0);
+  compare(device, 10000, 0.02, 0.002);
 }
 
 BOOST_AUTO_TEST_CASE(an_amplifier_takes_three_decibels_at_its_bandwidth) {
