@@ -109,13 +109,16 @@ def limit(device, period, ticks, damping, lowest=1e-2, highest=1e7, steps=400):
 
 def passive_limit(b, period, ticks, damping, frequencies=4000):
     """N/m: the largest stiffness with which the sampled wall H(z) = (K + B (1 - 1/z) / T) z^-ticks is passive on a rigid device of the
-    damping b, whatever passive hand holds it: at all frequencies up to half the sampling rate
-      b > T / (2 (1 - cos wT)) Re{(1 - e^{-jwT}) H(e^{jwT})}.
-    Below zero: none is."""
+    damping b, whatever passive hand holds it; 0 where none is. That is, at all frequencies up to half the sampling rate
+      b > T / (2 (1 - cos wT)) Re{(1 - e^{-jwT}) H(e^{jwT})}."""
     w = numpy.linspace(0, math.pi, frequencies + 1)[1:]
     z = numpy.exp(1j * w)
     weight = period / (2 * (1 - numpy.cos(w)))
     of_spring = weight * ((1 - 1 / z) * z**-ticks).real
     of_damper = weight * ((1 - 1 / z)**2 / period * z**-ticks).real
-    needs = of_spring > 0
-    return float(numpy.min((b - damping * of_damper[needs]) / of_spring[needs]))
+    left = b - damping * of_damper
+    rising, falling = of_spring > 0, of_spring < 0
+    most = float(numpy.min(left[rising] / of_spring[rising]))
+    # Where a spring helps, it may have to be stiff enough.
+    least = float(numpy.max(left[falling] / of_spring[falling], initial=0.0))
+    return most if most > 0 and most >= least else 0.0

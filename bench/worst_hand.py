@@ -8,7 +8,7 @@ friction while it is searched, because dry friction hides small cycles.
 The hand is a mass on a spring and a damper, behind a grip, which is a spring and a damper too, or rigid. First come N hands of a
 scrambled Sobol sequence over RANGES. Each is tried at the softest coupling that is not yet known to be restless in any hand, and a
 restless one lowers that by a step of the ladder. Then Nelder and Mead's method goes on from the worst, for the hand that is fastest at
-the end of the run.
+the end of the run. Two kinds of hands are searched: any in RANGES, and those that are damped (LEAST_RATIO).
 """
 import argparse
 import concurrent.futures
@@ -58,8 +58,13 @@ RANGES = {"hand_mass": (0.02, 2), "hand_damping": (0.02, 20), "hand_stiffness": 
 NONE = 0.1  # of a damping's range is no damping, of the grip's stiffness a rigid grip
 
 
-def hand_of(point):
-    """The hand of a point in the unit cube, five coordinates; what is outside counts as at the border."""
+LEAST_RATIO = {"any": 0.0, "damped": 0.1}  # least damping ratio of the hand on its spring, and of handle and hand in the grip
+HANDLE = 0.1  # kg, of the graph's device
+
+
+def hand_of(point, ratio=0.0):
+    """The hand of a point in the unit cube, five coordinates; what is outside counts as at the border. Its damping ratios are `ratio` at
+    least."""
     def logarithmic(share, name):
         low, high = RANGES[name]
         return low * (high / low) ** share
@@ -67,9 +72,13 @@ def hand_of(point):
     u = [min(max(float(c), 0.0), 1.0) for c in point]
     damping, grip_damping = (0.0 if c < NONE else logarithmic((c - NONE) / (1 - NONE), name)
                              for c, name in ((u[1], "hand_damping"), (u[4], "grip_damping")))
-    rigid = u[3] > 1 - NONE
-    return Hand(logarithmic(u[0], "hand_mass"), damping, logarithmic(u[2], "hand_stiffness"),
-                0.0 if rigid else logarithmic(u[3] / (1 - NONE), "grip_stiffness"), 0.0 if rigid else grip_damping)
+    mass, stiffness = logarithmic(u[0], "hand_mass"), logarithmic(u[2], "hand_stiffness")
+    damping = max(damping, 2 * ratio * math.sqrt(stiffness * mass))
+    if u[3] > 1 - NONE:
+        return Hand(mass, damping, stiffness)
+    grip = logarithmic(u[3] / (1 - NONE), "grip_stiffness")
+    reduced = mass * HANDLE / (mass + HANDLE)
+    return Hand(mass, damping, stiffness, grip, max(grip_damping, 2 * ratio * math.sqrt(grip * reduced)))
 
 
 def keeps_moving(speeds):
@@ -128,8 +137,8 @@ def limit(method, hand, friction=0.0, rate=RATE, ladder=LADDER):
 class Search:
     """Goes down the ladder as hands are found that a step drives."""
 
-    def __init__(self, method, trial=tried):
-        self.method, self.trial = method, trial
+    def __init__(self, method, trial=tried, ratio=0.0):
+        self.method, self.trial, self.ratio = method, trial, ratio
         self.level = len(LADDER) - 1  # the stiffest step at which no hand was driven yet
         self.hand = None
         self.runs = 0
@@ -152,7 +161,7 @@ class Search:
         best = None
         for point in points:
             before = self.level
-            speed = self.look(hand_of(point))
+            speed = self.look(hand_of(point, self.ratio))
             if best is None or self.level < before or (self.level == best[0] and speed > best[1]):
                 best = (self.level, speed, point)
         return best[2]
@@ -163,24 +172,38 @@ class Search:
         corners = numpy.vstack([point, *(numpy.where(numpy.arange(5) == i, numpy.where(point > 0.5, point - 0.2, point + 0.2), point)
                                          for i in range(5))])
         # The speed is that of the step now reached; a hand that goes down a step counts for more than any that does not.
-        minimize(lambda p: -math.log(self.look(hand_of(p)) + 1e-9) + 10 * self.level, point, method="Nelder-Mead",
+        minimize(lambda p: -math.log(self.look(hand_of(p, self.ratio)) + 1e-9) + 10 * self.level, point, method="Nelder-Mead",
                  options={"maxfev": evaluations, "initial_simplex": corners})
 
 
-def search(method, hands, evaluations=50, seed=1):
-    """{"hand", "limit", "runs"} of the worst hand found, with the limits of the known ones in the same device."""
-    found = Search(method)
-    for hand in KNOWN.values():
-        found.look(hand)
-    point = found.sample(hands, seed)
-    found.descend(point, evaluations)
-    second = found.sample(hands // 4, seed + 1)
+def search(key, evaluations=50):
+    """Of a method, a kind of hands and a number of them: the worst hand found, and what it bears."""
+    method, kind, hands = key
+    found = Search(method, ratio=LEAST_RATIO[kind])
+    for name in KNOWN if kind == "any" else ("firm", "light"):
+        found.look(KNOWN[name])
+    first = found.sample(hands, seed=1)
+    found.descend(first, evaluations)
+    second = found.sample(hands // 4, seed=2)
     found.descend(second, evaluations)
-    hand = found.hand or hand_of(point)
-    return {"method": method, "hand": vars(hand), "limit": limit(method, hand), "limit_friction": limit(method, hand, FRICTION),
-            "tried": found.runs,
-            "known": {name: limit(method, one, ladder=KNOWN_LADDER) for name, one in KNOWN.items()},
-            "known_friction": {name: limit(method, one, FRICTION, ladder=KNOWN_LADDER) for name, one in KNOWN.items()}}
+    hand = found.hand or hand_of(first, found.ratio)
+    return {"hand": vars(hand), "limit": limit(method, hand), "limit_friction": limit(method, hand, FRICTION), "tried": found.runs}
+
+
+def known_limits(key):
+    method, name, friction = key
+    return limit(method, KNOWN[name], friction, ladder=KNOWN_LADDER)
+
+
+def search_all(jobs, methods=METHODS, hands=64):
+    """A row a method: {"method", "known", "known_friction": {name: N/m}, "any", "damped": of `search`}."""
+    searches = [(m, kind, hands) for m in methods for kind in LEAST_RATIO]
+    known = [(m, name, friction) for m in methods for name in KNOWN for friction in (0.0, FRICTION)]
+    with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
+        found = dict(zip(searches, pool.map(search, searches)))
+        limits = dict(zip(known, pool.map(known_limits, known)))
+    return [{"method": m, "known": {n: limits[m, n, 0.0] for n in KNOWN}, "known_friction": {n: limits[m, n, FRICTION] for n in KNOWN}} |
+            {kind: found[m, kind, hands] for kind in LEAST_RATIO} for m in methods]
 
 
 def number(value, lowest=KNOWN_LADDER[0]):
@@ -188,15 +211,21 @@ def number(value, lowest=KNOWN_LADDER[0]):
 
 
 def limits_table(results, friction):
-    """A row a method: the limits in the known hands and in the worst one, N/m."""
+    """A row a method: the limits in the known hands and in the worst ones, N/m."""
     suffix = "_friction" if friction else ""
-    return table(["method", *KNOWN, "worst found"],
-                 [[r["method"], *(number(r["known" + suffix][name]) for name in KNOWN), number(r["limit" + suffix], LADDER[0])] for r in results])
+    return table(["method", *KNOWN, *(f"worst, {kind}" for kind in LEAST_RATIO)],
+                 [[r["method"], *(number(r["known" + suffix][name]) for name in KNOWN),
+                   *(number(r[kind]["limit" + suffix], LADDER[0]) for kind in LEAST_RATIO)] for r in results])
 
 
 def hands_table(results):
-    return table(["method", "worst hand found", "hands and steps tried"],
-                 [[r["method"], Hand(**r["hand"]).text(), str(r["tried"])] for r in results])
+    return table(["method", "kind", "worst hand found", "file", "hands and steps tried"],
+                 [[r["method"], kind, Hand(**r[kind]["hand"]).text(), f"`{file_of(r['method'], kind)}`", str(r[kind]["tried"])]
+                  for r in results for kind in LEAST_RATIO])
+
+
+def file_of(method, kind):
+    return f"worst_{method}.yaml" if kind == "any" else f"worst_{kind}_{method}.yaml"
 
 
 def overlay(title, hand, comment):
@@ -209,10 +238,14 @@ def write_overlays(results):
     for name, hand in KNOWN.items():
         (HANDS / f"{name}.yaml").write_text(overlay(f"a hand of {hand.text()}", hand, "Written by bench/worst_hand.py."))
     for r in results:
-        hand, method = Hand(**r["hand"]), r["method"]
-        said = f"the worst hand found for {method}: it bears a coupling of {number(r['limit'], LADDER[0])} N/m without friction"
-        (HANDS / f"worst_{method}.yaml").write_text(overlay(said, hand, "Written by bench/worst_hand.py, which found it; with "
-                                                                        f"{FRICTION} N of friction {number(r['limit_friction'], LADDER[0])} N/m."))
+        for kind in LEAST_RATIO:
+            found, method = r[kind], r["method"]
+            hand = Hand(**found["hand"])
+            which = "hand" if kind == "any" else f"hand with damping ratios of {LEAST_RATIO[kind]:g} or more"
+            said = f"the worst {which} found for {method}; it bears a coupling of {number(found['limit'], LADDER[0])} N/m"
+            (HANDS / file_of(method, kind)).write_text(overlay(
+                said, hand, f"Written by bench/worst_hand.py. A device without friction; with {FRICTION} N it bears "
+                            f"{number(found['limit_friction'], LADDER[0])} N/m."))
 
 
 if __name__ == "__main__":
@@ -222,8 +255,7 @@ if __name__ == "__main__":
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--json", type=pathlib.Path, help="writes what was found")
     arguments = parser.parse_args()
-    with concurrent.futures.ProcessPoolExecutor(arguments.jobs) as pool:
-        results = list(pool.map(search, arguments.method or METHODS, [arguments.hands] * len(arguments.method or METHODS)))
+    results = search_all(arguments.jobs, arguments.method or METHODS, arguments.hands)
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
         arguments.json.write_text(json.dumps(results, indent=1))

@@ -60,6 +60,13 @@ class Hands(unittest.TestCase):
         self.assertEqual(worst_hand.hand_of([0.5, 0.5, 0.5, 0.95, 0.5]).grip_damping, 0)
         self.assertEqual(worst_hand.hand_of([-1, 2, 0, 0, 0]), worst_hand.hand_of([0, 1, 0, 0, 0]))
 
+    def test_damped_hands_have_their_least_damping_ratios(self):
+        for share in (0, 0.3, 0.85):
+            hand = worst_hand.hand_of([share] * 5, 0.1)
+            reduced = hand.hand_mass * worst_hand.HANDLE / (hand.hand_mass + worst_hand.HANDLE)
+            self.assertGreater(hand.hand_damping / (2 * math.sqrt(hand.hand_stiffness * hand.hand_mass)), 0.1 - 1e-12)
+            self.assertGreater(hand.grip_damping / (2 * math.sqrt(hand.grip_stiffness * reduced)), 0.1 - 1e-12)
+
 
 class Searching(unittest.TestCase):
     def test_it_comes_near_the_worst_of_a_made_up_device(self):
