@@ -20,7 +20,7 @@ NodeInfo SpringForceField::declare() {
           "is "
           "late.")
       .realtime_safe()
-      .input("device", &F::device, {.doc = "the device's state", .trigger = Trigger::yes})
+      .input("device", &F::device, {.doc = "the device's state"})
       .output("force", &F::force, "the wall's force on the device")
       .output("segment", &F::segment, "the same, held")
       .real("stiffness", &Params::stiffness, {.doc = "K", .unit = "N/m", .default_value = 1000, .min = 0, .max = 1e7})
@@ -35,6 +35,7 @@ NodeInfo SpringForceField::declare() {
               std::optional(AxisName::z), "the axis of the world that the force acts along")
       .real("position", &Params::position,
             {.doc = "x_0, where the spring is not bent", .unit = "m", .default_value = 0, .min = -10, .max = 10})
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .role(Role::force_field)
       .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower)
       .info();
@@ -49,11 +50,9 @@ double SpringForceField::force_at(double x, double v) const {
   return x < params_.position ? std::max(linear, 0.0) : 0.0;
 }
 
-void SpringForceField::step(StepContext& context) {
-  const Stamped<DeviceState>* newest = device.latest();
-  if (newest == nullptr) return;
-  const double x = newest->value.X_WD.p[axis_], shown = newest->value.V_WD.v[axis_];
-  const Time t = newest->stamp.valid;
+void SpringForceField::take(Time now, const Stamped<DeviceState>& sample) {
+  const double x = sample.value.X_WD.p[axis_], shown = sample.value.V_WD.v[axis_];
+  const Time t = sample.stamp.valid;
   if (!std::isfinite(x) || !std::isfinite(shown) || (any_ && t <= t_)) {
     ++rejected_;
     return;
@@ -65,7 +64,12 @@ void SpringForceField::step(StepContext& context) {
   Wrench force_D_W;
   force_D_W.force[axis_] = force_at(x, params_.velocity == Velocity::difference ? difference : shown);
   force.send(t, force_D_W);
-  segment.send(t, constant_segment(context.now(), force_D_W));
+  segment.send(t, constant_segment(now, force_D_W));
+}
+
+void SpringForceField::step(StepContext& context) {
+  Stamped<DeviceState> sample;
+  if (samples_.next(device, sample)) take(context.now(), sample);
 }
 
 void SpringForceField::report(Report& report) const {

@@ -3,6 +3,7 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
+#include "framework/node/new_messages.hpp"
 
 namespace tactor {
 
@@ -26,6 +27,7 @@ class SpringForceField final : public Node {
     Velocity velocity = Velocity::difference;
     AxisName axis = AxisName::z;
     double position = 0;  ///< m
+    double rate = 0;      ///< Hz
   };
   SpringForceField(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -38,9 +40,11 @@ class SpringForceField final : public Node {
 
  private:
   [[nodiscard]] double force_at(double x, double v) const;
+  void take(Time now, const Stamped<DeviceState>& sample);
 
   Params params_;
   int axis_;
+  NewMessages<DeviceState> samples_;
   bool any_ = false;
   double x_ = 0;  // m, of the sample before
   Time t_;        // of the same

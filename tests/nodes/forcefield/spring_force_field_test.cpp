@@ -100,11 +100,18 @@ BOOST_AUTO_TEST_CASE(samples_that_are_not_finite_or_not_later_show_nothing_new_a
   bad = {};
   bad.V_WD.v.z = std::numeric_limits<double>::infinity();
   BOOST_TEST(!rig.takes(3, bad));
-  BOOST_TEST(!rig.takes(1, {}));
+  BOOST_TEST(!rig.takes(0.5, {}));
   const Report report = report_of(rig.node);
   BOOST_TEST(report.metrics().front().second == 3.0);
   // The next good one has its difference from the last good one.
   BOOST_TEST(std::abs(rig.force(5, 2e-3) + 2) < tiny);
+}
+
+BOOST_AUTO_TEST_CASE(without_a_new_sample_it_shows_nothing_new) {
+  SpringRig rig(spring_params(SpringForceField::Sides::two, 1));
+  rig.force(1, 2e-3);
+  BOOST_TEST(!step_at(rig.node, rig.node.segment, 2, rig.last));
+  BOOST_TEST(report_of(rig.node).metrics().front().second == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
