@@ -83,41 +83,51 @@ def method_limit(key):
     return closed_loop.climb(quiet, worst_hand.KNOWN_LADDER)
 
 
+GRID = tuple(0.01 * 3200 ** (i / 30) for i in range(31))  # N s/m, of the theory's lines
+
+
 def theory(device, rate):
-    """What is drawn beside: N/m by line, at each of DAMPINGS."""
+    """What is drawn beside, N/m: by line at each of GRID, as said by `exact` and `closed`; and "ticks" from a sample to its force."""
     v = values_of(device, "firm", rate)
     ticks = 1 + round(v["delay_in"] * rate) + round(v["delay_out"] * rate)
     names = ("mass", "damping", "mode_frequency", "mode_damping", "motor_share")
     bare = sampled_loop.Device(**{name: v[name] for name in names})
     firm = sampled_loop.Device(**{name: v[name] for name in (*names, "hand_mass", "hand_damping", "hand_stiffness")})
-    return {"ticks": ticks, "friction": 2 * v["friction"] / v["encoder_step"],
-            "bare": [sampled_loop.limit(bare, 1 / rate, ticks, b, steps=150) for b in DAMPINGS],
-            "firm": [sampled_loop.limit(firm, 1 / rate, ticks, b, steps=150) for b in DAMPINGS],
-            "delay": [(v["damping"] + b) / (1 / rate * (0.5 + ticks)) for b in DAMPINGS],
-            "passive": [sampled_loop.passive_limit(v["damping"], 1 / rate, ticks, b) for b in DAMPINGS]}
+
+    def at(b):
+        return {"firm hand, linear loop": sampled_loop.limit(firm, 1 / rate, ticks, b, steps=150),
+                "no hand, linear loop": sampled_loop.limit(bare, 1 / rate, ticks, b, steps=150),
+                "(b + B)/(T/2 + t_d)": (v["damping"] + b) * rate / (0.5 + ticks),
+                "passive, linear": sampled_loop.passive_limit(v["damping"], 1 / rate, ticks, b),
+                "passive without delay, 2(b - B)/T": 2 * (v["damping"] - b) * rate,
+                "2 f_c/step": 2 * v["friction"] / v["encoder_step"]}
+
+    rows = [at(b) for b in GRID]
+    return {"ticks": ticks, "undamped": at(0.0), "lines": {name: [row[name] for row in rows] for name in rows[0]}}
 
 
-LINES = {"firm hand, measured": "lc rgb '#1f6fb4' lw 2 pt 7 ps 0.5", "finger, measured": "lc rgb '#d06020' lw 2 pt 5 ps 0.5",
-         "firm hand, linear loop": "lc rgb '#1f6fb4' dt 2", "no hand, linear loop": "lc rgb '#505050' dt 2",
-         "(b + B)/(T/2 + t_d)": "lc rgb '#40a040' dt 3", "passive, linear": "lc rgb '#a03080' dt 4", "2 f_c/step": "lc rgb '#909090' dt 5"}
+MEASURED = {"firm": "with linespoints lc rgb '#1f6fb4' lw 2 pt 7 ps 0.5", "finger": "with linespoints lc rgb '#d06020' lw 2 pt 5 ps 0.5"}
+LINES = {"firm hand, linear loop": "lc rgb '#1f6fb4' dt 2", "no hand, linear loop": "lc rgb '#505050' dt 2", "(b + B)/(T/2 + t_d)": "lc rgb '#40a040' dt 3",
+         "passive, linear": "lc rgb '#a03080' lw 2", "passive without delay, 2(b - B)/T": "lc rgb '#a03080' dt 4", "2 f_c/step": "lc rgb '#909090' dt 5"}
 
 
-def figure_script(device, found, file):
+def block_of(name, columns):
+    """A table of gnuplot's; what is no number above zero is left out."""
+    rows = (" ".join(f"{c:.6g}" if 0 < c < math.inf else "nan" for c in row) for row in zip(*columns))
+    return [f"{name} << EOD", *rows, "EOD"]
+
+
+def figure_script(device, found, theories, file):
     """What gnuplot draws: a panel a rate; damping to the right, stiffness upwards."""
-    lines = ["set terminal svg size 1000,400 font 'sans,11' background rgb 'white'", f"set output '{file}'",
-             f"set multiplot layout 1,{len(RATES)}", "set logscale xy", f"set xrange [{DAMPINGS[0]}:{DAMPINGS[-1]}]", "set yrange [10:100000]",
-             "set xlabel 'damping of the wall, N s/m'", "set format y '10^{%L}'", "set key at graph 0.98,0.02 bottom right font ',7' samplen 2"]
+    lines = ["set terminal svg size 1000,460 font 'sans,11' background rgb 'white'", f"set output '{file}'",
+             f"set multiplot layout 1,{len(RATES)}", "set logscale xy", f"set xrange [{GRID[0]}:{GRID[-1]}]", "set yrange [10:100000]",
+             "set xlabel 'damping of the wall, N s/m'", "set format y '10^{%L}'", "set key noenhanced top left font ',8' samplen 2"]
     for i, rate in enumerate(RATES):
-        said = found[rate]
-        columns = [said["measured"]["firm"], said["measured"]["finger"], said["firm"], said["bare"], said["delay"], said["passive"],
-                   [said["friction"]] * len(DAMPINGS)]
-        block = f"$d{i}"
-        lines += [f"{block} << EOD",
-                  *(" ".join([f"{b:g}", *(f"{c[n]:.6g}" if 0 < c[n] < math.inf else "nan" for c in columns)]) for n, b in enumerate(DAMPINGS)),
-                  "EOD", f"set title '{device.replace('_', ' ')}, {rate} Hz'",
-                  "set ylabel 'stiffness of the wall, N/m'" if i == 0 else "unset ylabel",
-                  "plot " + ", ".join(f"{block} using 1:{n + 2} with {'linespoints' if n < 2 else 'lines'} {style} title '{name}'"
-                                      for n, (name, style) in enumerate(LINES.items())),
+        said = theories[rate]["lines"]
+        lines += [*block_of(f"$m{i}", [DAMPINGS, *(found[rate][hand] for hand in MEASURED)]), *block_of(f"$t{i}", [GRID, *(said[name] for name in LINES)]),
+                  f"set title '{device.replace('_', ' ')}, {rate} Hz'", "set ylabel 'stiffness of the wall, N/m'" if i == 0 else "unset ylabel",
+                  "plot " + ", ".join([*(f"$m{i} using 1:{n + 2} {style} title '{hand}, measured'" for n, (hand, style) in enumerate(MEASURED.items())),
+                                       *(f"$t{i} using 1:{n + 2} with lines {style} title '{name}'" for n, (name, style) in enumerate(LINES.items()))]),
                   "unset key"]
     return "\n".join([*lines, "unset multiplot", ""])
 
@@ -156,38 +166,40 @@ def method_table(found):
 
 
 def measure(jobs, devices=DEVICES, rates=RATES):
-    """{device: {rate: {"measured": {hand: N/m at each of DAMPINGS}, ...theory}}}."""
+    """{device: {rate: {hand: N/m at each of DAMPINGS}}}."""
     keys = list(itertools.product(devices, HANDS, rates, DAMPINGS))
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         limits = dict(zip(keys, pool.map(measured, keys, chunksize=4)))
-    return {device: {rate: theory(device, rate) | {"measured": {hand: [limits[device, hand, rate, b] for b in DAMPINGS] for hand in HANDS}}
-                     for rate in rates} for device in devices}
+    return {device: {rate: {hand: [limits[device, hand, rate, b] for b in DAMPINGS] for hand in HANDS} for rate in rates} for device in devices}
+
+
+def theories(devices=DEVICES, rates=RATES):
+    """{device: {rate: `theory`}}."""
+    return {device: {rate: theory(device, rate) for rate in rates} for device in devices}
 
 
 def number(value):
     return "none" if value <= 0 else f"{value:.0f}" if value < LADDER[-1] else f"{LADDER[-1]:.0f} or more"
 
 
-def best_table(found):
-    """A row a device and rate: the stiffest wall at its best damping, per hand, and what theory says at that of the firm hand."""
+def best_table(found, said):
+    """A row a device and rate: the stiffest wall without a damper and at its best damping, per hand; and what theory says without a
+    damper. `said`: of `theories`."""
     rows = []
     for device, by_rate in found.items():
-        for rate, said in by_rate.items():
+        for rate, limits in by_rate.items():
             cells = []
             for hand in HANDS:
-                limits = said["measured"][hand]
-                at = max(range(len(limits)), key=limits.__getitem__)
-                cells += [number(limits[at]), f"{DAMPINGS[at]:g}" if limits[at] > 0 else ""]
-            at = max(range(len(DAMPINGS)), key=said["measured"]["firm"].__getitem__)
-            rows.append([device, str(rate), str(said["ticks"]), *cells, *(number(said[name][at]) for name in ("firm", "bare", "delay", "passive")),
-                         number(said["friction"])])
-    return table(["device", "rate, Hz", "ticks late", "firm, N/m", "at B, N s/m", "finger, N/m", "at B, N s/m", "linear loop, firm", "linear loop, no hand",
-                  "(b + B)/(T/2 + t_d)", "passive", "2 f_c/step"], rows)
+                at = max(range(len(DAMPINGS)), key=limits[hand].__getitem__)
+                cells += [number(limits[hand][0]), f"{number(limits[hand][at])} at {DAMPINGS[at]:g}" if limits[hand][at] > 0 else "none"]
+            rows.append([device, str(rate), str(said[device][rate]["ticks"]), *cells,
+                         *(number(said[device][rate]["undamped"][name]) for name in LINES)])
+    return table(["device", "rate, Hz", "ticks late", *(f"{hand}, {what}" for hand in HANDS for what in (f"B = {DAMPINGS[0]:g}", "best")), *LINES], rows)
 
 
-def draw(found, folder):
+def draw(found, said, folder):
     for device, by_rate in found.items():
-        subprocess.run(["gnuplot"], input=figure_script(device, by_rate, folder / f"z_width_{device}.svg"), text=True, check=True)
+        subprocess.run(["gnuplot"], input=figure_script(device, by_rate, said[device], folder / f"z_width_{device}.svg"), text=True, check=True)
 
 
 def draw_methods(found, folder):
@@ -203,9 +215,10 @@ if __name__ == "__main__":
     arguments.out.mkdir(parents=True, exist_ok=True)
     found = measure(arguments.jobs, tuple(arguments.device or DEVICES))
     (arguments.out / "found.json").write_text(json.dumps(found, indent=1))
-    draw(found, arguments.out)
+    said = theories(tuple(found))
+    draw(found, said, arguments.out)
     methods = measure_methods(arguments.jobs, tuple(arguments.device or DEVICES))
     (arguments.out / "methods.json").write_text(json.dumps(methods, indent=1))
     draw_methods(methods, arguments.out)
-    print(best_table(found))
+    print(best_table(found, said))
     print(method_table(methods), end="")

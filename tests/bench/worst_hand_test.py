@@ -98,16 +98,16 @@ class Written(unittest.TestCase):
         self.assertEqual((tree["format"], tree["title"]), (2, "one"))
 
     def test_a_plot_has_a_panel_a_rate_and_a_line_a_theory(self):
-        n = len(z_width.DAMPINGS)
-        said = {"measured": {hand: [100.0] * n for hand in z_width.HANDS}, "firm": [200.0] * n, "bare": [50.0] * n, "delay": [60.0] * n,
-                "passive": [-1.0] * n, "friction": 1e4, "ticks": 1}
-        script = z_width.figure_script("made_up", {rate: said for rate in z_width.RATES}, "x.svg")
-        self.assertEqual(script.count("plot $d"), len(z_width.RATES))
+        found = {rate: {hand: [100.0] * len(z_width.DAMPINGS) for hand in z_width.HANDS} for rate in z_width.RATES}
+        values = dict.fromkeys(z_width.LINES, 50.0) | {"passive, linear": -1.0}
+        said = {rate: {"ticks": 1, "undamped": values, "lines": {name: [v] * len(z_width.GRID) for name, v in values.items()}} for rate in z_width.RATES}
+        script = z_width.figure_script("made_up", found, said, "x.svg")
+        self.assertEqual(script.count("\nplot $m"), len(z_width.RATES))
         for line in z_width.LINES:
             self.assertEqual(script.count(f"title '{line}'"), len(z_width.RATES))
         self.assertIn(" nan ", script)
-        row = z_width.best_table({"made_up": {1000: said}}).splitlines()[2]
-        self.assertEqual(row, "| made_up | 1000 | 1 | 100 | 0.125 | 100 | 0.125 | 200 | 50 | 60 | none | 10000 |")
+        row = z_width.best_table({"made_up": found}, {"made_up": said}).splitlines()[2]
+        self.assertEqual(row, "| made_up | 1000 | 1 | 100 | 100 at 0.125 | 100 | 100 at 0.125 | 50 | 50 | 50 | none | 50 | 50 |")
 
 
 if __name__ == "__main__":
