@@ -121,14 +121,15 @@ def figure_script(device, found, theories, file):
     """What gnuplot draws: a panel a rate; damping to the right, stiffness upwards."""
     lines = ["set terminal svg size 1000,460 font 'sans,11' background rgb 'white'", f"set output '{file}'",
              f"set multiplot layout 1,{len(RATES)}", "set logscale xy", f"set xrange [{GRID[0]}:{GRID[-1]}]", "set yrange [10:100000]",
-             "set xlabel 'damping of the wall, N s/m'", "set format y '10^{%L}'", "set key noenhanced top left font ',8' samplen 2"]
+             "set xlabel 'damping of the wall, N s/m'", "set format y '10^{%L}'", "unset key"]
     for i, rate in enumerate(RATES):
         said = theories[rate]["lines"]
+        if i + 1 == len(RATES):
+            lines.append("set key noenhanced at graph 0.99,0.02 bottom right font ',8' samplen 2")
         lines += [*block_of(f"$m{i}", [DAMPINGS, *(found[rate][hand] for hand in MEASURED)]), *block_of(f"$t{i}", [GRID, *(said[name] for name in LINES)]),
                   f"set title '{device.replace('_', ' ')}, {rate} Hz'", "set ylabel 'stiffness of the wall, N/m'" if i == 0 else "unset ylabel",
                   "plot " + ", ".join([*(f"$m{i} using 1:{n + 2} {style} title '{hand}, measured'" for n, (hand, style) in enumerate(MEASURED.items())),
-                                       *(f"$t{i} using 1:{n + 2} with lines {style} title '{name}'" for n, (name, style) in enumerate(LINES.items()))]),
-                  "unset key"]
+                                       *(f"$t{i} using 1:{n + 2} with lines {style} title '{name}'" for n, (name, style) in enumerate(LINES.items()))])]
     return "\n".join([*lines, "unset multiplot", ""])
 
 
