@@ -129,11 +129,12 @@ def draw(found, file, methods=("hold", "lowpass", "paper", "blend", "local")):
     shown = {"asked for": target(hz)} | {m: found[m][max(BANDS.values())][0] for m in methods}
     data = "\n\n\n".join("\n".join(f"{f:.6g} {20 * np.log10(abs(k)):.6g} {p:.6g}" for f, k, p in
                                    zip(hz, stiffness, np.degrees(np.unwrap(np.angle(stiffness))))) for stiffness in shown.values())
+    colours = ("black", "#888888", "#2ca02c", "#1f77b4", "#ff7f0e", "#d62728")
     with tempfile.NamedTemporaryFile("w", suffix=".dat") as points:
         points.write(data)
         points.flush()
         curves = ", ".join(f"'{points.name}' index {i} using 1:COLUMN with lines lw {3 if i == 0 else 1.5} "
-                           f"{'lc black' if i == 0 else f'lc {i}'} title '{name.replace('_', ' ')}'" for i, name in enumerate(shown))
+                           f"lc rgb '{colours[i]}' title '{name.replace('_', ' ')}'" for i, name in enumerate(shown))
         script = f"""set terminal svg size 900,640 font 'sans,13' background 'white'
 set output '{file}'
 set logscale x
@@ -141,7 +142,7 @@ set grid
 set multiplot layout 2,1
 set xrange [0.1:100]
 set ylabel 'stiffness, dB re 1 N/m'
-set key left top
+set key left bottom
 plot {curves.replace('COLUMN', '2')}
 set ylabel 'phase, degrees'
 set xlabel 'Hz'
