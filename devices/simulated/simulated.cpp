@@ -18,9 +18,9 @@ constexpr Duration longest_extrapolation{20'000'000};
 
 /// A line of that many ticks takes more memory than it is worth.
 constexpr double max_line_ticks = 1e5;
-/// A hand behind a grip is a body of its own. A lighter one costs the exact step of a stiff grip its digits.
-constexpr double least_hand_mass = 1e-3;     // kg
-constexpr double least_hand_inertia = 1e-7;  // kg m^2
+/// A hand behind a grip is a body of its own. Lighter bodies cost the exact step of a stiff grip its digits.
+constexpr double least_gripped_mass = 1e-3;     // kg
+constexpr double least_gripped_inertia = 1e-7;  // kg m^2
 
 DeviceState to_message(const MotionState& motion) {
   DeviceState message;
@@ -87,12 +87,12 @@ std::size_t line_ticks(const char* name, double delay, double rate) {
   return ticks;
 }
 
-void check_hand(const char* grip, const char* hand, const char* unit, bool has_grip, double found, double least) {
+void check_gripped(const char* grip, const char* name, const char* unit, bool has_grip, double found, double least) {
   if (!has_grip || found >= least) return;
   std::ostringstream text;
-  text << hand << " is too small for a grip: expected at least " << least << ' ' << unit << " where " << grip
+  text << name << " is too small for a grip: expected at least " << least << ' ' << unit << " where " << grip
        << " or its damping is above 0, found " << found << ' ' << unit
-       << "; give the hand more, or make the grip rigid with both 0";
+       << "; give it more, or make the grip rigid with both 0";
   throw InputError(text.str());
 }
 
@@ -108,10 +108,11 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
   if (params_.backlash > 0 && params_.mode_frequency <= 0) {
     throw InputError("backlash needs the stiffness at its ends: expected mode_frequency above 0 Hz, found 0 Hz");
   }
-  check_hand("grip_stiffness", "hand_mass", "kg", params.grip_stiffness > 0 || params.grip_damping > 0,
-             params.hand_mass, least_hand_mass);
-  check_hand("grip_stiffness_angle", "hand_inertia", "kg m^2",
-             params.grip_stiffness_angle > 0 || params.grip_damping_angle > 0, params.hand_inertia, least_hand_inertia);
+  check_gripped("grip_stiffness", "hand_mass", "kg", params.grip_stiffness > 0 || params.grip_damping > 0,
+                params.hand_mass, least_gripped_mass);
+  const bool turns = params.grip_stiffness_angle > 0 || params.grip_damping_angle > 0;
+  check_gripped("grip_stiffness_angle", "hand_inertia", "kg m^2", turns, params.hand_inertia, least_gripped_inertia);
+  check_gripped("grip_stiffness_angle", "inertia", "kg m^2", turns, params.inertia, least_gripped_inertia);
   if (params_.loop == Loop::closed) {
     const double samples = context.duration.seconds() * params_.rate + 2;
     // Written once, so that the loop of a device faults no page in where memory is not locked.

@@ -266,6 +266,7 @@ BOOST_AUTO_TEST_CASE(a_hand_without_mass_in_a_grip_is_refused) {
       "found 0 kg");
   refused({{"hand_mass", 0.0}, {"grip_damping", 1.0}}, "found 0 kg");
   refused({{"hand_inertia", 5e-8}, {"grip_stiffness_angle", 1.0}}, "expected at least 1e-07 kg m^2");
+  refused({{"inertia", 1e-12}, {"grip_stiffness_angle", 1.0}}, "inertia is too small for a grip");
   test::Bench({{"hand_mass", 0.0}, {"hand_inertia", 0.0}});
   test::Bench({{"hand_mass", 1e-3}, {"grip_damping", 1.0}, {"hand_inertia", 1e-7}, {"grip_damping_angle", 1e-3}});
 }
