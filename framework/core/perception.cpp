@@ -1,0 +1,103 @@
+#include "framework/core/perception.hpp"
+
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr const char* feyzabadi =
+    "Feyzabadi et al. 2013, IEEE Trans. Haptics 6(3), abstract: weakest force felt by a moving arm";
+constexpr const char* pang = "Pang, Tan, Durlach 1991, Perception & Psychophysics 49(6), abstract: 7 % at 2.5 to 10 N";
+constexpr const char* morioka =
+    "Morioka, Griffin 2006, J. Sound Vib. 295, as quoted by the Haptics Industry Forum's HDActuatorTest";
+
+constexpr std::array weber_table{
+    // The difference is the threshold without a reference; as the row's own reference it is our reading.
+    WeberPoint{0.04, 0.04, feyzabadi},
+    WeberPoint{2.5, 0.175, pang},
+    WeberPoint{10, 0.7, pang},
+};
+
+constexpr std::array vibration_table{
+    VibrationPoint{8, 0.095, morioka},    VibrationPoint{10, 0.1, morioka},    VibrationPoint{12.5, 0.095, morioka},
+    VibrationPoint{16, 0.108, morioka},   VibrationPoint{20, 0.15, morioka},   VibrationPoint{25, 0.16, morioka},
+    VibrationPoint{31.5, 0.109, morioka}, VibrationPoint{40, 0.065, morioka},  VibrationPoint{50, 0.072, morioka},
+    VibrationPoint{63, 0.049, morioka},   VibrationPoint{80, 0.028, morioka},  VibrationPoint{100, 0.023, morioka},
+    VibrationPoint{125, 0.022, morioka},  VibrationPoint{160, 0.021, morioka}, VibrationPoint{200, 0.029, morioka},
+    VibrationPoint{250, 0.032, morioka},  VibrationPoint{315, 0.061, morioka},
+};
+
+constexpr StylusHand fu_cavusoglu{.mass = 0.218,
+                                  .grasp_stiffness = 379.5,
+                                  .grasp_damping = 1.839,
+                                  .arm_stiffness = 78.75,
+                                  .arm_damping = 4.645,
+                                  .source =
+                                      "Fu, Cavusoglu 2012, IEEE Trans. SMC-B 42(6), Table II, left to right, as quoted "
+                                      "by the ledger of Stabilisation_Pen"};
+
+/// On the line through (x0, y0) and (x1, y1), straight in logarithms of both.
+double log_log(double x, double x0, double y0, double x1, double y1) {
+  return y0 * std::pow(x / x0, std::log(y1 / y0) / std::log(x1 / x0));
+}
+
+}  // namespace
+
+std::span<const WeberPoint> weber_points() {
+  return weber_table;
+}
+
+double force_jnd(double reference_N) {
+  TACTOR_DEMAND(reference_N >= 0);
+  if (reference_N <= weber_table.front().reference_N) return weber_table.front().jnd_N;
+  for (std::size_t i = 1; i < weber_table.size(); ++i) {
+    const WeberPoint &a = weber_table[i - 1], &b = weber_table[i];
+    if (reference_N <= b.reference_N) return log_log(reference_N, a.reference_N, a.jnd_N, b.reference_N, b.jnd_N);
+  }
+  return reference_N * weber_table.back().jnd_N / weber_table.back().reference_N;
+}
+
+std::span<const VibrationPoint> vibration_points() {
+  return vibration_table;
+}
+
+double vibration_threshold(double frequency_Hz) {
+  TACTOR_DEMAND(frequency_Hz > 0);
+  const VibrationPoint &first = vibration_table.front(), &last = vibration_table.back();
+  if (frequency_Hz <= first.frequency_Hz) {
+    return first.acceleration_m_s2 * std::pow(frequency_Hz / first.frequency_Hz, 2);
+  }
+  for (std::size_t i = 1; i < vibration_table.size(); ++i) {
+    const VibrationPoint &a = vibration_table[i - 1], &b = vibration_table[i];
+    if (frequency_Hz <= b.frequency_Hz) {
+      return log_log(frequency_Hz, a.frequency_Hz, a.acceleration_m_s2, b.frequency_Hz, b.acceleration_m_s2);
+    }
+  }
+  return last.acceleration_m_s2 * std::pow(frequency_Hz / last.frequency_Hz, 2);
+}
+
+const StylusHand& stylus_hand() {
+  return fu_cavusoglu;
+}
+
+double apparent_mass(double frequency_Hz, double handle_mass) {
+  TACTOR_DEMAND(frequency_Hz > 0 && handle_mass >= 0);
+  const std::complex<double> s{0, 2 * std::numbers::pi * frequency_Hz};
+  const StylusHand& hand = fu_cavusoglu;
+  // Impedances, N s/m: the grasp in series with the hand on its arm, both beside the handle.
+  const std::complex<double> grasp = hand.grasp_damping + hand.grasp_stiffness / s;
+  const std::complex<double> behind = hand.mass * s + hand.arm_damping + hand.arm_stiffness / s;
+  return std::abs((handle_mass * s + grasp * behind / (grasp + behind)) / s);
+}
+
+double vibration_force_threshold(double frequency_Hz, double handle_mass) {
+  return vibration_threshold(frequency_Hz) * apparent_mass(frequency_Hz, handle_mass);
+}
+
+}  // namespace tactor
