@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 #include <tuple>
 
 #include "app/run/run_metrics.hpp"
@@ -54,6 +55,15 @@ std::string verdict_text(const RunResult& result) {
   return text;
 }
 
+/// How far the vibration of the force's error is over what a hand feels.
+std::string vibration_text(const RunResult& result) {
+  const double level = result.metric("delivered.force.vibration_above_threshold_dB");
+  if (!std::isfinite(level)) return {};
+  const double frequency = result.metric("delivered.force.vibration_above_threshold_Hz");
+  return fmt::format(", vibration {:.0f} dB {} its threshold{}", std::abs(level), level < 0 ? "under" : "above",
+                     std::isfinite(frequency) ? fmt::format(" at {} Hz", pretty(frequency)) : "");
+}
+
 /// Of the force, and of the torque where there is one.
 std::string error_text(const RunResult& result) {
   std::string text;
@@ -63,25 +73,13 @@ std::string error_text(const RunResult& result) {
     if (!std::isfinite(rms) || (!text.empty() && most == 0)) continue;
     text += fmt::format("{}{} {} {} RMS, {} {} at most", text.empty() ? "" : "; ", quantity, pretty(rms), spoken,
                         pretty(most), spoken);
-    const double felt = result.metric(fmt::format("delivered.{}.share_beyond_jnd", quantity));
-    if (std::isfinite(felt)) text += fmt::format(", beyond JND {} of the time", percent(felt));
+    const bool is_force = std::string_view(quantity) == "force";
+    const double noticed =
+        result.metric(fmt::format("delivered.{}.share_beyond_{}", quantity, is_force ? "weber" : "jnd"));
+    if (std::isfinite(noticed)) text += fmt::format(", noticed {} of the time", percent(noticed));
+    if (is_force) text += vibration_text(result);
   }
   return text;
-}
-
-/// What a hand would notice of the error of the force: as a wrong force, and as vibration.
-std::string noticed_text(const RunResult& result) {
-  const double share = result.metric("delivered.force.share_beyond_weber");
-  const double level = result.metric("delivered.force.vibration_above_threshold_dB");
-  std::string text;
-  if (std::isfinite(share)) text = fmt::format("force beyond the Weber curve {} of the time", percent(share));
-  if (!std::isfinite(level)) return text;
-  const double frequency = result.metric("delivered.force.vibration_above_threshold_Hz");
-  text += fmt::format("{}vibration {:.0f} dB {} its threshold", text.empty() ? "" : "; ", std::abs(level),
-                      level < 0 ? "under" : "above");
-  if (std::isfinite(frequency)) text += fmt::format(" at {} Hz", pretty(frequency));
-  return text +
-         fmt::format(", {:+.0f} dB at its worst", result.metric("delivered.force.worst_vibration_above_threshold_dB"));
 }
 
 /// Which part of the run the metrics are of, where that is not all but the settling at its start.
@@ -183,7 +181,6 @@ std::vector<HeadlineLine> headline(const RunResult& result) {
       {"verdict", verdict_text(result), "stability.verdict"},
       {"judged", interval_text(result), "judged.from_s"},
       {"error", error_text(result), "delivered.force.rms_error_N"},
-      {"noticed", noticed_text(result), "delivered.force.share_beyond_weber"},
       {"delay", delay_text(result), "delivered.force.delay_ms"},
       {"smooth", smoothness_text(result), "delivered.force.rms_d2_N_per_ms2"},
       {"gate", gate_text(result), "device.engaged_share"},
