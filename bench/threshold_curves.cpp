@@ -52,13 +52,9 @@ int main() {
   for (const VibrationPoint& p : vibration_points()) {
     found["vibration"].push_back({p.frequency_Hz, p.acceleration_m_s2, p.source});
   }
-  const StylusHand& hand = stylus_hand();
-  found["hand"] = {{"mass", hand.mass},
-                   {"grasp_stiffness", hand.grasp_stiffness},
-                   {"grasp_damping", hand.grasp_damping},
-                   {"arm_stiffness", hand.arm_stiffness},
-                   {"arm_damping", hand.arm_damping},
-                   {"source", hand.source}};
+  for (const ImpedancePoint& p : hand_impedance_points()) {
+    found["hand"].push_back({p.frequency_Hz, p.impedance_N_s_m, p.source});
+  }
   for (double frequency = 8; frequency < 501; frequency *= 1.02) {
     found["vibration_curve"].push_back({frequency, vibration_threshold(frequency)});
     for (const auto& [name, handle] : {std::pair{"0", 0.0}, {"0.045", 0.045}, {"0.1", 0.1}, {"0.2", 0.2}}) {

@@ -24,6 +24,8 @@ COLOURS = ("black", "#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c5
 PEN_HOLD_UM = {10: 26.0, 20: 8.5, 160: 26.0 * 10 ** (-13 * 4 / 20), 320: 0.06}  # Israr, Choi, Tan 2006; -13 dB an octave from 10 to 160 Hz
 GRASPED_CYLINDER_UM = {150: 0.03}  # Brisben, Hsiao, Johnson 1999
 THENAR_UM = {300: 0.13}  # Bolanowski et al. 1988: the palm, pressed by a probe with a surround
+# Fu, Cavusoglu 2012: kg of the hand, N/m and N s/m of the grasp, N/m and N s/m of the arm; nominal, Table II, by direction. HAP-26 there.
+STYLUS_HANDS = {"X": (0.218, 379.5, 1.839, 78.75, 4.645), "Y": (0.269, 552.4, 3.609, 105.3, 6.430), "Z": (0.204, 769.9, 0.776, 271.7, 18.06)}
 SIMULATED_HAND = (0.55, 6.5, 135.0)  # kg, N s/m, N/m: that of device.simulated, bolted to its handle
 
 
@@ -73,17 +75,14 @@ def bolted_force(curve, handle_mass):
     return [(hz, a * abs((handle_mass + mass) + damping / (1j * v) - stiffness / v**2)) for (hz, a), v in zip(curve, w)]
 
 
-def pen_hold_force(curve):
-    """N: the pen-hold posture's own thresholds and impedance, no handle. Impedance as quoted (HAP-27): -37 dB re 1 N s/mm to 40 Hz, -7 dB to
-    80 Hz, -16 dB to 160 Hz, flat to 320 Hz."""
-    hz_of, dB = np.log2([10, 40, 80, 160, 320]), [-37, -37, -44, -60, -60]
-    threshold = rms_acceleration(PEN_HOLD_UM)
+def stylus_force(curve, handle_mass, direction):
+    """N: the same with a hand of STYLUS_HANDS behind its grasp, beside a handle."""
+    mass, k_grasp, b_grasp, k_arm, b_arm = STYLUS_HANDS[direction]
     points = []
-    for hz, _ in curve:
-        if not 10 <= hz <= 320:
-            continue
-        a = np.exp(np.interp(np.log(hz), np.log([p[0] for p in threshold]), np.log([p[1] for p in threshold])))
-        points.append((hz, a / (2 * np.pi * hz) * 1e3 * 10 ** (np.interp(np.log2(hz), hz_of, dB) / 20)))
+    for hz, a in curve:
+        s = 2j * np.pi * hz
+        grasp, behind = b_grasp + k_grasp / s, mass * s + b_arm + k_arm / s
+        points.append((hz, a * abs((handle_mass * s + grasp * behind / (grasp + behind)) / s)))
     return points
 
 
@@ -118,13 +117,14 @@ def draw(found, images):
           ("grasped cylinder (Brisben et al. 1999)", rms_acceleration(GRASPED_CYLINDER_UM), "points pt 9 ps 1.2 lc rgb '#2ca02c'"),
           ("palm, probe (Bolanowski et al. 1988)", rms_acceleration(THENAR_UM), "points pt 11 ps 1.2 lc rgb '#d62728'")],
          "set logscale y\nset xrange [8:500]\nset yrange [0.01:1]\nset key left top", "820,460")
-    force = [(f"handle of {1000 * float(m):.0f} g in a stylus grasp" + (", used" if m == "0.1" else ""),
+    force = [(f"handle of {1000 * float(m):.0f} g held like a pen" + (", used" if m == "0.1" else ""),
               [(hz, 1e3 * f) for hz, f in found["force_curves"][m]], line.format(2.5 if m == "0.1" else 1.5, colour, 1))
              for m, colour in (("0.2", "#ff7f0e"), ("0.1", "black"), ("0.045", "#1f77b4"), ("0", "#2ca02c"))]
     plot(images / "thresholds_force.svg", "Hz", "mN, RMS",
          [("100 g bolted to the simulated hand", [(hz, 1e3 * f) for hz, f in bolted_force(found["vibration_curve"], 0.1)], line.format(1.5, "#888888", 2)),
           *force,
-          ("pen hold, no handle (Israr et al. 2006)", [(hz, 1e3 * f) for hz, f in pen_hold_force(found["vibration_curve"])], line.format(1.5, "#2ca02c", 2))],
+          ("100 g, another model of the hand (Fu, Cavusoglu 2012)", [(hz, 1e3 * f) for hz, f in stylus_force(found["vibration_curve"], 0.1, "X")],
+           line.format(1.2, "black", 2))],
          "set logscale y\nset xrange [8:500]\nset yrange [0.01:1000]\nset key outside bottom center horizontal", "820,560")
 
 

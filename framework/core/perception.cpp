@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
 #include "framework/core/check.hpp"
@@ -16,6 +15,9 @@ constexpr const char* feyzabadi =
 constexpr const char* pang = "Pang, Tan, Durlach 1991, Perception & Psychophysics 49(6), abstract: 7 % at 2.5 to 10 N";
 constexpr const char* morioka =
     "Morioka, Griffin 2006, J. Sound Vib. 295, as quoted by the Haptics Industry Forum's HDActuatorTest";
+
+// Told as -36 to -38 dB re 1 N s/mm up to 40 Hz, then -7 and -16 dB an octave, nothing from 160 Hz, +16 dB from 320 Hz.
+constexpr const char* israr = "Israr, Choi, Tan 2006, IROS, as quoted by row HAP-27 of the ledger of Stabilisation_Pen";
 
 constexpr std::array weber_table{
     // The difference is the threshold without a reference; as the row's own reference it is our reading.
@@ -33,14 +35,10 @@ constexpr std::array vibration_table{
     VibrationPoint{250, 0.032, morioka},  VibrationPoint{315, 0.061, morioka},
 };
 
-constexpr StylusHand fu_cavusoglu{.mass = 0.218,
-                                  .grasp_stiffness = 379.5,
-                                  .grasp_damping = 1.839,
-                                  .arm_stiffness = 78.75,
-                                  .arm_damping = 4.645,
-                                  .source =
-                                      "Fu, Cavusoglu 2012, IEEE Trans. SMC-B 42(6), Table II, left to right, as quoted "
-                                      "by the ledger of Stabilisation_Pen"};
+constexpr std::array impedance_table{
+    ImpedancePoint{10, 14.1, israr}, ImpedancePoint{40, 14.1, israr}, ImpedancePoint{80, 6.3, israr},
+    ImpedancePoint{160, 1.0, israr}, ImpedancePoint{320, 1.0, israr}, ImpedancePoint{500, 3.3, israr},
+};
 
 /// On the line through (x0, y0) and (x1, y1), straight in logarithms of both.
 double log_log(double x, double x0, double y0, double x1, double y1) {
@@ -82,18 +80,25 @@ double vibration_threshold(double frequency_Hz) {
   return last.acceleration_m_s2 * std::pow(frequency_Hz / last.frequency_Hz, 2);
 }
 
-const StylusHand& stylus_hand() {
-  return fu_cavusoglu;
+std::span<const ImpedancePoint> hand_impedance_points() {
+  return impedance_table;
+}
+
+double hand_impedance(double frequency_Hz) {
+  TACTOR_DEMAND(frequency_Hz > 0);
+  if (frequency_Hz <= impedance_table.front().frequency_Hz) return impedance_table.front().impedance_N_s_m;
+  for (std::size_t i = 1; i < impedance_table.size(); ++i) {
+    const ImpedancePoint &a = impedance_table[i - 1], &b = impedance_table[i];
+    if (frequency_Hz <= b.frequency_Hz) {
+      return log_log(frequency_Hz, a.frequency_Hz, a.impedance_N_s_m, b.frequency_Hz, b.impedance_N_s_m);
+    }
+  }
+  return impedance_table.back().impedance_N_s_m;
 }
 
 double apparent_mass(double frequency_Hz, double handle_mass) {
-  TACTOR_DEMAND(frequency_Hz > 0 && handle_mass >= 0);
-  const std::complex<double> s{0, 2 * std::numbers::pi * frequency_Hz};
-  const StylusHand& hand = fu_cavusoglu;
-  // Impedances, N s/m: the grasp in series with the hand on its arm, both beside the handle.
-  const std::complex<double> grasp = hand.grasp_damping + hand.grasp_stiffness / s;
-  const std::complex<double> behind = hand.mass * s + hand.arm_damping + hand.arm_stiffness / s;
-  return std::abs((handle_mass * s + grasp * behind / (grasp + behind)) / s);
+  TACTOR_DEMAND(handle_mass >= 0);
+  return std::hypot(handle_mass, hand_impedance(frequency_Hz) / (2 * std::numbers::pi * frequency_Hz));
 }
 
 double vibration_force_threshold(double frequency_Hz, double handle_mass) {

@@ -32,17 +32,19 @@ std::span<const VibrationPoint> vibration_points();
 /// first or last row: the acceleration then goes with the square of the frequency.
 double vibration_threshold(double frequency_Hz);
 
-/// A hand that holds a stylus: its mass behind a grasp, on an arm that leads to the ground.
-struct StylusHand {
-  double mass;                            ///< kg, of the hand
-  double grasp_stiffness, grasp_damping;  ///< N/m and N s/m, between stylus and hand
-  double arm_stiffness, arm_damping;      ///< N/m and N s/m, between hand and ground
+/// How much a hand that holds a stylus like a pen resists vibration of it.
+struct ImpedancePoint {
+  double frequency_Hz;
+  double impedance_N_s_m;  ///< |force / velocity|
   const char* source;
 };
-const StylusHand& stylus_hand();
+std::span<const ImpedancePoint> hand_impedance_points();
 
-/// |force / acceleration|, kg, at the handle of a device: a rigid handle of `handle_mass` kg held by stylus_hand(), at
-/// `frequency_Hz` > 0.
+/// |force / velocity| of such a hand, N s/m, at `frequency_Hz` > 0; outside of the table that of its first or last row.
+double hand_impedance(double frequency_Hz);
+
+/// |force / acceleration|, kg, at the handle of a device: a rigid handle of `handle_mass` kg and hand_impedance(),
+/// taken as a damper, at `frequency_Hz` > 0: sqrt(handle_mass^2 + (hand_impedance / (2 pi frequency))^2).
 double apparent_mass(double frequency_Hz, double handle_mass);
 
 /// The weakest force of a device, N RMS, that is felt as vibration: vibration_threshold() times apparent_mass(). Motors
