@@ -117,7 +117,7 @@ def draw(found, images):
           ("grasped cylinder (Brisben et al. 1999)", rms_acceleration(GRASPED_CYLINDER_UM), "points pt 9 ps 1.2 lc rgb '#2ca02c'"),
           ("palm, probe (Bolanowski et al. 1988)", rms_acceleration(THENAR_UM), "points pt 11 ps 1.2 lc rgb '#d62728'")],
          "set logscale y\nset xrange [8:500]\nset yrange [0.01:1]\nset key left top", "820,460")
-    force = [(f"handle of {1000 * float(m):.0f} g held like a pen" + (", used" if m == "0.1" else ""),
+    force = [("no handle, a pen hold" if m == "0" else f"handle of {1000 * float(m):.0f} g held like a pen" + (", used" if m == "0.1" else ""),
               [(hz, 1e3 * f) for hz, f in found["force_curves"][m]], line.format(2.5 if m == "0.1" else 1.5, colour, 1))
              for m, colour in (("0.2", "#ff7f0e"), ("0.1", "black"), ("0.045", "#1f77b4"), ("0", "#2ca02c"))]
     plot(images / "thresholds_force.svg", "Hz", "mN, RMS",
@@ -125,7 +125,7 @@ def draw(found, images):
           *force,
           ("100 g, another model of the hand (Fu, Cavusoglu 2012)", [(hz, 1e3 * f) for hz, f in stylus_force(found["vibration_curve"], 0.1, "X")],
            line.format(1.2, "black", 2))],
-         "set logscale y\nset xrange [8:500]\nset yrange [0.01:1000]\nset key outside bottom center horizontal", "820,560")
+         "set logscale y\nset xrange [8:500]\nset yrange [0.01:1000]\nset key below vertical maxrows 3", "820,560")
 
 
 def draw_methods(spectra, file):
