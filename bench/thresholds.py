@@ -131,7 +131,7 @@ def draw(found, images):
 def draw_methods(spectra, file):
     """Spectra over the threshold, a step a band. `spectra`: {method: levels()}"""
     lines = [("threshold", [(10, 0), (400, 0)], "lines lw 1 lc rgb '#888888' dt 2")]
-    for (name, found), colour in zip(spectra.items(), ("#888888", "#2ca02c", "#9467bd", "#1f77b4", "#ff7f0e", "black")):
+    for (name, found), colour in zip(spectra.items(), ("#888888", "#2ca02c", "#9467bd", "#1f77b4", "#ff7f0e", "black", "#8c564b")):
         lines.append((name.replace("_", " "), [(hz, mean) for hz, (mean, _) in found.items()], f"linespoints pt 7 ps 0.5 lw 1.8 lc rgb '{colour}'"))
     plot(file, "Hz, thirds of octaves", "dB above the threshold", lines,
          "set xrange [9:450]\nset xtics (10, 20, 40, 80, 160, 315)\nset key outside right top", "820,440")
