@@ -12,7 +12,8 @@ namespace {
 
 constexpr const char* feyzabadi =
     "Feyzabadi et al. 2013, IEEE Trans. Haptics 6(3), abstract: weakest force felt by a moving arm";
-constexpr const char* pang = "Pang, Tan, Durlach 1991, Perception & Psychophysics 49(6), abstract: 7 % at 2.5 to 10 N";
+constexpr const char* pang =
+    "Pang, Tan, Durlach 1991, Manual discrimination of force using active finger motion, abstract: 7 % at 2.5 to 10 N";
 constexpr const char* morioka =
     "Morioka, Griffin 2006, J. Sound Vib. 295, as quoted by the Haptics Industry Forum's HDActuatorTest";
 
@@ -52,7 +53,7 @@ std::span<const WeberPoint> weber_points() {
 }
 
 double force_jnd(double reference_N) {
-  TACTOR_DEMAND(reference_N >= 0);
+  TACTOR_DEMAND(!(reference_N < 0));
   if (reference_N <= weber_table.front().reference_N) return weber_table.front().jnd_N;
   for (std::size_t i = 1; i < weber_table.size(); ++i) {
     const WeberPoint &a = weber_table[i - 1], &b = weber_table[i];

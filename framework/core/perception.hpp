@@ -17,7 +17,8 @@ struct WeberPoint {
 std::span<const WeberPoint> weber_points();
 
 /// The just noticeable difference, N, at a steady force of `reference_N` >= 0. Under the first row that row's
-/// difference: what is itself too weak to be felt does not hide a force. Over the last row its share of the force.
+/// difference: what is itself too weak to be felt does not hide a force. Over the last row its share of the force. NaN
+/// of NaN.
 double force_jnd(double reference_N);
 
 /// The weakest vibration of a held handle that is felt: a sinusoid, along one axis.

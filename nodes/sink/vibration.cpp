@@ -50,7 +50,7 @@ double share_beyond_weber(std::span<const Vec3> x, std::span<const Vec3> referen
   if (x.empty()) return 0;
   std::size_t beyond = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    if (norm(x[i] - reference[i]) > force_jnd(norm(reference[i]))) ++beyond;
+    if (!(norm(x[i] - reference[i]) <= force_jnd(norm(reference[i])))) ++beyond;
   }
   return static_cast<double>(beyond) / static_cast<double>(x.size());
 }

@@ -11,7 +11,7 @@ namespace tactor {
 
 class Metrics;
 
-/// The share of samples with |x_i - reference_i| > force_jnd(|reference_i|); N. 0 of none.
+/// The share of samples with |x_i - reference_i| > force_jnd(|reference_i|), N; what is not finite counts. 0 of none.
 double share_beyond_weber(std::span<const Vec3> x, std::span<const Vec3> reference);
 
 /// Vibration of an error of force over the threshold of its band, 0 dB: RMS of the band as strong as the weakest

@@ -109,5 +109,9 @@ BOOST_AUTO_TEST_CASE(the_share_beyond_the_curve_is_judged_at_the_references_own_
   for (Vec3& v : x) v.x += 0.03;
   BOOST_TEST(share_beyond_weber(x, r) == 0.75);
   BOOST_TEST(share_beyond_weber(r, r) == 0.0);
+  Signal broken = r;
+  broken[0].y = std::numeric_limits<double>::quiet_NaN();
+  BOOST_TEST(share_beyond_weber(broken, r) == 0.25);
+  BOOST_TEST(share_beyond_weber(r, broken) == 0.25);
   BOOST_TEST(share_beyond_weber(Signal(), Signal()) == 0.0);
 }
