@@ -53,7 +53,8 @@ def figures(summary):
             "vibration": force["vibration_above_threshold_dB"]}
 
 
-HEAD = ["method", "kHz", "error / hold at 1 kHz", "worst scene", "delay, ms", "a result, us", "its cost / 1 kHz", "worst scene ", "a tick, us", "vibration above threshold, dB"]
+HEAD = ["method", "kHz", "error / hold at 1 kHz", "worst scene", "delay, ms", "a result, us", "its cost / 1 kHz", "worst scene ", "a tick, us",
+        "vibration above threshold, dB"]
 
 
 def rows(found, hold):
