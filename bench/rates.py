@@ -49,10 +49,12 @@ def geometric_mean(values):
 def figures(summary):
     """Error, delay and cost of a run."""
     force = summary["delivered"]["force"]
-    return {"error": force["rms_error_N"], "delay": force["delay_ms"], "result": step_us(summary, RESULT), "tick": step_us(summary, TICK)}
+    return {"error": force["rms_error_N"], "delay": force["delay_ms"], "result": step_us(summary, RESULT), "tick": step_us(summary, TICK),
+            "vibration": force["vibration_above_threshold_dB"]}
 
 
-HEAD = ["method", "kHz", "error / hold at 1 kHz", "worst scene", "delay, ms", "a result, us", "its cost / 1 kHz", "worst scene ", "a tick, us"]
+HEAD = ["method", "kHz", "error / hold at 1 kHz", "worst scene", "delay, ms", "a result, us", "its cost / 1 kHz", "worst scene ", "a tick, us",
+        "vibration above threshold, dB"]
 
 
 def rows(found, hold):
@@ -62,7 +64,7 @@ def rows(found, hold):
         cost = [f["result"] / found[RATES[0]][scene]["result"] for scene, f in scenes.items()]
         yield [rate, geometric_mean(errors), max(errors), statistics.median(f["delay"] for f in scenes.values()),
                statistics.fmean(f["result"] for f in scenes.values()), geometric_mean(cost), max(cost),
-               statistics.fmean(f["tick"] for f in scenes.values())]
+               statistics.fmean(f["tick"] for f in scenes.values()), statistics.fmean(f["vibration"] for f in scenes.values())]
 
 
 def virtual(seconds, methods=METHODS, scenes=SCENES):

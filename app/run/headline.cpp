@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 #include <tuple>
 
 #include "app/run/run_metrics.hpp"
@@ -54,6 +55,15 @@ std::string verdict_text(const RunResult& result) {
   return text;
 }
 
+/// How far the vibration of the force's error is over what a hand feels.
+std::string vibration_text(const RunResult& result) {
+  const double level = result.metric("delivered.force.vibration_above_threshold_dB");
+  if (!std::isfinite(level)) return {};
+  const double frequency = result.metric("delivered.force.vibration_above_threshold_Hz");
+  return fmt::format(", vibration {:.0f} dB {} its threshold{}", std::abs(level), level < 0 ? "under" : "above",
+                     std::isfinite(frequency) ? fmt::format(" at {} Hz", pretty(frequency)) : "");
+}
+
 /// Of the force, and of the torque where there is one.
 std::string error_text(const RunResult& result) {
   std::string text;
@@ -63,8 +73,11 @@ std::string error_text(const RunResult& result) {
     if (!std::isfinite(rms) || (!text.empty() && most == 0)) continue;
     text += fmt::format("{}{} {} {} RMS, {} {} at most", text.empty() ? "" : "; ", quantity, pretty(rms), spoken,
                         pretty(most), spoken);
-    const double felt = result.metric(fmt::format("delivered.{}.share_beyond_jnd", quantity));
-    if (std::isfinite(felt)) text += fmt::format(", felt {} of the time", percent(felt));
+    const bool is_force = std::string_view(quantity) == "force";
+    const double noticed =
+        result.metric(fmt::format("delivered.{}.share_beyond_{}", quantity, is_force ? "weber" : "jnd"));
+    if (std::isfinite(noticed)) text += fmt::format(", noticed {} of the time", percent(noticed));
+    if (is_force) text += vibration_text(result);
   }
   return text;
 }

@@ -9,6 +9,7 @@
 
 #include "framework/core/signal_metrics.hpp"
 #include "framework/core/value_error.hpp"
+#include "nodes/sink/vibration.hpp"
 
 namespace tactor {
 
@@ -135,6 +136,7 @@ class PartMetrics {
 void declare_metrics(Declare<Metrics>& node) {
   PartMetrics(node, "force", "N", "N").declare();
   PartMetrics(node, "torque", "Nm", "N m").declare();
+  declare_felt_metrics(node);
   const char* const never_cold =
       "all nodes are warm from the start or one never is, nothing comes before, or the whole run is judged";
   node.metric("judged.from_s", "s", "when the judged interval begins", Better::neither)
@@ -203,7 +205,9 @@ NodeInfo Metrics::declare() {
           "shift), delay (lag at which what the two change in 20 ms correlates best, positive: late; left out where "
           "there "
           "is none), RMS of the first and second difference, "
-          "the second also as the excess over the reference's, largest step, share of time beyond what can be felt. "
+          "the second also as the excess over the reference's, largest step, share of time beyond what can be felt "
+          "(share_beyond_jnd: one floor and one fraction; share_beyond_weber: a curve that grows at low forces), and "
+          "vibration of the error over what a hand on the handle feels, by thirds of an octave (docs/thresholds.md). "
           "After contact is lost, if it ever is: the overshoot is the largest force towards the surface, beyond the "
           "reference's own, "
           "the ghost what still pushes away from it late in the window. one_step.*: the predicted force against the "
@@ -246,6 +250,12 @@ NodeInfo Metrics::declare() {
           {.doc = "the smallest torque that is felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
       .real("jnd_fraction", &Params::jnd_fraction,
             {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
+      .real("handle_mass", &Params::handle_mass,
+            {.doc = "mass of the device's handle: how much force makes it vibrate",
+             .unit = "kg",
+             .default_value = 0.1,
+             .min = 0.001,
+             .max = 100})
       .real("max_delay", &Params::max_delay,
             {.doc = "largest delay that is looked for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
       .real("loss_force", &Params::loss_force,
@@ -380,6 +390,7 @@ void Metrics::report_delivered(Report& report, const Part& part) const {
     report.set(delivered + "delay_ms", *lag * step_ms);
   }
   report.set(delivered + "share_beyond_jnd", share_beyond(x, r, part.jnd, params_.jnd_fraction));
+  if (prefix.empty()) report_felt(report, x, r, 1 / step, params_.handle_mass);
   if (const auto loss = after_loss(x, r, part.loss, std::llround(params_.loss_window.seconds() / step))) {
     report.set(delivered + "overshoot_after_loss_" + N, loss->overshoot);
     report.set(delivered + "ghost_after_loss_" + N, loss->ghost);

@@ -19,6 +19,7 @@ class Metrics final : public Node {
     double jnd_force = 0;     // N
     double jnd_torque = 0;    // N m
     double jnd_fraction = 0;  // of the reference
+    double handle_mass = 0;   // kg
     Duration max_delay;
     double loss_force = 0;   // N
     double loss_torque = 0;  // N m

@@ -19,12 +19,12 @@ class Rates(unittest.TestCase):
 
     def test_rows_compare_each_scene_with_itself(self):
         def figures(error, result):
-            return {"error": error, "delay": error, "result": result, "tick": 3.0}
+            return {"error": error, "delay": error, "result": result, "tick": 3.0, "vibration": 2 * error}
 
         found = {1: {"x": figures(1.0, 10), "y": figures(4.0, 20)}, 4: {"x": figures(2.0, 10), "y": figures(2.0, 80)}}
-        (_, mean, worst, delay, *_), (rate, mean_4, worst_4, _, cost, ratio, worst_ratio, tick) = rates.rows(found, {"x": 2.0, "y": 2.0})
+        (_, mean, worst, delay, *_), (rate, mean_4, worst_4, _, cost, ratio, worst_ratio, tick, vibration) = rates.rows(found, {"x": 2.0, "y": 2.0})
         self.assertEqual((mean, worst, delay), (1.0, 2.0, 2.5))
-        self.assertEqual((rate, mean_4, worst_4, cost, worst_ratio, tick), (4, 1.0, 1.0, 45, 4.0, 3.0))
+        self.assertEqual((rate, mean_4, worst_4, cost, worst_ratio, tick, vibration), (4, 1.0, 1.0, 45, 4.0, 3.0, 4.0))
         self.assertAlmostEqual(ratio, 2)
 
 

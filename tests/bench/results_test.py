@@ -14,6 +14,8 @@ spec.loader.exec_module(results)
 
 FIGURES = ("delivered.force.rms_error_N", "delivered.force.delay_ms", "delivered.force.rms_d2_N_per_ms2",
            "delivered.force.max_step_N", "delivered.force.error_above_30hz_N", "delivered.force.share_beyond_jnd",
+           "delivered.force.share_beyond_weber", "delivered.force.vibration_above_threshold_dB",
+           "delivered.force.worst_vibration_above_threshold_dB",
            "method_us_per_result", "method_us_per_tick", "cost_us.collision.median", "cost_us.dynamics.median")
 
 
@@ -101,6 +103,7 @@ class Methods(unittest.TestCase):
         self.assertEqual(quality["pull-in, N"], "0.25")
         self.assertEqual(cells(self.methods.by_scene("delivered.force.overshoot_after_loss_N", 2))[3], ["line", "0.5", "-"])
         self.assertEqual(quality["physics, us"], "26")
+        self.assertEqual([quality[name] for name in ("beyond Weber curve, %", "vibration above threshold, dB", "at worst, dB")], ["100", "1", "1"])
 
     def test_an_interval_without_width_is_its_value(self):
         self.assertEqual(results.interval(ratio(1.0, 0)), "1.000")

@@ -34,6 +34,12 @@ class Definitions(CommandTest):
         page = (ROOT / "docs/metrics.md").read_text()
         self.assertIn(f"**Version {self.version()} of the definitions.**", page)
 
+    def test_a_handle_without_mass_is_refused_with_what_is_expected(self):
+        for mass in ("0 kg", "-1 kg", "1000 kg", "1 N", "heavy"):
+            done = tactor("run", self.judged_small_graph(), "--set", f"metrics.handle_mass={mass}", "--out", self.folder / "refused")
+            self.assertEqual(done.returncode, 2, mass)
+            self.assertRegex(done.stderr, r"metrics\.handle_mass: expected a mass \(kg\)( from 0\.001 to 100)?, found")
+
     def test_every_table_names_it(self):
         version = self.version()
         said = f"metrics by version {version} of their definitions"
