@@ -1,8 +1,10 @@
 #include "framework/node/register_nodes.hpp"
 #include "nodes/forcefield/grid.hpp"
+#include "nodes/forcefield/proxy.hpp"
 #include "nodes/forcefield/rbf.hpp"
 
 TACTOR_NODES(registry) {
   registry.add<tactor::GridForceField>();
   registry.add<tactor::RbfForceField>();
+  registry.add<tactor::ProxyForceField>();
 }
