@@ -17,15 +17,16 @@ namespace tactor {
 
 namespace {
 
-/// A way at a smaller angle to the surface runs along it: what is left of the rounding of a way in a plane.
-constexpr double least_approach = 1e-12;
+/// A way at a smaller angle to the surface, or that comes nearer to it by less than so many m, runs along it: what is
+/// left of the rounding of a way in a plane.
+constexpr double least_approach = 1e-12, least_approach_m = 1e-15;
 /// Of a face's edge, by how much a face reaches beyond it, so that nothing falls between two of them.
 constexpr double overlap = 1e-9;
 /// An edge whose neighbour lies lower than this share of its length is convex.
 constexpr double least_fold = 1e-9;
 
 bool approaches(const Vec3& n, const Vec3& way) {
-  return dot(n, way) < -least_approach * norm(way);
+  return dot(n, way) < -(least_approach * norm(way) + least_approach_m);
 }
 
 /// When |m + t way| first is `radius`, t >= 0, coming nearer; none where it is not before `before`. For vectors across
@@ -46,7 +47,7 @@ bool meets_point(const Vec3& m, const Vec3& way, double radius, BallHit& hit) {
   if (!t) return false;
   const Vec3 out = m + *t * way, n = out / norm(out);
   if (!approaches(n, way)) return false;
-  hit = {*t, true, n, n};
+  hit = {*t, true, n, std::max(0.0, radius - norm(out)), n};
   return true;
 }
 
@@ -61,7 +62,7 @@ std::optional<double> meets_segment(const Vec3& m, const Vec3& e, const Vec3& wa
   if (along < 0 || along > 1) return std::nullopt;
   const Vec3 out = across + *t * way_across, n = out / norm(out);
   if (!approaches(n, way)) return std::nullopt;
-  hit = {*t, true, n, n};
+  hit = {*t, true, n, std::max(0.0, radius - norm(out)), n};
   return along;
 }
 
@@ -140,7 +141,7 @@ class MeshBallSurface final : public BallSurface {
     // All from the ball's begin, so that a small radius does not drown in large coordinates.
     const std::array<Vec3, 3> v{corner[0] - from, corner[1] - from, corner[2] - from};
     const double above = -dot(n, v[0]), closing = -dot(n, way);
-    if (above > 0 && closing > least_approach * norm(way)) {
+    if (above > 0 && approaches(n, way)) {
       const double t = std::max(0.0, (above - radius) / closing);
       if (t < hit.share) {
         const Vec3 centre = t * way, on = centre + dot(n, v[0] - centre) * n;
@@ -154,7 +155,7 @@ class MeshBallSurface final : public BallSurface {
         if (inside) {
           const std::array<Vec3, 3>& s = borders_[face].shaded;
           const Vec3 sum = weight[1] * s[0] + weight[2] * s[1] + weight[0] * s[2];
-          hit = {t, true, n, sum / norm(sum)};
+          hit = {t, true, n, std::max(0.0, radius - above), sum / norm(sum)};
           return;
         }
       }
@@ -270,7 +271,7 @@ class PlaneBallSurface final : public BallSurface {
     const Vec3 n{0, 0, 1};
     if (!approaches(n, way)) return 1;
     const double t = std::max(0.0, (from.z - radius) / -way.z);
-    if (t < hit.share) hit = {t, true, n, n};
+    if (t < hit.share) hit = {t, true, n, std::max(0.0, radius - from.z), n};
     return 1;
   }
   [[nodiscard]] Nearest nearest(const Vec3& x) const override { return {x.z, {x.x, x.y, 0}, {0, 0, 1}, 0}; }

@@ -13,8 +13,9 @@ namespace tactor {
 struct BallHit {
   double share = 1;  ///< of the way, 0 to 1
   bool met = false;
-  Vec3 n;       ///< unit, from the surface towards the ball's centre
-  Vec3 shaded;  ///< unit, the normal that the surface is shaded with there
+  Vec3 n;             ///< unit, from the surface towards the ball's centre
+  double within = 0;  ///< m, by how much the ball reaches into the surface there: rounding, where it touched before
+  Vec3 shaded;        ///< unit, the normal that the surface is shaded with there
 };
 
 /// The surface of a solid, in the body's frame. Nothing of it allocates once it is made.

@@ -97,7 +97,7 @@ bool GodObject::slide(const Vec3& goal) {
     p_ = holds > 0 ? p_ + way : allowed_.x;
     return false;
   }
-  p_ += hit.share * way;
+  p_ += hit.share * way + hit.within * hit.n;
   return keep_plane(hit, friction);
 }
 

@@ -8,17 +8,18 @@ namespace {
 
 /// m, far below what an encoder shows and far above rounding in scenes of metres.
 constexpr double beyond = 1e-12;
-/// Of 1 - cos: planes within about a microradian are one.
-constexpr double same_direction = 1e-12;
+/// rad: between planes at a smaller angle there is nothing but rounding. At larger ones each counts, or a proxy would
+/// rest where two faces of a fine mesh meet.
+constexpr double same_direction = 1e-13;
 /// Determinants of normals' products below it leave no digits.
-constexpr double least_determinant = 1e-13;
+constexpr double least_determinant = 1e-18;
 
 }  // namespace
 
 bool HalfSpaces::add(const HalfSpace& plane) {
   if (count_ == capacity) return false;
   for (std::size_t i = 0; i < count_; ++i) {
-    if (dot(planes_[i].n, plane.n) > 1 - same_direction) return false;
+    if (norm(planes_[i].n - plane.n) < same_direction) return false;
   }
   planes_[count_++] = plane;
   return true;
@@ -52,7 +53,9 @@ HalfSpaces::NearestAllowed HalfSpaces::nearest(const Vec3& goal) const {
   }
   for (std::size_t i = 0; i < count_; ++i) {
     for (std::size_t j = i + 1; j < count_; ++j) {
-      const double c = dot(planes_[i].n, planes_[j].n), determinant = 1 - c * c;
+      // The square of the sine; 1 - c^2 has no digits where it is small.
+      const Vec3 axis = cross(planes_[i].n, planes_[j].n);
+      const double c = dot(planes_[i].n, planes_[j].n), determinant = dot(axis, axis);
       if (determinant < least_determinant) continue;
       const double a = (short_of[i] - c * short_of[j]) / determinant, b = (short_of[j] - c * short_of[i]) / determinant;
       if (a < 0 || b < 0 || !take(goal + a * planes_[i].n + b * planes_[j].n)) continue;

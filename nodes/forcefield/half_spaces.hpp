@@ -28,7 +28,7 @@ class HalfSpaces {
 
   void clear() { count_ = 0; }
   [[nodiscard]] std::size_t size() const { return count_; }
-  /// False where there is no room, or a plane of nearly the same normal is there already.
+  /// False where there is no room, or a plane of the same normal is there already.
   bool add(const HalfSpace& plane);
   /// Replaces plane i.
   void replace(std::size_t i, const HalfSpace& plane) { planes_[i] = plane; }

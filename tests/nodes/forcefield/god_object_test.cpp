@@ -245,6 +245,25 @@ BOOST_AUTO_TEST_CASE(on_balls_it_is_the_nearest_point_of_a_radial_push) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(over_fine_facets_it_slides_and_never_rests_behind_the_handle) {
+  // Neighbours that fold by fractions of a degree, met one after another: the ball follows the handle all round.
+  const double R = 0.03, r = 0.004;
+  GodObject proxy = proxy_in(scene_with({mesh_body(icosphere(R, 4), "fine")}), r);
+  const Vec3 a = Vec3{1, 0.3, 0.2} / norm({1, 0.3, 0.2}), c = cross(a, {0, 0.6, 0.8}), b = c / norm(c);
+  proxy.move(1.3 * R * a);
+  double farthest = 0;
+  for (int i = 0; i <= 5000; ++i) {
+    const double angle = i * 1e-3;
+    const Vec3 out = std::cos(angle) * a + std::sin(angle) * b;
+    proxy.move((0.8 * R + 0.1 * R * std::sin(7 * angle)) * out);
+    const Vec3 p = proxy.position();
+    if (i > 0) farthest = std::max(farthest, norm(cross(p / norm(p), out)));
+    BOOST_REQUIRE(std::abs(norm(p) - R - r) < 5e-5);
+  }
+  // A face's corner is 2 degrees from its middle; the nearest point of facets may be that far off.
+  BOOST_TEST(farthest < 0.04);
+}
+
 BOOST_AUTO_TEST_CASE(shading_makes_the_force_on_facets_turn_without_steps) {
   const double R = 0.03;
   const Scene faceted = scene_with({mesh_body(icosphere(R, 2), "coarse")});
