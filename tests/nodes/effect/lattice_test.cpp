@@ -19,7 +19,6 @@ const std::vector<std::vector<double>> filters{{0.9}, {1.6, -0.8}, {0.5, -0.3, 0
 std::vector<double> coefficients(const Reflection& reflection, std::size_t order) {
   ArFit fit;
   for (std::size_t m = 0; m < order; ++m) {
-    fit.order = static_cast<int>(m) + 1;
     step_up(fit, reflection.k[m]);
   }
   return {fit.phi.begin(), fit.phi.begin() + static_cast<std::ptrdiff_t>(order)};
