@@ -10,8 +10,8 @@ namespace tactor {
 
 namespace {
 
-constexpr double decays = 6;  // after which a sinusoid is over: a four-hundredth is left
-constexpr std::size_t most_ticks = 4000;
+constexpr double decays = 6;             // after which a sinusoid is over: a four-hundredth is left
+constexpr std::size_t most_ticks = 400;  // so that the least squares take milliseconds
 /// Of the device's slew limit; the rest is the incoming force's.
 constexpr double slew_share = 0.8;
 
@@ -84,7 +84,9 @@ NodeInfo Impact::declare() {
       "mode "
       "of vibration, tick by tick, by least squares. They are those of the graph's device where it has such "
       "parameters. "
-      "`impact.match_error` tells what such a device misses of it. Friction and delays are not inverted.\n"
+      "`impact.match_error` tells what such a device misses of it. Friction and delays are not inverted. It lasts six "
+      "decays, "
+      "or 400 ticks at most.\n"
       "Put it between interpolation and device. After Kuchenbecker, Fiene, Niemeyer, Improving contact realism through "
       "event-based haptic feedback (2006), and Fiene, Kuchenbecker, Shaping Event-Based Haptic Transients (2007).");
   declare_stage(d)

@@ -63,6 +63,7 @@ class EffectStage {
 template <class N>
 Declare<N>& declare_stage(Declare<N>& node) {
   return node.realtime_safe()
+      .role(Role::interpolation)
       .input("segment", &N::base, {.doc = "the force to add to"})
       .input("device", &N::device, {.doc = "the newest sample of the handle"})
       .output("segment", &N::segment, "the same with the effect; without one, as it came");

@@ -10,7 +10,7 @@ namespace tactor {
 namespace {
 
 constexpr int most_rounds = 32;
-constexpr double settled_within = 1e-8;  // m, in a round
+constexpr double at_rest_within = 1e-8;  // m, in a round
 constexpr double no_way = 1e-13;         // m
 /// Of overlapping bodies, each pushes the proxy out of itself in turn.
 constexpr int most_pushes_out = 200;
@@ -131,7 +131,7 @@ void GodObject::move(const Vec3& goal) {
     spaces_.clear();
     while (casts_ < options_.most_casts && slide(goal)) {
     }
-    if (norm(p_ - begin) < settled_within) break;
+    if (norm(p_ - begin) < at_rest_within) break;
   }
   settle(goal);
 }
