@@ -136,11 +136,19 @@ class MeshBallSurface final : public BallSurface {
   };
 
   void cast_face(std::size_t face, const Vec3& from, const Vec3& way, double radius, BallHit& hit) const {
+    // The ball passes the ball about the face: there is nothing to meet.
+    const Vec3 away = middles_[face].p - from;
+    const double nearest = std::clamp(dot(away, way) / std::max(dot(way, way), 1e-300), 0.0, hit.share);
+    const Vec3 apart = away - nearest * way;
+    const double reach = radius + middles_[face].radius;
+    if (dot(apart, apart) > reach * reach) return;
     const std::array<Vec3, 3>& corner = surface_.corners[face];
     const Vec3& n = surface_.normals[face].face;
     // All from the ball's begin, so that a small radius does not drown in large coordinates.
     const std::array<Vec3, 3> v{corner[0] - from, corner[1] - from, corner[2] - from};
     const double above = -dot(n, v[0]), closing = -dot(n, way);
+    // It stays above the face's plane, in which its edges and corners lie too.
+    if (std::min(above, above - hit.share * closing) > radius * (1 + overlap)) return;
     if (above > 0 && approaches(n, way)) {
       const double t = std::max(0.0, (above - radius) / closing);
       if (t < hit.share) {
@@ -179,6 +187,10 @@ class MeshBallSurface final : public BallSurface {
     const double same = std::cos(crease);
     const std::size_t faces = mesh.faces.size();
     borders_.resize(faces);
+    for (const auto& c : surface_.corners) {
+      const Vec3 p = (c[0] + c[1] + c[2]) / 3;
+      middles_.push_back({p, (1 + overlap) * std::max({norm(c[0] - p), norm(c[1] - p), norm(c[2] - p)})});
+    }
     std::map<std::pair<int, int>, std::size_t> side;  // a directed edge and its face
     std::vector<std::vector<std::size_t>> around(mesh.vertices.size());
     const auto index = [&](std::size_t f, std::size_t i) { return mesh.faces[f][i % 3]; };
@@ -238,9 +250,16 @@ class MeshBallSurface final : public BallSurface {
     return sum / norm(sum);
   }
 
+  /// A ball about a face.
+  struct Middle {
+    Vec3 p;
+    double radius = 0;
+  };
+
   Surface surface_;
   FaceTree tree_;
   std::vector<Border> borders_;
+  std::vector<Middle> middles_;
 };
 
 /// A sphere or a capsule: the points at `radius` of a segment along z.

@@ -10,7 +10,7 @@ namespace tactor {
 namespace {
 
 constexpr int most_rounds = 32;
-constexpr double at_rest_within = 1e-8;  // m, in a round
+constexpr double at_rest_within = 1e-7;  // m, in a round
 constexpr double no_way = 1e-13;         // m
 /// Of overlapping bodies, each pushes the proxy out of itself in turn.
 constexpr int most_pushes_out = 200;

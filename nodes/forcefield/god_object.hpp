@@ -18,7 +18,7 @@ namespace tactor {
 /// A move goes straight towards the handle until a surface is met. From then on the goal is the point nearest to the
 /// handle that the planes met so far allow (HalfSpaces: of three at most the way is bounded), and so on until nothing
 /// more is met. Then all planes are forgotten and met anew, because a plane ends where its surface does, until a round
-/// moves the proxy by less than 10 nm. In each part of the way the distance to the handle falls, and none of it leads
+/// moves the proxy by less than 0.1 um. In each part of the way the distance to the handle falls, and none of it leads
 /// through a surface, whatever the handle did: it cannot get through a thin wall or between two faces.
 ///
 /// Friction is Coulomb's: with x the goal on the planes, N = sum of pushes (m; times the stiffness the normal force)
