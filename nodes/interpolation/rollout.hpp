@@ -96,7 +96,7 @@ class Rollout final : public Node {
   LocalRollout rollout_;
   CarriedForce carried_;
   BlendedForce blended_;
-  HandleTrack<64> track_;
+  HandleTrack<256> track_;
   std::size_t advanced_ = 0;              // samples that the rollout has been through
   Stamp used_;                            // of the model
   std::array<Duration, 16> intervals_{};  // between the last results, by their stamps

@@ -1,4 +1,4 @@
-// Where the device was during its last 256 ticks (a quarter of a second at 1 kHz), and what a predictor declares to
+// Where the device was during its last 1024 ticks (a quarter of a second at 4 kHz), and what a predictor declares to
 // know it.
 #pragma once
 
@@ -35,7 +35,7 @@ class DeviceTrack {
   }
 
  private:
-  static constexpr std::size_t capacity = 256;
+  static constexpr std::size_t capacity = 1024;
   NewMessages<DeviceState> new_states_;
   SampleWindow<Stamped<Pose>> poses_{capacity};
 };
@@ -50,7 +50,7 @@ inline Wrench displacement(const Pose& from, const Pose& to) {
 template <class N>
 Declare<N>& declare_device_track(Declare<N>& node) {
   return node.input("device", &N::device,
-                    {.doc = "the device's state at its own rate", .queue = {QueuePolicy::drop_oldest, 256}});
+                    {.doc = "the device's state at its own rate", .queue = {QueuePolicy::drop_oldest, 1024}});
 }
 
 }  // namespace tactor

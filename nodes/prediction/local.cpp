@@ -12,8 +12,7 @@ namespace tactor {
 namespace {
 
 void declare_metrics(Declare<LocalPredictor>& node) {
-  node.metric("prediction.resimulated_samples", "1", "samples of the handle simulated anew, mean of a result",
-              Better::neither)
+  node.metric("prediction.resimulated_steps", "1", "steps from a result to now, mean of a result", Better::neither)
       .metric("prediction.rejected_results", "1", "physics results that were not usable", Better::lower)
       .summed()
       .metric("prediction.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
@@ -84,13 +83,20 @@ NodeInfo LocalPredictor::declare() {
       })
       .input("coupling", &LocalPredictor::coupling, {.doc = "the spring and damper between handle and tool"})
       .input("device", &LocalPredictor::device,
-             {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 512}})
+             {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 2048}})
       .output("model", &LocalPredictor::model, "bodies by now and contacts to go on from, stamped as the result")
       .boolean("resimulate", &Params::resimulate, true,
                "go back to the stamp; false, for comparison: the bodies are taken as they were then")
       .boolean("curvature", &Params::curvature, true, "let contacts bend; false, for comparison: planes")
       .boolean("fit", &Params::fit, true,
                "where `state` is connected, learn from physics' contact force how stiff and rough contacts are")
+      .real("min_step", &Params::min_step,
+            {.doc = "samples of the handle that are closer than this to the last step are passed over, but for the "
+                    "newest",
+             .unit = "s",
+             .default_value = 9e-4,
+             .min = 0,
+             .max = 0.01})
       .real("stiffness_scale", &Params::stiffness_scale,
             {.doc = "multiplies stiffness and damping of contacts before the fit, to see what a wrong model does",
              .default_value = 1,
@@ -136,6 +142,13 @@ void LocalPredictor::take_contacts() {
       if (!params_.curvature) c.H_W = {};
     }
   }
+}
+
+/// The age of the sample to step to from where the rollout is; `age` is above zero, that of the last one.
+std::size_t LocalPredictor::next_age(std::size_t age) const {
+  --age;
+  while (age > 0 && track_[age].stamp.valid - rollout_.model().time < params_.min_step) --age;
+  return age;
 }
 
 /// The contacts that dynamics used for the result of that time: the first whose query began no earlier.
@@ -202,9 +215,10 @@ void LocalPredictor::step(StepContext&) {
   fit_contacts(*result);
   rollout_.restart(start_);
   if (params_.resimulate) {
-    for (; age > 0; --age) {
+    while (age > 0) {
+      age = next_age(age);
       // What goes on from a step that failed is nobody's truth; the display goes on with the model before.
-      if (!rollout_.advance(track_[age - 1])) {
+      if (!rollout_.advance(track_[age])) {
         ++failed_;
         return;
       }
@@ -219,7 +233,7 @@ void LocalPredictor::step(StepContext&) {
 }
 
 void LocalPredictor::report(Report& report) const {
-  report.set("prediction.resimulated_samples",
+  report.set("prediction.resimulated_steps",
              results_ > 0 ? static_cast<double>(resimulated_) / static_cast<double>(results_) : 0.0);
   report.add("prediction.rejected_results", static_cast<double>(rejected_results_));
   report.add("prediction.rejected_samples", static_cast<double>(rejected_samples_));

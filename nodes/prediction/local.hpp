@@ -12,8 +12,9 @@
 namespace tactor {
 
 /// For each physics result: puts the bodies where it has them, moves them through the device samples since its stamp
-/// against the contacts around them (LocalRollout), and sends what to go on from. With physics' own contact force it
-/// learns how stiff and how rough these are (ContactFit), and corrects them before they are used.
+/// against the contacts around them (LocalRollout), and sends what to go on from. A step is `min_step` long at least,
+/// but for the last, so that a device of a higher rate does not make a result cost more. With physics' own contact
+/// force it learns how stiff and how rough these are (ContactFit), and corrects them before they are used.
 class LocalPredictor final : public Node {
  public:
   struct Params {
@@ -23,13 +24,14 @@ class LocalPredictor final : public Node {
     bool resimulate = true;
     bool curvature = true;
     bool fit = true;
+    Duration min_step;
     double stiffness_scale = 0;
     double friction_scale = 0;
   };
   LocalPredictor(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `prediction.resimulated_samples` (mean of a result), `prediction.rejected_results`, `prediction.rejected_samples`
+  /// `prediction.resimulated_steps` (mean of a result), `prediction.rejected_results`, `prediction.rejected_samples`
   /// and `prediction.failed_steps` (results not sent, because a step did not converge). Where it learns, the estimate
   /// at the end (`local.fit.stiffness_scale`, `local.fit.friction_excess`), the results it came from
   /// (`local.fit.results`, `local.fit.friction_results`), those whose contact force was not there or of no use
@@ -48,6 +50,7 @@ class LocalPredictor final : public Node {
  private:
   void take_samples();
   void take_contacts();
+  [[nodiscard]] std::size_t next_age(std::size_t age) const;
   [[nodiscard]] const ContactSet* contacts_of(Time result) const;
   void fit_contacts(const Stamped<BodyStates>& result);
 
@@ -58,7 +61,7 @@ class LocalPredictor final : public Node {
   std::size_t sets_taken_ = 0;
   LocalModel start_;
   NewMessages<DeviceState> new_states_;
-  SampleWindow<Stamped<DeviceState>> track_{512};
+  SampleWindow<Stamped<DeviceState>> track_{2048};
   std::int64_t results_ = 0, resimulated_ = 0, rejected_results_ = 0, rejected_samples_ = 0, failed_ = 0;
   std::int64_t left_out_of_fit_ = 0;
 };

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/dynamics/translation.hpp"
@@ -175,7 +176,7 @@ void check_against_dynamics(bool wall, Integrator integrator) {
   if (wall) BOOST_TEST(touching > 10);
   BOOST_TEST(subject.metric("prediction.rejected_results") == 0.0);
   BOOST_TEST(subject.metric("prediction.failed_steps") == 0.0);
-  BOOST_TEST(std::abs(subject.metric("prediction.resimulated_samples") - 17 * 8.0 / 9) < 1);
+  BOOST_TEST(std::abs(subject.metric("prediction.resimulated_steps") - 17 * 8.0 / 9) < 1);
   BOOST_TEST(subject.metric("prediction.rejected_samples") > 250);  // those of the past
 }
 
@@ -205,11 +206,35 @@ BOOST_AUTO_TEST_CASE(a_result_older_than_all_samples_goes_through_all_of_them) {
   }
   BOOST_TEST(norm(subject.model.bodies.X_WB[0].p - x) < rounding);
   BOOST_TEST(norm(subject.model.bodies.V_WB[0].v - v) < 1000 * rounding);
-  BOOST_TEST(subject.metric("prediction.resimulated_samples") == 2.0);
+  BOOST_TEST(subject.metric("prediction.resimulated_steps") == 2.0);
   // One newer than all samples goes through none.
   BOOST_REQUIRE(subject.result(65, 66, start));
   BOOST_TEST(subject.model.time.ns == 65'000'000);
   BOOST_TEST((subject.model.bodies.X_WB[0].p == start.X_WB[0].p));
+}
+
+BOOST_AUTO_TEST_CASE(a_faster_device_makes_a_result_cost_no_more_steps) {
+  const BodyStates start = one_body({0.02, 0, 0});
+  // From 9 ms to 40 ms: samples each ms, and each quarter of one up to 40.25 ms.
+  const auto rolled = [&start](double period, double last, Duration min_step) {
+    auto params = default_params<LocalPredictor>();
+    params.min_step = min_step;
+    Subject subject(params, false);
+    for (int k = 0; k * period <= last; ++k) subject.sample(k * period, handle(k * period));
+    BOOST_REQUIRE(subject.result(9, 41, start));
+    return std::pair(subject.model, subject.metric("prediction.resimulated_steps"));
+  };
+  const Duration least = default_params<LocalPredictor>().min_step;
+  const auto [slow, slow_steps] = rolled(1, 40, least);
+  const auto [fast, fast_steps] = rolled(0.25, 40.25, least);
+  const auto [each, each_steps] = rolled(0.25, 40.25, Duration{});
+  BOOST_TEST(slow_steps == 31);
+  BOOST_TEST(fast_steps == 32);  // the last one, a quarter of a millisecond, to the newest sample
+  BOOST_TEST(each_steps == 125);
+  BOOST_TEST(fast.time.ns == 40'250'000);
+  BOOST_TEST((fast.device.X_WD.p == handle(40.25).X_WD.p));
+  // The tool goes 10 mm after the handle; longer steps of an implicit Euler are off by about a hundredth of that.
+  BOOST_TEST(norm(fast.bodies.X_WB[0].p - each.bodies.X_WB[0].p) < 2e-4);
 }
 
 BOOST_AUTO_TEST_CASE(poor_samples_are_left_out_and_poor_results_send_nothing) {
@@ -285,7 +310,7 @@ BOOST_AUTO_TEST_CASE(without_resimulation_the_bodies_of_the_result_meet_the_newe
   BOOST_TEST((subject.model.bodies.V_WB[0].v == bodies.V_WB[0].v));
   BOOST_TEST(subject.model.time.ns == 30'000'000);
   BOOST_TEST((subject.model.device.X_WD.p == handle(30).X_WD.p));
-  BOOST_TEST(subject.metric("prediction.resimulated_samples") == 0.0);
+  BOOST_TEST(subject.metric("prediction.resimulated_steps") == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(scales_are_those_of_dynamics_with_such_a_wall) {
