@@ -219,7 +219,8 @@ void Impact::step(StepContext& context) {
   if (!any) return stage_.pass_on(segment);
   const Vec3 added = sum(0);
   largest_ = std::max(largest_, norm(added));
-  if (stage_.add(now, added, sum(1), force_max_, segment)) ++limited_ticks_;
+  const bool limited = stage_.add(now, added, sum(1), force_max_, segment);
+  if (stage_.is_first_of_tick(now) && limited) ++limited_ticks_;
 }
 
 void Impact::report(Report& report) const {

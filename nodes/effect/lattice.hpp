@@ -11,8 +11,8 @@ namespace tactor {
 
 /// The reflection coefficients k_1 .. k_p of x_t = sum phi_i x_{t-i} + e_t: k_p = phi_p, and from order m to m - 1
 ///   phi_i <- (phi_i + k_m phi_{m-i}) / (1 - k_m^2).
-/// All lie inside (-1, 1) where and only where the filter is stable (Schur-Cohn; S. Kay, "Modern Spectral Estimation",
-/// 1988, section 6.3). The variance of x is that of e over the product of 1 - k_m^2.
+/// All lie inside (-1, 1) where and only where the filter is stable (the Schur-Cohn test, as in nodes/prediction). The
+/// variance of x is that of e over the product of 1 - k_m^2.
 struct Reflection {
   static constexpr std::size_t most_order = 32;
   std::array<double, most_order> k{};

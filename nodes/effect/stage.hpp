@@ -22,6 +22,13 @@ class EffectStage {
     base_ = *newest;
     return true;
   }
+  /// True for the first step of each tick: metrics count ticks, and a segment that comes in between makes a step too.
+  bool is_first_of_tick(Time now) {
+    const std::int64_t tick = now.ns / tick_.ns;
+    const bool first = tick != counted_;
+    counted_ = tick;
+    return first;
+  }
   /// The force that would be displayed at t without the effect.
   [[nodiscard]] Vec3 force(Time t) const { return evaluate(base_.value, t).force; }
   [[nodiscard]] bool is_usable(Time now) const { return is_finite(evaluate(base_.value, now)); }
@@ -57,6 +64,7 @@ class EffectStage {
   Stamped<ForceSegment> base_;
   std::uint64_t sent_ = std::numeric_limits<std::uint64_t>::max();  // sequence number
   bool added_ = false;
+  std::int64_t counted_ = -1;
 };
 
 /// The ports of an effect: `segment` and `device` in, `segment` out.
@@ -64,7 +72,7 @@ template <class N>
 Declare<N>& declare_stage(Declare<N>& node) {
   return node.realtime_safe()
       .role(Role::interpolation)
-      .input("segment", &N::base, {.doc = "the force to add to"})
+      .input("segment", &N::base, {.doc = "the force to add to", .trigger = Trigger::yes})
       .input("device", &N::device, {.doc = "the newest sample of the handle"})
       .output("segment", &N::segment, "the same with the effect; without one, as it came");
 }

@@ -113,10 +113,12 @@ void Texture::step(StepContext& context) {
   if (speed < no_motion) return stage_.pass_on(segment);
   make_samples(now, speed, size);
   const Vec3 added = (params_.gain * params_.mass * acceleration_) * direction(n, sliding);
+  const bool limited = stage_.add(now, added, added, params_.force_max, segment);
+  if (!stage_.is_first_of_tick(now)) return;
   ++ticks_;
   squares_ += dot(added, added);
   largest_ = std::max(largest_, norm(added));
-  if (stage_.add(now, added, added, params_.force_max, segment)) ++limited_ticks_;
+  if (limited) ++limited_ticks_;
 }
 
 void Texture::report(Report& report) const {

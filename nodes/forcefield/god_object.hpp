@@ -11,9 +11,10 @@
 
 namespace tactor {
 
-/// The god-object of C. Zilles and J. Salisbury, "A constraint-based god-object method for haptic display", 1995, known
-/// here by Zilles' thesis "Haptic Rendering with the Toolhandle Haptic Interface" (MIT, 1995) and by D. Ruspini, K.
-/// Kolarov, O. Khatib, "The haptic display of complex graphical environments", 1997, whose proxy is a ball as this one.
+/// The god-object, or virtual proxy, of haptic rendering: D. Ruspini, K. Kolarov, O. Khatib, "The haptic display of
+/// complex graphical environments", 1997, and M. Ortega, S. Redon, S. Coquillart, "A Six Degree-of-Freedom God-Object
+/// Method for Haptic Display of Rigid Bodies with Surface Properties", whose subject is its generalisation (known here
+/// by their abstracts). The steps below are this project's own.
 ///
 /// A move goes straight towards the handle until a surface is met. From then on the goal is the point nearest to the
 /// handle that the planes met so far allow (HalfSpaces: of three at most the way is bounded), and so on until nothing

@@ -41,10 +41,9 @@ NodeInfo ProxyForceField::declare() {
        "Connect `segment` to the device and the proxy runs at the device's rate. Or put it in physics' place: connect "
        "`force` to prediction, and give it a cost or a thread. It goes through all samples since its last step. Bodies "
        "that move, and torque, are beyond it.\n"
-       "After Zilles and Salisbury, A constraint-based god-object method for haptic display (1995); Ruspini, Kolarov, "
-       "Khatib, The haptic display of complex graphical environments (1997); Morgenbesser and Srinivasan, Force "
-       "Shading "
-       "for Shape Perception in Haptic Virtual Environments (1996).")
+       "After Ruspini, Kolarov, Khatib, The haptic display of complex graphical environments (1997), and, for the "
+       "shading, "
+       "Morgenbesser and Srinivasan, Force Shading for Shape Perception in Haptic Virtual Environments (1996).")
       .realtime_safe()
       .input("device", &ProxyForceField::device,
              {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
