@@ -13,6 +13,7 @@ namespace {
 
 const YamlFileKind texture_file{"a texture model", "title, rate, models"};
 constexpr double largest_number = 1e9;
+constexpr double largest_deviation = 1e6;  // m/s^2
 
 /// Where x lies among rising values: the lower neighbour and the share of the way to the next, at the ends theirs.
 std::pair<std::size_t, double> place_in(const std::vector<double>& values, double x) {
@@ -81,9 +82,13 @@ class TextureReader {
                                 std::to_string(phi->size()) + " are none");
       return;
     }
-    const bool added =
-        found_.try_emplace({*force, *speed}, TextureState{*reflection, std::sqrt(*variance * reflection->gain())})
-            .second;
+    const double deviation = std::sqrt(*variance * reflection->gain());
+    if (!(deviation <= largest_deviation)) {
+      d_.error(tree.place, path + ": expected a vibration of at most " + number_text(largest_deviation) +
+                               " m/s^2, found one of " + number_text(deviation) + " m/s^2 (the root of its variance)");
+      return;
+    }
+    const bool added = found_.try_emplace({*force, *speed}, TextureState{*reflection, deviation}).second;
     if (!added) d_.error(tree.place, path + ": expected each speed and force once, found them again");
   }
 
@@ -113,13 +118,27 @@ class TextureReader {
   std::map<std::pair<double, double>, TextureState> found_;  // by force and speed
 };
 
-TextureModel TextureModel::read(const std::filesystem::path& file) {
-  Diagnostics diagnostics;
-  const std::optional<Tree> tree = read_yaml(file, file.string(), texture_file, diagnostics);
+namespace {
+
+TextureModel checked_model(const std::optional<Tree>& tree, Diagnostics& diagnostics) {
   TextureModel model;
-  if (tree) model = TextureReader(diagnostics).read(*tree);
+  if (tree && expect_map(*tree, "the model", "a map of title, rate, models", diagnostics)) {
+    model = TextureReader(diagnostics).read(*tree);
+  }
   diagnostics.throw_if_any();
   return model;
+}
+
+}  // namespace
+
+TextureModel TextureModel::read(const std::filesystem::path& file) {
+  Diagnostics diagnostics;
+  return checked_model(read_yaml(file, file.string(), texture_file, diagnostics), diagnostics);
+}
+
+TextureModel TextureModel::parse(const std::string& text, const std::string& name) {
+  Diagnostics diagnostics;
+  return checked_model(parse_yaml(text, name, diagnostics), diagnostics);
 }
 
 TextureState TextureModel::at(double speed, double force) const {

@@ -32,6 +32,8 @@ class TextureModel {
   /// Throws YamlError, with place and key, where the file is no such model: a filter that is not stable, a speed
   /// without a force that another speed has, ...
   static TextureModel read(const std::filesystem::path& file);
+  /// The same of a text; `name` is that of the file in errors.
+  static TextureModel parse(const std::string& text, const std::string& name);
 
   [[nodiscard]] TextureState at(double speed, double force) const;  ///< m/s, N
   [[nodiscard]] double rate() const { return rate_; }               ///< Hz

@@ -209,10 +209,10 @@ class MeshBallSurface final : public BallSurface {
         if (other != side.end()) {
           const std::size_t g = other->second;
           std::size_t apex = 0;
-          while (index(g, apex) == a || index(g, apex) == b) ++apex;
+          while (apex < 2 && (index(g, apex) == a || index(g, apex) == b)) ++apex;
           const Vec3& start = surface_.corners[f][i];
           const Vec3 e = surface_.corners[f][(i + 1) % 3] - start;
-          const double rise = dot(surface_.normals[f].face, surface_.corners[g][apex % 3] - start);
+          const double rise = dot(surface_.normals[f].face, surface_.corners[g][apex] - start);
           convex = rise < -least_fold * norm(e);
           fold = dot(surface_.normals[f].face, surface_.normals[g].face) < same;
         }
@@ -240,14 +240,15 @@ class MeshBallSurface final : public BallSurface {
     Vec3 sum;
     for (const std::size_t g : around) {
       const Vec3& n = surface_.normals[g].face;
-      if (g != face && dot(own, n) < same) continue;
+      // A face without area, which a mesh may have that nobody repaired, has no normal.
+      if (!is_finite(n) || (g != face && dot(own, n) < same)) continue;
       const auto& f = mesh.faces[g];
       const auto i = static_cast<std::size_t>(std::find(f.begin(), f.end(), vertex) - f.begin());
       const std::array<Vec3, 3>& c = surface_.corners[g];
       const Vec3 u = c[(i + 1) % 3] - c[i], v = c[(i + 2) % 3] - c[i];
       sum += std::acos(std::clamp(dot(u, v) / (norm(u) * norm(v)), -1.0, 1.0)) * n;
     }
-    return sum / norm(sum);
+    return norm(sum) > 0 ? sum / norm(sum) : own;
   }
 
   /// A ball about a face.

@@ -105,6 +105,7 @@ BOOST_AUTO_TEST_CASE(files_that_are_no_model_are_refused_with_the_place) {
   BOOST_TEST(error_of(replaced(text, "speed: 100", "speed: 20")).find("found them again") != std::string::npos);
   BOOST_TEST(error_of(replaced(text, "rate: 1 kHz\n", "")).find("rate") != std::string::npos);
   BOOST_TEST(error_of(replaced(text, "variance", "varianc")).find("varianc") != std::string::npos);
+  BOOST_TEST(error_of(replaced(text, "[1.6, -0.8]", "[0.9999999999999999]")).find("at most") != std::string::npos);
   BOOST_TEST(error_of("title: x\nrate: 1 kHz\nmodels: []\n").find("models") != std::string::npos);
   BOOST_TEST(!error_of("[1, 2]").empty());
   auto p = params();
