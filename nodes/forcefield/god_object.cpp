@@ -105,7 +105,7 @@ bool GodObject::slide(const Vec3& goal) {
 void GodObject::settle(const Vec3& goal) {
   goal_ = goal;
   allowed_ = spaces_.nearest(goal);
-  turned_ = {};
+  turned_ = normal_ = {};
   pushes_ = 0;
   contacts_ = 0;
   if (!allowed_.found) return;
@@ -115,7 +115,10 @@ void GodObject::settle(const Vec3& goal) {
     ++contacts_;
     pushes_ += push;
     turned_ += push * (planes_[i].shaded - planes_[i].n);
+    normal_ += push * planes_[i].n;
   }
+  const double length = norm(normal_);
+  normal_ = length > 0 ? normal_ / length : Vec3{};
 }
 
 void GodObject::move(const Vec3& goal) {

@@ -56,6 +56,8 @@ class GodObject {
   [[nodiscard]] Vec3 stretch(bool shaded) const;
   /// m, the sum of the planes' pushes: times the stiffness the sum of the normal forces. Zero in the air.
   [[nodiscard]] double normal_stretch() const { return pushes_; }
+  /// Unit, along the sum of the planes' pushes; zero in the air.
+  [[nodiscard]] const Vec3& normal() const { return normal_; }
 
   [[nodiscard]] int casts() const { return casts_; }    ///< of the last move
   [[nodiscard]] int looked() const { return looked_; }  ///< faces that those looked at
@@ -85,6 +87,7 @@ class GodObject {
   std::array<Plane, HalfSpaces::capacity> planes_;
   HalfSpaces::NearestAllowed allowed_;
   Vec3 turned_;  // m, what shading adds to the stretch
+  Vec3 normal_;
   double pushes_ = 0;
   int contacts_ = 0, casts_ = 0, looked_ = 0;
 };

@@ -33,7 +33,8 @@ NodeInfo ProxyForceField::declare() {
   d.details(
        "The standard renderer of 3-DOF haptics (god-object, virtual proxy). The proxy follows the handle and stops at "
        "surfaces: at each sample it goes to the place nearest to the handle that up to three planes allow, and on "
-       "while surfaces end and others begin. F = stiffness (p_proxy - p_handle). It cannot get through a thin wall, "
+       "while surfaces end and others begin. F = stiffness (p_proxy - p_handle), and a damper along the surfaces' "
+       "push. It cannot get through a thin wall, "
        "however deep the handle is. Friction is Coulomb's, by the materials: the proxy stays while the handle is in "
        "the "
        "friction cone. Shading turns the normal force to the surface's interpolated normal, so that a mesh feels as "
@@ -57,6 +58,12 @@ NodeInfo ProxyForceField::declare() {
              .min = 0,
              .max = 1e6,
              .above_min = true})
+      .real("damping", &Params::damping,
+            {.doc = "of the handle's velocity along the surfaces' push, while they push; it never pulls",
+             .unit = "N s/m",
+             .default_value = 0,
+             .min = 0,
+             .max = 1e4})
       .choice("probe", &Params::probe, {{"tool", Probe::tool}, {"point", Probe::point}}, std::optional(Probe::tool),
               "tool: the proxy is the tool, which must be a sphere; point: it is the handle's point")
       .boolean("friction", &Params::friction, true, "the friction of tool and bodies; false: none")
@@ -113,6 +120,16 @@ void ProxyForceField::go_to(const Stamped<DeviceState>& sample) {
   faces_most_ = std::max(faces_most_, proxy_.looked());
 }
 
+Vec3 ProxyForceField::shown_force() const {
+  Vec3 F = params_.stiffness * proxy_.stretch(params_.shading);
+  const Vec3& v = newest_.value.V_WD.v;
+  if (params_.damping > 0 && is_finite(v)) {
+    const Vec3& n = proxy_.normal();
+    F += std::max(-params_.damping * dot(v, n), -std::max(0.0, dot(F, n))) * n;
+  }
+  return limited(F, params_.force_max);
+}
+
 void ProxyForceField::step(StepContext& context) {
   Stamped<DeviceState> sample;
   bool moved = false;
@@ -128,7 +145,7 @@ void ProxyForceField::step(StepContext& context) {
   if (!moved) return;
   context.add_work(proxy_.contacts());
   const Time valid = newest_.stamp.valid;
-  const Wrench shown{limited(params_.stiffness * proxy_.stretch(params_.shading), params_.force_max), {}};
+  const Wrench shown{shown_force(), {}};
   segment.send(valid, constant_segment(context.now(), shown));
   force.send(valid, shown);
   PhysicsState told;

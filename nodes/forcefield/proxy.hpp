@@ -8,8 +8,9 @@
 
 namespace tactor {
 
-/// The force on the device, in N and W: F = k (p_proxy - p_WD), which GodObject makes; shortened to `force_max`. With
-/// shading, each plane that pushes does so along its surface's interpolated normal.
+/// The force on the device, in N and W: F = k (p_proxy - p_WD) - b (v_WD . n) n, where GodObject makes the proxy and n,
+/// the direction in which the planes push together; shortened to `force_max`. The damper pulls at most as much as the
+/// planes push. With shading, each plane that pushes does so along its surface's interpolated normal.
 ///
 /// The proxy goes through the samples of the handle since the last step, one after another, so that a node that steps
 /// seldom (one with a cost, in physics' place) shows the force that one at the device's rate shows at that sample.
@@ -21,6 +22,7 @@ class ProxyForceField final : public Node {
   enum class Probe { tool, point };
   struct Params {
     double stiffness = 0;  ///< N/m
+    double damping = 0;    ///< N s/m
     Probe probe = Probe::tool;
     bool friction = true;
     bool shading = true;
@@ -43,6 +45,7 @@ class ProxyForceField final : public Node {
 
  private:
   void go_to(const Stamped<DeviceState>& sample);
+  [[nodiscard]] Vec3 shown_force() const;
 
   Params params_;
   GodObject proxy_;

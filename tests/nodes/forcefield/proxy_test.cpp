@@ -90,6 +90,26 @@ BOOST_AUTO_TEST_CASE(seldom_steps_show_what_steps_at_every_sample_show) {
   BOOST_TEST(norm(often.shown()) > 0.0);
 }
 
+BOOST_AUTO_TEST_CASE(the_damper_acts_along_the_push_and_never_pulls) {
+  auto p = params();
+  p.damping = 5;
+  Rig rig(p);
+  int ms = 0;
+  const auto shown = [&](double z, const Vec3& v) {
+    DeviceState state;
+    state.X_WD.p = {0, 0, z};
+    state.V_WD.v = v;
+    rig.node.device.push(stamp_ms(++ms), &state);
+    rig.step(ms);
+    return rig.shown();
+  };
+  BOOST_TEST(norm(shown(0.02, {0, 0, -1})) == 0.0);
+  BOOST_TEST(norm(shown(0.008, {0.3, 0.2, -0.1}) - Vec3{0, 0, 400 * 0.002 + 5 * 0.1}) < tiny_force);
+  BOOST_TEST(norm(shown(0.008, {0, 0, 0.1}) - Vec3{0, 0, 400 * 0.002 - 5 * 0.1}) < tiny_force);
+  BOOST_TEST(norm(shown(0.008, {0, 0, 1})) < tiny_force);
+  BOOST_TEST(norm(shown(0.008, {std::nan(""), 0, 1}) - Vec3{0, 0, 400 * 0.002}) < tiny_force);
+}
+
 BOOST_AUTO_TEST_CASE(the_force_is_shortened_to_the_largest) {
   auto p = params();
   p.force_max = 2;
