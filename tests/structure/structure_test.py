@@ -89,8 +89,11 @@ class Includes(unittest.TestCase):
             # A field of forces samples the contacts of the scene, and keeps the device's track and bad samples out as
             # prediction does.
             "nodes/forcefield": ("framework/core", "framework/node", "nodes/forcefield", "nodes/physics", "nodes/prediction"),
+            # Effects continue displayed curves as interpolation does. Texture models are files in YAML, read as profiles are.
+            "nodes/effect": ("framework/core", "framework/node", "framework/yaml", "nodes/effect",
+                             "nodes/interpolation/force_state.hpp"),
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
-            # Devices read their profiles with the errors that graphs have; nodes read no YAML.
+            # Devices read their profiles with the errors that graphs have; other nodes than effects read no YAML.
             "devices": ("framework/core", "framework/node", "framework/realtime", "framework/yaml", "devices"),
             # The command knows no device; it asks where profiles lie, and which ports there are.
             # The view also draws meshes and the contacts of the local model, and sends the cursor of device.mouse. `mesh` and `new`

@@ -1,0 +1,165 @@
+"""The standard renderers in graphs: the proxy against constrained minima by scipy, textures against their models' spectra."""
+import unittest
+
+import h5py
+import numpy
+import scipy.linalg
+import scipy.optimize
+import scipy.signal
+import yaml
+
+from harness import GRAPHS, CommandTest, needs_hdf5, tactor
+
+RENDERERS = GRAPHS / "renderers"
+PLANES = ([0.2, -0.1, 1.0], [1.0, 0.1, 0.35], [-0.3, 1.0, 0.5])  # outward normals, not unit
+FIELD = """format: 2
+clock: virtual
+duration: %(duration)s
+scene:
+  gravity: [0, 0, 0]
+  bodies:
+%(bodies)s    tool: {sphere: {radius: 4 mm}, motion: translation, mass: 50 g, pose: {p: [0, 0, 30 mm]}, material: {friction: 0}}
+nodes:
+  trajectory: {type: source.trajectory, points: [%(points)s]}
+  device: {type: device.simulated, encoder_step: 0 m}
+  proxy: {type: forcefield.proxy, stiffness: 1000 N/m%(proxy)s}
+%(nodes)s
+edges:
+  - trajectory.target -> device.target
+  - device.state -> proxy.device
+%(edges)s
+record: [device.commanded, device.state, proxy.state]
+"""
+
+
+def rotation_to(normal):
+    """The unit quaternion that turns z to the normal, w first."""
+    n = numpy.array(normal) / numpy.linalg.norm(normal)
+    q = numpy.array([1 + n[2], -n[1], n[0], 0])
+    return q / numpy.linalg.norm(q), n
+
+
+def constrained_minimum(goal, normals, offsets):
+    """The point nearest to the goal with normals x >= offsets, in m, by sequential quadratic programming in mm."""
+    goal_mm = 1e3 * goal
+    found = scipy.optimize.minimize(
+        lambda x: (x - goal_mm) @ (x - goal_mm), goal_mm + 30 * normals.sum(axis=0), jac=lambda x: 2 * (x - goal_mm),
+        method="SLSQP", constraints={"type": "ineq", "fun": lambda x: normals @ x - 1e3 * offsets, "jac": lambda x: normals},
+        options={"ftol": 1e-14, "maxiter": 200})
+    return 1e-3 * found.x
+
+
+def stream(recording, name):
+    with h5py.File(recording) as file:
+        return file[f"streams/{name}/data"][...]
+
+
+@needs_hdf5
+class Proxy(CommandTest):
+    def test_between_oblique_planes_it_is_the_constrained_minimum(self):
+        turned = [rotation_to(n) for n in PLANES]
+        bodies = "".join(f"    plane{i}: {{plane: {{}}, pose: {{quaternion: [{', '.join(map(repr, map(float, q)))}]}}, "
+                         f"material: {{friction: 0}}}}\n" for i, (q, _) in enumerate(turned))
+        dice = numpy.random.default_rng(3)
+        way = [(0, 8, 8, 30)] + [(0.1 * (k + 1), *dice.uniform(-12, 6, 3)) for k in range(24)]
+        points = ", ".join(f"{{t: {t} s, x: {x} mm, y: {y} mm, z: {z} mm}}" for t, x, y, z in way)
+        graph = self.write("planes.yaml", FIELD % {
+            "duration": "2.4 s", "bodies": bodies, "points": points, "proxy": ", probe: point, force_max: 100 N", "nodes": "",
+            "edges": "  - proxy.segment -> device.segment"})
+        self.run_graph(graph)
+        rows = stream(self.folder / "out/recording.h5", "proxy.state")
+        normals = numpy.array([n for _, n in turned])
+        touched = set()
+        for row in rows[50::40]:
+            expected = constrained_minimum(row["p_WD"], normals, numpy.zeros(3))
+            self.assertLess(numpy.linalg.norm(row["p_WT"] - expected), 3e-6)
+            self.assertLess(numpy.linalg.norm(row["contact_force"] - 1000 * (expected - row["p_WD"])), 3e-3)
+            touched.add(int(row["contacts"]))
+        self.assertEqual(touched & {1, 2, 3}, {1, 2, 3})
+
+    def test_overlays_fit_a_scene_and_leave_out_what_the_proxy_stands_for(self):
+        for over in sorted(RENDERERS.glob("*.yaml")):
+            method = ("--over", "local") if "over_local" in over.stem else ()
+            result = tactor("check", "--explain", "wall/scene", *method, "--over", over)
+            self.assertEqual(result.returncode, 0, f"{over.name}: {result.stderr}")
+            left_out = result.stdout[result.stdout.find("left out"):]
+            for node in ("collision", "dynamics", "coupling"):
+                self.assertEqual(f"node {node}" in left_out, over.stem == "proxy", over.name)
+
+    def test_a_slow_proxy_is_as_the_fast_one_at_its_samples(self):
+        self.run_graph(GRAPHS / "wall/scene.yaml", "--over", RENDERERS / "proxy_slow.yaml", "--duration", "3",
+                       "--set", "record=[coupling.force]")
+        slow = stream(self.folder / "out/recording.h5", "coupling.force")
+        self.run_graph(GRAPHS / "wall/scene.yaml", "--over", RENDERERS / "proxy.yaml", "--duration", "3",
+                       "--set", "record=[interpolation.force]", "--overwrite")
+        fast = stream(self.folder / "out/recording.h5", "interpolation.force")
+        at = {row["valid_ns"]: row["force"] for row in fast}
+        self.assertGreater(len(slow), 200)
+        self.assertLess(len(slow), 450)
+        for row in slow:
+            self.assertEqual(list(row["force"]), list(at[row["valid_ns"]]))
+
+
+@needs_hdf5
+class TexturesOnAWall(CommandTest):
+    SPEED, FORCE, MASS = 0.05, 1.0, 0.1
+
+    def slide(self, seed, duration):
+        graph = self.write("slide.yaml", FIELD % {
+            "duration": "41 s", "bodies": "    wall: {plane: {}, material: {friction: 0}}\n",
+            "points": f"{{t: 0 s, x: 0 m, z: 3 mm}}, {{t: 41 s, x: {41 * self.SPEED} m, z: 3 mm}}", "proxy": "",
+            "nodes": f"  texture: {{type: effect.texture, file: {RENDERERS / 'textures/grating.yaml'}, mass: {self.MASS} kg}}",
+            "edges": "  - proxy.segment -> texture.segment\n  - device.state -> texture.device\n  - texture.segment -> device.segment"})
+        self.run_graph(graph, "--seed", seed, "--overwrite", "--set", "trajectory.interpolation=linear", "--duration", duration)
+        return stream(self.folder / "out/recording.h5", "device.commanded")["force"]
+
+    def test_spectrum_and_variance_are_the_model_s(self):
+        force = self.slide(1, 41)
+        added = force[1000:, 2] - self.FORCE
+        self.assertLess(numpy.abs(force[1000:, :2]).max(), 1e-9)
+        model = yaml.safe_load((RENDERERS / "textures/grating.yaml").read_text())
+        entry = next(m for m in model["models"] if m["speed"] == "50 mm/s" and m["force"] == "1 N")
+        phi = numpy.array(entry["coefficients"])
+        # By the companion matrix: the variance of the state that white noise drives.
+        order = len(phi)
+        companion = numpy.vstack([phi, numpy.eye(order)[:-1]])
+        drive = numpy.zeros((order, order))
+        drive[0, 0] = entry["variance"]
+        variance = scipy.linalg.solve_discrete_lyapunov(companion, drive)[0, 0] * self.MASS ** 2
+        self.assertLess(abs(added.var() / variance - 1), 0.06)
+        frequency, measured = scipy.signal.welch(added, 1000, nperseg=500)
+        _, response = scipy.signal.freqz([1], numpy.concatenate([[1], -phi]), worN=frequency, fs=1000)
+        expected = self.MASS ** 2 * entry["variance"] * numpy.abs(response) ** 2 * 2 / 1000
+        band = (frequency >= 10) & (frequency <= 480)
+        difference = 10 * numpy.log10(measured[band] / expected[band])
+        self.assertLess(numpy.abs(difference).mean(), 0.6)
+        self.assertLess(numpy.abs(difference).max(), 3)
+
+    def test_a_run_can_be_made_again_and_another_seed_is_another_surface(self):
+        first, again, other = self.slide(1, 2), self.slide(1, 2), self.slide(2, 2)
+        self.assertEqual(first.tobytes(), again.tobytes())
+        self.assertGreater(numpy.abs(first - other).max(), 1e-3)
+
+
+@needs_hdf5
+class Impacts(CommandTest):
+    def test_taps_on_a_device_vibrate_within_its_limits(self):
+        summary = self.run_graph(GRAPHS / "wall/scene.yaml", "--over", RENDERERS / "impact.yaml", "--over",
+                                 GRAPHS / "devices/omega_3.yaml", "--set", "device.loop=closed", "--duration", "6",
+                                 "--set", "record=[device.commanded]")
+        self.assertGreaterEqual(summary["impact"]["events"], 2)
+        self.assertEqual(summary["device"]["rejected_segments"], 0)
+        self.assertEqual(summary["device"]["slewed_ticks"], 0)
+        self.assertLessEqual(numpy.linalg.norm(stream(self.folder / "out/recording.h5", "device.commanded")["force"], axis=1).max(), 8)
+
+    def test_a_vibration_takes_the_device_s_parameters_unless_it_is_told_others(self):
+        graph = self.write("omega.yaml", f"extends: {GRAPHS / 'wall/scene.yaml'}\n")
+        over = ["--over", RENDERERS / "impact.yaml", "--over", GRAPHS / "devices/omega_3.yaml", "--duration", "0.1"]
+        soft = self.run_graph(graph, *over, "--overwrite")["impact"]["match_error"]
+        stiff = self.run_graph(graph, *over, "--set", "impact.mode_frequency=0 Hz", "--overwrite")["impact"]["match_error"]
+        self.assertGreater(soft, 0.05)
+        self.assertLess(stiff, 0.01)
+
+
+if __name__ == "__main__":
+    unittest.main()

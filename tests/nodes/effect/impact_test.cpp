@@ -1,0 +1,193 @@
+// effect.impact: when it vibrates, with which forces, and within which limits.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "nodes/effect/impact.hpp"
+#include "tests/heap_is_counted.hpp"
+#include "tests/nodes/effect/stage_rig.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+
+namespace {
+
+constexpr double T = 1e-3;
+const DeviceDynamics one_body{.mass = 0.1, .hand_mass = 0.4};
+
+/// A device of 0.5 kg and nothing else, so that force is mass times acceleration.
+Impact::Params params_of_mass() {
+  auto p = default_params<Impact>();
+  static_cast<DeviceDynamics&>(p) = one_body;
+  p.effort = 1e-6;
+  p.amplitude = 10;
+  p.frequency = 80;
+  return p;
+}
+
+double wanted(double amplitude, double frequency, double decay, double t) {
+  return amplitude * std::exp(-t / decay) * std::sin(2 * std::numbers::pi * frequency * t);
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(means_over_ticks_are_those_of_the_sinusoid) {
+  const std::vector<double> means = decaying_sinusoid(10, 80, 0.01, T, 30);
+  for (std::size_t n = 0; n < means.size(); ++n) {
+    double sum = 0;
+    constexpr int parts = 1000;
+    for (int i = 0; i < parts; ++i) sum += wanted(10, 80, 0.01, (static_cast<double>(n) + (i + 0.5) / parts) * T);
+    BOOST_TEST(std::abs(means[n] - sum / parts) < 1e-5);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_tick_response_is_that_of_small_steps_of_the_equations) {
+  const std::vector<DeviceDynamics> devices{one_body,
+                                            {.mass = 0.1,
+                                             .damping = 0.5,
+                                             .hand_mass = 0.3,
+                                             .hand_damping = 6,
+                                             .hand_stiffness = 200,
+                                             .amplifier_bandwidth = 200},
+                                            {.mass = 0.2,
+                                             .damping = 0.3,
+                                             .hand_mass = 0.55,
+                                             .hand_damping = 6.5,
+                                             .hand_stiffness = 135,
+                                             .amplifier_bandwidth = 1100,
+                                             .mode_frequency = 86,
+                                             .mode_damping = 0.05,
+                                             .motor_share = 0.4}};
+  for (const DeviceDynamics& d : devices) {
+    const std::vector<double> response = tick_response(d, T, 60);
+    constexpr int steps = 2000;
+    const double h = T / steps;
+    const double m_1 = d.motor_share * d.mass, m_2 = d.mass - m_1 + d.hand_mass;
+    const double turn = 2 * std::numbers::pi * d.mode_frequency, reduced = m_1 * (d.mass - m_1) / d.mass;
+    const double k = turn * turn * reduced, c = 2 * d.mode_damping * turn * reduced;
+    double x_1 = 0, v_1 = 0, x_2 = 0, v_2 = 0, f = 0;
+    double largest = 0;
+    for (const double r : response) largest = std::max(largest, std::abs(r));
+    for (std::size_t n = 0; n < response.size(); ++n) {
+      const double before = v_2;
+      for (int i = 0; i < steps; ++i) {
+        const double u = n == 0 ? 1 : 0;
+        f = d.amplifier_bandwidth > 0 ? f + h * 2 * std::numbers::pi * d.amplifier_bandwidth * (u - f) : u;
+        if (d.mode_frequency > 0) {
+          const double s = k * (x_2 - x_1) + c * (v_2 - v_1);
+          v_1 += h * (f - d.damping * v_1 + s) / m_1;
+          v_2 += h * (-s - d.hand_damping * v_2 - d.hand_stiffness * x_2) / m_2;
+          x_1 += h * v_1;
+          x_2 += h * v_2;
+        } else {
+          v_2 += h * (f - (d.damping + d.hand_damping) * v_2 - d.hand_stiffness * x_2) / (d.mass + d.hand_mass);
+          x_2 += h * v_2;
+        }
+      }
+      BOOST_TEST(std::abs(response[n] - (v_2 - before) / T) < 2e-3 * largest);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_mass_is_pushed_by_mass_times_acceleration_scaled_by_the_impact) {
+  StageRig<Impact> rig(params_of_mass());
+  const Vec3 n = Vec3{1, 2, 2} / 3.0;
+  const double speed = 0.15;
+  for (int ms = 0; ms < 100; ++ms) BOOST_TEST(norm(rig.tick(ms, {}, -speed * n)) == 0.0);
+  const std::vector<double> means = decaying_sinusoid(10, 80, 0.01, T, 40);
+  const Vec3 base = 0.5 * n;
+  for (int k = 0; k < 40; ++k) {
+    // Sideways speed does not count, and that of later ticks neither.
+    const Vec3 velocity = k == 0 ? -speed * n + Vec3{0.3, 0, -0.15} : Vec3{};
+    const Vec3 added = rig.tick(100 + k, base, velocity) - base;
+    BOOST_TEST(norm(added - (0.5 * speed * means[static_cast<std::size_t>(k)]) * n) < 1e-5);
+    BOOST_TEST(rig.valid.ns == stamp_ms(100 + k).valid.ns);
+    BOOST_TEST(rig.last.trust_time.ns == 7'000'000);
+  }
+  BOOST_TEST(rig.metrics()["impact.events"] == 1.0);
+  BOOST_TEST(rig.metrics()["impact.match_error"] < 1e-5);
+}
+
+BOOST_AUTO_TEST_CASE(a_recorded_profile_takes_the_place_of_the_sinusoid) {
+  auto p = params_of_mass();
+  p.profile = {2, {0, 0, 0.002, 8, 0.005, -4, 0.008, 0}};
+  StageRig<Impact> rig(p);
+  rig.tick(0, {}, {});
+  // Between rows it is straight: the mean over a tick is the value at its middle, but where a row lies in it.
+  const std::vector<double> means{2, 6, 6, 2, -2, -10.0 / 3, -2, -2.0 / 3, 0};
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    const Vec3 added = rig.tick(100 + static_cast<int>(k), {0, 0, 1}, {0, 0, -0.2}) - Vec3{0, 0, 1};
+    BOOST_TEST(std::abs(added.z - 0.5 * 0.2 * means[k]) < 1e-5);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(without_a_contact_that_begins_fast_everything_passes_as_it_came) {
+  StageRig<Impact> rig(params_of_mass());
+  // Slow; away from the surface; and a force that was there a moment ago.
+  rig.tick(0, {}, {});
+  for (int ms = 1; ms < 60; ++ms) BOOST_TEST(rig.tick(ms, {0, 0, 1}, {0, 0, -0.01}).z == 1.0);
+  for (int ms = 200; ms < 260; ++ms) rig.tick(ms, {}, {0, 0, -0.5});
+  for (int ms = 260; ms < 300; ++ms) BOOST_TEST(rig.tick(ms, {0, 0, 1}, {0, 0, 0.5}).z == 1.0);
+  for (int ms = 300; ms < 340; ++ms) rig.tick(ms, {}, {0, 0, -0.5});
+  for (int ms = 340; ms < 360; ++ms) BOOST_TEST(rig.tick(ms, {0, 0, 1}, {0, 0, -0.5}).z == 1.0);
+  BOOST_TEST(rig.metrics()["impact.events"] == 0.0);
+  // A segment that came before is not sent again.
+  StepContext step(stamp_ms(360).valid);
+  rig.node.step(step);
+  BOOST_TEST(rig.node.segment.pending() == 0U);
+}
+
+BOOST_AUTO_TEST_CASE(whatever_the_impact_force_and_steps_stay_within_the_device) {
+  auto p = params_of_mass();
+  p.force_max = 3;
+  p.force_slew = 800;
+  p.amplitude = 200;
+  for (const double speed : {0.05, 0.5, 5.0}) {
+    StageRig<Impact> rig(p);
+    rig.tick(0, {}, {});
+    double last = 0, steepest = 0;
+    for (int k = 0; k < 80; ++k) {
+      const double base = std::min(2.9, 0.1 + 0.05 * k);
+      const double shown = rig.tick(100 + k, {0, 0, base}, {0, 0, -speed}).z;
+      BOOST_TEST(std::abs(shown) <= 3 + 1e-9);
+      if (k > 0) steepest = std::max(steepest, std::abs(shown - last));
+      last = shown;
+    }
+    BOOST_TEST(steepest <= 0.8 + 1e-9);
+    BOOST_TEST(rig.metrics()["impact.events"] == 1.0);
+    BOOST_TEST(rig.metrics()["impact.limited_events"] == 1.0);
+  }
+  // A force that is larger than the limit by itself is the gate's to cut.
+  StageRig<Impact> rig(p);
+  rig.tick(0, {}, {});
+  for (int k = 0; k < 20; ++k) BOOST_TEST(rig.tick(100 + k, {0, 0, 5}, {0, 0, -1}).z <= 5 + 1e-9);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_not_finite_goes_on_to_the_gate_and_changes_nothing_else) {
+  StageRig<Impact> rig(params_of_mass());
+  rig.tick(0, {}, {});
+  BOOST_TEST(std::isnan(rig.tick(1, {std::nan(""), 0, 0}, {}).x));
+  for (int ms = 2; ms < 60; ++ms) BOOST_TEST(norm(rig.tick(ms, {}, {})) == 0.0);
+  const double inf = std::numeric_limits<double>::infinity();
+  BOOST_TEST(rig.tick(60, {0, 0, 1}, {0, 0, -inf}).z == 1.0);
+  BOOST_TEST(rig.metrics()["impact.events"] == 0.0);
+}
+
+BOOST_AUTO_TEST_CASE(profiles_that_are_none_are_refused) {
+  for (const Table& table : {Table{2, {0, 1}}, Table{2, {0, 1, 0, 2}}, Table{2, {0.001, 1, 0.002, 2}},
+                             Table{2, {0, 1, 0.001, std::nan("")}}}) {
+    auto p = params_of_mass();
+    p.profile = table;
+    BOOST_CHECK_THROW(StageRig<Impact> rig(p), InputError);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
+  StageRig<Impact> rig(params_of_mass());
+  rig.tick(0, {}, {});
+  const std::int64_t before = thread_heap_calls();
+  for (int ms = 1; ms < 1000; ++ms) rig.tick(ms, {0, 0, ms % 200 > 100 ? 1.0 : 0.0}, {0, 0, -0.2});
+  BOOST_TEST(thread_heap_calls() - before == 0);
+  BOOST_TEST(rig.metrics()["impact.events"] == 5.0);
+}
