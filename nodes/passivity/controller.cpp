@@ -40,21 +40,23 @@ PassivityController::PassivityController(const Params& params, const NodeContext
     : PassivityStage(params, context, 0),
       damper_most_(params.damping_share * params.mass * params.rate * params.rate) {}
 
-Wrench PassivityController::limit(const Wrench& wanted) const noexcept {
+Wrench PassivityController::limit(const Wrench& whole) const noexcept {
   const SmallMotion d = way();
   const double lever = params().lever;
   const double length = square(d, lever);
-  const double given = work(wanted, d);
   // At the next tick.
   const double energy = port().energy() - work(port().held(), d);
-  const double ramp = given > 0 ? ramp_down(wanted, given / std::sqrt(std::max(square(wanted, lever), 1e-300))) : 0;
-  if (energy >= 0 && given + ramp <= energy) return wanted;
+  // No more than can be taken back.
+  const double size = std::sqrt(square(whole, lever));
+  const double ramp = size > 0 ? ramp_down(whole, work(whole, d) / size) : 0;
+  const double share = ramp > energy ? std::sqrt(std::max(0.0, energy) / ramp) : 1;
+  const Wrench wanted = share < 1 ? share * whole : whole;
+  const double given = work(wanted, d);
+  if (energy >= 0 && given <= energy) return wanted;
   if (!(length > 0)) return energy < 0 ? Wrench{} : wanted;
   // The damper's force per m: as much as is needed, as much as the wrench has along the motion, and what is borne.
-  const double needed = (given + ramp - energy) / length;
-  const double along = std::max(0.0, given / length);
   if (energy >= 0) {
-    const double by = std::min(needed, along);
+    const double by = std::min(given - energy, given) / length;
     return {wanted.force - by * d.x, wanted.torque - (by * lever * lever) * d.r};
   }
   const double against = std::max(std::max(0.0, -given / length), std::min(-energy / length, damper_most_));

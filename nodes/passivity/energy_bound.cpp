@@ -18,12 +18,6 @@ NodeInfo EnergyBound::declare() {
       "stays within what is there, whatever a hand within that acceleration does, and nothing is added to it.");
   declare_stage(node);
   return node
-      .real("acceleration", &Params::acceleration,
-            {.doc = "largest acceleration of the handle that is reckoned with",
-             .unit = "m/s^2",
-             .default_value = 60,
-             .min = 0,
-             .max = 1e4})
       .real("device_damping", &Params::device_damping,
             {.doc = "viscous friction of the device that is counted on: so much more may be given as it takes. 0: the "
                     "motors alone give no net energy",
@@ -48,12 +42,11 @@ Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   const double held = std::sqrt(square(port().held(), lever));
   const double energy = std::max(0.0, port().energy() - work(port().held(), d) - held * near_);
   const double along = work(wanted, d) / size + far_;  // m, the most that a tick may go with the wrench
-  if (along <= 0) return wanted;
-  // s given + s^2 ramp <= energy; the ramp down of a smaller wrench is smaller than s^2 of that of the whole one.
-  const double given = size * along;
+  const double given = size * std::max(0.0, along);
+  // s given + s^2 ramp <= energy.
   const double ramp = ramp_down(wanted, along);
   if (given + ramp <= energy) return wanted;
-  const double s = 2 * energy / (given + std::sqrt(given * given + 4 * ramp * energy));
+  const double s = energy > 0 ? 2 * energy / (given + std::sqrt(given * given + 4 * ramp * energy)) : 0;
   return s * wanted;
 }
 

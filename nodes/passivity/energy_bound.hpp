@@ -9,7 +9,6 @@ namespace tactor {
 class EnergyBound final : public PassivityStage {
  public:
   struct Params : StageParams {
-    double acceleration = 0;    ///< m/s^2
     double device_damping = 0;  ///< N s/m
   };
   EnergyBound(const Params& params, const NodeContext& context);

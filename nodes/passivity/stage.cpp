@@ -27,10 +27,19 @@ PortEnergyOptions options_of(const StageParams& params, double damping, const No
           .torque = context.torque};
 }
 
-/// sum over k = 1, 2, ... of max(0, size - k step): what is left at the ticks of a ramp, summed; between whole numbers
-/// of ticks on the chord or above.
-double left_of_ramp(double size, double step) {
-  return size <= step ? 0.0 : 0.5 * size * (size - step) / step;
+/// What a ramp from `size` down by `step` a tick gives from its second tick on, where the first goes `along` m with it
+/// and each further one `more` farther: sum of (size - k step) max(0, along + k more) over k = 1, 2, ... as long as
+/// something is left. Between whole numbers of ticks it is their polynomial.
+double given_on_ramp(double size, double step, double along, double more) {
+  if (along < 0) {
+    // It comes down while the handle goes on against it.
+    if (!(size * more > -along * step)) return 0;
+    size += along / more * step;
+    along = 0;
+  }
+  const double ticks = size / step;
+  if (ticks <= 1) return 0;
+  return 0.5 * step * ticks * (ticks - 1) * (along + more * (ticks + 1) / 3);
 }
 
 bool same(const Wrench& a, const Wrench& b) {
@@ -46,9 +55,10 @@ PassivityStage::PassivityStage(const StageParams& params, const NodeContext& con
       port_(options_of(params, damping, context)) {}
 
 double PassivityStage::ramp_down(const Wrench& wrench, double along) const {
-  const double force = left_of_ramp(norm(wrench.force), tick() * params_.force_slew);
-  const double torque = left_of_ramp(norm(wrench.torque), tick() * params_.torque_slew);
-  return (force + torque / params_.lever) * along;
+  const double more = params_.acceleration * tick() * tick();
+  // A torque's ramp by its force at the lever, so that `along` is one for both.
+  return given_on_ramp(norm(wrench.force), tick() * params_.force_slew, along, more) +
+         given_on_ramp(norm(wrench.torque) / params_.lever, tick() * params_.torque_slew / params_.lever, along, more);
 }
 
 Wrench PassivityStage::within_energy(const Wrench& wanted) const {

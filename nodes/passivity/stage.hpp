@@ -18,6 +18,7 @@ struct StageParams {
   double force_slew = 0;          ///< N/s
   double torque_slew = 0;         ///< N m/s
   double lever = 0;               ///< m
+  double acceleration = 0;        ///< m/s^2
   double rate = 0;                ///< Hz
 };
 
@@ -50,8 +51,9 @@ class PassivityStage : public Node {
   [[nodiscard]] const PortEnergy& port() const { return port_; }
   /// Of the handle over one tick at the velocity that it is shown to have.
   [[nodiscard]] SmallMotion way() const { return {tick() * port_.velocity().v, tick() * port_.velocity().w}; }
-  /// J, that are given while the gate's slew limits bring the wrench down to zero, after the tick at which it is
-  /// commanded: where each tick goes `along` m with the force.
+  /// J, that the gate's slew limits give after the tick at which the wrench is commanded, where it comes down to zero
+  /// at once and the handle goes `along` m with it in that tick, and goes faster with the greatest acceleration from
+  /// then on. That of s times the wrench, 0 <= s <= 1, is s^2 of it at most.
   [[nodiscard]] double ramp_down(const Wrench& wrench, double along) const;
   /// s.
   [[nodiscard]] double tick() const { return tick_.seconds(); }
@@ -157,6 +159,14 @@ void declare_stage(Declare<N>& node) {
         .min = 0,
         .max = 10,
         .above_min = true});
+  real(
+      "acceleration", &StageParams::acceleration,
+      {.doc = "greatest acceleration of the handle that is reckoned with: the device's force_max on the mass of handle "
+              "and finger",
+       .unit = "m/s^2",
+       .default_value = 60,
+       .min = 0,
+       .max = 1e4});
   node.haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second"})
       .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower)
       .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower)
