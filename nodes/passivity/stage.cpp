@@ -85,17 +85,19 @@ void PassivityStage::step(StepContext& context) {
     ForceSegment held = constant_segment(next, allowed);
     held.trust_time = newest->value.trust_time;
     passed_any_ = false;
+    was_changed_ = true;
     limited.send(newest->stamp.valid, held);
     return;
   }
   // A segment that the device has is not sent again: its times may be long ago by now.
   if (passed_any_ && passed_ == newest->stamp.sequence) return;
-  // After a change the device has another one, and takes this up again where it is.
+  // After a change the device has another one, and takes this up again where it is by now.
   ForceSegment on = newest->value;
-  if (!passed_any_ && next >= on.end && is_finite(wanted)) {
+  if (was_changed_ && next >= on.end && is_finite(wanted)) {
     on = constant_segment(next, wanted);
     on.trust_time = newest->value.trust_time;
   }
+  was_changed_ = false;
   passed_any_ = true;
   passed_ = newest->stamp.sequence;
   limited.send(newest->stamp.valid, on);

@@ -67,6 +67,7 @@ class PassivityStage : public Node {
   Duration tick_;
   PortEnergy port_;
   bool passed_any_ = false;
+  bool was_changed_ = false;  // the device has been sent another wrench than was wanted
   std::uint64_t passed_ = 0;  // sequence of the segment that went through last, where `passed_any_`
   std::uint64_t steps_ = 0, changed_ = 0;
   double change_sum_ = 0;  // N^2
