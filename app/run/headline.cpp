@@ -16,13 +16,22 @@ namespace tactor {
 
 namespace {
 
+/// The strict form of stable, where it is told and says something else.
+std::string port_text(const RunResult& result) {
+  const double passive = result.metric("stability.passive");
+  if (!std::isfinite(passive)) return {};
+  if (passive > 0) return ", port passive";
+  return fmt::format(", port not passive: it gave {} J, a tick and a rounding make {} J",
+                     pretty(result.metric("port.energy_generated_J")), pretty(result.metric("port.energy_allowed_J")));
+}
+
 std::string stability_text(const RunResult& result) {
   const double number = result.metric("stability.verdict");
   if (!std::isfinite(number)) return {};
   const auto verdict = static_cast<StabilityVerdict>(static_cast<int>(number));
   switch (verdict) {
     case StabilityVerdict::stable:
-      return "stable";
+      return "stable" + port_text(result);
     case StabilityVerdict::limit_cycle:
       return "limit cycle: the tool went on oscillating while it was to be at rest";
     case StabilityVerdict::pushed_through:

@@ -188,6 +188,11 @@ std::vector<EdgeSpec> read_edges(const Tree& tree, const std::vector<NodeSpec>& 
       diagnostics.error(item.place, path + ": expected \"node.output -> node.input\", found " + describe(item));
       continue;
     }
+    if (const auto input = fed_input(ends->from)) {
+      diagnostics.error(item.place, path + ": into " + *input + ": expected an edge into " + *input +
+                                        " in the file that this one is laid over, found none");
+      continue;
+    }
     EdgeSpec edge;
     edge.place = item.place;
     const std::string expected = "\"node.output -> node.input\"";

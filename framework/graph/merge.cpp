@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <set>
 
 #include "framework/core/text.hpp"
@@ -156,11 +157,44 @@ void merge_named(Tree& parent, const Tree& child, const Merge& merge, std::vecto
   merge_entries(parent, kept, merge);
 }
 
-void merge_edges(Tree& parent, const Tree& child) {
-  if (!parent.is_sequence() || !child.is_sequence()) {
-    parent = child;
+// The edge with another output at its begin.
+void set_source(Tree& edge, const std::string& from, const std::string& to) {
+  const std::string arrow = from + " -> " + to;
+  if (edge.is_scalar()) {
+    edge.text = arrow;
+  } else if (TreeEntry* source = edge.find("from")) {
+    source->value.text = from;
+  } else {
+    edge.entries[0].key = arrow;
+  }
+}
+
+// Edges of the child from `into x.in` begin where the parent's edge into x.in does. Where that is the node at their own
+// end, the child was laid over before: the parent's edge into it stays.
+Tree with_sources(const Tree& child, const Tree& parent) {
+  std::map<std::string, std::string> fed_from;
+  for (const Tree& edge : parent.items) {
+    if (const auto ends = edge_ends(edge)) fed_from[ends->to] = ends->from;
+  }
+  Tree result = child;
+  std::erase_if(result.items, [&](Tree& edge) {
+    const std::optional<EdgeEnds> ends = edge_ends(edge);
+    const std::optional<std::string> input = ends ? fed_input(ends->from) : std::nullopt;
+    const auto source = input ? fed_from.find(*input) : fed_from.end();
+    if (source == fed_from.end()) return false;
+    if (node_of(source->second) == node_of(ends->to) && fed_from.contains(ends->to)) return true;
+    set_source(edge, source->second, ends->to);
+    return false;
+  });
+  return result;
+}
+
+void merge_edges(Tree& parent, const Tree& laid_over) {
+  if (!parent.is_sequence() || !laid_over.is_sequence()) {
+    parent = laid_over;
     return;
   }
+  const Tree child = with_sources(laid_over, parent);
   std::set<std::string> inputs;
   for (const Tree& edge : child.items) {
     if (const auto ends = edge_ends(edge)) inputs.insert(ends->to);
@@ -209,6 +243,12 @@ std::optional<EdgeEnds> edge_ends(const Tree& edge) {
   const Tree* to = edge.value("to");
   if (from == nullptr || to == nullptr || !from->is_scalar() || !to->is_scalar()) return std::nullopt;
   return EdgeEnds{std::string(trimmed(from->text)), std::string(trimmed(to->text))};
+}
+
+std::optional<std::string> fed_input(const std::string& from) {
+  constexpr std::string_view into = "into ";
+  if (!from.starts_with(into)) return std::nullopt;
+  return std::string(trimmed(std::string_view(from).substr(into.size())));
 }
 
 std::string node_of(const std::string& end) {

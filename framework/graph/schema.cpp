@@ -183,7 +183,7 @@ Json lane_schema(const NodeInfo& info) {
 }
 
 Json edges_schema() {
-  const Json arrow = {{"type", "string"}, {"pattern", R"(^\s*\w+\.\w+\s*->\s*\w+\.\w+\s*$)"}};
+  const Json arrow = {{"type", "string"}, {"pattern", R"(^\s*(into\s+)?\w+\.\w+\s*->\s*\w+\.\w+\s*$)"}};
   const Json queue = {{"type", "string"},
                       {"pattern", R"(^(latest|queue\(\s*[1-9]\d*\s*,\s*(drop_oldest|drop_newest|block)\s*\))$)"}};
   const Json end = {{"type", "string"}, {"pattern", R"(^\w+\.\w+$)"}};

@@ -9,6 +9,7 @@
 
 #include "framework/core/signal_metrics.hpp"
 #include "framework/core/value_error.hpp"
+#include "nodes/sink/port_passivity.hpp"
 #include "nodes/sink/vibration.hpp"
 
 namespace tactor {
@@ -191,6 +192,22 @@ void declare_metrics(Declare<Metrics>& node) {
               Better::neither)
       .missing_where(unseen)
       .left_out_when(without_rest);
+  const auto no_port = [](const Metrics::Params&, const MetricUse& use) {
+    return use.is_fed("truth") ? string() : without_input(use, "device");
+  };
+  const char* const few = "fewer than two samples of the handle come";
+  node.metric("stability.passive", "1", "1: port.energy_generated_J is within port.energy_allowed_J, 0: it is not",
+              Better::higher)
+      .missing_where(few)
+      .left_out_when(no_port)
+      .metric("port.energy_generated_J", "J", "most net energy that the motors had given to handle and hand",
+              Better::lower)
+      .missing_where(few)
+      .left_out_when(no_port)
+      .metric("port.energy_allowed_J", "J", "what one encoder step at the largest force and one tick can bring",
+              Better::neither)
+      .missing_where(few)
+      .left_out_when(no_port);
 }
 
 }  // namespace
@@ -223,7 +240,10 @@ NodeInfo Metrics::declare() {
           "verdict is 0 stable, 1 limit cycle (more than `rest_peak_to_peak` there and back), 3 energy from nowhere "
           "(over "
           "10 % of what came in and 1 uJ), 4 not finite. Other moving bodies than the tool are not counted, and a "
-          "massless tool counts with the weight that the scene gives it. Without "
+          "massless tool counts with the weight that the scene gives it. "
+          "stability.passive is the strict form of stable: at no time had the motors given more net energy at the port "
+          "(commanded wrench by the way of the handle, less the weight's part) than max |F| D + max |F . dx|, D a step "
+          "of the encoder and dx the way of a tick; by the handle as it is where `truth` is fed. Without "
           "a reference the metrics that need one are left out.")
       .input("commanded", &Metrics::commanded,
              {.doc = "what the device is told to display, at its rate",
@@ -241,6 +261,11 @@ NodeInfo Metrics::declare() {
              {.doc = "for the contacts", .trigger = Trigger::yes, .required = false, .queue = every})
       .input("device", &Metrics::device,
              {.doc = "for the displacement", .trigger = Trigger::yes, .required = false, .queue = every})
+      .input("truth", &Metrics::true_device,
+             {.doc = "the handle as it is, for the energy of the port; without it that is by `device`",
+              .trigger = Trigger::yes,
+              .required = false,
+              .queue = every})
       .real("settle", &Params::settle,
             {.doc = "the start that is left out of the metrics", .unit = "s", .default_value = 0.2, .min = 0})
       .real("jnd_force", &Params::jnd_force,
@@ -285,6 +310,20 @@ NodeInfo Metrics::declare() {
              .unit = "m",
              .default_value = 1e-4,
              .min = 0})
+      .real("encoder_step", &Params::encoder_step,
+            {.doc = "step of the device's position encoders, for port.energy_allowed_J",
+             .unit = "m",
+             .default_value = 1e-5,
+             .min = 0,
+             .max = 1e-2,
+             .as_in = Role::device})
+      .real("encoder_step_angle", &Params::encoder_step_angle,
+            {.doc = "step of its angle encoders",
+             .unit = "rad",
+             .default_value = 1e-4,
+             .min = 0,
+             .max = 0.1,
+             .as_in = Role::device})
       .formerly("rest_peak_to_peak", "rest_swing");
   declare_metrics(node);
   return node.info();
@@ -316,6 +355,7 @@ void Metrics::step(StepContext&) {
     tools_.push_back({m.stamp.valid, m.value.X_WT.p, m.value.V_WT.v});
   });
   drain(new_device_, device, [this](const auto& m) { positions_.push_back({m.stamp.valid, m.value.X_WD}); });
+  drain(new_truth_, true_device, [this](const auto& m) { true_positions_.push_back({m.stamp.valid, m.value.X_WD}); });
 }
 
 void Metrics::report(Report& report) const {
@@ -331,6 +371,7 @@ void Metrics::report(Report& report) const {
   report_contacts(report);
   report_displacement(report);
   report_stability(report);
+  report_port(report);
 }
 
 Metrics::Delivered Metrics::delivered(const Part& part, Time from, Time until) const {
@@ -526,6 +567,16 @@ void Metrics::report_stability(Report& report) const {
   if (params_.rest.ns == 0) return;
   report.set("stability.oscillation_amplitude_m", found->amplitude_m);
   report.set("stability.oscillation_frequency_Hz", found->frequency_Hz);
+}
+
+void Metrics::report_port(Report& report) const {
+  const auto& handle = true_device.connected() ? true_positions_ : positions_;
+  const RunSignals signals{commands_, handle, {}, mass_, gravity_W_, torque_};
+  const auto found = port_passivity(signals, params_.encoder_step, params_.encoder_step_angle);
+  if (!found) return;
+  report.set("stability.passive", found->passive() ? 1.0 : 0.0);
+  report.set("port.energy_generated_J", found->generated_J);
+  report.set("port.energy_allowed_J", found->allowed_J);
 }
 
 Wrench value_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor) {

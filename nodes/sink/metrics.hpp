@@ -25,7 +25,9 @@ class Metrics final : public Node {
     double loss_torque = 0;  // N m
     Duration loss_window;
     Duration rest;
-    double rest_peak_to_peak = 0;  // m
+    double rest_peak_to_peak = 0;   // m
+    double encoder_step = 0;        // m
+    double encoder_step_angle = 0;  // rad
   };
   Metrics(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -37,6 +39,7 @@ class Metrics final : public Node {
   Input<Forecast> forecast;
   Input<PhysicsState> state;
   Input<DeviceState> device;
+  Input<DeviceState> true_device;  ///< the port `truth`
 
  private:
   struct Contacts {
@@ -87,6 +90,7 @@ class Metrics final : public Node {
   void report_contacts(Report& report) const;
   void report_displacement(Report& report) const;
   void report_stability(Report& report) const;
+  void report_port(Report& report) const;
 
   Params params_;
   bool torque_;
@@ -97,12 +101,14 @@ class Metrics final : public Node {
   NewMessages<Forecast> new_forecast_;
   NewMessages<PhysicsState> new_state_;
   NewMessages<DeviceState> new_device_;
+  NewMessages<DeviceState> new_truth_;
   std::vector<Stamped<Wrench>> commands_;
   std::vector<Stamped<Wrench>> forces_;
   std::vector<Stamped<Forecast>> forecasts_;
   std::vector<Contacts> contacts_;
   std::vector<ToolSample> tools_;
   std::vector<HandleSample> positions_;
+  std::vector<HandleSample> true_positions_;
 };
 
 /// The value at `t` on the lines between the samples, by their valid stamps; the first before, the last after them.

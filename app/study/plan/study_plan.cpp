@@ -69,8 +69,9 @@ std::vector<std::string> shown_metrics(const StudySpec& spec) {
     if (std::find(metrics.begin(), metrics.end(), name) == metrics.end()) metrics.emplace_back(name);
   };
   if (spec.report == StudyReport::stability) {
-    for (const char* name : {"stability.verdict", "stability.peak_energy_J", "stability.passivity_violation_J",
-                             "stability.oscillation_amplitude_m", "stability.oscillation_frequency_Hz"}) {
+    for (const char* name :
+         {"stability.verdict", "stability.peak_energy_J", "stability.passivity_violation_J",
+          "stability.oscillation_amplitude_m", "stability.oscillation_frequency_Hz", "stability.passive"}) {
       add(name);
     }
     if (spec.metrics.empty()) add("delivered.force.rms_error_N");

@@ -88,6 +88,17 @@ auto badness(const StabilityCell& cell) {
   return std::tuple(refused ? 0 : number(cell.verdict), value(cell.passivity_violation_J), value(cell.amplitude_m));
 }
 
+/// Whether the port was passive with every seed.
+std::optional<bool> all_passive(const CompareRow& row) {
+  bool passive = true;
+  for (const RunResult& run : row.runs) {
+    const double told = run.metric("stability.passive");
+    if (!std::isfinite(told)) return std::nullopt;
+    passive = passive && told > 0;
+  }
+  return passive;
+}
+
 StabilityCell worst_seed(const CompareRow& row, std::size_t index) {
   StabilityCell worst = cell_of(row, 0);
   for (std::size_t s = 1; s < row.status.size(); ++s) {
@@ -97,6 +108,7 @@ StabilityCell worst_seed(const CompareRow& row, std::size_t index) {
     if (refused || badness(cell) > badness(worst)) worst = cell;
   }
   worst.row = index;
+  worst.passive = all_passive(row);
   return worst;
 }
 
@@ -415,6 +427,7 @@ Json to_json(const StabilityMaps& maps) {
                          {"passivity_violation_J", number_json(cell.passivity_violation_J)},
                          {"oscillation_amplitude_m", number_json(cell.amplitude_m)},
                          {"oscillation_frequency_Hz", number_json(cell.frequency_Hz)},
+                         {"passive", cell.passive ? Json(*cell.passive) : Json()},
                          {"recording", cell.recording}});
       }
     }

@@ -24,7 +24,8 @@ struct StabilityCell {
   bool failed = false;  ///< the run ended before it could be judged: the verdict is `refused`
   std::string reason;   ///< empty where it is stable
   double peak_energy_J = 0, passivity_violation_J = 0, amplitude_m = 0, frequency_Hz = 0;  ///< of that seed; NaN: none
-  std::string recording;  ///< the folder with its recording, below the study's; empty where it was not recorded
+  std::optional<bool> passive;  ///< of all seeds, the strict form of stable; absent where one does not tell
+  std::string recording;        ///< the folder with its recording, below the study's; empty where it was not recorded
 };
 
 /// The map of one graph and method; cells are [row of y][column of x].

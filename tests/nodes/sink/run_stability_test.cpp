@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nodes/sink/metrics.hpp"
+#include "nodes/sink/port_passivity.hpp"
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
@@ -192,4 +193,43 @@ BOOST_AUTO_TEST_CASE(the_sink_tells_it_with_figures) {
   BOOST_CHECK_EXCEPTION(Metrics(params, sink_context), InputError, [](const InputError& e) {
     return std::string(e.what()).starts_with("rest: expected at most");
   });
+}
+
+BOOST_AUTO_TEST_CASE(a_sampled_spring_gives_half_its_stiffness_times_each_step_squared_and_may_give_a_tick) {
+  // Held forces -k x(n) along x = A sin(w t): over a whole period k/2 times the sum of the squared steps.
+  const DelayedSpring spring(0, 0);
+  const double tick = 1e-3, step = 2 * A * std::sin(0.5 * w * tick);
+  RunSignals signals = spring.signals();
+  signals.handle = signals.handle.first(1001);
+  const auto found = port_passivity(signals, 1e-5, 1e-4);
+  BOOST_REQUIRE(found.has_value());
+  // At the end of the period nothing is stored, and at no time before had more been given.
+  BOOST_TEST(std::abs(found->generated_J - 0.5 * k * 1000 * 0.5 * step * step) < 1e-12);
+  // k A^2 sin(a) 2 sin(h) cos(a + h) of a tick, h = w T / 2: the most is k A^2 sin(h) (1 + sin(h)).
+  const double h = std::sin(0.5 * w * tick);
+  const double allowed = k * A * 1e-5 + k * A * A * h * (1 + h);
+  BOOST_TEST(std::abs(found->allowed_J - allowed) < 1e-4 * allowed);
+  // 0.49 mJ of 0.21 mJ.
+  BOOST_TEST(!found->passive());
+  // A damper of more than k T / 2 takes what the hold gives.
+  const DelayedSpring damped(0, 0.6 * k * tick);
+  BOOST_TEST(port_passivity(damped.signals(), 1e-5, 1e-4)->passive());
+  BOOST_TEST(!port_passivity({}, 1e-5, 1e-4).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(the_weight_of_a_tool_is_no_energy_of_the_port) {
+  const Vec3 gravity{0, 0, -9.81};
+  std::vector<Stamped<Wrench>> commanded;
+  std::vector<HandleSample> handle;
+  for (int ms = 0; ms <= 1000; ++ms) {
+    commanded.push_back({stamp_ms(ms), Wrench{0.1 * gravity, {}}});
+    handle.push_back({stamp_ms(ms).valid, Pose{{0, 0, -1e-4 * ms}, {}}});
+  }
+  RunSignals signals{.commanded = commanded, .handle = handle, .tool = {}, .mass = 0.1, .gravity_W = gravity};
+  BOOST_TEST(port_passivity(signals, 0, 0)->generated_J < 1e-15);
+  // The same force without a weight: 0.981 N over 0.1 m.
+  signals.gravity_W = {};
+  BOOST_TEST(std::abs(port_passivity(signals, 0, 0)->generated_J - 0.0981) < 1e-12);
+  commanded[500].value.force.x = std::numeric_limits<double>::quiet_NaN();
+  BOOST_TEST(!port_passivity(signals, 0, 0)->passive());
 }

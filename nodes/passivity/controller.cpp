@@ -1,0 +1,66 @@
+#include "nodes/passivity/controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactor {
+
+NodeInfo PassivityController::declare() {
+  Declare<PassivityController> node("passivity.controller",
+                                    "Damps the handle where its port would give more energy than the hand has given.");
+  node.details(
+      "Stands between an interpolation and the device. An observer counts the energy that the hand has given through "
+      "the handle. At each tick the controller foretells, at the velocity that the device shows, how much of it is "
+      "left at the next tick and how much the wrench wanted then would give. Where that is more, a damper in the "
+      "direction of the motion takes off the difference: F - a d, with d the way of a tick. It takes the wrench's part "
+      "along the motion down to zero at most, and in debt goes beyond, to pay back, by the damping that a handle of "
+      "`mass` bears. In debt only a force against the motion is commanded. Across the motion the wrench does no work "
+      "and stays.");
+  declare_stage(node);
+  return node
+      .real("mass", &Params::mass,
+            {.doc = "mass of the handle",
+             .unit = "kg",
+             .default_value = 0.1,
+             .min = 0,
+             .max = 100,
+             .above_min = true,
+             .as_in = Role::device})
+      .real(
+          "damping_share", &Params::damping_share,
+          {.doc = "damping that pays back a debt, as a share of mass / tick: a damper that acts a tick late is stable "
+                  "below 1",
+           .default_value = 0.3,
+           .min = 0,
+           .max = 1})
+      .info();
+}
+
+PassivityController::PassivityController(const Params& params, const NodeContext& context)
+    : PassivityStage(params, context, 0),
+      damper_most_(params.damping_share * params.mass * params.rate * params.rate) {}
+
+Wrench PassivityController::limit(const Wrench& whole) const noexcept {
+  const SmallMotion d = way();
+  const double lever = params().lever;
+  const double length = square(d, lever);
+  // At the next tick.
+  const double energy = port().energy() - work(port().held(), d);
+  // No more than can be taken back.
+  const double size = std::sqrt(square(whole, lever));
+  const double ramp = size > 0 ? ramp_down(whole, work(whole, d) / size) : 0;
+  const double share = ramp > energy ? std::sqrt(std::max(0.0, energy) / ramp) : 1;
+  const Wrench wanted = share < 1 ? share * whole : whole;
+  const double given = work(wanted, d);
+  if (energy >= 0 && given <= energy) return wanted;
+  if (!(length > 0)) return energy < 0 ? Wrench{} : wanted;
+  // The damper's force per m: as much as is needed, as much as the wrench has along the motion, and what is borne.
+  if (energy >= 0) {
+    const double by = std::min(given - energy, given) / length;
+    return {wanted.force - by * d.x, wanted.torque - (by * lever * lever) * d.r};
+  }
+  const double against = std::max(std::max(0.0, -given / length), std::min(-energy / length, damper_most_));
+  return {-against * d.x, -(against * lever * lever) * d.r};
+}
+
+}  // namespace tactor

@@ -1,0 +1,23 @@
+// A bound on the wrench by the energy that is there, whatever the handle does within a tick.
+#pragma once
+
+#include "nodes/passivity/stage.hpp"
+
+namespace tactor {
+
+/// passivity.energy_bound: scales the wrench down so that the energy of the next tick cannot exceed what is there.
+class EnergyBound final : public PassivityStage {
+ public:
+  struct Params : StageParams {
+    double device_damping = 0;  ///< N s/m
+  };
+  EnergyBound(const Params& params, const NodeContext& context);
+  static NodeInfo declare();
+
+ private:
+  [[nodiscard]] Wrench limit(const Wrench& wanted) const noexcept override;
+
+  double near_, far_;  // m, by which the way of this tick and of the next may differ from the foretold one
+};
+
+}  // namespace tactor

@@ -1,0 +1,177 @@
+// What the stages between an interpolation and a device have in common: ports, the port's energy, what is passed on.
+#pragma once
+
+#include "framework/core/messages.hpp"
+#include "framework/node/declare.hpp"
+#include "nodes/passivity/port_energy.hpp"
+
+namespace tactor {
+
+/// The parameters of every stage; `declare_stage` declares them.
+struct StageParams {
+  double encoder_step = 0;        ///< m
+  double encoder_step_angle = 0;  ///< rad
+  double rounding = 0;            ///< share of the worst case
+  double start_energy = 0;        ///< J
+  double kept_energy = 0;         ///< J
+  double stiffness_min = 0;       ///< N/m
+  double force_slew = 0;          ///< N/s
+  double torque_slew = 0;         ///< N m/s
+  double lever = 0;               ///< m
+  double acceleration = 0;        ///< m/s^2
+  double rate = 0;                ///< Hz
+};
+
+/// A stage looks at each tick at the newest segment: the wrench that it has at the next tick is what the device is
+/// about to command. It goes on to the device unchanged where the port stays passive; else the stage sends a wrench of
+/// its own, held from then on. Stamp and trust_time are those of the segment, so that the device's gate sees what is
+/// fresh as it does without the stage. A wrench that is not finite goes through, so that the gate faults. Before the
+/// device has shown a state, and where nothing has come, nothing is sent.
+///
+/// A step allocates, locks and waits for nothing, and does the same bounded work each time.
+class PassivityStage : public Node {
+ public:
+  void step(StepContext& context) final;
+  /// passivity.changed_share, passivity.change_rms_N, passivity.least_energy_J.
+  void report(Report& report) const override;
+
+  Input<ForceSegment> segment;
+  Input<DeviceState> device;
+  Input<Wrench> commanded;
+  Output<ForceSegment> limited;  ///< the port is called `segment` too
+
+ protected:
+  /// `damping` in N s/m, of the device.
+  PassivityStage(const StageParams& params, const NodeContext& context, double damping);
+
+  /// What is commanded at the next tick in place of a finite wrench, both without the tool's weight; the same one where
+  /// it may be passed on.
+  [[nodiscard]] virtual Wrench limit(const Wrench& wanted) const noexcept = 0;
+
+  [[nodiscard]] const PortEnergy& port() const { return port_; }
+  /// Of the handle over one tick at the velocity that it is shown to have.
+  [[nodiscard]] SmallMotion way() const { return {tick() * port_.velocity().v, tick() * port_.velocity().w}; }
+  /// J, that the gate's slew limits give after the tick at which the wrench is commanded, where it comes down to zero
+  /// at once and the handle goes `along` m with it in that tick, and goes faster with the greatest acceleration from
+  /// then on. That of s times the wrench, 0 <= s <= 1, is s^2 of it at most.
+  [[nodiscard]] double ramp_down(const Wrench& wrench, double along) const;
+  /// s.
+  [[nodiscard]] double tick() const { return tick_.seconds(); }
+  [[nodiscard]] const StageParams& params() const { return params_; }
+
+ private:
+  [[nodiscard]] Wrench within_energy(const Wrench& wanted) const;
+
+  StageParams params_;
+  bool torque_;
+  Duration tick_;
+  PortEnergy port_;
+  bool passed_any_ = false;
+  bool was_changed_ = false;  // the device has been sent another wrench than was wanted
+  std::uint64_t passed_ = 0;  // sequence of the segment that went through last, where `passed_any_`
+  std::uint64_t steps_ = 0, changed_ = 0;
+  double change_sum_ = 0;  // N^2
+};
+
+/// |a|^2 of a motion, and its like of a wrench, with the lever (m) between way and angle.
+inline double square(const SmallMotion& a, double lever) {
+  return dot(a.x, a.x) + lever * lever * dot(a.r, a.r);
+}
+inline double square(const Wrench& a, double lever) {
+  return dot(a.force, a.force) + dot(a.torque, a.torque) / (lever * lever);
+}
+
+/// Adds the ports, parameters and metrics that all stages have.
+template <class N>
+void declare_stage(Declare<N>& node) {
+  using P = typename N::Params;
+  const auto real = [&node](const char* name, double StageParams::*member, RealOptions options) {
+    node.template real<double>(name, static_cast<double P::*>(member), std::move(options));
+  };
+  const Queue every{QueuePolicy::drop_oldest, 64};
+  node.realtime_safe()
+      .template input<ForceSegment>("segment", &N::segment,
+                                    {.doc = "the force that an interpolation wants", .trigger = Trigger::yes})
+      .template input<DeviceState>("device", &N::device, {.doc = "every sample of the handle", .queue = every})
+      .template input<Wrench>("commanded", &N::commanded,
+                              {.doc = "what the device commands: the energy is that of this wrench", .queue = every})
+      .template output<ForceSegment>("segment", &N::limited, "the same force, or what keeps the port passive")
+      .role(Role::interpolation);
+  real("encoder_step", &StageParams::encoder_step,
+       {.doc = "step of the device's position encoders",
+        .unit = "m",
+        .default_value = 1e-5,
+        .min = 0,
+        .max = 1e-2,
+        .as_in = Role::device});
+  real("encoder_step_angle", &StageParams::encoder_step_angle,
+       {.doc = "step of its angle encoders",
+        .unit = "rad",
+        .default_value = 1e-4,
+        .min = 0,
+        .max = 0.1,
+        .as_in = Role::device});
+  real("rounding", &StageParams::rounding,
+       {.doc = "share of the encoders' worst rounding that is taken off the energy, at each change of the force: 1 is "
+               "proof against any rounding, 0 against none",
+        .default_value = 0,
+        .min = 0,
+        .max = 1});
+  real("start_energy", &StageParams::start_energy,
+       {.doc = "energy that may be given before the hand has given any",
+        .unit = "J",
+        .default_value = 2e-5,
+        .min = 0,
+        .max = 1});
+  real("kept_energy", &StageParams::kept_energy,
+       {.doc = "energy from the hand that may be given back at any force; a tool of 0.1 kg has 12.5 mJ at 0.5 m/s",
+        .unit = "J",
+        .default_value = 0.02,
+        .min = 0,
+        .max = 100});
+  real("stiffness_min", &StageParams::stiffness_min,
+       {.doc = "the softest spring that is displayed; of energy from the hand no more is given back than it holds at "
+               "the force, and kept_energy",
+        .unit = "N/m",
+        .default_value = 50,
+        .min = 0,
+        .max = 1e6,
+        .above_min = true});
+  real("force_slew", &StageParams::force_slew,
+       {.doc = "fastest change of the force that the device's gate lets through",
+        .unit = "N/s",
+        .default_value = 2000,
+        .min = 0,
+        .max = 1e9,
+        .above_min = true,
+        .as_in = Role::device});
+  real("torque_slew", &StageParams::torque_slew,
+       {.doc = "fastest change of the torque",
+        .unit = "N m/s",
+        .default_value = 40,
+        .min = 0,
+        .max = 1e9,
+        .above_min = true,
+        .as_in = Role::device});
+  real("lever", &StageParams::lever,
+       {.doc = "an angle counts as the way at this distance",
+        .unit = "m",
+        .default_value = 0.05,
+        .min = 0,
+        .max = 10,
+        .above_min = true});
+  real(
+      "acceleration", &StageParams::acceleration,
+      {.doc = "greatest acceleration of the handle that is reckoned with: the device's force_max on the mass of handle "
+              "and finger",
+       .unit = "m/s^2",
+       .default_value = 60,
+       .min = 0,
+       .max = 1e4});
+  node.haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second"})
+      .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower)
+      .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower)
+      .metric("passivity.least_energy_J", "J", "least energy of the port, as the stage counts it", Better::higher);
+}
+
+}  // namespace tactor

@@ -1,0 +1,243 @@
+// The stages in a loop with a handle and a sampled wall, whose energy is summed up here by the true motion.
+#include <algorithm>
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "framework/core/segment.hpp"
+#include "framework/realtime/allocation_watch.hpp"
+#include "nodes/passivity/controller.hpp"
+#include "nodes/passivity/energy_bound.hpp"
+#include "tests/heap_is_counted.hpp"
+#include "tests/nodes/defaults.hpp"
+#include "tests/nodes/force_stream.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+
+namespace {
+
+constexpr Duration tick{1'000'000};
+constexpr double T = 1e-3;  // s
+
+std::unique_ptr<PassivityStage> make(const std::string& kind, bool torque = true) {
+  if (kind == "controller") {
+    return std::make_unique<PassivityController>(default_params<PassivityController>(), context(torque));
+  }
+  return std::make_unique<EnergyBound>(default_params<EnergyBound>(), context(torque));
+}
+
+const std::vector<std::string> kinds{"controller", "energy_bound"};
+
+/// A stage with a device that commands what it sends.
+struct Loop {
+  explicit Loop(const std::string& kind) : stage(make(kind)) {
+    stage->device.configure({QueuePolicy::drop_oldest, 64});
+    stage->commanded.configure({QueuePolicy::drop_oldest, 64});
+    stage->segment.configure({QueuePolicy::latest, 1});
+  }
+  /// A tick of the device: it shows the handle and commands what was sent; then the stage gets what is wanted.
+  Wrench device_tick(const DeviceState& state) {
+    commanded = evaluate(shown, now);
+    const Stamp stamp{now, now, n};
+    stage->device.push(stamp, &state);
+    stage->commanded.push(stamp, &commanded);
+    return commanded;
+  }
+  void stage_tick(const ForceSegment& wanted) {
+    stage->segment.push({now, now, n}, &wanted);
+    step();
+    now = now + tick;
+    ++n;
+  }
+  void step() {
+    StepContext c(now);
+    stage->step(c);
+    sent = stage->limited.pending();
+    if (sent > 0) {
+      shown = *static_cast<const ForceSegment*>(stage->limited.pending_value(0));
+      valid = stage->limited.pending_valid(0);
+    }
+    stage->limited.clear_pending();
+  }
+  std::unique_ptr<PassivityStage> stage;
+  ForceSegment shown;
+  Time valid, now;
+  Wrench commanded;
+  std::uint64_t n = 0;
+  std::size_t sent = 0;
+};
+
+struct Given {
+  double most = 0;     // J, net, by the true motion
+  double allowed = 0;  // J
+  double wanted_most = 0;
+};
+
+/// Handle and hand of 0.3 kg and damping b on a sampled wall of stiffness K at z = 0, pressed by 1 N and thrown at it
+/// with 0.1 m/s. Explicit integration in 100 steps a tick. `kind` empty: without a stage.
+Given bounce(const std::string& kind, double K, double b) {
+  constexpr double mass = 0.3, push = -1, D = 1e-5;
+  std::unique_ptr<Loop> loop = kind.empty() ? nullptr : std::make_unique<Loop>(kind);
+  double x = 1e-3, v = -0.1, force = 0, next = 0, net = 0, largest = 0, of_a_tick = 0, shown_before = x, shown_v = v;
+  Given found;
+  for (int n = 0; n < 3000; ++n) {
+    const double shown = D * std::round(x / D);
+    shown_v += 0.3 * ((shown - shown_before) / T - shown_v);  // as a filter that is late
+    shown_before = shown;
+    const double wanted = std::min(8.0, shown < 0 ? -K * shown : 0.0);
+    if (loop) {
+      DeviceState state;
+      state.X_WD.p.z = shown;
+      state.V_WD.v.z = shown_v;
+      force = loop->device_tick(state).force.z;
+      loop->stage_tick(constant_segment(loop->now, {{0, 0, wanted}, {}}));
+    } else {
+      force = next;
+      next = wanted;
+    }
+    const double from = x;
+    for (int i = 0; i < 100; ++i) {
+      v += 1e-2 * T / mass * (force + push - b * v);
+      x += 1e-2 * T * v;
+    }
+    net += force * (x - from);
+    found.most = std::max(found.most, net);
+    largest = std::max(largest, std::abs(force));
+    of_a_tick = std::max(of_a_tick, std::abs(force * (x - from)));
+  }
+  found.allowed = largest * D + of_a_tick;
+  return found;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_sampled_wall_beyond_its_passive_stiffness_is_active_without_and_passive_with_a_stage) {
+  // A sampled spring is passive up to 2 b / T without delay; these are stiffer, and a tick late.
+  for (const double b : {0.2, 1.0}) {
+    for (const double times : {4.0, 20.0}) {
+      const double K = times * 2 * b / T;
+      const Given without = bounce("", K, b);
+      BOOST_TEST(without.most > 10 * without.allowed, "b " << b << ", K " << K << ": " << without.most);
+      for (const std::string& kind : kinds) {
+        const Given with = bounce(kind, K, b);
+        BOOST_TEST(with.most <= with.allowed,
+                   kind << ", b " << b << ", K " << K << ": " << with.most << " J of " << with.allowed);
+      }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_passive_force_goes_through_as_it_came_with_its_stamp_and_trust) {
+  for (const std::string& kind : kinds) {
+    Loop loop(kind);
+    for (int i = 0; i < 200; ++i) {
+      // A hand presses a spring of 500 N/m by 5 mm and lets it out by half.
+      const double s = i < 100 ? i / 100.0 : 1.0 - 0.5 * (i - 100) / 100.0;
+      DeviceState state;
+      state.X_WD.p.x = -0.005 * s;
+      state.V_WD.v.x = i < 100 ? -0.05 : 0.025;
+      loop.device_tick(state);
+      ForceSegment wanted{loop.now, loop.now + tick, {Wrench{{2.5 * s, 0, 0}, {}}, Wrench{{0.01, 0, 0}, {}}}};
+      wanted.trust_time = tick * 300;
+      loop.stage_tick(wanted);
+      BOOST_TEST_REQUIRE(loop.sent == 1U);
+      BOOST_TEST(loop.shown.c[0].force.x == wanted.c[0].force.x, kind);
+      BOOST_TEST(loop.shown.c[1].force.x == wanted.c[1].force.x);
+      BOOST_TEST((loop.shown.begin == wanted.begin && loop.shown.end == wanted.end));
+      BOOST_TEST((loop.shown.trust_time == wanted.trust_time));
+      BOOST_TEST((loop.valid == loop.now + Duration{-tick.ns}));
+    }
+    loop.now = loop.now + Duration{-tick.ns};
+    loop.step();
+    BOOST_TEST(loop.sent == 0U, "a segment that went through is not sent again");
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_force_without_energy_behind_it_is_cut_and_keeps_stamp_and_trust) {
+  for (const std::string& kind : kinds) {
+    Loop loop(kind);
+    double given = 0, x = 0;
+    for (int i = 0; i < 1000; ++i) {
+      // The handle goes along at 0.1 m/s, and a force wants to push it on.
+      DeviceState state;
+      const double before = x;
+      x = 1e-4 * i;
+      given += loop.commanded.force.x * (x - before);
+      state.X_WD.p.x = x;
+      state.V_WD.v.x = 0.1;
+      loop.device_tick(state);
+      ForceSegment wanted = constant_segment(loop.now, {{3, 0, 0}, {}});
+      wanted.trust_time = tick * 300;
+      loop.stage_tick(wanted);
+      if (loop.sent > 0) BOOST_TEST((loop.shown.trust_time == wanted.trust_time));
+    }
+    BOOST_TEST(given <= default_params<EnergyBound>().start_energy + 1e-12, kind << ": " << given);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(in_debt_nothing_but_a_force_against_the_motion_is_commanded) {
+  for (const std::string& kind : kinds) {
+    Draw draw(8);
+    Loop loop(kind);
+    Vec3 p;
+    // A debt by a gate that commands what the stage did not send.
+    DeviceState state;
+    loop.device_tick(state);
+    loop.shown = constant_segment(loop.now, {{5, 0, 0}, {}});
+    loop.now = loop.now + tick;
+    ++loop.n;
+    loop.device_tick(state);
+    state.X_WD.p.x = p.x = 0.01;
+    loop.now = loop.now + tick;
+    ++loop.n;
+    for (int i = 0; i < 200; ++i) {
+      state.V_WD.v = draw.normal_vector(0.01);
+      p += T * state.V_WD.v;
+      state.X_WD.p = p;
+      loop.device_tick(state);
+      loop.stage_tick(constant_segment(loop.now, {5.0 * state.V_WD.v / norm(state.V_WD.v), {}}));
+      const Vec3 force = evaluate(loop.shown, loop.now).force;
+      BOOST_TEST(dot(force, state.V_WD.v) <= 1e-15, kind);
+      // By the controller's damper, as far as the mass bears it: 0.3 of 0.1 kg / 1 ms.
+      BOOST_TEST(norm(force) <= 30 * norm(state.V_WD.v) * (1 + 1e-12), kind);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(what_is_not_finite_goes_through_and_is_forgotten) {
+  for (const std::string& kind : kinds) {
+    Loop loop(kind);
+    loop.stage_tick(constant_segment(loop.now, {{1, 0, 0}, {}}));
+    BOOST_TEST(loop.sent == 0U, "the device has shown nothing yet");
+    for (int i = 0; i < 10; ++i) {
+      loop.device_tick({});
+      loop.commanded = {};
+      const double x = i == 5 ? std::numeric_limits<double>::quiet_NaN() : 0.5;
+      loop.shown = {};
+      loop.stage_tick(constant_segment(loop.now, {{x, 0, 0}, {}}));
+      BOOST_TEST(std::isfinite(evaluate(loop.shown, loop.now).force.x) == (i != 5), kind);
+      loop.shown = {};
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(no_step_of_a_stage_calls_the_heap,
+                     *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
+  for (const std::string& kind : kinds) {
+    Draw draw(3);
+    Loop loop(kind);
+    std::int64_t before = 0;
+    DeviceState state;
+    for (int i = 0; i < 1000; ++i) {
+      if (i == 100) before = thread_heap_calls();
+      state.V_WD = {draw.normal_vector(0.1), draw.normal_vector(1)};
+      state.X_WD.p += T * state.V_WD.v;
+      loop.device_tick(state);
+      loop.stage_tick(constant_segment(loop.now, {draw.normal_vector(4), draw.normal_vector(0.1)}));
+    }
+    BOOST_TEST(thread_heap_calls() - before == 0, kind);
+  }
+}
