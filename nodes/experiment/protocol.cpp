@@ -189,6 +189,9 @@ void Protocol::take(const Given& answer, Time now) {
 void Protocol::step(StepContext& context) {
   const Time now = context.now();
   const std::optional<Given> answer = given(now);
+  double largest = 0;
+  Stamped<Wrench> felt_now;
+  while (felt.pop(felt_now)) largest = std::max(largest, norm(felt_now.value.force));
   switch (phase_) {
     case TrialPhase::waiting:
       if (answer) change_over(now, 0);
@@ -208,10 +211,7 @@ void Protocol::step(StepContext& context) {
       break;
     case TrialPhase::first:
     case TrialPhase::second:
-      if (const auto* newest = felt.latest(); newest != nullptr) {
-        double& peak = peak_[static_cast<std::size_t>(interval_)];
-        peak = std::max(peak, norm(newest->value.force));
-      }
+      peak_[static_cast<std::size_t>(interval_)] = std::max(peak_[static_cast<std::size_t>(interval_)], largest);
       if (now < until_) break;
       mute(now);
       if (interval_ == 0) {

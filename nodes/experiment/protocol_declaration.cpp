@@ -254,7 +254,9 @@ NodeInfo Protocol::declare() {
              {.doc = "for its buttons", .required = false, .queue = {QueuePolicy::drop_oldest, 64}})
       .input("force", &Protocol::force, {.doc = "the force of the scene, before it is muted", .required = false})
       .input("felt", &Protocol::felt,
-             {.doc = "what the device displays; its largest value in each interval is kept", .required = false})
+             {.doc = "what the device displays; its largest value in each interval is kept",
+              .required = false,
+              .queue = {QueuePolicy::drop_oldest, 64}})
       .input("answers", &Protocol::answers,
              {.doc = "of a simulated observer", .required = false, .queue = {QueuePolicy::drop_oldest, 4}})
       .output("requests", &Protocol::requests, "what is set")

@@ -35,6 +35,11 @@ std::string number_text(double value) {
   return {digits.data(), end.ptr};
 }
 
+/// What was measured, to a millionth.
+std::string measured_text(double value) {
+  return number_text(std::round(value * 1e6) / 1e6);
+}
+
 std::vector<std::string> fields_of(const std::string& line) {
   std::vector<std::string> fields(1);
   for (const char c : line) {
@@ -182,7 +187,7 @@ void TrialTable::add(const ExperimentRow& row) {
   for (const std::string& field :
        {std::to_string(row.trial), std::to_string(row.run), std::to_string(row.block), code(row.condition),
         code(row.other), number_text(row.level), std::to_string(row.comparison), std::to_string(row.response), correct,
-        number_text(row.response_time), number_text(row.peak_first), number_text(row.peak_second),
+        measured_text(row.response_time), measured_text(row.peak_first), measured_text(row.peak_second),
         std::to_string(seed_)}) {
     line += (line.empty() ? "" : ",") + field;
   }
