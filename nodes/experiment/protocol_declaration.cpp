@@ -219,7 +219,7 @@ void declare_study(Declare<Protocol>& node) {
       .real("free_below", &P::free_below,
             {.doc = "an interval begins where the force at `force` is not above",
              .unit = "N",
-             .default_value = 0.05,
+             .default_value = 0.1,
              .min = 0,
              .max = 100})
       .integer("button_first", &P::button_first,

@@ -1,12 +1,15 @@
 """Fits of psychometric functions against closed forms and a search of the likelihood that knows nothing of the package."""
+import contextlib
+import io
 import math
+import os
 import pathlib
 import re
 import unittest
 
 import numpy
 
-from package_harness import PackageTest, tactor
+from package_harness import PackageTest, command, tactor
 
 try:
     import pandas  # noqa: F401
@@ -90,6 +93,36 @@ class Fits(PackageTest):
         a = psychometrics.fit([0.1] * 10 + [0.3] * 10, [1] * 6 + [0] * 4 + [1] * 9 + [0], lapse=0)
         b = psychometrics.fit([0.3, 0.1], [9, 6], [10, 10], lapse=0)
         self.assertEqual((a.threshold, a.width), (b.threshold, b.width))
+
+    def test_the_programs_of_the_page_run(self):
+        """Every program of docs/experiments.md, on tables that the simulated study makes; the interval holds the truth."""
+        page = (ROOT / "docs/experiments.md").read_text()
+        programs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+        self.assertEqual(len(programs), 2)
+        for participant in ("P01", "P02", "P03"):
+            options = [word for setting in ("protocol.folder=out/experiments/stiffness_jnd", f"protocol.participant={participant}",
+                                            "protocol.interval=0.05 s", "protocol.change=0.15 s", "observer.response_time=20 ms",
+                                            "protocol.reversals=30") for word in ("--set", setting)]
+            made = command("run", ROOT / "graphs/experiments/simulated.yaml", "--out", self.folder / participant, *options, cwd=self.folder,
+                           environment=self.environment)
+            self.assertEqual(made.returncode, 0, made.stderr)
+        here = os.getcwd()
+        os.chdir(self.folder)
+        self.addCleanup(os.chdir, here)
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            names = {}
+            for program in programs:
+                exec(program, names)  # pylint: disable=exec-used
+        lines = said.getvalue().splitlines()
+        self.assertEqual(len(lines), 7)
+        exact = 0.2 * math.log(2) ** (1 / 3)
+        found = [float(re.search(r": ([0-9.]+),", line)[1]) for line in lines[:6]]
+        self.assertLess(abs(numpy.mean(found) / exact - 1), 0.15)
+        # The observer knows no condition: the factor is one.
+        low, high = map(float, re.search(r"from ([0-9.]+) to ([0-9.]+)", lines[6]).groups())
+        self.assertLess(low, 1)
+        self.assertGreater(high, 1)
 
     def test_a_staircase_by_hand(self):
         levels = [10, 10, 6, 6, 8, 8, 6, 8, 8]

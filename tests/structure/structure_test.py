@@ -89,6 +89,7 @@ class Includes(unittest.TestCase):
             # A field of forces samples the contacts of the scene, and keeps the device's track and bad samples out as
             # prediction does.
             "nodes/forcefield": ("framework/core", "framework/node", "nodes/forcefield", "nodes/physics", "nodes/prediction"),
+            "nodes/experiment": ("framework/core", "framework/node", "nodes/experiment"),
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
             # Devices read their profiles with the errors that graphs have; nodes read no YAML.
             "devices": ("framework/core", "framework/node", "framework/realtime", "framework/yaml", "devices"),

@@ -145,10 +145,29 @@ BOOST_AUTO_TEST_CASE(staircases_with_unequal_steps_find_the_threshold_at_any_ste
         const double truth = level_at(observer(shape), rule.target);
         const Spread found = thresholds(design(rule.down, rule.ratio, step), observer(shape));
         BOOST_TEST(found.mean == truth, boost::test_tools::tolerance(0.03));
+        BOOST_TEST(found.deviation > 0.04 * truth);
+        BOOST_TEST(found.deviation < 0.1 * truth);
         BOOST_TEST_MESSAGE("1 up, " << rule.down << " down, steps of " << step << ": " << 100 * (found.mean / truth - 1)
                                     << " % off, single runs " << 100 * found.deviation / truth << " %");
       }
     }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_short_staircase_is_right_in_the_mean_and_spreads_widely) {
+  for (const int down : {2, 3, 4}) {
+    const double ratio = down == 2 ? 0.5488 : down == 3 ? 0.7393 : 0.8415;
+    const double target = down == 2 ? 0.8035 : down == 3 ? 0.8315 : 0.8584;
+    StaircaseDesign d = design(down, ratio, 1.25);
+    d.reversals = 12;
+    d.averaged = 8;
+    const double truth = level_at(observer(PsychometricShape::weibull), target);
+    const Spread found = thresholds(d, observer(PsychometricShape::weibull));
+    BOOST_TEST(found.mean == truth, boost::test_tools::tolerance(0.05));
+    BOOST_TEST(found.deviation > 0.09 * truth);
+    BOOST_TEST(found.deviation < 0.2 * truth);
+    BOOST_TEST_MESSAGE("8 reversals, " << down << " down: " << 100 * (found.mean / truth - 1) << " % off, single runs "
+                                       << 100 * found.deviation / truth << " %");
   }
 }
 
