@@ -135,9 +135,11 @@ void Protocol::check(const Params& params) {
   }
   if (params.procedure == Procedure::staircase) check_staircase(params);
   if (params.procedure == Procedure::constant) check_levels(params);
+  // A level between these may have more digits.
+  constexpr std::size_t most_text = SetRequest::most_text - 32;
   for (const Setting& setting : settings_of(params)) {
-    if (setting.text.size() <= SetRequest::most_text) continue;
-    throw ValueError(setting.path, setting.path + ": expected at most " + std::to_string(SetRequest::most_text) +
+    if (setting.text.size() <= most_text) continue;
+    throw ValueError(setting.path, setting.path + ": expected at most " + std::to_string(most_text) +
                                        " characters a setting, found " + std::to_string(setting.text.size()));
   }
   if (params.button_first > 0 && params.button_first == params.button_second) {
