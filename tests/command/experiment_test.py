@@ -74,6 +74,19 @@ class Simulated(CommandTest):
             self.assertGreater(standard, 0.5)
             self.assertAlmostEqual(comparison / standard, 1 + float(row["level"]), places=4)
 
+    def test_pairs_are_compared_and_have_no_right_answer(self):
+        self.assert_done(self.study("P01", *SHORT, "observer.worths=[1, 1, 1, 1e9]", "trajectory.points=[{t: 0 s, z: 8 mm}]",
+                                    "trajectory.repeat_after=0", graph=GRAPHS / "experiments/which_is_smoother.yaml",
+                                    more=("--over", GRAPHS / "experiments/observer.yaml")))
+        rows = rows_of(self.tables / "P01.csv")
+        self.assertEqual(len(rows), 6 * 4)
+        self.assertEqual({(row["level"], row["correct"], row["block"]) for row in rows}, {("0", "", "1")})
+        for row in rows:
+            # In a pair the comparison is the condition that the graph names first.
+            self.assertLess(row["condition"], row["other"])
+            if row["other"] == "D":
+                self.assertNotEqual(row["response"], row["comparison"])
+
     def test_participants_get_their_own_orders_and_the_same_code_the_same(self):
         settings = (*SHORT, "protocol.procedure=constant", "protocol.levels=[0.1, 0.4]", "protocol.repeats=2")
         for participant in ("P01", "P02", "Q01"):
