@@ -106,7 +106,7 @@ if(TACTOR_WITH_PYTHON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/postinst ${CMAKE_SOURCE_DIR}/cmake/debian/prerm)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
       "${same}, python3-numpy, python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${TACTOR_NEXT_PYTHON_MINOR})")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-h5py, python3-pandas, python3-matplotlib")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-h5py, python3-pandas, python3-scipy, python3-matplotlib")
   set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python package of Tactor: sessions, runs, studies, nodes
 Runs and steps the graphs of Tactor from Python, gives every output as a numpy
 array with units, and lets a graph name a Python class as a node.")

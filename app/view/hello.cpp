@@ -122,9 +122,12 @@ json knob(const ParamInfo& info, const ParamValue& value) {
   return object;
 }
 
-json parameters_array(const Plan& plan, const std::map<std::string, std::string>& values) {
+/// `only`: of this node alone, where it is given.
+json parameters_array(const Plan& plan, const std::map<std::string, std::string>& values,
+                      const std::optional<std::string>& only = std::nullopt) {
   json list = json::array();
   for (const NodeSpec& node : plan.nodes) {
+    if (only && node.name != *only) continue;
     for (std::size_t p = 0; p < node.params.size(); ++p) {
       const ParamInfo& info = node.info->params[p];
       if (!info.tunable) continue;
@@ -184,6 +187,7 @@ json names_of(int count) {
 }  // namespace
 
 std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams, const HelloExtras& extras) {
+  const std::optional<std::string> experiment = extras.replay ? std::nullopt : experiment_of(plan);
   json hello = {{"type", "hello"},
                 {"mode", extras.replay ? "replay" : "live"},
                 {"graph", plan.graph.name},
@@ -197,9 +201,13 @@ std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams
                 {"streams", streams_array(streams)},
                 {"engagements", names_of<Engagement>(4)},
                 {"causes", names_of<SafetyCause>(safety_cause_count)},
-                {"parameters", extras.replay ? json::array() : parameters_array(plan, extras.values)},
-                {"nodes", nodes_array(plan)},
-                {"edges", edges_array(plan)}};
+                {"parameters", extras.replay ? json::array() : parameters_array(plan, extras.values, experiment)},
+                {"nodes", experiment ? json::array() : nodes_array(plan)},
+                {"edges", experiment ? json::array() : edges_array(plan)}};
+  if (experiment) {
+    hello["experiment"] = {{"answer", *experiment + ".answer"}};
+    return hello.dump(-1, ' ', false, json::error_handler_t::replace);
+  }
   if (const std::optional<MethodSwitch> methods = method_switch(plan)) {
     json choices = json::array();
     for (const MethodSwitch::Choice& choice : methods->choices) {

@@ -68,12 +68,16 @@ json device_object(const LiveDevice& device) {
 }  // namespace
 
 SessionView::SessionView(Session& session, Follower* follower, Options options)
-    : session_(session), follower_(follower), options_(std::move(options)), taps_(session, follower) {
+    : session_(session),
+      follower_(follower),
+      options_(std::move(options)),
+      taps_(session, follower, experiment_of(session.plan()).has_value()) {
   const Plan& plan = session.plan();
   extras_.duration = plan.graph.duration.seconds();
   extras_.mouse = node_index(plan, options_.mouse);
   extras_.start = options_.start;
   X_WC_ = options_.start;
+  experiment_ = experiment_of(plan);
   if (const auto methods = method_switch(plan)) method_parameter_ = methods->parameter;
   if (extras_.mouse) cursor_ = session.feed(*options_.mouse + ".cursor");
   steps_.resize(plan.nodes.size());
@@ -152,6 +156,9 @@ void SessionView::release() {
 void SessionView::set(const Request& request) {
   json answer = {{"parameter", request.parameter}, {"client", request.client}};
   try {
+    if (experiment_ && !request.parameter.starts_with(*experiment_ + ".")) {
+      throw InputError("the run is a blind experiment: a page answers its questions and changes nothing else");
+    }
     session_.set(request.parameter, request.value);
     {
       const std::scoped_lock lock(mutex_);
@@ -213,8 +220,8 @@ std::string SessionView::status_text() {
                  {"monotonic", static_cast<double>(wall.ns) * 1e-9},
                  {"phase", live ? word(live->phase) : "running"},
                  {"speed", passed / (wall - told_).seconds()},
-                 {"nodes", std::move(nodes)},
-                 {"edges", std::move(edges)},
+                 {"nodes", experiment_ ? json::array() : std::move(nodes)},
+                 {"edges", experiment_ ? json::array() : std::move(edges)},
                  {"lost", taps_.dropped()}};
   if (live && !live->devices.empty()) status["device"] = device_object(live->devices.front());
   if (follower_ != nullptr) status["reference"] = reference_object(follower_->figures());

@@ -74,6 +74,7 @@ class SessionView final : private ViewSource {
   StreamTaps taps_;
   HelloExtras extras_;
   std::optional<std::string> method_parameter_;
+  std::optional<std::string> experiment_;  // see experiment_of
   std::optional<Session::Feed> cursor_;
   Pose X_WC_;  // sent last, on the server's thread
   std::unique_ptr<ViewServer> server_;

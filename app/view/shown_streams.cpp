@@ -181,6 +181,21 @@ ShownStream patch_stream(std::string output) {
           }};
 }
 
+/// What an experiment shows a participant, by the description of its message.
+std::optional<ShownStream> experiment_stream(const std::string& name, const MessageType& type) {
+  if (type.name != "experiment.Screen") return std::nullopt;
+  ShownStream stream{.role = "experiment", .output = name};
+  for (const Field& field : type.fields) stream.columns.push_back({field.name, field.unit});
+  stream.add = [&type](const Stamp& stamp, const void* value, ShownRows& rows) {
+    rows.times.push_back(stamp.valid.seconds());
+    for (const Field& field : type.fields) {
+      const auto* at = static_cast<const std::byte*>(value) + field.offset;
+      put(rows, field.kind == FieldKind::f64 ? as<double>(at) : static_cast<double>(as<std::int32_t>(at)));
+    }
+  };
+  return stream;
+}
+
 bool is(const OutputInfo& output, const MessageType& type) {
   return same_type(*output.type, type);
 }
@@ -234,6 +249,8 @@ void add_streams_of(const Plan& plan, std::size_t n, bool has_bodies, std::vecto
       } else if (node.info->actuator && (output.name == "interpolated" || output.name == "commanded")) {
         streams.push_back(wrench_stream(output.name, name, plan.torque, false));
       }
+    } else if (auto experiment = experiment_stream(name, *output.type)) {
+      streams.push_back(std::move(*experiment));
     } else if (is(output, message_type<Forecast>())) {
       streams.push_back(forecast_stream(name, plan.torque));
     } else if (is(output, message_type<DeviceState>()) && output.name == "state") {
@@ -273,6 +290,25 @@ std::vector<ShownStream> shown_streams(const Plan& plan) {
       for (std::size_t i = before; i < streams.size(); ++i) streams[i].method = choice.value;
     }
   }
+  return streams;
+}
+
+std::optional<std::string> experiment_of(const Plan& plan) {
+  const auto leads = [](const NodeSpec& node) { return node.info->sets != nullptr; };
+  const auto node = std::find_if(plan.nodes.begin(), plan.nodes.end(), leads);
+  return node == plan.nodes.end() ? std::nullopt : std::optional(node->name);
+}
+
+std::vector<ShownStream> blind_streams(const Plan& plan) {
+  const bool mouse = std::any_of(plan.nodes.begin(), plan.nodes.end(),
+                                 [](const NodeSpec& node) { return node.info->type == "device.mouse"; });
+  std::vector<ShownStream> streams = shown_streams(plan);
+  std::erase_if(streams, [mouse](const ShownStream& stream) {
+    const std::string& role = stream.role;
+    return role != "body" && role != "handle" && role != "safety" && role != "experiment" &&
+           !(mouse && role == "commanded");
+  });
+  for (ShownStream& stream : streams) stream.method.clear();
   return streams;
 }
 

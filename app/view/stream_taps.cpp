@@ -20,9 +20,10 @@ const Queue& queue_of(const ShownStream& stream) {
 
 }  // namespace
 
-StreamTaps::StreamTaps(Session& session, Follower* follower) : streams_(shown_streams(session.plan())) {
+StreamTaps::StreamTaps(Session& session, Follower* follower, bool blind)
+    : streams_(blind ? blind_streams(session.plan()) : shown_streams(session.plan())) {
   for (const ShownStream& stream : streams_) sources_.push_back({session.tap(stream.output, queue_of(stream)), 0});
-  if (follower == nullptr) return;
+  if (follower == nullptr || blind) return;
   streams_.push_back(reference_stream("reference", session.plan().torque));
   sources_.push_back({});
   follower->on_reference([this](Time t, const Wrench& force) {

@@ -17,7 +17,7 @@ namespace tactor {
 class StreamTaps {
  public:
   /// Both outlive it. `follower`: null, or what gives the reference; not started yet.
-  StreamTaps(Session& session, Follower* follower);
+  StreamTaps(Session& session, Follower* follower, bool blind = false);
   /// In the order of `hello`.
   [[nodiscard]] const std::vector<ShownStream>& streams() const { return streams_; }
   /// What has come since the last call as a chunk; empty where nothing has.

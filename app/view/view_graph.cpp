@@ -46,7 +46,9 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   Session session(make_plan(std::move(graph)));
   for (const std::string& note : session.nodes().notes()) options.note(note);
   const std::unique_ptr<Follower> follower =
-      options.reference ? judging_follower(session, registry, Follower::usual_most_behind, options.note) : nullptr;
+      options.reference && !experiment_of(session.plan())
+          ? judging_follower(session, registry, Follower::usual_most_behind, options.note)
+          : nullptr;
   std::unique_ptr<Recorder> recorder;
   if (options.recording) {
     recorder = load_record_library().create(*options.recording,

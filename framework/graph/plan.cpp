@@ -99,8 +99,9 @@ Plan build(GraphSpec graph, bool reference) {
   Kept kept = prune(graph, wires);
   Diagnostics diagnostics;
   const SourceLocation whole{graph.file.string(), 0, 0};
-  const bool ends = !graph.record.empty() || std::any_of(graph.nodes.begin(), graph.nodes.end(),
-                                                         [](const NodeSpec& node) { return node.info->sink; });
+  const bool ends =
+      !graph.record.empty() || std::any_of(graph.nodes.begin(), graph.nodes.end(),
+                                           [](const NodeSpec& node) { return node.info->sink || node.info->sets; });
   if (!ends && !reference) {
     diagnostics.error(whole,
                       "expected a sink among the nodes or something to record, found neither: nothing would run");
@@ -112,6 +113,7 @@ Plan build(GraphSpec graph, bool reference) {
     check_required(graph, wires, kept, n, diagnostics);
     if (diagnostics.list().size() == before) check_steps(graph, wires, triggers, n, diagnostics);
     check_hardware(graph, graph.nodes[n], reference, diagnostics);
+    if (graph.nodes[n].info->sets) check_settings(graph, kept, graph.nodes[n], diagnostics);
   }
   check_refused(graph, wires, kept, diagnostics);
   check_cycle(graph, wires, kept, triggers, diagnostics);

@@ -80,7 +80,7 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
     const std::string prefix = graph.nodes[n].name + ".";
     const bool recorded = std::any_of(graph.record.begin(), graph.record.end(),
                                       [&](const std::string& stream) { return stream.starts_with(prefix); });
-    wanted[n] = kept.nodes[n] && (graph.nodes[n].info->sink || recorded);
+    wanted[n] = kept.nodes[n] && (graph.nodes[n].info->sink || graph.nodes[n].info->sets || recorded);
   }
   mark_upstream(wires, kept, wanted);
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {

@@ -150,6 +150,25 @@ class Declare {
     }
     return *this;
   }
+  /// Which parameters of other nodes it may set by an output of SetRequests (see NodeInfo::sets). A run with such a
+  /// node is blind: a page shows neither methods nor parameters.
+  Declare& sets(std::function<std::vector<Setting>(const P&)> settings) {
+    auto params = params_;
+    info_.sets = [params, settings](const std::vector<ParamValue>& values) {
+      return settings(assign_all(*params, values));
+    };
+    return *this;
+  }
+  /// The value that the parameter `name` takes where a recorded run is made again: a replay writes no file.
+  Declare& in_replay(std::string_view name, ParamValue value) {
+    for (ParamInfo& param : info_.params) {
+      if (param.name != name) continue;
+      param.in_replay = std::move(value);
+      return *this;
+    }
+    TACTOR_DEMAND(!"the parameter is declared");
+    return *this;
+  }
   /// Its steps allocate, lock and wait for nothing, so that a graph may put it into the real-time lane.
   Declare& realtime_safe() {
     info_.realtime_safe = true;

@@ -100,6 +100,7 @@ struct ParamInfo {
   std::string doc;                         ///< one line
   std::string former;                      ///< what it was called before; empty: always so
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
+  std::optional<ParamValue> in_replay;     ///< the value this parameter takes where a recorded run is made again
   bool tunable = false;                    ///< it may be set while a session runs
   std::optional<Role> as_in;               ///< where a graph gives none, the value that its node of that role has
   std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
@@ -185,6 +186,12 @@ struct MetricInfo {
 inline constexpr std::array<std::string_view, 8> node_keys{"type",   "python", "cost",     "lane",
                                                            "thread", "policy", "priority", "cpu"};
 
+/// A tunable parameter of another node that a node sets while the run goes on.
+struct Setting {
+  std::string path;  ///< of the value that says so, among the node's own parameters: `conditions.A`
+  std::string text;  ///< `select.use=first`, as Session::set takes it
+};
+
 struct NodeInfo;
 
 /// The declaration with the types of all outputs, for a node with these parameter values; the same one where it has no
@@ -255,6 +262,9 @@ struct NodeInfo {
   /// Why the node as it is connected cannot have them, empty where it can, from any thread; null: no reason but those
   /// of `check`.
   std::function<std::string(const Node&, const void* params)> refuses{};
+  /// What it may set by its SetRequests; a plan refuses what cannot be set, and keeps the node without readers. Empty:
+  /// it sets nothing.
+  std::function<std::vector<Setting>(const std::vector<ParamValue>&)> sets{};
   /// Makes the node from values in the order of `params`; null where there is `resolve`. Devices are opened when the
   /// node starts, not here.
   std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;

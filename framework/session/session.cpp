@@ -8,6 +8,7 @@
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/run_events.hpp"
 #include "framework/engine/virtual_clock.hpp"
+#include "framework/node/set_request.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/yaml/diagnostics.hpp"
 
@@ -18,6 +19,11 @@ namespace {
 /// How often the session's thread looks after a live run, and how long a slice of a paced one is.
 constexpr Duration live_period{20'000'000};
 constexpr Duration paced_period{2'000'000};
+
+/// Under the virtual clock requests of nodes are done at multiples of it, so that they are the same however the time is
+/// cut into advances.
+constexpr Duration request_period{1'000'000};
+constexpr std::size_t request_bytes = std::size_t{64} << 10U;
 
 /// Messages with arrays that may wait.
 constexpr std::uint32_t most_with_arrays = 4;
@@ -128,6 +134,25 @@ class Session::Run {
     for (Subscription& subscription : subscriptions) subscription.drain();
   }
 
+  void attach(Subscription& subscription, const PlannedOutput& at) {
+    live ? live->add_tap(at.node, at.output, subscription.tap)
+         : clock->dispatcher().add_tap(at.node, at.output, subscription.tap);
+  }
+
+  /// Takes what nodes ask of the run; a replay has it from its log.
+  void take_requests(const Session::Take& take) {
+    if (replay) return;
+    for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+      if (!plan.nodes[n].info->sets) continue;
+      const std::vector<OutputInfo>& outputs = plan.nodes[n].info->outputs;
+      for (std::size_t o = 0; o < outputs.size(); ++o) {
+        if (!same_type(*outputs[o].type, message_type<SetRequest>())) continue;
+        std::list<Subscription>& to = live ? subscriptions : requests;
+        attach(to.emplace_back(*outputs[o].type, request_bytes, take), {n, o});
+      }
+    }
+  }
+
   /// Live: what a subscriber throws is the run's failure.
   void drain_live() {
     for (Subscription& subscription : subscriptions) {
@@ -157,16 +182,30 @@ class Session::Run {
     if (options.pace > 0) {
       const Instant begun = MonotonicClock::now();
       const Time from = clock->now();
-      while (clock->now() < until) {
-        step_to(std::min(clock->now() + paced_period, until));
+      while (clock->now() < until && !stopped) {
+        step_with_requests(std::min(clock->now() + paced_period, until));
         drain();
         const double wall = (clock->now() - from).seconds() / options.pace;
         MonotonicClock::sleep_until(begun + Duration::from_seconds(wall));
       }
     } else {
-      step_to(until);
+      step_with_requests(until);
     }
     drain();
+  }
+
+  /// Does what nodes ask for as time passes.
+  void step_with_requests(Time until) {
+    if (requests.empty()) return step_to(until);
+    while (clock->now() < until && !stopped) {
+      const Time next{(clock->now().ns / request_period.ns + 1) * request_period.ns};
+      step_to(std::min(until, next));
+      if (clock->now() < next) continue;
+      for (Subscription& request : requests) {
+        request.drain();
+        if (request.tap.dropped() > 0) throw RunError("a node asks for more in a millisecond than a run can do");
+      }
+    }
   }
 
   /// Where a step throws, what was sent before it still gets to those who take it.
@@ -195,12 +234,33 @@ class Session::Run {
   VirtualClock* clock = nullptr;  // one of these, or null
   std::unique_ptr<LiveEngine> live;
   std::list<Subscription> subscriptions;
+  std::list<Subscription> requests;    // of nodes, under the virtual clock
   std::uint64_t messages_begun = 0;    // by on_message
   std::uint64_t dropped_by_ended = 0;  // by subscriptions that have ended
   bool started = false, stopped = false, finished = false;
 };
 
-Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_unique<Run>(std::move(plan), options)) {}
+Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_unique<Run>(std::move(plan), options)) {
+  for (const NodeSpec& node : run_->plan.nodes) {
+    if (!node.info->sets) continue;
+    for (const Setting& setting : node.info->sets(node.params)) {
+      try {
+        static_cast<void>(checked(setting.text));
+      } catch (const InputError& error) {
+        const std::string path = "nodes." + node.name + "." + setting.path;
+        throw YamlError({{run_->plan.graph.place_of(path), path + ": " + error.what()}});
+      }
+    }
+  }
+  run_->take_requests([this](const Stamp& /*stamp*/, const void* value) {
+    const auto& request = *static_cast<const SetRequest*>(value);
+    if (!is_running()) return;
+    if (request.kind == RequestKind::end_run) return stop();
+    const std::string_view text = text_of(request);
+    const std::size_t equals = text.find('=');
+    set(text.substr(0, equals), text.substr(equals + 1));
+  });
+}
 
 Session::~Session() {
   if (run_->live && run_->started && !run_->finished) finish();
@@ -253,10 +313,7 @@ Session::Subscribed Session::on_message(std::string_view output, Take take, std:
   const PlannedOutput at = find_output(plan(), output);
   Subscription& made =
       run_->subscriptions.emplace_back(type_of(plan(), at), run_->waiting_bytes(bytes), std::move(take));
-  run_->add(made, [&](Tap& tap) {
-    run_->live ? run_->live->add_tap(at.node, at.output, tap)
-               : run_->clock->dispatcher().add_tap(at.node, at.output, tap);
-  });
+  run_->add(made, [&](Tap& /*tap*/) { run_->attach(made, at); });
   made.number = ++run_->messages_begun;
   return Subscribed{made.number};
 }
@@ -327,8 +384,10 @@ bool Session::Feed::send(const void* value, std::optional<Time> valid) {
   return true;
 }
 
-void Session::set(std::string_view parameter, std::string_view value) {
-  TACTOR_DEMAND(run_->started);
+Session::Change Session::checked(std::string_view text) {
+  const std::size_t equals = std::min(text.find('='), text.size());
+  const std::string_view parameter = text.substr(0, equals);
+  const std::string_view value = text.substr(std::min(equals + 1, text.size()));
   const TunableParameter at = find_tunable(plan(), parameter);
   const NodeInfo& info = *plan().nodes[at.node].info;
   NodeSpec changed = plan().nodes[at.node];
@@ -336,24 +395,30 @@ void Session::set(std::string_view parameter, std::string_view value) {
   changed.params[at.param] = parse_parameter(changed, at.param, std::string(value),
                                              "set " + std::string(parameter) + "=" + std::string(value));
   check_node(plan().graph, changed);
-  const std::shared_ptr<const void> typed = info.typed(changed.params);
+  std::shared_ptr<const void> typed = info.typed(changed.params);
   if (const std::string why = info.refuses ? info.refuses(nodes()[at.node], typed.get()) : ""; !why.empty()) {
     throw InputError("set " + std::string(parameter) + "=" + std::string(value) + ": " + why);
   }
+  std::string event = info.params[at.param].name + "=" + std::string(value);
+  if (event.size() > SetEvent::most_text) throw InputError("set " + std::string(parameter) + ": the value is too long");
+  return {at.node, std::move(changed.params), std::move(typed), std::move(event)};
+}
+
+void Session::set(std::string_view parameter, std::string_view value) {
+  TACTOR_DEMAND(run_->started);
+  Change change = checked(std::string(parameter) + "=" + std::string(value));
   SetEvent event;
-  event.node = static_cast<std::int32_t>(at.node);
-  const std::string text = info.params[at.param].name + "=" + std::string(value);
-  if (text.size() > SetEvent::most_text) throw InputError("set " + std::string(parameter) + ": the value is too long");
-  event.length = static_cast<std::int32_t>(text.size());
-  std::copy(text.begin(), text.end(), event.text.begin());
+  event.node = static_cast<std::int32_t>(change.node);
+  event.length = static_cast<std::int32_t>(change.event.size());
+  std::copy(change.event.begin(), change.event.end(), event.text.begin());
   Time from;
   if (run_->live) {
-    from = run_->live->tune(at.node, typed);
+    from = run_->live->tune(change.node, change.typed);
   } else {
-    info.tune(nodes()[at.node], typed.get());
+    plan().nodes[change.node].info->tune(nodes()[change.node], change.typed.get());
     from = run_->clock->now();
   }
-  run_->params[at.node] = std::move(changed.params);
+  run_->params[change.node] = std::move(change.params);
   const Stamp stamp{from, from, run_->sets++};
   run_->tell_set(stamp, event);
 }

@@ -168,6 +168,15 @@ class Session {
   [[nodiscard]] const LiveStatus& last_status() const;
 
  private:
+  /// A parameter that is to change, checked.
+  struct Change {
+    std::size_t node = 0;
+    std::vector<ParamValue> params;     // of the node, all of them
+    std::shared_ptr<const void> typed;  // the same as its struct
+    std::string event;                  // as SetEvent has it
+  };
+  /// Of `coupling.k_0=1200 N/m`. Throws as `set`.
+  [[nodiscard]] Change checked(std::string_view text);
   void end_tap(const Tap& tap);
 
   std::unique_ptr<Run> run_;

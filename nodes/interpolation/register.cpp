@@ -3,6 +3,7 @@
 #include "nodes/interpolation/bspline.hpp"
 #include "nodes/interpolation/catmull_rom.hpp"
 #include "nodes/interpolation/direct.hpp"
+#include "nodes/interpolation/gain.hpp"
 #include "nodes/interpolation/hermite.hpp"
 #include "nodes/interpolation/linear.hpp"
 #include "nodes/interpolation/lowpass.hpp"
@@ -22,4 +23,5 @@ TACTOR_NODES(registry) {
   registry.add<tactor::HermiteQuintic>();
   registry.add<tactor::Blend>();
   registry.add<tactor::Select>();
+  registry.add<tactor::Gain>();
 }

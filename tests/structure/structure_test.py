@@ -92,6 +92,7 @@ class Includes(unittest.TestCase):
             # Effects continue displayed curves as interpolation does. Texture models are files in YAML, read as profiles are.
             "nodes/effect": ("framework/core", "framework/node", "framework/yaml", "nodes/effect",
                              "nodes/interpolation/force_state.hpp"),
+            "nodes/experiment": ("framework/core", "framework/node", "nodes/experiment"),
             "nodes/sink": ("framework/core", "framework/node", "nodes/sink"),
             # Devices read their profiles with the errors that graphs have; other nodes than effects read no YAML.
             "devices": ("framework/core", "framework/node", "framework/realtime", "framework/yaml", "devices"),

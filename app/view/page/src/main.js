@@ -5,6 +5,7 @@ import { Chart, Timeline, colour_of, draw_strip } from './charts.js';
 import { Connection } from './connection.js';
 import { Cursor } from './cursor.js';
 import { Diagram } from './diagram.js';
+import { Experiment } from './experiment.js';
 import { by_id, make, set_text, show, span } from './dom.js';
 import { Feel } from './feel.js';
 import { Guide } from './guide.js';
@@ -34,7 +35,7 @@ const app = {
   hello: null, status: null, store: null, scene: null, cursor: null, knobs: null, methods: null, diagram: null, guide: null, replay: null,
   connection: null, feel: new Feel(), timeline: new Timeline(), charts: [], force_chart: null, meshes: [], told: [], marks: [],
   values: {}, base_values: {}, followed: -1, message: null, ended: false, complete: false, quantity: 'force', axis: 'norm',
-  counters: { frames_drawn: 0, samples_taken: {}, acks: 0, last_frame: 0, inputs: 0, chart_ms: 0 },
+  experiment: null, counters: { frames_drawn: 0, samples_taken: {}, acks: 0, last_frame: 0, inputs: 0, chart_ms: 0 },
   fps: 0, lag: 0, drawn_times: [], offset: Infinity, peak: 0, shown_sets: new Map(), error: null,
 };
 
@@ -202,11 +203,17 @@ function begin() {
   const live = hello.mode === 'live';
   show(by_id('stop'), live);
   by_id('force-bar').setAttribute('aria-valuemax', force_max());
+  if (hello.experiment && live) {
+    // Blind: neither curves nor knobs, which would tell what is felt.
+    document.body.classList.add('experiment');
+    show(by_id('experiment'), true);
+    app.experiment = new Experiment(by_id('experiment'), hello, set_parameter);
+  }
   if (hello.methods) {
     show(by_id('methods'), live); // a replay shows them as soon as it knows of figures
     app.methods = new Methods(by_id('methods'), hello, set_parameter);
   }
-  if (hello.parameters.length) {
+  if (hello.parameters.length && !app.experiment) {
     show(by_id('knobs'), true);
     app.knobs = new Knobs(by_id('knobs'), hello.parameters, set_parameter);
   }
@@ -224,6 +231,7 @@ function begin() {
   }
   make_charts();
   app.guide = new Guide(hello);
+  if (app.experiment) show(by_id('guide'), false);
   if (!recording) setTimeout(() => fetch_page().catch(() => {}), 3000);
   if (have_meshes()) make_scene();
 }
@@ -481,6 +489,7 @@ function frame(now) {
   } else {
     app.cursor?.step(now, 0);
   }
+  app.experiment?.look(app.store.role('experiment'), Boolean(in_control()));
   const spring = app.cursor?.spring();
   app.scene?.set_spring(spring?.[0], spring?.[1]);
   app.scene?.render();
@@ -513,6 +522,7 @@ by_id('stop').addEventListener('click', stop);
 by_id('take-control').addEventListener('click', () => app.connection?.send({ type: 'control' }));
 window.addEventListener('keydown', (event) => {
   if (event.key === 'Escape' && app.hello?.mode === 'live') stop();
+  if (/^[12]$/.test(event.key) && !event.repeat) app.experiment?.answer(event.key === '1' ? 'first' : 'second');
   if (/^[1-9]$/.test(event.key) && app.methods && app.hello.mode === 'live' && !(event.target instanceof Element && event.target.closest('input, select'))) {
     const choice = app.hello.methods.choices[Number(event.key) - 1];
     if (choice && in_control()) set_parameter(app.hello.methods.parameter, choice.value);

@@ -1,0 +1,259 @@
+#include "nodes/experiment/protocol.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "framework/core/check.hpp"
+#include "framework/core/random.hpp"
+#include "framework/core/value_error.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr Duration screen_period{100'000'000};
+
+/// Refuses what the schedule could not be made from.
+const Protocol::Params& checked_params(const Protocol::Params& params) {
+  Protocol::check(params);
+  return params;
+}
+
+bool is_same_trial(const Trial& trial, const ExperimentRow& row) {
+  return static_cast<std::int32_t>(trial.block) + 1 == row.block &&
+         static_cast<std::int32_t>(trial.condition) == row.condition &&
+         static_cast<std::int32_t>(trial.other) == row.other && trial.comparison + 1 == row.comparison &&
+         trial.level == row.level && (row.response == 1 || row.response == 2);
+}
+
+}  // namespace
+
+Protocol::Protocol(const Params& params, const NodeContext& context)
+    : params_(checked_params(params)),
+      participant_(participant_code(params.participant)),
+      seed_(derive_seed(context.seed, participant_.text)),
+      schedule_(design(params), derive_seed(context.seed, "conditions"), participant_.number, seed_) {
+  for (const auto& [code, text] : params.conditions) {
+    codes_.push_back(code);
+    settings_.push_back(split_settings(text));
+  }
+  if (codes_.empty()) {
+    codes_.emplace_back("A");
+    settings_.emplace_back();
+  }
+  const bool practice = participant_.number == 0;
+  if (params.resume && (practice || params.folder.empty())) {
+    throw ValueError("resume", practice ? "resume: a participant of number 0 is for practice and has no table"
+                                        : "resume: a run that continued a table cannot be made again, because what the "
+                                          "table held is not in the recording");
+  }
+  if (practice && context.notes != nullptr) {
+    context.notes->push_back("node " + context.name + ": participant " + participant_.text +
+                             " is for practice, no table is written; --set " + context.name + ".participant=P01");
+  }
+}
+
+void Protocol::resume_table() {
+  for (const ExperimentRow& done : table_->rows()) {
+    const Trial* trial = schedule_.trial();
+    if (trial == nullptr || !is_same_trial(*trial, done)) {
+      throw InputError("the table of " + participant_.text + " cannot be continued: trial " +
+                       std::to_string(done.trial) +
+                       " is none that this graph would have made; give the graph as it was when the table was begun");
+    }
+    schedule_.answer(done.response - 1);
+    trials_ = done.trial;
+    run_ = std::max(run_, done.run + 1);
+  }
+  if (schedule_.trial() == nullptr) throw InputError("the table of " + participant_.text + " is complete");
+}
+
+void Protocol::start(StepContext& context) {
+  if (!params_.folder.empty() && participant_.number > 0) {
+    const std::filesystem::path file = std::filesystem::path(params_.folder) / (participant_.text + ".csv");
+    table_ = params_.resume ? TrialTable::resume(file, codes_, seed_) : TrialTable::begin(file, codes_, seed_);
+    resume_table();
+  }
+  mute(context.now());
+  put_question(context.now(), true);
+}
+
+void Protocol::ask(const std::string& text, Time now) {
+  requests.send(now, set_request(text));
+}
+
+void Protocol::mute(Time now) {
+  ask(params_.mute + "=0", now);
+}
+
+void Protocol::prepare(Time now) {
+  const Trial& trial = *schedule_.trial();
+  const bool comparison = interval_ == trial.comparison;
+  for (const std::string& setting : settings_[comparison ? trial.condition : trial.other]) ask(setting, now);
+  if (!params_.level.empty() && params_.level != params_.mute) {
+    ask(level_setting(params_, comparison ? trial.level : 0), now);
+  }
+}
+
+void Protocol::open(Time now) {
+  const Trial& trial = *schedule_.trial();
+  if (!params_.level.empty() && params_.level == params_.mute) {
+    ask(level_setting(params_, interval_ == trial.comparison ? trial.level : 0), now);
+  } else {
+    ask(params_.mute + "=1", now);
+  }
+  phase_ = interval_ == 0 ? TrialPhase::first : TrialPhase::second;
+  until_ = now + params_.interval;
+  peak_[static_cast<std::size_t>(interval_)] = felt.connected() ? 0 : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool Protocol::is_free() const {
+  const auto* newest = force.latest();
+  return newest == nullptr || norm(newest->value.force) <= params_.free_below;
+}
+
+void Protocol::change_over(Time now, int interval) {
+  phase_ = TrialPhase::changing;
+  prepared_ = false;
+  interval_ = interval;
+  until_ = now + params_.change;
+}
+
+void Protocol::put_question(Time now, bool begins) {
+  phase_ = begins ? TrialPhase::waiting : TrialPhase::answering;
+  asked_ = now;
+  tuned_.reset();
+  const Trial& trial = *schedule_.trial();
+  ExperimentQuestion message;
+  message.number = ++questions_;
+  message.begins = begins ? 1 : 0;
+  message.comparison = trial.comparison;
+  message.condition = static_cast<std::int32_t>(trial.condition);
+  message.other = static_cast<std::int32_t>(trial.other);
+  message.level = trial.level;
+  question.send(now, message);
+}
+
+std::optional<Protocol::Given> Protocol::given(Time now) {
+  std::optional<Given> first;
+  const auto consider = [&](int interval, Time at) {
+    if (at >= asked_ && (!first || at < first->at)) first = Given{interval, at};
+  };
+  Stamped<DeviceState> state;
+  while (device.pop(state)) {
+    const std::int32_t pressed = state.value.buttons & ~buttons_;
+    buttons_ = state.value.buttons;
+    const auto is_pressed = [&](int button) { return button > 0 && (pressed >> (button - 1) & 1) != 0; };
+    if (is_pressed(params_.button_first)) consider(0, state.stamp.valid);
+    if (is_pressed(params_.button_second)) consider(1, state.stamp.valid);
+  }
+  Stamped<ExperimentAnswer> answer;
+  while (answers.pop(answer)) {
+    if (answer.value.number == questions_) consider(answer.value.interval, answer.stamp.valid);
+  }
+  if (tuned_ && *tuned_ != Answer::none) consider(*tuned_ == Answer::first ? 0 : 1, now);
+  tuned_.reset();
+  return first;
+}
+
+void Protocol::take(const Given& answer, Time now) {
+  const Trial trial = *schedule_.trial();
+  ExperimentRow done;
+  done.trial = ++trials_;
+  done.run = run_;
+  done.block = static_cast<std::int32_t>(trial.block) + 1;
+  done.condition = static_cast<std::int32_t>(trial.condition);
+  done.other = static_cast<std::int32_t>(trial.other);
+  done.comparison = trial.comparison + 1;
+  done.response = answer.interval + 1;
+  done.correct = params_.procedure == Procedure::pairs ? -1 : done.response == done.comparison ? 1 : 0;
+  done.level = trial.level;
+  done.response_time = (answer.at - asked_).seconds();
+  done.peak_first = peak_[0];
+  done.peak_second = peak_[1];
+  if (table_) table_->add(done);
+  row.send(now, done);
+  schedule_.answer(answer.interval);
+  const Trial* next = schedule_.trial();
+  if (next == nullptr) {
+    phase_ = TrialPhase::done;
+    until_ = now + params_.change;
+  } else if (next->block != trial.block) {
+    put_question(now, true);
+  } else {
+    change_over(now, 0);
+  }
+}
+
+void Protocol::step(StepContext& context) {
+  const Time now = context.now();
+  const std::optional<Given> answer = given(now);
+  double largest = 0;
+  Stamped<Wrench> felt_now;
+  while (felt.pop(felt_now)) largest = std::max(largest, norm(felt_now.value.force));
+  switch (phase_) {
+    case TrialPhase::waiting:
+      if (answer) change_over(now, 0);
+      break;
+    case TrialPhase::changing:
+    case TrialPhase::lift:
+      if (now < until_) break;
+      if (!prepared_) {
+        prepare(now);
+        prepared_ = true;
+        until_ = now + params_.change;
+      } else if (is_free()) {
+        open(now);
+      } else {
+        phase_ = TrialPhase::lift;
+      }
+      break;
+    case TrialPhase::first:
+    case TrialPhase::second:
+      peak_[static_cast<std::size_t>(interval_)] = std::max(peak_[static_cast<std::size_t>(interval_)], largest);
+      if (now < until_) break;
+      mute(now);
+      if (interval_ == 0) {
+        change_over(now, 1);
+      } else {
+        put_question(now, false);
+      }
+      break;
+    case TrialPhase::answering:
+      if (answer) take(*answer, now);
+      break;
+    case TrialPhase::done:
+      if (now < until_ || ended_) break;
+      ended_ = true;
+      if (!params_.end_run) break;
+      SetRequest end;
+      end.kind = RequestKind::end_run;
+      requests.send(now, end);
+      break;
+  }
+  show(now);
+}
+
+void Protocol::show(Time now) {
+  const Trial* trial = schedule_.trial();
+  const auto blocks = static_cast<std::int32_t>(schedule_.blocks());
+  ExperimentScreen shown;
+  shown.phase = phase_;
+  shown.trial = trial != nullptr && phase_ != TrialPhase::waiting ? trials_ + 1 : trials_;
+  shown.block = trial != nullptr ? static_cast<std::int32_t>(trial->block) + 1 : blocks;
+  shown.blocks = blocks;
+  shown.progress = schedule_.progress();
+  if (now < shown_ + screen_period && shown.phase == last_shown_) return;
+  shown_ = now;
+  last_shown_ = shown.phase;
+  screen.send(now, shown);
+}
+
+void Protocol::report(Report& report) const {
+  report.set("experiment.trials", trials_);
+  if (params_.procedure != Procedure::staircase || params_.conditions.size() > 1) return;
+  if (const auto threshold = schedule_.threshold()) report.set("experiment.threshold", *threshold);
+}
+
+}  // namespace tactor

@@ -1,0 +1,286 @@
+#include "nodes/experiment/protocol.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "framework/core/check.hpp"
+#include "framework/core/text.hpp"
+#include "framework/core/value_error.hpp"
+#include "framework/node/declare.hpp"
+
+namespace tactor {
+
+namespace {
+
+std::string shortest(double value) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
+}
+
+bool has_level(const Protocol::Params& params) {
+  return params.procedure != Procedure::pairs;
+}
+
+/// The least and the largest level that can come up, or all of them.
+std::vector<double> possible_levels(const Protocol::Params& params) {
+  if (params.procedure == Procedure::constant) return params.levels;
+  return {params.least, params.most};
+}
+
+std::vector<Setting> settings_of(const Protocol::Params& params) {
+  std::vector<Setting> settings;
+  for (const auto& [code, text] : params.conditions) {
+    for (const std::string& one : split_settings(text)) settings.push_back({"conditions." + code, one});
+  }
+  settings.push_back({"mute", params.mute + "=0"});
+  if (!has_level(params) || params.level != params.mute) settings.push_back({"mute", params.mute + "=1"});
+  if (!has_level(params)) return settings;
+  settings.push_back({"standard", Protocol::level_setting(params, 0)});
+  for (const double level : possible_levels(params))
+    settings.push_back({"level", Protocol::level_setting(params, level)});
+  return settings;
+}
+
+/// A letter and up to three digits: what a table may show.
+bool is_code(const std::string& text) {
+  return !text.empty() && text.size() <= 4 && text[0] >= 'A' && text[0] <= 'Z' &&
+         std::all_of(text.begin() + 1, text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+void check_conditions(const Protocol::Params& params) {
+  for (const auto& [code, text] : params.conditions) {
+    if (is_code(code)) continue;
+    throw ValueError("conditions." + code,
+                     "conditions: expected a code such as A or B2, a letter and up to three digits that tell nothing, "
+                     "found \"" +
+                         code + "\"");
+  }
+  if (params.procedure == Procedure::pairs && params.conditions.size() < 2) {
+    throw ValueError("conditions", "conditions: expected two or more, which are compared with one another, found " +
+                                       std::to_string(params.conditions.size()));
+  }
+}
+
+void check_staircase(const Protocol::Params& params) {
+  if (params.steps.empty()) throw ValueError("steps", "steps: expected a list of steps, found none");
+  const double floor = params.scale == StepScale::factor ? 1.0 : 0.0;
+  for (const double step : params.steps) {
+    if (step > floor) continue;
+    throw ValueError("steps", "steps: expected more than " + shortest(floor) + ", found " + shortest(step));
+  }
+  if (!(params.least < params.most) || params.start < params.least || params.start > params.most) {
+    throw ValueError("start", "start: expected least <= start <= most and least < most, found least " +
+                                  shortest(params.least) + ", start " + shortest(params.start) + ", most " +
+                                  shortest(params.most));
+  }
+  if (!(params.least > 0)) {
+    throw ValueError("least",
+                     "least: expected more than 0, because at 0 no answer is right, found " + shortest(params.least));
+  }
+  if (params.averaged > params.reversals) {
+    throw ValueError("averaged", "averaged: expected at most reversals, " + std::to_string(params.reversals) +
+                                     ", found " + std::to_string(params.averaged));
+  }
+}
+
+void check_levels(const Protocol::Params& params) {
+  if (params.levels.empty()) throw ValueError("levels", "levels: expected a list of levels, found none");
+  for (std::size_t i = 0; i < params.levels.size(); ++i) {
+    if (!(params.levels[i] > 0)) {
+      throw ValueError("levels", "levels: expected more than 0, because at 0 no answer is right, found " +
+                                     shortest(params.levels[i]));
+    }
+    if (std::count(params.levels.begin(), params.levels.end(), params.levels[i]) > 1) {
+      throw ValueError("levels", "levels: " + shortest(params.levels[i]) + " is there twice; see repeats");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> split_settings(const std::string& text) {
+  std::vector<std::string> list;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(';', begin), text.size());
+    const std::string_view one = trimmed(std::string_view(text).substr(begin, end - begin));
+    if (!one.empty()) list.emplace_back(one);
+    begin = end + 1;
+  }
+  return list;
+}
+
+std::string Protocol::level_setting(const Params& params, double level) {
+  const std::string unit = params.unit.empty() ? "" : " " + params.unit;
+  return params.level + "=" + shortest(params.standard + level) + unit;
+}
+
+Design Protocol::design(const Params& params) {
+  Design design;
+  design.procedure = params.procedure;
+  design.conditions = std::max<std::size_t>(1, params.conditions.size());
+  design.order = params.order;
+  design.staircase = {params.start, params.steps, params.scale,     params.down,     params.down_to_up,
+                      params.least, params.most,  params.reversals, params.averaged, params.most_trials};
+  design.levels = params.levels;
+  design.repeats = params.repeats;
+  return design;
+}
+
+void Protocol::check(const Params& params) {
+  static_cast<void>(participant_code(params.participant));
+  check_conditions(params);
+  if (has_level(params) && params.level.empty()) {
+    throw ValueError("level", "level: expected the parameter that the level changes, such as gain.factor, found none");
+  }
+  if (params.procedure == Procedure::staircase) check_staircase(params);
+  if (params.procedure == Procedure::constant) check_levels(params);
+  // A level between these may have more digits.
+  constexpr std::size_t most_text = SetRequest::most_text - 32;
+  for (const Setting& setting : settings_of(params)) {
+    if (setting.text.size() <= most_text) continue;
+    throw ValueError(setting.path, setting.path + ": expected at most " + std::to_string(most_text) +
+                                       " characters a setting, found " + std::to_string(setting.text.size()));
+  }
+  if (params.button_first > 0 && params.button_first == params.button_second) {
+    throw ValueError("button_second", "button_second: expected another button than button_first, " +
+                                          std::to_string(params.button_first));
+  }
+}
+
+namespace {
+
+void declare_procedures(Declare<Protocol>& node) {
+  using P = Protocol::Params;
+  node.choice("procedure", &P::procedure,
+              {{"staircase", Procedure::staircase}, {"constant", Procedure::constant}, {"pairs", Procedure::pairs}},
+              std::optional(Procedure::staircase),
+              "what comes next: by the answers, from a list of levels, or conditions in pairs")
+      .real("start", &P::start, {.doc = "staircase: the first level", .default_value = 0})
+      .reals("steps", &P::steps, 0, std::vector<double>{},
+             {.doc = "staircase: the step up until the first reversal, the second, ...; the last one stays"})
+      .choice("scale", &P::scale, {{"linear", StepScale::linear}, {"factor", StepScale::factor}},
+              std::optional(StepScale::linear), "staircase: a step adds, or multiplies")
+      .integer(
+          "down", &P::down,
+          {.doc = "staircase: right answers in a row that make the level fall", .default_value = 2, .min = 1, .max = 8})
+      .real("down_to_up", &P::down_to_up,
+            {.doc = "staircase: a step down as a part of a step up; of a factor, of its logarithm",
+             .default_value = 1,
+             .min = 0.05,
+             .max = 20})
+      .real("least", &P::least, {.doc = "staircase: the level is never below", .default_value = 0})
+      .real("most", &P::most, {.doc = "staircase: nor above", .default_value = 0})
+      .integer("reversals", &P::reversals,
+               {.doc = "staircase: it ends after so many", .default_value = 10, .min = 1, .max = 1000})
+      .integer("averaged", &P::averaged,
+               {.doc = "staircase: the threshold is the mean of the levels at the last so many reversals",
+                .default_value = 6,
+                .min = 1,
+                .max = 1000})
+      .integer("most_trials", &P::most_trials,
+               {.doc = "staircase: it ends after so many trials at the latest; 0: no such end",
+                .default_value = 200,
+                .max = 100000})
+      .reals("levels", &P::levels, 0, std::vector<double>{}, {.doc = "constant: the levels, each above 0"})
+      .integer("repeats", &P::repeats,
+               {.doc = "constant and pairs: times that each level or pair comes up; even: as often in either order",
+                .default_value = 10,
+                .min = 1,
+                .max = 10000});
+}
+
+void declare_study(Declare<Protocol>& node) {
+  using P = Protocol::Params;
+  node.text("participant", &P::participant, std::nullopt,
+            "a code such as P07, never a name; number 0 is for practice: nothing is written")
+      .text("folder", &P::folder, std::nullopt, "where tables are written, from the folder that the run is started in")
+      .boolean("resume", &P::resume, false, "continue the participant's table instead of beginning one")
+      .mapping("conditions", &P::conditions, false,
+               "code to settings: `A: select.use=first; coupling.k_0=800 N/m`; none: one condition, the graph as it is")
+      .choice("order", &P::order,
+              {{"balanced", ConditionOrder::balanced},
+               {"random", ConditionOrder::random},
+               {"as_listed", ConditionOrder::as_listed}},
+              std::optional(ConditionOrder::balanced), "the order of the conditions of a participant")
+      .text("mute", &P::mute, std::nullopt,
+            "the parameter that is 0 between intervals and 1 in them, such as gain.factor")
+      .text("level", &P::level, "", "the parameter that the level changes; it may be that of `mute`")
+      .text("unit", &P::unit, "", "the unit of the level and the standard, such as N/m")
+      .real("standard", &P::standard,
+            {.doc = "its value in the standard interval; in the comparison it is that plus the level",
+             .default_value = 1})
+      .real("interval", &P::interval,
+            {.doc = "how long an interval is felt", .unit = "s", .default_value = 3, .min = 0.05, .max = 600})
+      .real("change", &P::change,
+            {.doc = "how long the force has to fade, and how long a new condition has to settle, before each interval",
+             .unit = "s",
+             .default_value = 0.5,
+             .min = 0.15,
+             .max = 60})
+      .real("free_below", &P::free_below,
+            {.doc = "an interval begins where the force at `force` is not above",
+             .unit = "N",
+             .default_value = 0.1,
+             .min = 0,
+             .max = 100})
+      .integer("button_first", &P::button_first,
+               {.doc = "the device's button for the first interval, 1 for its first one; 0: none",
+                .default_value = 0,
+                .max = 31})
+      .integer("button_second", &P::button_second,
+               {.doc = "the device's button for the second interval; 0: none", .default_value = 0, .max = 31})
+      .choice(
+          "answer", &P::answer,
+          {{"none", Protocol::Answer::none}, {"first", Protocol::Answer::first}, {"second", Protocol::Answer::second}},
+          std::optional(Protocol::Answer::none), "set it while the run goes on: an answer, of a key or a page")
+      .boolean("end_run", &P::end_run, true, "end the run when all trials are done");
+}
+
+}  // namespace
+
+NodeInfo Protocol::declare() {
+  Declare<Protocol> node("experiment.protocol", "Leads a person through an experiment, and keeps the answers.");
+  node.details(
+      "Each trial is two intervals and a question: which was more? In one of them, by chance, the parameter `level` is "
+      "the standard, in the other the standard plus the level. `staircase` follows the answers (Levitt 1971: 1 up, "
+      "`down` down; steps of `down_to_up` by Garcia-Perez 1998), once for each condition; `constant` takes fixed "
+      "levels "
+      "in random order, for a fit of the psychometric function; `pairs` compares the conditions with one another. A "
+      "condition is what its settings say, a method by `select.use` or the value of any tunable parameter of any node. "
+      "Before what is felt changes, `mute` takes the force away; it comes back when the change has settled and, where "
+      "`force` is fed, nothing is touched. The participant's number chooses a row of a Williams square for the order "
+      "of "
+      "the conditions; all other draws follow from the graph's seed and the participant's code.");
+  node.input("device", &Protocol::device,
+             {.doc = "for its buttons", .required = false, .queue = {QueuePolicy::drop_oldest, 64}})
+      .input("force", &Protocol::force, {.doc = "the force of the scene, before it is muted", .required = false})
+      .input("felt", &Protocol::felt,
+             {.doc = "what the device displays; its largest value in each interval is kept",
+              .required = false,
+              .queue = {QueuePolicy::drop_oldest, 64}})
+      .input("answers", &Protocol::answers,
+             {.doc = "of a simulated observer", .required = false, .queue = {QueuePolicy::drop_oldest, 4}})
+      .output("requests", &Protocol::requests, "what is set")
+      .output("screen", &Protocol::screen, "what a participant may see")
+      .output("question", &Protocol::question, "for a simulated observer")
+      .output("row", &Protocol::row, "the rows of the table")
+      .metric("experiment.trials", "1", "trials that were answered", Better::neither)
+      .metric("experiment.threshold", "1", "the threshold of the staircase, in the unit of the level", Better::neither)
+      .left_out_when([](const Params& params, const MetricUse&) {
+        if (params.procedure != Procedure::staircase) return std::string("the procedure is no staircase");
+        return std::string(params.conditions.size() > 1 ? "there are several conditions, and the run is blind" : "");
+      })
+      .missing_where("the staircase has fewer reversals than are averaged");
+  declare_study(node);
+  declare_procedures(node);
+  return node.rate("rate", &Params::rate, {.doc = "looks a second at inputs and time", .default_value = 200})
+      .tunable({"answer"})
+      .in_replay("folder", std::string())
+      .sets(settings_of)
+      .on_thread("experiment")
+      .role(Role::other)
+      .info();
+}
+
+}  // namespace tactor

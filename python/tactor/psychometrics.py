@@ -1,0 +1,149 @@
+"""The tables of experiments with people: thresholds by a fit of the psychometric function, with their uncertainty.
+
+    from tactor import psychometrics
+    table = psychometrics.trials("out/experiments/stiffness_jnd")
+    fit = psychometrics.fit(table["level"], table["correct"])
+    print(fit.level_at(0.75), fit.interval(0.75))
+
+P(right | x) = guess + (1 - guess - lapse) F(x), with F(x) = 1 - exp(-(x / threshold)^slope) (`weibull`) or
+F(x) = 1 / (1 + exp(-(x - threshold) / spread)) (`logistic`).
+"""
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+from typing import Any, Sequence
+
+import numpy
+from numpy.typing import ArrayLike, NDArray
+
+from ._errors import InputError
+from ._needs import needed
+
+SHAPES = ("weibull", "logistic")
+
+_Reals = NDArray[numpy.float64]
+
+
+def _share(shape: str, level: _Reals, threshold: float, width: float) -> Any:
+    if shape == "weibull":
+        return -numpy.expm1(-numpy.maximum(level / threshold, 0) ** width)
+    return 0.5 + 0.5 * numpy.tanh((level - threshold) / (2 * width))
+
+
+@dataclasses.dataclass(frozen=True)
+class Psychometric:
+    """A fitted function, and the data it was fitted to: so many of so many answers were right at each level."""
+    shape: str
+    threshold: float      # in the unit of the level
+    width: float          # the slope of the Weibull, 1; the spread of the logistic, in the unit of the level
+    guess: float
+    lapse: float
+    log_likelihood: float
+    levels: _Reals
+    right: _Reals
+    total: _Reals
+    fixed_lapse: bool
+
+    def share_right(self, level: ArrayLike) -> Any:
+        """P(right) at a level, or at each of an array of them."""
+        return self.guess + (1 - self.guess - self.lapse) * _share(self.shape, numpy.asarray(level, float), self.threshold, self.width)
+
+    def level_at(self, share: float) -> float:
+        """The level at which that share of the answers is right; nan where the function does not get there."""
+        part = (share - self.guess) / (1 - self.guess - self.lapse)
+        if not 0 < part < 1:
+            return float("nan")
+        if self.shape == "weibull":
+            return float(self.threshold * (-numpy.log1p(-part)) ** (1 / self.width))
+        return float(self.threshold + self.width * numpy.log(part / (1 - part)))
+
+    def interval(self, share: float, confidence: float = 0.95, samples: int = 1000, seed: int = 1) -> tuple[float, float]:
+        """The interval of `level_at(share)` by the parametric bootstrap: answers are drawn from the fitted function at
+        the levels that were presented, fitted again, and the quantiles of the levels found are taken."""
+        random = numpy.random.default_rng(seed)
+        chances = self.share_right(self.levels)
+        found = []
+        for _ in range(samples):
+            drawn = random.binomial(self.total.astype(int), chances).astype(float)
+            again = _fit_counts(self.levels, drawn, self.total, self.shape, self.guess, self.lapse if self.fixed_lapse else None,
+                                0.06, [(self.threshold, self.width)])
+            found.append(again.level_at(share))
+        tail = (1 - confidence) / 2
+        low, high = numpy.nanquantile(found, [tail, 1 - tail])
+        return float(low), float(high)
+
+
+def _fit_counts(levels: _Reals, right: _Reals, total: _Reals, shape: str, guess: float, lapse: float | None, most_lapse: float,
+                starts: Sequence[tuple[float, float]]) -> Psychometric:
+    optimize = needed("scipy.optimize", "python3-scipy", "for the fit of a psychometric function")
+
+    def loss(x: _Reals) -> Any:
+        threshold, width = numpy.exp(x[:2])
+        lapse_now = x[2] if lapse is None else lapse
+        p = guess + (1 - guess - lapse_now) * _share(shape, levels, threshold, width)
+        p = numpy.clip(p, 1e-9, 1 - 1e-9)
+        return -numpy.sum(right * numpy.log(p) + (total - right) * numpy.log1p(-p))
+
+    span = numpy.log(levels.max() / levels.min()) if levels.max() > levels.min() else 1.0
+    near, far = numpy.log(levels.min()) - span - 1, numpy.log(levels.max()) + span + 1
+    widths = (numpy.log(0.1), numpy.log(50)) if shape == "weibull" else (near - 4, far + 2)
+    bounds = [(near, far), widths] + ([(0, most_lapse)] if lapse is None else [])
+    found = []
+    for threshold, width in starts:
+        x = [numpy.log(threshold), numpy.log(width)] + ([most_lapse / 3] if lapse is None else [])
+        found.append(optimize.minimize(loss, numpy.clip(x, *numpy.transpose(bounds)), method="L-BFGS-B", bounds=bounds))
+    best = found[int(numpy.argmin([one.fun for one in found]))]
+    threshold, width = numpy.exp(best.x[:2])
+    return Psychometric(shape, float(threshold), float(width), guess, float(best.x[2] if lapse is None else lapse), float(-best.fun),
+                        levels, right, total, lapse is not None)
+
+
+def fit(levels: ArrayLike, right: ArrayLike, total: ArrayLike | None = None, *, shape: str = "weibull", guess: float = 0.5,
+        lapse: float | None = None, most_lapse: float = 0.06) -> Psychometric:
+    """The function of the largest likelihood. `levels` and `right`: a row a trial (right 1 or 0), or with `total` a row a
+    level (so many right of so many). `lapse`: fixed to that value; None: fitted, between 0 and `most_lapse`."""
+    if shape not in SHAPES:
+        raise InputError(f"shape: expected one of {', '.join(SHAPES)}, found {shape}")
+    x, k = numpy.asarray(levels, float), numpy.asarray(right, float)
+    n = numpy.ones_like(x) if total is None else numpy.asarray(total, float)
+    if not x.size or x.shape != k.shape or x.shape != n.shape:
+        raise InputError(f"expected levels and answers of one length, found {x.size}, {k.size} and {n.size}")
+    if not (numpy.isfinite(x).all() and (x > 0).all() and (k >= 0).all() and (k <= n).all()):
+        raise InputError("expected levels above 0 and from 0 to all answers right at each; pairs have no level to fit")
+    unique, place = numpy.unique(x, return_inverse=True)
+    k, n = numpy.bincount(place, k).astype(float), numpy.bincount(place, n).astype(float)
+    middles = numpy.quantile(numpy.repeat(unique, n.astype(int)), [0.3, 0.7])
+    widths = (1.5, 4.0) if shape == "weibull" else tuple(numpy.ptp(unique) * part or unique[0] * part for part in (0.05, 0.25))
+    return _fit_counts(unique, k, n, shape, guess, lapse, most_lapse, [(m, w) for m in middles for w in widths])
+
+
+def staircase_threshold(levels: Sequence[float], right: Sequence[int], *, down: int, averaged: int, scale: str = "linear") -> float:
+    """The mean of the levels at the last `averaged` reversals of one staircase (`factor`: the geometric mean), from its
+    trials in their order and the rule `down` that the graph gives; nan where there are fewer reversals. It is what the
+    protocol finds."""
+    reversals, in_a_row, before = [], 0, 0
+    for level, is_right in zip(levels, right):
+        in_a_row = in_a_row + 1 if is_right else 0
+        if is_right and in_a_row < down:
+            continue
+        direction = -1 if is_right else 1
+        in_a_row = 0
+        if before and direction != before:
+            reversals.append(float(level))
+        before = direction
+    if len(reversals) < averaged:
+        return float("nan")
+    last = numpy.asarray(reversals[-averaged:])
+    return float(numpy.exp(numpy.log(last).mean()) if scale == "factor" else last.mean())
+
+
+def trials(folder: str | os.PathLike[str]) -> Any:
+    """The tables of all participants in a folder, as one DataFrame with a column `participant`."""
+    pandas = needed("pandas", "python3-pandas", "for tables")
+    files = sorted(pathlib.Path(folder).glob("*.csv"))
+    if not files:
+        raise InputError(f"{folder}: expected tables of participants such as P01.csv, found none")
+    tables = [pandas.read_csv(file, dtype={"seed": str}).assign(participant=file.stem) for file in files]
+    return pandas.concat(tables, ignore_index=True)

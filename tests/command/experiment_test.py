@@ -1,0 +1,236 @@
+"""Experiments with people, here simulated: from the graph to the table, through a crash and a replay, and blind."""
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import unittest
+
+from harness import GRAPHS, TACTOR, CommandTest, built, needs_hdf5, needs_live, tactor
+from view_client import Closed, View
+
+HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
+SIMULATED = GRAPHS / "experiments/simulated.yaml"
+# The local rollout alone: its force depends on nothing that is drawn.
+ONE_CONDITION = ("protocol.conditions.A=select.use=fourth", "protocol.conditions.B=~")
+SHORT = ("protocol.interval=0.1 s", "protocol.change=0.15 s", "observer.response_time=30 ms")
+# What the page and the terminal must not tell.
+TELLING = ("select", "fourth", "rollout", "local", "prediction")
+
+
+def rows_of(file):
+    with open(file, newline="") as table:
+        return list(csv.DictReader(table))
+
+
+def words(*settings):
+    return [word for setting in settings for word in ("--set", setting)]
+
+
+class Simulated(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.tables = self.folder / "tables"
+
+    def options(self, participant, *settings):
+        return words(f"protocol.folder={self.tables}", f"protocol.participant={participant}", *settings)
+
+    def study(self, participant, *settings, graph=SIMULATED, more=()):
+        return tactor("run", graph, "--out", self.folder / f"out_{participant}", "--overwrite", *more,
+                      *self.options(participant, *settings), environment=self.environment)
+
+    def assert_done(self, result):
+        self.assertEqual(result.returncode, 0, result.stderr)
+
+    def test_a_staircase_finds_the_threshold_and_its_table_tells_the_same(self):
+        settings = (*SHORT, *ONE_CONDITION, "protocol.reversals=44", "protocol.averaged=40", "observer.slope=5")
+        self.assert_done(self.study("P01", *settings))
+        summary = json.loads((self.folder / "out_P01/summary.json").read_text())
+        found = summary["experiment"]["threshold"]
+        # 1 up, 3 down with these steps rests at 83.15 %: 1 - exp(-(x / 0.2)^5) = (0.8315 - 0.5) / 0.5. The spread of single
+        # runs is 4 %.
+        self.assertAlmostEqual(found / (0.2 * (-math.log(1 - 0.663)) ** 0.2), 1, delta=0.2)
+        rows = rows_of(self.tables / "P01.csv")
+        self.assertEqual(summary["experiment"]["trials"], len(rows))
+        reversals, in_a_row, before = [], 0, 0
+        for row in rows:
+            self.assertEqual(row["correct"], "1" if row["response"] == row["comparison"] else "0")
+            in_a_row = in_a_row + 1 if row["correct"] == "1" else 0
+            direction = 1 if row["correct"] == "0" else -1 if in_a_row == 3 else 0
+            in_a_row = 0 if direction else in_a_row
+            if direction and before and direction != before:
+                reversals.append(float(row["level"]))
+            before = direction or before
+        self.assertEqual(len(reversals), 44)
+        self.assertAlmostEqual(math.exp(sum(map(math.log, reversals[-40:])) / 40), found, places=9)
+
+    def test_what_is_felt_is_what_the_table_says(self):
+        self.assert_done(self.study("P01", *ONE_CONDITION, "protocol.procedure=constant", "protocol.levels=[0.25, 1]", "protocol.repeats=2"))
+        rows = rows_of(self.tables / "P01.csv")
+        self.assertEqual(len(rows), 4)
+        for row in rows:
+            comparison, standard = (float(row[f"peak_{i}_N"]) for i in (row["comparison"], 3 - int(row["comparison"])))
+            self.assertGreater(standard, 0.5)
+            self.assertAlmostEqual(comparison / standard, 1 + float(row["level"]), places=4)
+
+    def test_pairs_are_compared_and_have_no_right_answer(self):
+        self.assert_done(self.study("P01", *SHORT, "observer.worths=[1, 1, 1, 1e9]", "trajectory.points=[{t: 0 s, z: 8 mm}]",
+                                    "trajectory.repeat_after=0", graph=GRAPHS / "experiments/which_is_smoother.yaml",
+                                    more=("--over", GRAPHS / "experiments/observer.yaml")))
+        rows = rows_of(self.tables / "P01.csv")
+        self.assertEqual(len(rows), 6 * 4)
+        self.assertEqual({(row["level"], row["correct"], row["block"]) for row in rows}, {("0", "", "1")})
+        for row in rows:
+            # In a pair the comparison is the condition that the graph names first.
+            self.assertLess(row["condition"], row["other"])
+            if row["other"] == "D":
+                self.assertNotEqual(row["response"], row["comparison"])
+
+    def test_participants_get_their_own_orders_and_the_same_code_the_same(self):
+        settings = (*SHORT, "protocol.procedure=constant", "protocol.levels=[0.1, 0.4]", "protocol.repeats=2")
+        for participant in ("P01", "P02", "Q01"):
+            self.assert_done(self.study(participant, *settings))
+        first, second, third = (rows_of(self.tables / f"{code}.csv") for code in ("P01", "P02", "Q01"))
+        self.assertEqual({first[0]["condition"], second[0]["condition"]}, {"A", "B"})
+        self.assertEqual([row["condition"] for row in first], [row["condition"] for row in third])
+        self.assertNotEqual([(row["level"], row["comparison"]) for row in first], [(row["level"], row["comparison"]) for row in third])
+        before = (self.tables / "P01.csv").read_bytes()
+        (self.tables / "P01.csv").unlink()
+        self.assert_done(self.study("P01", *settings))
+        self.assertEqual((self.tables / "P01.csv").read_bytes(), before)
+
+    def test_neither_terminal_nor_table_tells_what_was_on(self):
+        result = self.study("P01", *SHORT, "protocol.procedure=constant", "protocol.levels=[0.4]", "protocol.repeats=2")
+        self.assert_done(result)
+        table = (self.tables / "P01.csv").read_text()
+        for word in TELLING:
+            self.assertNotIn(word, result.stdout + result.stderr)
+            self.assertNotIn(word, table)
+
+    def test_a_crash_loses_no_row_and_resume_goes_on(self):
+        settings = (*SHORT, "protocol.procedure=constant", "protocol.levels=[0.1, 0.2, 0.4]", "protocol.repeats=3000")
+        file = self.tables / "P01.csv"
+        process = subprocess.Popen([TACTOR, "run", SIMULATED, "--out", self.folder / "out", *self.options("P01", *settings)],
+                                   env=dict(os.environ, **self.environment), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        self.wait_until(lambda: file.exists() and file.read_text().count("\n") > 15, process, "it had made 15 trials")
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        text = file.read_text()
+        complete = text[:text.rfind("\n") + 1]
+        refused = self.study("P01", *settings)
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn(f"{file} exists", refused.stderr)
+        self.assertEqual(file.read_text(), text)
+        # As a crash in the middle of a row would leave it.
+        file.write_text(complete + "17,1,1,A")
+        self.assert_done(self.study("P01", *settings, "protocol.resume=true", more=("--duration", "12 s")))
+        rows = rows_of(file)
+        done = complete.count("\n") - 1
+        self.assertTrue(file.read_text().startswith(complete))
+        self.assertGreater(len(rows), done)
+        self.assertEqual([int(row["trial"]) for row in rows], list(range(1, len(rows) + 1)))
+        self.assertEqual([row["run"] for row in rows], ["1"] * done + ["2"] * (len(rows) - done))
+        # The graph goes on with its own table alone.
+        other = self.study("P01", *settings, "protocol.levels=[0.1, 0.3]", "protocol.resume=true")
+        self.assertEqual(other.returncode, 2)
+        self.assertIn("cannot be continued", other.stderr)
+
+    def test_a_bad_study_is_refused_with_its_place(self):
+        file = self.write("study.yaml", f"""format: 2
+extends: {SIMULATED}
+nodes:
+  protocol:
+    conditions:
+      A: select.use=fifth
+      B: select.blend_tim=1
+      C: device.encoder_step=1 mm
+    most: 12
+    mute: gain.ramp
+""")
+        result = tactor("check", file)
+        self.assertEqual(result.returncode, 2)
+        for place, text in ((6, "fifth"), (7, 'select.blend_tim=1: the graph has no such parameter; did you mean "select.blend_time"?'),
+                            (8, "device.encoder_step=1 mm: device.simulated reads it when it is made"),
+                            (10, "gain.ramp=0: interpolation.gain reads it when it is made")):
+            self.assertRegex(result.stderr, rf"study\.yaml:{place}:\d+: .*")
+            self.assertIn(text, result.stderr)
+        self.assertIn("expected a number from 0 to 10, found 13", result.stderr)
+        for setting, text in (("protocol.participant=Anna", "never a name"), ("protocol.steps=[]", "expected a list of steps"),
+                              ("protocol.conditions.hold=select.use=first", "a letter and up to three digits"),
+                              ("protocol.participant=P0 --set protocol.resume=true", "for practice")):
+            result = tactor("check", SIMULATED, *words(*setting.split(" --set ")))
+            self.assertEqual(result.returncode, 2, setting)
+            self.assertIn(text, result.stderr)
+        # A condition that no edge feeds is found before anything moves.
+        file = self.write("unfed.yaml", f"format: 2\nextends: {SIMULATED}\nedges: [rollout.segment -> select.fourth: ~]\n")
+        result = self.study("P01", graph=file)
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, r"stiffness_jnd\.yaml:\d+:\d+: nodes\.protocol\.conditions\.B: .*no edge ends at that input")
+
+    @needs_live
+    @needs_hdf5
+    def test_a_live_run_is_made_again_and_writes_no_table(self):
+        settings = (*SHORT, *ONE_CONDITION, "clock=real", "protocol.procedure=constant", "protocol.levels=[0.25]", "protocol.repeats=2",
+                    "live.on_missing_privilege=warn")
+        self.assert_done(self.study("P01", *settings))
+        table = (self.tables / "P01.csv").read_bytes()
+        self.assertEqual(len(rows_of(self.tables / "P01.csv")), 2)
+        recording = self.folder / "out_P01/recording.h5"
+        self.run_ok("replay", recording, "--out", self.folder / "again")
+        self.assertEqual((self.tables / "P01.csv").read_bytes(), table)
+        import h5py
+        with h5py.File(recording) as first, h5py.File(self.folder / "again/recording.h5") as second:
+            rows = [file["streams/protocol.row/data"][...] for file in (first, second)]
+        self.assertEqual(len(rows[0]), 2)
+        self.assertEqual(rows[0].tobytes(), rows[1].tobytes())
+
+
+@needs_live
+@unittest.skipUnless(HAS_VIEW, "this build has no view")
+class Seen(CommandTest):
+    """A page of the experiment: what it is told, and that it answers."""
+
+    def test_a_page_answers_and_is_told_nothing(self):
+        tables = self.folder / "tables"
+        settings = words(f"protocol.folder={tables}", "protocol.participant=P01", "protocol.procedure=constant", "protocol.levels=[0.25]",
+                         "protocol.repeats=1", "protocol.interval=0.1 s", "protocol.change=0.15 s", *ONE_CONDITION)
+        with View(TACTOR, GRAPHS / "experiments/stiffness_jnd.yaml", *settings) as view:
+            page = view.page()
+            hello = page.hello
+            self.assertEqual(hello["experiment"], {"answer": "protocol.answer"})
+            self.assertEqual([one["name"] for one in hello["parameters"]], ["protocol.answer"])
+            self.assertEqual({stream["role"] for stream in hello["streams"]}, {"body", "handle", "safety", "commanded", "experiment"})
+            for key in ("nodes", "edges"):
+                self.assertEqual(hello[key], [])
+            self.assertNotIn("methods", hello)
+            for word in TELLING:
+                self.assertNotIn(word, json.dumps(hello))
+            page.wait_for(lambda p: p.stream("experiment"))
+            page.say(type="set", parameter="select.use", value="first")
+            page.wait_for(lambda p: p.last("refused"))
+            self.assertIn("blind", page.last("refused")["message"])
+
+            def phase(page):
+                return page.stream("experiment")[-1][1][0]
+            self.assertEqual(phase(page), 0)
+            page.say(type="set", parameter="protocol.answer", value="first")
+            page.wait_for(lambda p: phase(p) == 5)
+            page.say(type="set", parameter="protocol.answer", value="second")
+            try:
+                page.wait_for(lambda p: p.last("ended"))
+            except Closed:
+                pass  # the server ends right after its last word
+            self.assertIn("ended", page.last("ended")["why"])
+            page.close()
+            told = [text for text in page.texts if text["type"] not in ("hello", "refused")]
+            for word in TELLING:
+                self.assertNotIn(word, json.dumps(told))
+        row, = rows_of(tables / "P01.csv")
+        self.assertEqual((row["trial"], row["response"]), ("1", "2"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,170 @@
+// What nodes ask of their run: to set a parameter of another node, and to end it.
+#include <boost/test/unit_test.hpp>
+#include <vector>
+
+#include "framework/core/value_error.hpp"
+#include "framework/node/plugin.hpp"
+#include "framework/node/set_request.hpp"
+#include "framework/session/session.hpp"
+#include "tests/framework/engine/sample_nodes.hpp"
+
+using namespace tactor;
+using namespace tactor::sample;
+
+namespace {
+
+constexpr std::int64_t request_ms = 1'000'000;
+
+struct LiveIsBuilt {
+  boost::test_tools::assertion_result operator()(boost::unit_test::test_unit_id) const {
+    boost::test_tools::assertion_result result(has_plugin("libtactor_live.so"));
+    if (!result) result.message() << "this build has no live engine";
+    return result;
+  }
+};
+
+/// Sends its parameter at a rate.
+class Sender final : public Node {
+ public:
+  struct Params {
+    double k = 0;
+    double rate = 1000;
+  };
+  Sender(const Params& params, const NodeContext&) : params_(params) {}
+  static NodeInfo declare() {
+    return Declare<Sender>("sample.sender", "Sends its parameter.")
+        .output("out", &Sender::out, "k")
+        .real("k", &Params::k, {.doc = "what it sends", .unit = "N/m", .default_value = 500, .min = 0, .max = 2000})
+        .tunable({"k"})
+        .rate("rate", &Params::rate, {.doc = "rate", .default_value = 4000})
+        .info();
+  }
+  [[nodiscard]] std::string refuses(const Params& params) const { return params.k == 666 ? "666 is no stiffness" : ""; }
+  void tune(const Params& params) { params_ = params; }
+  void step(StepContext& context) override { out.send(context.now(), {{params_.k, 0, 0}, {}}); }
+  Output<Wrench> out;
+
+ private:
+  Params params_;
+};
+
+/// Asks for `text` at 20.3 ms, and for the end at 50 ms.
+class Setter final : public Node {
+ public:
+  struct Params {
+    std::string text;
+    double rate = 0;
+  };
+  Setter(const Params& params, const NodeContext&) : params_(params) {}
+  static NodeInfo declare() {
+    return Declare<Setter>("sample.setter", "Asks.")
+        .output("requests", &Setter::requests, "what it asks")
+        .text("text", &Params::text, "", "what is to be set")
+        .rate("rate", &Params::rate, {.doc = "rate", .default_value = 10000})
+        .sets([](const Params& params) {
+          return std::vector<Setting>{{"text", params.text}};
+        })
+        .info();
+  }
+  void step(StepContext& context) override {
+    if (asked_ == 0 && context.now() >= Time{20'300'000}) {
+      ++asked_;
+      requests.send(context.now(), set_request(params_.text));
+    }
+    if (asked_ == 1 && context.now() >= Time{50 * request_ms}) {
+      ++asked_;
+      SetRequest end;
+      end.kind = RequestKind::end_run;
+      requests.send(context.now(), end);
+    }
+  }
+  Output<SetRequest> requests;
+
+ private:
+  Params params_;
+  int asked_ = 0;
+};
+
+struct AskingPlan {
+  NodeInfo sender = Sender::declare();
+  NodeInfo setter = Setter::declare();
+  NodeInfo keep = Keep::declare();
+  Plan plan;
+
+  explicit AskingPlan(Clock clock, const std::string& text = "sender.k=1.2 N/mm") {
+    plan.graph.duration = Duration::from_seconds(10);
+    plan.graph.clock = clock;
+    plan.nodes = {{"sender", &sender, {500.0, 4000.0}, {}, {}, {}},
+                  {"setter", &setter, {text, 10000.0}, {}, {}, {}},
+                  {"keep", &keep, {}, {}, {}, {}}};
+    PlannedEdge edge;
+    edge.spec = {"sender", "out", "keep", "in", {QueuePolicy::drop_oldest, 64}, true, {}, {}};
+    edge.to = 2;
+    edge.triggers = true;
+    plan.edges = {edge};
+  }
+};
+
+/// What was kept of a run whose time is cut into parts of that length.
+std::vector<Keep::Entry> kept_in_parts_of(Duration part) {
+  AskingPlan asking(Clock::virtual_);
+  Session session(asking.plan);
+  session.start();
+  while (session.is_running()) session.advance(part);
+  session.finish();
+  return dynamic_cast<const Keep&>(session.nodes()[2]).kept;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_request_holds_from_the_next_millisecond_on_however_time_is_cut) {
+  const std::vector<Keep::Entry> whole = kept_in_parts_of(Duration::from_seconds(10));
+  // It was asked at 20.3 ms, and asked to end at 50 ms.
+  for (const Keep::Entry& entry : whole) BOOST_TEST(entry.value == (entry.now < Time{21 * request_ms} ? 500 : 1200));
+  BOOST_REQUIRE(!whole.empty());
+  BOOST_TEST((whole.back().now > Time{50 * request_ms}));
+  BOOST_TEST((whole.back().now <= Time{51 * request_ms}));
+  for (const std::int64_t ns : {100'000LL, 333'333LL, 1'000'000LL, 7'000'001LL}) {
+    const std::vector<Keep::Entry> cut = kept_in_parts_of(Duration{ns});
+    BOOST_REQUIRE(cut.size() == whole.size());
+    for (std::size_t i = 0; i < cut.size(); ++i) {
+      BOOST_TEST((cut[i].now == whole[i].now));
+      BOOST_TEST(cut[i].value == whole[i].value);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_live_run_does_what_its_nodes_ask, *boost::unit_test::precondition(LiveIsBuilt{})) {
+  AskingPlan asking(Clock::real);
+  Session session(asking.plan);
+  int sets = 0;
+  session.on_set([&sets](const Stamp&, const void*) { ++sets; });
+  session.start();
+  while (session.is_running()) session.advance(Duration{20 * request_ms});
+  session.finish();
+  BOOST_TEST(!session.failure().has_value());
+  BOOST_TEST(sets == 1);
+  const auto& kept = dynamic_cast<const Keep&>(session.nodes()[2]).kept;
+  BOOST_REQUIRE(!kept.empty());
+  BOOST_TEST(kept.front().value == 500);
+  BOOST_TEST(kept.back().value == 1200);
+  // By the end that was asked for, not by the duration.
+  BOOST_TEST((kept.back().now < Time::from_seconds(9)));
+}
+
+BOOST_AUTO_TEST_CASE(what_a_node_could_not_set_is_refused_before_the_run) {
+  for (const auto& [text, part] :
+       std::vector<std::pair<std::string, std::string>>{{"sender.k=666", "666 is no stiffness"},
+                                                        {"sender.q=1", "did you mean \"sender.k\""},
+                                                        {"sender.k=-1", "sender.k"}}) {
+    AskingPlan asking(Clock::virtual_, text);
+    try {
+      const Session session(asking.plan);
+      BOOST_ERROR("it was taken: " << text);
+    } catch (const InputError& error) {
+      const std::string said = error.what();
+      BOOST_TEST(said.find("nodes.setter.text") != std::string::npos, said);
+      BOOST_TEST(said.find(part) != std::string::npos, said);
+    }
+  }
+}
