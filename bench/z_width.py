@@ -133,20 +133,22 @@ def figure_script(device, found, theories, file):
     return "\n".join([*lines, "unset multiplot", ""])
 
 
-COLOURS = ("#1f6fb4", "#d06020", "#40a040", "#a03080", "#707070", "#c02020", "#000000")
+COLOURS = ("#1f6fb4", "#d06020", "#40a040", "#a03080", "#707070", "#c02020", "#c0c0c0")
 
 
 def method_script(found, file):
-    """What gnuplot draws: a panel a device; damping ratio to the right, stiffness upwards, a line a method."""
+    """What gnuplot draws: a panel a device; damping ratio to the right, stiffness upwards, a line a method. What is under the ladder is
+    drawn at 35 N/m."""
     lines = ["set terminal svg size 1000,640 font 'sans,11' background rgb 'white'", f"set output '{file}'",
              "set multiplot layout 2,2", "set logscale xy", f"set xrange [{ZETAS[0]}:{ZETAS[-1]}]", "set yrange [30:12000]",
-             "set xlabel 'damping ratio of the coupling'", "set ylabel 'stiffness of the coupling, N/m'", "set key bottom left font ',8' samplen 2"]
+             "set xlabel 'damping ratio of the coupling'", "set ylabel 'stiffness of the coupling, N/m'", "set xtics (" + ", ".join(f"{z:g}" for z in ZETAS) + ")",
+             "set key bottom left font ',8' samplen 2"]
     for i, (device, by_method) in enumerate(found.items()):
         lines += [f"$d{i} << EOD",
                   *(" ".join([f"{z:g}", *(f"{max(by_method[m][n], 35):.6g}" for m in by_method)]) for n, z in enumerate(ZETAS)), "EOD",
                   f"set title '{device.replace('_', ' ')}'",
-                  "plot " + ", ".join(f"$d{i} using 1:{n + 2} with linespoints lc rgb '{COLOURS[n]}' lw 2 pt 7 ps 0.4 title '{m}'"
-                                      for n, m in enumerate(by_method)), "unset key"]
+                  "plot " + ", ".join(f"$d{i} using 1:{n + 2} with linespoints lc rgb '{COLOURS[n]}' lw {5 if m == 'floor' else 2} pt 7 ps 0.4 title '{m}'"
+                                      for n, m in sorted(enumerate(by_method), key=lambda one: one[1] != "floor")), "unset key"]
     return "\n".join([*lines, "unset multiplot", ""])
 
 
