@@ -164,7 +164,7 @@ void SessionState::stop() {
 }
 
 bool SessionState::is_running() {
-  return use([this](Session& session) { return !finished_ && session.is_running(); });
+  return use([this](Session& session) { return !finished_ && (!started_ || session.is_running()); });
 }
 
 double SessionState::now() {

@@ -13,6 +13,7 @@
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/file_lookup.hpp"
+#include "framework/core/installation.hpp"
 #include "framework/yaml/file_finder.hpp"
 
 namespace tactor {
@@ -41,6 +42,15 @@ CLI::App* add_kind(CLI::App& verb, const std::string& kind, const std::string& h
   return sub;
 }
 
+/// The option of cmake that names this installation, where cmake does not look by itself; empty in a build folder,
+/// which is no installation.
+std::string where_cmake_looks() {
+  const fs::path prefix = installation_prefix();
+  if (!fs::exists(library_folder() / "cmake" / "tactor")) return {};
+  if (prefix == "/usr" || prefix == "/usr/local") return {};
+  return fmt::format(" -DCMAKE_PREFIX_PATH='{}'", prefix.string());
+}
+
 void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, const std::string& help,
                  const std::string& name_help) {
   const auto arguments = std::make_shared<NewArguments>();
@@ -48,10 +58,10 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
   sub->callback([arguments, kind] {
     const std::vector<fs::path> files = new_project(kind, arguments->name, arguments->folder);
     const std::string folder = files.front().parent_path().lexically_normal().string();
-    tell_project(files, fmt::format("  cmake -S {0} -B {0}/build && cmake --build {0}/build\n"
+    tell_project(files, fmt::format("  cmake -S {0} -B {0}/build{1} && cmake --build {0}/build\n"
                                     "  ctest --test-dir {0}/build --output-on-failure\n"
                                     "  cmake --install {0}/build --prefix ~/.local    # for every graph of yours\n",
-                                    folder));
+                                    folder, where_cmake_looks()));
   });
 }
 

@@ -7,6 +7,13 @@
 Times are in s, or texts with a unit (`"10 ms"`); other numbers are in SI units. Arrays are numpy's, structured, with
 `.units`. What is refused raises InputError, what fails while running RunError, with the texts of the command `tactor`.
 """
+import importlib.util as _util
+import sys as _sys
+
+if _util.find_spec(f"{__name__}._tactor") is None:
+    raise ImportError(f"tactor: its module _tactor was not built for Python {_sys.version_info[0]}.{_sys.version_info[1]}. In a build "
+                      "folder, build it by `cmake --build build/release --target tactor`, and use /usr/bin/python3")
+
 from ._commands import compare, study, study_table
 from ._errors import Diagnostic, Error, InputError, InputWarning, RunError
 from ._graph import Graph, check, load

@@ -68,7 +68,7 @@ def _counts(seeds: Optional[int], first_seed: Optional[int], repeats: Optional[i
     return [word for name, value in given.items() if value is not None for word in (name, str(value))]
 
 
-def compare(graphs: Iterable[Union[Graph, Path]], over: Union[Overlay, Iterable[Overlay]] = (),
+def compare(graphs: Union[Graph, Path, Iterable[Union[Graph, Path]]], over: Union[Overlay, Iterable[Overlay]] = (),
             set: Mapping[str, Value] = {}, *, seeds: int = 6, first_seed: int = 1, repeats: int = 1,
             jobs: Optional[int] = None, duration: Optional[Time] = None,
             out: Optional[Path] = None) -> pandas.DataFrame:
@@ -85,7 +85,8 @@ def compare(graphs: Iterable[Union[Graph, Path]], over: Union[Overlay, Iterable[
     pd = needed("pandas", "python3-pandas", "for tables")
     with tempfile.TemporaryDirectory(prefix="tactor-") as folder:
         files = []
-        for i, graph in enumerate(graphs):
+        several = [graphs] if isinstance(graphs, (Graph, str, bytes, os.PathLike)) else graphs
+        for i, graph in enumerate(several):
             if isinstance(graph, Graph):
                 # In a folder of its own, because its name is the graph's.
                 file = pathlib.Path(folder) / str(i) / f"{graph.name}.yaml"

@@ -1,6 +1,7 @@
 """Whole runs, as `tactor run` makes them."""
 from __future__ import annotations
 
+import difflib
 import json
 import os
 import shutil
@@ -26,6 +27,9 @@ class Metrics(Mapping[str, float]):
         self.docs: Dict[str, str] = {name: doc for name, _, _, _, doc in metrics}
 
     def __getitem__(self, name: str) -> float:
+        if name not in self._values:
+            near = difflib.get_close_matches(name, self._values, 1)
+            raise KeyError(name + (f"; did you mean {near[0]}?" if near else "; print(metrics) shows what there is"))
         return self._values[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -165,7 +165,7 @@ class Session:
 
     @property
     def running(self) -> bool:
-        """False where the run has not started, has come to its end, was stopped or has failed."""
+        """True until the run has come to its end, was stopped or has failed; before its start as well."""
         return self._session.running
 
     @property
@@ -214,7 +214,7 @@ class Session:
                 raise
 
     def __repr__(self) -> str:
-        state = "finished" if self._session.finished else "running" if self.running else "not running"
+        state = "finished" if self._session.finished else "running" if self.running else "at its end"
         return f"<tactor.Session {self.graph.name}: {state} at {self.now:g} s>"
 
 

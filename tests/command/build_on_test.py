@@ -97,7 +97,7 @@ class New(BuiltOn):
     def test_a_node_is_built_installed_and_found(self):
         said = self.new("node", "mylab.smooth").stdout
         self.assertEqual(sorted(p.name for p in (self.folder / "mylab").iterdir()), ["CMakeLists.txt", "README.md", "graph.yaml", "smooth.cpp"])
-        self.assertIn("cmake -S mylab", said)
+        self.assertRegex(said, "cmake -S mylab -B mylab/build -DCMAKE_PREFIX_PATH='[^']+' && cmake --build")
         for file in (self.folder / "mylab").iterdir():
             self.assertNotIn("example", file.read_text())
         build = self.build(self.folder / "mylab", "mylab")

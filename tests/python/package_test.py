@@ -35,6 +35,12 @@ class Package(PackageTest):
                               capture_output=True, text=True, check=True, env={"PYTHONPATH": str(PACKAGE.parent)})
         self.assertEqual(done.stdout, "set()\n")
 
+    def test_a_package_without_its_module_says_how_to_build_it(self):
+        shutil.copytree(PACKAGE, self.folder / "bare/tactor", ignore=shutil.ignore_patterns("_tactor*.so"))
+        done = subprocess.run([sys.executable, "-c", "import tactor"], capture_output=True, text=True, check=False,
+                              env={"PYTHONPATH": str(self.folder / "bare")})
+        self.assertIn("ImportError: tactor: its module _tactor was not built for Python 3.", done.stderr)
+
     def test_its_version_is_the_commands(self):
         self.assertEqual(tactor.__version__, command("--version").stdout.strip())
         self.assertTrue((PACKAGE / "py.typed").exists())

@@ -188,6 +188,14 @@ class Misuse(PackageTest):
         gc.collect()
         self.assertIn("gone", self.refused(tactor.RunError, feed.send, p_WH=[0, 0, 0], **Feeds.STILL))
 
+    def test_it_counts_as_running_from_its_beginning_to_its_end(self):
+        with tactor.Session(WALL, duration="0.05 s") as session:
+            rounds = 0
+            while session.running:
+                session.advance("10 ms")
+                rounds += 1
+            self.assertEqual((rounds, session.now), (5, 0.05))
+
     def test_a_session_that_never_starts_ends(self):
         with tactor.Session(WALL) as session:
             session.tap("device.state")
