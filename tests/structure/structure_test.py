@@ -86,6 +86,7 @@ class Includes(unittest.TestCase):
             "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction", "nodes/physics/mechanics"),
             "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation", "nodes/physics/contact",
                                     "nodes/physics/geometry", "nodes/physics/mechanics"),
+            "nodes/passivity": ("framework/core", "framework/node", "nodes/passivity"),
             # A field of forces samples the contacts of the scene, and keeps the device's track and bad samples out as
             # prediction does.
             "nodes/forcefield": ("framework/core", "framework/node", "nodes/forcefield", "nodes/physics", "nodes/prediction"),
