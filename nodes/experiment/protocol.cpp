@@ -13,6 +13,8 @@ namespace tactor {
 namespace {
 
 constexpr Duration screen_period{100'000'000};
+/// A session that stalls longer than this before it mutes a force has failed.
+constexpr Duration most_wait{5'000'000'000};
 
 /// Refuses what the schedule could not be made from.
 const Protocol::Params& checked_params(const Protocol::Params& params) {
@@ -191,7 +193,10 @@ void Protocol::step(StepContext& context) {
   const std::optional<Given> answer = given(now);
   double largest = 0;
   Stamped<Wrench> felt_now;
-  while (felt.pop(felt_now)) largest = std::max(largest, norm(felt_now.value.force));
+  while (felt.pop(felt_now)) {
+    felt_newest_ = norm(felt_now.value.force);
+    largest = std::max(largest, felt_newest_);
+  }
   switch (phase_) {
     case TrialPhase::waiting:
       if (answer) change_over(now, 0);
@@ -200,6 +205,11 @@ void Protocol::step(StepContext& context) {
     case TrialPhase::lift:
       if (now < until_) break;
       if (!prepared_) {
+        // Where somebody tells what is felt, nothing changes before it has faded.
+        if (felt_newest_ > params_.free_below) {
+          if (now > until_ + most_wait) throw RunError("mute: " + params_.mute + "=0 does not take the force away");
+          break;
+        }
         prepare(now);
         prepared_ = true;
         until_ = now + params_.change;

@@ -105,6 +105,7 @@ class Protocol final : public Node {
   std::optional<Answer> tuned_;
   std::int32_t buttons_ = 0, questions_ = 0, trials_ = 0, run_ = 1;
   std::array<double, 2> peak_{};  // N
+  double felt_newest_ = 0;        // N
   TrialPhase last_shown_ = TrialPhase::done;
 };
 

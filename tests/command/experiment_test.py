@@ -87,6 +87,34 @@ class Simulated(CommandTest):
             if row["other"] == "D":
                 self.assertNotEqual(row["response"], row["comparison"])
 
+    @needs_hdf5
+    def test_no_force_steps_while_a_hand_keeps_pressing(self):
+        """A hand that never lifts off, though methods and stiffness change: what the device shows follows the ramps of the gain."""
+        import h5py
+        graph = self.write("pressing.yaml", f"""format: 2
+extends: [{GRAPHS / "experiments/which_is_smoother.yaml"}, {GRAPHS / "experiments/observer.yaml"}]
+duration: 40 s
+nodes:
+  trajectory: {{repeat_after: 0, tremor_amplitude: 0, points: [{{t: 0 s, z: 2 mm}}]}}
+  protocol:
+    conditions: {{A: select.use=first; coupling.k_0=400 N/m, B: select.use=fourth; coupling.k_0=1200 N/m, C: ~, D: ~}}
+edges: [coupling.force -> protocol.force: ~]
+record: [device.commanded, protocol.screen]
+""")
+        self.assert_done(self.study("P01", *SHORT, "protocol.interval=0.4 s", graph=graph))
+        rows = rows_of(self.tables / "P01.csv")
+        self.assertEqual(len(rows), 4)
+        peaks = {(row["condition"] if row["comparison"] == i else row["other"]): float(row[f"peak_{i}_N"]) for row in rows for i in "12"}
+        # The settings of the conditions are felt.
+        self.assertGreater(peaks["B"], 1.3 * peaks["A"])
+        with h5py.File(self.folder / "out_P01/recording.h5") as file:
+            force = file["streams/device.commanded/data"]["force"][:, 2]
+        force = force[1000:]
+        steps = abs(force[1:] - force[:-1])
+        # At 1 kHz: a ramp of 0.1 s is at most 1.5 F / 100 a tick. The rest is for the coupling and the change-over of select.
+        self.assertGreater(max(force), 0.5)
+        self.assertLess(max(steps), 0.025 * max(force))
+
     def test_participants_get_their_own_orders_and_the_same_code_the_same(self):
         settings = (*SHORT, "protocol.procedure=constant", "protocol.levels=[0.1, 0.4]", "protocol.repeats=2")
         for participant in ("P01", "P02", "Q01"):

@@ -196,6 +196,25 @@ BOOST_AUTO_TEST_CASE(what_comes_during_an_interval_is_no_answer) {
   BOOST_TEST(d.rows.empty());
 }
 
+BOOST_AUTO_TEST_CASE(nothing_changes_before_the_felt_force_has_faded) {
+  Driven d(small_study());
+  d.answer(Protocol::Answer::first);
+  const auto feel = [&](double newtons) {
+    const Wrench wrench{{0, 0, newtons}, {}};
+    d.node.felt.push({d.now, d.now, d.sequence++}, &wrench);
+  };
+  feel(0.2);
+  for (int i = 0; i < 200; ++i) d.step();
+  BOOST_TEST(d.asked.size() == 1U);
+  feel(0.04);
+  d.step();
+  BOOST_TEST(d.asked.size() > 1U);
+  // A parameter that does not mute ends the run.
+  BOOST_TEST(d.until(TrialPhase::first));
+  feel(2);
+  BOOST_CHECK_THROW(for (int i = 0; i < 2000; ++i) d.step(), RunError);
+}
+
 BOOST_AUTO_TEST_CASE(the_largest_force_of_each_interval_is_kept) {
   Driven d(small_study());
   d.answer(Protocol::Answer::first);
@@ -205,6 +224,7 @@ BOOST_AUTO_TEST_CASE(the_largest_force_of_each_interval_is_kept) {
     d.step();
   };
   feel(9);
+  feel(0);
   BOOST_TEST(d.until(TrialPhase::first));
   for (const double force : {0.5, 2.0, 1.0}) feel(force);
   feel(0);
