@@ -53,7 +53,7 @@ def bears(device, hand, rate, stiffness, damping):
                        set={f"device.{name}": value for name, value in vars(worst_hand.KNOWN[hand]).items()} |
                        {"rate": rate, "wall.stiffness": stiffness, "wall.damping": damping, "device.force_slew": 1e9})
     speeds = numpy.linalg.norm(found.taps["device.truth"]["v_WD"], axis=1)
-    return not found.metrics["device.faults"] and not worst_hand.keeps_moving(speeds)
+    return numpy.isfinite(speeds).all() and not found.metrics["device.faults"] and not worst_hand.keeps_moving(speeds)
 
 
 def measured(key):
@@ -76,7 +76,7 @@ def method_limit(key):
             found = tactor.run("wall/closed_loop", over=[str(closed_loop.DEVICES[device]), method], taps=["device.truth"],
                                without_reference=True, set=values)
             speeds = numpy.linalg.norm(found.taps["device.truth"]["v_WD"], axis=1)
-            if found.metrics["device.faults"] or worst_hand.keeps_moving(speeds):
+            if not numpy.isfinite(speeds).all() or found.metrics["device.faults"] or worst_hand.keeps_moving(speeds):
                 return False
         return True
 

@@ -16,6 +16,15 @@ constexpr Duration screen_period{100'000'000};
 /// A session that stalls longer than this before it mutes a force has failed.
 constexpr Duration most_wait{5'000'000'000};
 
+/// A force, or a torque at 50 mm, that counts as faded away, N.
+constexpr double faded = 0.1;
+constexpr double lever = 0.05;  // m
+
+/// The force, or what makes the torque at the lever, whichever is larger, N.
+double size_of(const Wrench& wrench) {
+  return std::max(norm(wrench.force), norm(wrench.torque) / lever);
+}
+
 /// Refuses what the schedule could not be made from.
 const Protocol::Params& checked_params(const Protocol::Params& params) {
   Protocol::check(params);
@@ -40,6 +49,7 @@ Protocol::Protocol(const Params& params, const NodeContext& context)
     codes_.push_back(code);
     settings_.push_back(split_settings(text));
   }
+  if (params.procedure == Procedure::pairs) params_.level.clear();  // pairs have none
   if (codes_.empty()) {
     codes_.emplace_back("A");
     settings_.emplace_back();
@@ -111,8 +121,10 @@ void Protocol::open(Time now) {
 }
 
 bool Protocol::is_free() const {
+  if (!force.connected()) return true;
+  // Before the first result nobody knows.
   const auto* newest = force.latest();
-  return newest == nullptr || norm(newest->value.force) <= params_.free_below;
+  return newest != nullptr && size_of(newest->value) <= params_.free_below;
 }
 
 void Protocol::change_over(Time now, int interval) {
@@ -194,8 +206,8 @@ void Protocol::step(StepContext& context) {
   double largest = 0;
   Stamped<Wrench> felt_now;
   while (felt.pop(felt_now)) {
-    felt_newest_ = norm(felt_now.value.force);
-    largest = std::max(largest, felt_newest_);
+    felt_newest_ = size_of(felt_now.value);
+    largest = std::max(largest, norm(felt_now.value.force));
   }
   switch (phase_) {
     case TrialPhase::waiting:
@@ -206,7 +218,7 @@ void Protocol::step(StepContext& context) {
       if (now < until_) break;
       if (!prepared_) {
         // Where somebody tells what is felt, nothing changes before it has faded.
-        if (felt_newest_ > params_.free_below) {
+        if (felt_newest_ > faded) {
           if (now > until_ + most_wait) throw RunError("mute: " + params_.mute + "=0 does not take the force away");
           break;
         }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <set>
 
 #include "framework/core/check.hpp"
 #include "framework/core/text.hpp"
@@ -48,6 +49,30 @@ bool is_code(const std::string& text) {
          std::all_of(text.begin() + 1, text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
+std::string parameter_of(const std::string& setting) {
+  return std::string(trimmed(std::string_view(setting).substr(0, setting.find('='))));
+}
+
+/// Each condition sets the same parameters, so that nothing of one is left over in another, and none that the protocol
+/// itself sets.
+void check_parameters_of(const Protocol::Params& params) {
+  std::set<std::string> first;
+  for (const auto& [code, text] : params.conditions) {
+    const std::string path = "conditions." + code;
+    std::set<std::string> set;
+    for (const std::string& one : split_settings(text)) set.insert(parameter_of(one));
+    for (const std::string& name : set) {
+      if (name != params.mute && !(has_level(params) && name == params.level)) continue;
+      throw ValueError(path, path + ": " + name + " is set by the protocol itself, as its mute or level");
+    }
+    if (code == params.conditions.front().first) first = set;
+    if (set == first) continue;
+    throw ValueError(path, path + ": expected the same parameters as in " + params.conditions.front().first +
+                               ", so that nothing of one condition is left over in another; give the missing ones the "
+                               "value that the graph has");
+  }
+}
+
 void check_conditions(const Protocol::Params& params) {
   for (const auto& [code, text] : params.conditions) {
     if (is_code(code)) continue;
@@ -56,6 +81,7 @@ void check_conditions(const Protocol::Params& params) {
                      "found \"" +
                          code + "\"");
   }
+  check_parameters_of(params);
   if (params.procedure == Procedure::pairs && params.conditions.size() < 2) {
     throw ValueError("conditions", "conditions: expected two or more, which are compared with one another, found " +
                                        std::to_string(params.conditions.size()));

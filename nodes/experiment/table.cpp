@@ -155,20 +155,13 @@ ExperimentRow TrialTable::read_row(const std::string& line, std::size_t number) 
 TrialTable TrialTable::resume(const fs::path& file, std::vector<std::string> codes, std::uint64_t seed) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw ValueError("resume", file.string() + " cannot be read: there is no table to continue");
-  std::string text(std::istreambuf_iterator<char>(stream), {});
-  stream.close();
-  // A row that a crash has cut off has no end of line.
-  text.resize(text.find_last_of('\n') + 1);
+  // Read only once no other run can write it, and cut only once all of it is known to be this table.
   TrialTable table(file, std::move(codes), seed);
   table.open(0);
-  if (::ftruncate(table.file_.number(), static_cast<off_t>(text.size())) != 0) {
-    throw ValueError("folder", file.string() + " cannot be written: " + last_error());
-  }
-  if (text.empty()) {
-    table.write(std::string(table_header));
-    return table;
-  }
-  if (!text.starts_with(table_header)) {
+  std::string text(std::istreambuf_iterator<char>(stream), {});
+  // A row that a crash has cut off has no end of line.
+  text.resize(text.find_last_of('\n') + 1);
+  if (!text.empty() && !text.starts_with(table_header)) {
     throw ValueError("participant", table.place(1) + ": expected the heading of a table of trials, found another file");
   }
   std::size_t line = 2;
@@ -177,6 +170,10 @@ TrialTable TrialTable::resume(const fs::path& file, std::vector<std::string> cod
     table.rows_.push_back(table.read_row(text.substr(begin, end - begin), line));
     begin = end + 1;
   }
+  if (::ftruncate(table.file_.number(), static_cast<off_t>(text.size())) != 0) {
+    throw ValueError("folder", file.string() + " cannot be written: " + last_error());
+  }
+  if (text.empty()) table.write(std::string(table_header));
   return table;
 }
 

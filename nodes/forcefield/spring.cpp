@@ -69,7 +69,7 @@ void SpringForceField::take(Time now, const Stamped<DeviceState>& sample) {
 
 void SpringForceField::step(StepContext& context) {
   Stamped<DeviceState> sample;
-  if (samples_.next(device, sample)) take(context.now(), sample);
+  while (samples_.next(device, sample)) take(context.now(), sample);
 }
 
 void SpringForceField::report(Report& report) const {

@@ -14,8 +14,8 @@ NodeInfo PassivityController::declare() {
       "left at the next tick and how much the wrench wanted then would give. Where that is more, a damper in the "
       "direction of the motion takes off the difference: F - a d, with d the way of a tick. It takes the wrench's part "
       "along the motion down to zero at most, and in debt goes beyond, to pay back, by the damping that a handle of "
-      "`mass` bears. In debt only a force against the motion is commanded. Across the motion the wrench does no work "
-      "and stays.");
+      "`mass` and `inertia` bears. In debt only a force against the motion is commanded. Where there is no energy for "
+      "the way of the wrench down to zero at the gate's slew limits, all of it is scaled down.");
   declare_stage(node);
   return node
       .real("mass", &Params::mass,
@@ -26,19 +26,28 @@ NodeInfo PassivityController::declare() {
              .max = 100,
              .above_min = true,
              .as_in = Role::device})
+      .real("inertia", &Params::inertia,
+            {.doc = "inertia of the handle",
+             .unit = "kg m^2",
+             .default_value = 5e-5,
+             .min = 0,
+             .max = 10,
+             .above_min = true,
+             .as_in = Role::device})
       .real(
           "damping_share", &Params::damping_share,
           {.doc = "damping that pays back a debt, as a share of mass / tick: a damper that acts a tick late is stable "
                   "below 1",
            .default_value = 0.3,
            .min = 0,
-           .max = 1})
+           .max = 0.6})
       .info();
 }
 
 PassivityController::PassivityController(const Params& params, const NodeContext& context)
     : PassivityStage(params, context, 0),
-      damper_most_(params.damping_share * params.mass * params.rate * params.rate) {}
+      damper_most_(params.damping_share * params.mass * params.rate * params.rate),
+      turning_most_(params.damping_share * params.inertia * params.rate * params.rate) {}
 
 Wrench PassivityController::limit(const Wrench& whole) const noexcept {
   const SmallMotion d = way();
@@ -60,7 +69,7 @@ Wrench PassivityController::limit(const Wrench& whole) const noexcept {
     return {wanted.force - by * d.x, wanted.torque - (by * lever * lever) * d.r};
   }
   const double against = std::max(std::max(0.0, -given / length), std::min(-energy / length, damper_most_));
-  return {-against * d.x, -(against * lever * lever) * d.r};
+  return {-against * d.x, -std::min(against * lever * lever, turning_most_) * d.r};
 }
 
 }  // namespace tactor

@@ -10,6 +10,7 @@ class PassivityController final : public PassivityStage {
  public:
   struct Params : StageParams {
     double mass = 0;           ///< kg, of the handle
+    double inertia = 0;        ///< kg m^2, of the handle
     double damping_share = 0;  ///< of mass / tick
   };
   PassivityController(const Params& params, const NodeContext& context);
@@ -18,7 +19,8 @@ class PassivityController final : public PassivityStage {
  private:
   [[nodiscard]] Wrench limit(const Wrench& wanted) const noexcept override;
 
-  double damper_most_;  // N/m: of the damper's force for the way of a tick
+  double damper_most_;   // N/m: of the damper's force for the way of a tick
+  double turning_most_;  // N m/rad, likewise
 };
 
 }  // namespace tactor
