@@ -47,7 +47,8 @@ class Staircase {
   void answer(bool right);
   /// The levels at which the direction changed.
   [[nodiscard]] const std::vector<double>& reversals() const { return reversals_; }
-  /// The mean of the last `averaged` reversals, of a factor the geometric mean; none before there are so many.
+  /// The mean of the last `averaged` reversals, of a factor the geometric mean; none before there are so many, and
+  /// where one of them is at `least` or `most`.
   [[nodiscard]] std::optional<double> threshold() const;
 
  private:

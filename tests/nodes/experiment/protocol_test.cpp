@@ -26,7 +26,7 @@ Protocol::Params small_study() {
   Protocol::Params params;
   params.participant = "P01";
   params.procedure = Procedure::constant;
-  params.conditions = {{"A", "select.use=first"}, {"B", "select.use=fourth; coupling.k_0=800 N/m"}};
+  params.conditions = {{"A", "select.use=first; coupling.k_0=500 N/m"}, {"B", "select.use=fourth; coupling.k_0=800 N/m"}};
   params.mute = "gain.factor";
   params.level = "gain.factor";
   params.standard = 1;
@@ -316,6 +316,9 @@ BOOST_AUTO_TEST_CASE(a_study_that_makes_no_sense_is_refused_with_the_parameter) 
   BOOST_CHECK_NO_THROW(Protocol::check(small_study()));
   refused("participant", [](P& p) { p.participant = "Anna"; });
   refused("conditions.local", [](P& p) { p.conditions[0].first = "local"; });
+  refused("conditions.B", [](P& p) { p.conditions[1].second = "select.use=fourth"; });
+  refused("conditions.A", [](P& p) { p.conditions[0].second += "; " + p.mute + "=1"; });
+  refused("conditions.A", [](P& p) { p.conditions[0].second += ";" + p.level + " = 1"; });
   refused("level", [](P& p) { p.level.clear(); });
   refused("levels", [](P& p) { p.levels.clear(); });
   refused("levels", [](P& p) { p.levels = {0.1, 0}; });
