@@ -58,9 +58,11 @@ void Staircase::answer(bool right) {
 std::optional<double> Staircase::threshold() const {
   const auto averaged = static_cast<std::size_t>(design_.averaged);
   if (reversals_.size() < averaged) return std::nullopt;
-  // A staircase that turned at its bounds did not find where the answers turn.
+  // A staircase that turned at a bound every other time did not find where the answers turn.
   const auto at_bound = [this](double level) { return level <= design_.least || level >= design_.most; };
-  if (std::any_of(reversals_.end() - design_.averaged, reversals_.end(), at_bound)) return std::nullopt;
+  if (2 * std::count_if(reversals_.end() - design_.averaged, reversals_.end(), at_bound) >= design_.averaged) {
+    return std::nullopt;
+  }
   const bool is_log = design_.scale == StepScale::factor;
   const double sum = std::accumulate(reversals_.end() - design_.averaged, reversals_.end(), 0.0,
                                      [&](double s, double x) { return s + (is_log ? std::log(x) : x); });

@@ -48,7 +48,7 @@ class Staircase {
   /// The levels at which the direction changed.
   [[nodiscard]] const std::vector<double>& reversals() const { return reversals_; }
   /// The mean of the last `averaged` reversals, of a factor the geometric mean; none before there are so many, and
-  /// where one of them is at `least` or `most`.
+  /// where half of them are at `least` or `most`.
   [[nodiscard]] std::optional<double> threshold() const;
 
  private:

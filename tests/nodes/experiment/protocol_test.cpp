@@ -26,7 +26,8 @@ Protocol::Params small_study() {
   Protocol::Params params;
   params.participant = "P01";
   params.procedure = Procedure::constant;
-  params.conditions = {{"A", "select.use=first; coupling.k_0=500 N/m"}, {"B", "select.use=fourth; coupling.k_0=800 N/m"}};
+  params.conditions = {{"A", "select.use=first; coupling.k_0=500 N/m"},
+                       {"B", "select.use=fourth; coupling.k_0=800 N/m"}};
   params.mute = "gain.factor";
   params.level = "gain.factor";
   params.standard = 1;
@@ -143,7 +144,7 @@ BOOST_AUTO_TEST_CASE(what_is_felt_changes_only_while_the_force_is_muted) {
     }
   }
   BOOST_TEST(opened == 2 * 8);
-  BOOST_TEST(changes == 4 * 2 * 1 + 4 * 2 * 2);
+  BOOST_TEST(changes == 4 * 2 * 2 + 4 * 2 * 2);
   BOOST_TEST(d.asked.front() == "gain.factor=0");
   BOOST_TEST(d.asked.back() == "end");
   BOOST_TEST(d.rows.size() == 8U);
