@@ -22,7 +22,7 @@ TACTOR = ROOT / "build/release/bin/tactor"
 METHODS = ("hold", "lowpass", "linear", "linear_position", "fixed", "paper", "refit", "burg", "rls", "kalman", "multirate", "hermite_cubic",
            "hermite_quintic", "catmull_rom", "blend", "local_anchors", "local")
 RATES = (1, 2, 4)  # kHz
-SCENES = ("duck/scene", "wall/scene", "peg_in_hole/scene", "bunny/scene", "transfer/waves", "transfer/gears", "transfer/fast")
+SCENES = ("duck/scene", "wall/scene", "peg_in_hole/scene", "bunny/scene", "transfer/waves", "transfer/fast")
 LIVE_SCENES = ("wall/scene", "bunny/scene")
 RESULT, TICK = "prediction.", "interpolation."  # the nodes that step with each result of physics, and with each tick
 
