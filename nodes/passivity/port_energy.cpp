@@ -19,9 +19,8 @@ bool is_finite_state(const DeviceState& s) {
 }  // namespace
 
 Wrench PortEnergy::without_weight(const Wrench& wrench) const {
-  const double square = dot(options_.weight_W, options_.weight_W);
-  const double share = square > 0 ? std::clamp(dot(wrench.force, options_.weight_W) / square, 0.0, 1.0) : 0;
-  return {wrench.force - share * options_.weight_W, wrench.torque};
+  const bool nothing = wrench.force == Vec3{} && wrench.torque == Vec3{};
+  return nothing ? wrench : Wrench{wrench.force - options_.weight_W, wrench.torque};
 }
 
 double PortEnergy::most() const {

@@ -71,8 +71,7 @@ class PortEnergy {
   [[nodiscard]] double least() const { return least_; }
   /// Commanded now, without the tool's weight.
   [[nodiscard]] Wrench held() const { return without_weight(held_); }
-  /// The part of a wrench whose energy is counted: without the tool's weight, as far as the force has a part along it.
-  /// So a force that holds no weight, or is against it, is counted whole, and limiting it adds no weight.
+  /// The part of a wrench whose energy is counted: without the tool's weight; zero stays zero.
   [[nodiscard]] Wrench without_weight(const Wrench& wrench) const;
   /// Of the handle, m/s and rad/s.
   [[nodiscard]] const Twist& velocity() const { return velocity_; }

@@ -65,7 +65,15 @@ Wrench PassivityStage::within_energy(const Wrench& wanted) const {
   const Wrench counted = port_.without_weight(wanted);
   const Wrench left = limit(counted);
   // A sum of the same parts is not the same number.
-  return same(left, counted) ? wanted : wanted - counted + left;
+  if (same(left, counted)) return wanted;
+  // The weight is added only as far as it is wanted, because a method may display none: never against the force, and no
+  // more than it.
+  Vec3 weight = wanted.force - counted.force;
+  if (dot(weight, wanted.force) <= 0) weight = {};
+  Vec3 force = left.force + weight;
+  const double size = norm(force), most = std::max(norm(left.force), norm(wanted.force));
+  if (size > most) force = (most / size) * force;
+  return {force, left.torque};
 }
 
 void PassivityStage::step(StepContext& context) {
