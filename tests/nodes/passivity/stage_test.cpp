@@ -114,6 +114,37 @@ Given bounce(const std::string& kind, double K, double b) {
 
 }  // namespace
 
+BOOST_AUTO_TEST_CASE(where_a_method_displays_no_weight_the_bound_adds_none) {
+  Scene scene;  // with gravity
+  Body tool;
+  tool.name = scene.tool_name = "tool";
+  tool.motion = Motion::translation;
+  tool.mass = 1;
+  scene.bodies.push_back(tool);
+  BOOST_REQUIRE(dot(scene.gravity_W, Vec3{0, 0, -1}) > 9);
+  NodeContext with_weight = context(false);
+  with_weight.scene = &scene;
+  Loop loop("energy_bound");
+  loop.stage = std::make_unique<EnergyBound>(default_params<EnergyBound>(), with_weight);
+  loop.stage->device.configure({QueuePolicy::drop_oldest, 64});
+  loop.stage->commanded.configure({QueuePolicy::drop_oldest, 64});
+  loop.stage->segment.configure({QueuePolicy::latest, 1});
+  double least = 0, most = 0, last = 0;
+  // A wall pushes a handle out that has given nothing.
+  for (int n = 0; n < 200; ++n) {
+    DeviceState state;
+    state.X_WD.p.z = 1e-4 * n;
+    state.V_WD.v.z = 0.1;
+    last = loop.device_tick(state).force.z;
+    least = std::min(least, last);
+    most = std::max(most, last);
+    loop.stage_tick(constant_segment(loop.now, {{0, 0, 5}, {}}));
+  }
+  BOOST_TEST(least == 0);
+  BOOST_TEST(most <= 5);
+  BOOST_TEST(last < 5);  // it is limited
+}
+
 BOOST_AUTO_TEST_CASE(a_sampled_wall_beyond_its_passive_stiffness_is_active_without_and_passive_with_a_stage) {
   // A sampled spring is passive up to 2 b / T without delay; these are stiffer, and a tick late.
   for (const double b : {0.2, 1.0}) {
