@@ -134,6 +134,69 @@ class PartMetrics {
   string name_, suffix_, unit_;
 };
 
+void declare_parameters(Declare<Metrics>& node) {
+  using Params = Metrics::Params;
+  node.real("settle", &Params::settle,
+            {.doc = "the start that is left out of the metrics", .unit = "s", .default_value = 0.2, .min = 0})
+      .real("jnd_force", &Params::jnd_force,
+            {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
+      .real(
+          "jnd_torque", &Params::jnd_torque,
+          {.doc = "the smallest torque that is felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
+      .real("jnd_fraction", &Params::jnd_fraction,
+            {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
+      .real("handle_mass", &Params::handle_mass,
+            {.doc = "mass of the device's handle: how much force makes it vibrate",
+             .unit = "kg",
+             .default_value = 0.1,
+             .min = 0.001,
+             .max = 100})
+      .real("max_delay", &Params::max_delay,
+            {.doc = "largest delay that is looked for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
+      .real("loss_force", &Params::loss_force,
+            {.doc = "contact is lost where the reference force falls under it",
+             .unit = "N",
+             .default_value = 0.2,
+             .min = 0})
+      .real("loss_torque", &Params::loss_torque,
+            {.doc = "contact is lost where the reference torque falls under it",
+             .unit = "N m",
+             .default_value = 0.01,
+             .min = 0})
+      .real("loss_window", &Params::loss_window,
+            {.doc = "time after a loss in which overshoot and ghost force are looked for",
+             .unit = "s",
+             .default_value = 0.2,
+             .min = 0})
+      .real("rest", &Params::rest,
+            {.doc = "time at the end of the run over which the tool is to be at rest, for stability.*; 0: nothing is "
+                    "asked of it",
+             .unit = "s",
+             .default_value = 0,
+             .min = 0})
+      .real("rest_peak_to_peak", &Params::rest_peak_to_peak,
+            {.doc = "peak-to-peak amplitude that the tool may have at rest; more is a limit cycle. The tremor of a "
+                    "trajectory counts",
+             .unit = "m",
+             .default_value = 1e-4,
+             .min = 0})
+      .real("encoder_step", &Params::encoder_step,
+            {.doc = "step of the device's position encoders, for port.energy_allowed_J",
+             .unit = "m",
+             .default_value = 1e-5,
+             .min = 0,
+             .max = 1e-2,
+             .as_in = Role::device})
+      .real("encoder_step_angle", &Params::encoder_step_angle,
+            {.doc = "step of its angle encoders",
+             .unit = "rad",
+             .default_value = 1e-4,
+             .min = 0,
+             .max = 0.1,
+             .as_in = Role::device})
+      .formerly("rest_peak_to_peak", "rest_swing");
+}
+
 void declare_metrics(Declare<Metrics>& node) {
   PartMetrics(node, "force", "N", "N").declare();
   PartMetrics(node, "torque", "Nm", "N m").declare();
@@ -265,66 +328,8 @@ NodeInfo Metrics::declare() {
              {.doc = "the handle as it is, for the energy of the port; without it that is by `device`",
               .trigger = Trigger::yes,
               .required = false,
-              .queue = every})
-      .real("settle", &Params::settle,
-            {.doc = "the start that is left out of the metrics", .unit = "s", .default_value = 0.2, .min = 0})
-      .real("jnd_force", &Params::jnd_force,
-            {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
-      .real(
-          "jnd_torque", &Params::jnd_torque,
-          {.doc = "the smallest torque that is felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
-      .real("jnd_fraction", &Params::jnd_fraction,
-            {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
-      .real("handle_mass", &Params::handle_mass,
-            {.doc = "mass of the device's handle: how much force makes it vibrate",
-             .unit = "kg",
-             .default_value = 0.1,
-             .min = 0.001,
-             .max = 100})
-      .real("max_delay", &Params::max_delay,
-            {.doc = "largest delay that is looked for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
-      .real("loss_force", &Params::loss_force,
-            {.doc = "contact is lost where the reference force falls under it",
-             .unit = "N",
-             .default_value = 0.2,
-             .min = 0})
-      .real("loss_torque", &Params::loss_torque,
-            {.doc = "contact is lost where the reference torque falls under it",
-             .unit = "N m",
-             .default_value = 0.01,
-             .min = 0})
-      .real("loss_window", &Params::loss_window,
-            {.doc = "time after a loss in which overshoot and ghost force are looked for",
-             .unit = "s",
-             .default_value = 0.2,
-             .min = 0})
-      .real("rest", &Params::rest,
-            {.doc = "time at the end of the run over which the tool is to be at rest, for stability.*; 0: nothing is "
-                    "asked of it",
-             .unit = "s",
-             .default_value = 0,
-             .min = 0})
-      .real("rest_peak_to_peak", &Params::rest_peak_to_peak,
-            {.doc = "peak-to-peak amplitude that the tool may have at rest; more is a limit cycle. The tremor of a "
-                    "trajectory counts",
-             .unit = "m",
-             .default_value = 1e-4,
-             .min = 0})
-      .real("encoder_step", &Params::encoder_step,
-            {.doc = "step of the device's position encoders, for port.energy_allowed_J",
-             .unit = "m",
-             .default_value = 1e-5,
-             .min = 0,
-             .max = 1e-2,
-             .as_in = Role::device})
-      .real("encoder_step_angle", &Params::encoder_step_angle,
-            {.doc = "step of its angle encoders",
-             .unit = "rad",
-             .default_value = 1e-4,
-             .min = 0,
-             .max = 0.1,
-             .as_in = Role::device})
-      .formerly("rest_peak_to_peak", "rest_swing");
+              .queue = every});
+  declare_parameters(node);
   declare_metrics(node);
   return node.info();
 }

@@ -7,6 +7,7 @@
 #include "framework/node/set_request.hpp"
 #include "framework/session/session.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
+#include "tests/framework/session/needs_live.hpp"
 
 using namespace tactor;
 using namespace tactor::sample;
@@ -14,14 +15,6 @@ using namespace tactor::sample;
 namespace {
 
 constexpr std::int64_t request_ms = 1'000'000;
-
-struct LiveIsBuilt {
-  boost::test_tools::assertion_result operator()(boost::unit_test::test_unit_id) const {
-    boost::test_tools::assertion_result result(has_plugin("libtactor_live.so"));
-    if (!result) result.message() << "this build has no live engine";
-    return result;
-  }
-};
 
 /// Sends its parameter at a rate.
 class Sender final : public Node {
@@ -134,7 +127,7 @@ BOOST_AUTO_TEST_CASE(a_request_holds_from_the_next_millisecond_on_however_time_i
   }
 }
 
-BOOST_AUTO_TEST_CASE(a_live_run_does_what_its_nodes_ask, *boost::unit_test::precondition(LiveIsBuilt{})) {
+BOOST_AUTO_TEST_CASE(a_live_run_does_what_its_nodes_ask, *boost::unit_test::precondition(test::NeedsLive{})) {
   AskingPlan asking(Clock::real);
   Session session(asking.plan);
   int sets = 0;

@@ -11,6 +11,7 @@
 #include "framework/engine/run_events.hpp"
 #include "framework/node/plugin.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
+#include "tests/framework/session/needs_live.hpp"
 
 using namespace tactor;
 using namespace tactor::sample;
@@ -18,14 +19,6 @@ using namespace tactor::sample;
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
-
-struct NeedsLive {
-  boost::test_tools::assertion_result operator()(boost::unit_test::test_unit_id) const {
-    boost::test_tools::assertion_result result(has_plugin("libtactor_live.so"));
-    if (!result) result.message() << "this build has no live engine";
-    return result;
-  }
-};
 
 CostModel five_milliseconds() {
   CostModel cost;
@@ -63,7 +56,7 @@ double x_of(const void* value) {
 
 }  // namespace
 
-BOOST_AUTO_TEST_CASE(the_same_graph_runs_stepped_paced_and_live, *boost::unit_test::precondition(NeedsLive{})) {
+BOOST_AUTO_TEST_CASE(the_same_graph_runs_stepped_paced_and_live, *boost::unit_test::precondition(test::NeedsLive{})) {
   double at_once = 0, stepped = 0, paced = 0, live = 0;
   const std::vector<double> whole = run(By::whole, 1.0, at_once);
   BOOST_TEST(whole.size() == 199U);
@@ -77,7 +70,7 @@ BOOST_AUTO_TEST_CASE(the_same_graph_runs_stepped_paced_and_live, *boost::unit_te
   for (std::size_t i = 1; i < real.size(); ++i) BOOST_TEST(real[i] > real[i - 1]);
 }
 
-BOOST_AUTO_TEST_CASE(a_tap_comes_and_goes_while_a_session_runs, *boost::unit_test::precondition(NeedsLive{})) {
+BOOST_AUTO_TEST_CASE(a_tap_comes_and_goes_while_a_session_runs, *boost::unit_test::precondition(test::NeedsLive{})) {
   for (const Clock clock : {Clock::virtual_, Clock::real}) {
     SamplePlan sample({}, 1.0);
     sample.plan.graph.clock = clock;
@@ -118,7 +111,7 @@ BOOST_AUTO_TEST_CASE(under_the_virtual_clock_no_message_is_lost_on_its_way_to_wh
   BOOST_TEST(session.dropped() == 0U);
 }
 
-BOOST_AUTO_TEST_CASE(what_a_taker_throws_ends_the_run, *boost::unit_test::precondition(NeedsLive{})) {
+BOOST_AUTO_TEST_CASE(what_a_taker_throws_ends_the_run, *boost::unit_test::precondition(test::NeedsLive{})) {
   for (const Clock clock : {Clock::virtual_, Clock::real}) {
     SamplePlan sample({}, 30.0);
     sample.plan.graph.clock = clock;
@@ -190,7 +183,7 @@ struct TunedPlan {
 
 }  // namespace
 
-BOOST_AUTO_TEST_CASE(a_parameter_is_set_between_two_steps, *boost::unit_test::precondition(NeedsLive{})) {
+BOOST_AUTO_TEST_CASE(a_parameter_is_set_between_two_steps, *boost::unit_test::precondition(test::NeedsLive{})) {
   for (const Clock clock : {Clock::virtual_, Clock::real}) {
     TunedPlan tuned(clock);
     Session session(tuned.plan);
