@@ -118,13 +118,6 @@ NodeInfo Impact::declare() {
              .default_value = 0.02,
              .min = 1e-6,
              .max = 10})
-      .real("force_max", &Params::force_max,
-            {.doc = "of force and vibration together",
-             .unit = "N",
-             .default_value = 8,
-             .min = 0,
-             .above_min = true,
-             .as_in = Role::device})
       .real("force_slew", &Params::force_slew,
             {.doc = "largest change of the device's force, of which a vibration takes four fifths at most",
              .unit = "N/s",

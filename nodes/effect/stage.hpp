@@ -67,14 +67,21 @@ class EffectStage {
   std::int64_t counted_ = -1;
 };
 
-/// The ports of an effect: `segment` and `device` in, `segment` out.
+/// What every effect has: `segment` and `device` in, `segment` out, and the largest force (N) of all together.
 template <class N>
 Declare<N>& declare_stage(Declare<N>& node) {
   return node.realtime_safe()
       .role(Role::interpolation)
       .input("segment", &N::base, {.doc = "the force to add to", .trigger = Trigger::yes})
       .input("device", &N::device, {.doc = "the newest sample of the handle"})
-      .output("segment", &N::segment, "the same with the effect; without one, as it came");
+      .output("segment", &N::segment, "the same with the effect; without one, as it came")
+      .real("force_max", &N::Params::force_max,
+            {.doc = "of force and vibration together",
+             .unit = "N",
+             .default_value = 8,
+             .min = 0,
+             .above_min = true,
+             .as_in = Role::device});
 }
 
 }  // namespace tactor

@@ -64,13 +64,6 @@ NodeInfo Texture::declare() {
              .as_in = Role::device})
       .real("threshold", &Params::threshold,
             {.doc = "smaller forces are no contact", .unit = "N", .default_value = 0.05, .min = 0, .max = 10})
-      .real("force_max", &Params::force_max,
-            {.doc = "of force and vibration together",
-             .unit = "N",
-             .default_value = 8,
-             .min = 0,
-             .above_min = true,
-             .as_in = Role::device})
       .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .metric("texture.sliding_ticks", "1", "ticks with contact and motion", Better::neither)
       .metric("texture.rms_N", "N", "RMS of what was added at those", Better::neither)
