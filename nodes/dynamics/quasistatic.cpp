@@ -23,6 +23,8 @@ NodeInfo QuasistaticDynamics::declare() {
       "whatever the coupling and the materials say. Without contact it is where the handle is. Goes with "
       "coupling.static. Nothing smooths the force; where contacts appear and vanish the tool jumps.");
   declare_dynamics(d);
+  d.refuses("coupling", "damper",
+            "its tool has no damper, which is all that a line of waves pulls it by; use dynamics.translation");
   return d.info();
 }
 

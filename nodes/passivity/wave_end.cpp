@@ -1,0 +1,76 @@
+#include "nodes/passivity/wave_end.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactor {
+
+double WaveEnd::energy_of(const Vec3& way, double dt) const {
+  return 0.25 * impedance_ * dot(way, way) / dt;
+}
+
+void WaveEnd::start(Time at, const Vec3& p_WD) {
+  at_ = at;
+  outgoing_ = incoming_ = p_WD;
+  result_ = {at, p_WD, p_WD};
+}
+
+void WaveEnd::advance(Time at, const Vec3& way, const Vec3& force) {
+  const double dt = (at - at_).seconds();
+  at_ = at;
+  const Vec3 damped = (dt / impedance_) * force;
+  const Vec3 out = way - damped, in = way + damped;
+  outgoing_ += out;
+  incoming_ += in;
+  energy_out_ += energy_of(out, dt);
+  energy_played_ += energy_of(in, dt);
+  left_[(left_begin_ + left_count_) % ticks_kept] = {at, energy_out_};
+  if (left_count_ < ticks_kept) {
+    ++left_count_;
+  } else {
+    left_begin_ = (left_begin_ + 1) % ticks_kept;
+  }
+}
+
+/// J that had left by then, and what is kept for it is let go. Later times ask later.
+double WaveEnd::energy_out_by(Time at) {
+  for (; left_count_ > 0 && left_[left_begin_].at <= at; --left_count_) {
+    energy_out_there_ = left_[left_begin_].energy;
+    left_begin_ = (left_begin_ + 1) % ticks_kept;
+  }
+  return energy_out_there_;
+}
+
+Vec3 WaveEnd::arrive(const Result& result, Time now, double by_weight) {
+  const double period = (result.at - result_.at).seconds();
+  const Vec3 out = result.handle - result_.handle, tool = result.tool - result_.tool;
+  const Vec3 pull = (impedance_ / period) * (out - tool);  // of the damper, on the tool
+  const double before = energy_out_there_;
+  const double there = energy_out_by(result.at);
+  energy_brought_ = std::min(energy_brought_ + (there - before) - dot(pull, tool), there + by_weight);
+  rate_ = (1 / period) * (2 * tool - out);
+  period_ = period;
+  arrival_ = now;
+  result_ = result;
+  return -1 * pull;
+}
+
+Vec3 WaveEnd::force(Time begin, const Vec3& velocity, const Vec3& held) {
+  const double since = (begin - arrival_).seconds();
+  // Where the tick before `begin` leads.
+  const Vec3 in = velocity + (1 / impedance_) * held;
+  const Vec3 place = incoming_ + tick_ * in;
+  const double left = energy_brought_ - energy_played_ - energy_of(tick_ * in, tick_);
+
+  const Vec3 rate = since < 2 * period_ ? rate_ : Vec3{};
+  const Vec3 due = arrived() - std::max(0.0, period_ - since - tick_) * rate_;
+  Vec3 wanted = rate + (1 / catch_up_) * (due - place - tick_ * rate);
+  const double lasts = std::max({period_ - since, 0.25 * period_, tick_});
+  const double most = left > 0 ? std::sqrt(4 * left / (impedance_ * lasts)) : 0;
+  const double size = norm(wanted);
+  was_cut_ = size > most;
+  if (was_cut_) wanted = (most / size) * wanted;
+  return impedance_ * (wanted - velocity);
+}
+
+}  // namespace tactor

@@ -1,0 +1,178 @@
+#include "nodes/passivity/waves.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "framework/core/segment.hpp"
+#include "framework/core/value_error.hpp"
+#include "nodes/physics/mechanics/handle.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// A damper that acts some ticks late on a mass m is stable up to this share of m / tick.
+constexpr double damping_share = 0.25;
+
+void check(const Waves::Params& params, const NodeContext& context) {
+  if (context.torque) {
+    throw InputError(
+        "passivity.waves carries forces and no torques, and the tool of this scene turns: expected motion: translation "
+        "for every body that moves; passivity.energy_bound and passivity.controller bound torques too");
+  }
+  const double most = damping_share * params.mass * params.rate;
+  if (params.impedance <= most) return;
+  std::ostringstream text;
+  text << "impedance is too high for the handle: expected at most a quarter of mass * rate, " << most << " N s/m for "
+       << params.mass << " kg at " << params.rate << " Hz, found " << params.impedance << " N s/m";
+  throw ValueError("impedance", text.str());
+}
+
+}  // namespace
+
+NodeInfo Waves::declare() {
+  Declare<Waves> node("passivity.waves",
+                      "Couples the handle to the tool by a line of wave variables, passive whatever it delays.");
+  node.details(
+      "In place of a coupling where there is a delay. A damper of the wave impedance b ties the handle to a place that "
+      "moves as the returning wave says, another ties the tool to a place that moves as the outgoing wave says. "
+      "v_out = v - F / b leaves with each tick, made of the force that was commanded and of the way that the encoder "
+      "showed; physics gets it as its handle. What returns for a result is 2 p_WT - p_WD. It is played over the "
+      "result's period by F = b (v_in - v), from the energy that results have brought, so that the port never gives "
+      "more energy than went into the line. At rest the handle feels a spring of b / D, with D half the time from the "
+      "handle to physics and back, in series with the contact; moved freely it feels a mass of b D. Its dynamics needs "
+      "mass: not dynamics.quasistatic. Forces only, no torques.");
+  const Queue every{QueuePolicy::drop_oldest, 64};
+  return node.realtime_safe()
+      .input("device", &Waves::device, {.doc = "every sample of the handle", .trigger = Trigger::yes, .queue = every})
+      .input("commanded", &Waves::commanded,
+             {.doc = "what the device commands: the wave that leaves is made of this force", .queue = every})
+      .input("state", &Waves::state, {.doc = "tool and outgoing wave at one instant: the wave that returns"})
+      .output("wave", &Waves::wave, "the outgoing wave, for physics to take as its handle")
+      .output("parameters", &Waves::parameters, "the damper between that and the tool: at the start")
+      .kind("parameters", "damper")
+      .output("force", &Waves::force, "force on the far end of the line, the mean of a result's period")
+      .output("segment", &Waves::segment, "the force at the next tick, held")
+      .real("impedance", &Params::impedance,
+            {.doc = "wave impedance b: the stiffness wanted at rest times half the time to physics and back; at most a "
+                    "quarter of mass * rate",
+             .unit = "N s/m",
+             .default_value = 20,
+             .min = 0,
+             .max = 1e4,
+             .above_min = true})
+      .real("mass", &Params::mass,
+            {.doc = "mass of the handle",
+             .unit = "kg",
+             .default_value = 0.1,
+             .min = 0,
+             .max = 100,
+             .above_min = true,
+             .as_in = Role::device})
+      .real("catch_up", &Params::catch_up,
+            {.doc = "time constant by which the returning wave is played that is due and has not been played",
+             .unit = "s",
+             .default_value = 0.05,
+             .min = 1e-3,
+             .max = 10})
+      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .role(Role::coupling)
+      .metric("waves.cut_share", "1", "share of the ticks in which the returning wave had too little energy",
+              Better::lower)
+      .metric("waves.lag_rms_m", "m", "RMS of what of the returning wave had come and not been played", Better::lower)
+      .metric("waves.energy_out_J", "J", "energy of the waves that left", Better::neither)
+      .metric("waves.energy_played_J", "J", "energy of the waves that were played", Better::neither)
+      .info();
+}
+
+Waves::Waves(const Params& params, const NodeContext& context)
+    : params_(params),
+      tick_(Duration::from_rate(params.rate)),
+      end_(params.impedance, tick_.seconds(), params.catch_up) {
+  check(params, context);
+  const Body* tool = context.scene->tool();
+  if (tool != nullptr) weight_W_ = tool->mass * context.scene->gravity_W;
+}
+
+void Waves::start(StepContext& context) {
+  // Physics does not limit what acts on its tool: the largest force is the device's matter.
+  constexpr double no_limit = 1e6;
+  parameters.send(context.now(), {.b_t = params_.impedance, .force_max = no_limit, .torque_max = no_limit});
+}
+
+void Waves::take_state(const Stamped<DeviceState>& sample) {
+  if (!is_usable(sample.value) || (started_ && sample.stamp.valid <= shown_.stamp.valid)) return;
+  const Vec3& p = sample.value.X_WD.p;
+  const Time at = sample.stamp.valid;
+  DeviceState out = sample.value;
+  if (started_) {
+    const Vec3 before = end_.outgoing();
+    end_.advance(at, p - shown_.value.X_WD.p, held_);
+    out.V_WD.v = (1 / (at - shown_.stamp.valid).seconds()) * (end_.outgoing() - before);
+  } else {
+    end_.start(at, p);
+    begin_ = p;
+    started_ = true;
+  }
+  shown_ = sample;
+  out.X_WD.p = end_.outgoing();
+  out.V_WD.w = {};
+  wave.send(at, out);
+}
+
+void Waves::hold_until(const Time* end) {
+  // A command of the time of a state is held from that state on.
+  for (;;) {
+    if (!has_next_) has_next_ = new_commands_.next(commanded, next_);
+    if (!has_next_ || (end != nullptr && next_.stamp.valid >= *end)) return;
+    if (is_finite(next_.value)) held_ = next_.value.force;
+    has_next_ = false;
+  }
+}
+
+void Waves::take_ticks() {
+  Stamped<DeviceState> sample;
+  while (new_states_.next(device, sample)) {
+    hold_until(&sample.stamp.valid);
+    take_state(sample);
+  }
+  hold_until(nullptr);
+}
+
+void Waves::take_result(Time now) {
+  Stamped<PhysicsState> result;
+  while (new_results_.next(state, result)) {
+    const PhysicsState& s = result.value;
+    if (result.stamp.valid <= end_.result().at || !is_finite(s.X_WT.p) || !is_finite(s.X_WD.p)) continue;
+    // What the tool's weight has given on its way comes back beside what left.
+    const double by_weight = dot(weight_W_, s.X_WT.p - begin_);
+    force.send(result.stamp.valid, {end_.arrive({result.stamp.valid, s.X_WT.p, s.X_WD.p}, now, by_weight), {}});
+    has_result_ = true;
+  }
+}
+
+void Waves::step(StepContext& context) {
+  take_ticks();
+  if (!started_) return;
+  take_result(context.now());
+  if (!has_result_) return;
+  // The device ticks next a tick after its newest sample, or after now where it is late.
+  const Time next = std::max(shown_.stamp.valid, context.now() - tick_) + tick_;
+  const Vec3 wanted = end_.force(next, shown_.value.V_WD.v, held_);
+  ++ticks_;
+  if (end_.was_cut()) ++cut_;
+  const Vec3 lag = end_.arrived() - end_.incoming();
+  lag_sum_ += dot(lag, lag);
+  segment.send(end_.result().at, constant_segment(next, {wanted, {}}));
+}
+
+void Waves::report(Report& report) const {
+  const auto ticks = static_cast<double>(std::max<std::uint64_t>(ticks_, 1));
+  report.set("waves.cut_share", static_cast<double>(cut_) / ticks);
+  report.set("waves.lag_rms_m", std::sqrt(lag_sum_ / ticks));
+  report.set("waves.energy_out_J", end_.energy_out());
+  report.set("waves.energy_played_J", end_.energy_played());
+}
+
+}  // namespace tactor
