@@ -50,13 +50,13 @@ Vec3 WaveEnd::arrive(const Result& result, Time now, double by_weight) {
   energy_brought_ = std::min(energy_brought_ + (there - before) - dot(pull, tool), there + by_weight);
   rate_ = (1 / period) * (2 * tool - out);
   period_ = period;
-  arrival_ = now;
+  from_ = now;
   result_ = result;
   return -1 * pull;
 }
 
 Vec3 WaveEnd::force(Time begin, const Vec3& velocity, const Vec3& held) {
-  const double since = (begin - arrival_).seconds();
+  const double since = (begin - from_).seconds() - tick_;
   // Where the tick before `begin` leads.
   const Vec3 in = velocity + (1 / impedance_) * held;
   const Vec3 place = incoming_ + tick_ * in;

@@ -89,7 +89,7 @@ class WaveEnd {
   Result result_;
   Vec3 rate_;  // m/s, of the incoming wave by the newest result
   double period_ = 0;
-  Time arrival_;
+  Time from_;  // when the newest result came; it is played from the tick after
   double energy_out_ = 0, energy_brought_ = 0, energy_played_ = 0;
   double energy_out_there_ = 0;  // by the time of the newest result
   bool was_cut_ = false;

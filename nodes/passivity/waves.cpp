@@ -6,7 +6,6 @@
 
 #include "framework/core/segment.hpp"
 #include "framework/core/value_error.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 
@@ -102,23 +101,18 @@ void Waves::start(StepContext& context) {
 }
 
 void Waves::take_state(const Stamped<DeviceState>& sample) {
-  if (!is_usable(sample.value) || (started_ && sample.stamp.valid <= shown_.stamp.valid)) return;
+  const bool finite = is_finite(sample.value.X_WD.p) && is_finite(sample.value.V_WD.v);
+  if (!finite || (started_ && sample.stamp.valid <= shown_.stamp.valid)) return;
   const Vec3& p = sample.value.X_WD.p;
-  const Time at = sample.stamp.valid;
-  DeviceState out = sample.value;
   if (started_) {
-    const Vec3 before = end_.outgoing();
-    end_.advance(at, p - shown_.value.X_WD.p, held_);
-    out.V_WD.v = (1 / (at - shown_.stamp.valid).seconds()) * (end_.outgoing() - before);
+    end_.advance(sample.stamp.valid, p - shown_.value.X_WD.p, held_);
   } else {
-    end_.start(at, p);
-    begin_ = p;
+    end_.start(sample.stamp.valid, p);
+    begin_ = sent_ = p;
+    sent_at_ = sample.stamp.valid;
     started_ = true;
   }
   shown_ = sample;
-  out.X_WD.p = end_.outgoing();
-  out.V_WD.w = {};
-  wave.send(at, out);
 }
 
 void Waves::hold_until(const Time* end) {
@@ -140,6 +134,20 @@ void Waves::take_ticks() {
   hold_until(nullptr);
 }
 
+/// One a step, however many samples it took: the mean of several takes energy away, and adds none.
+void Waves::send_wave() {
+  const Time at = shown_.stamp.valid;
+  DeviceState out = shown_.value;
+  out.X_WD.p = end_.outgoing();
+  out.V_WD = {};
+  const double dt = (at - sent_at_).seconds();
+  if (dt > 0) out.V_WD.v = (1 / dt) * (end_.outgoing() - sent_);
+  if (dt > 0 || !has_sent_) wave.send(at, out);
+  has_sent_ = true;
+  sent_ = end_.outgoing();
+  sent_at_ = at;
+}
+
 void Waves::take_result(Time now) {
   Stamped<PhysicsState> result;
   while (new_results_.next(state, result)) {
@@ -155,6 +163,7 @@ void Waves::take_result(Time now) {
 void Waves::step(StepContext& context) {
   take_ticks();
   if (!started_) return;
+  send_wave();
   take_result(context.now());
   if (!has_result_) return;
   // The device ticks next a tick after its newest sample, or after now where it is late.

@@ -41,6 +41,7 @@ class Waves final : public Node {
   void take_ticks();
   void take_state(const Stamped<DeviceState>& sample);
   void hold_until(const Time* end);
+  void send_wave();
   void take_result(Time now);
 
   Params params_;
@@ -55,6 +56,9 @@ class Waves final : public Node {
   bool started_ = false;
   Stamped<DeviceState> shown_;  // the newest sample of the handle
   Vec3 held_;                   // N, commanded now
+  bool has_sent_ = false;
+  Vec3 sent_;     // m, the outgoing wave that was sent last
+  Time sent_at_;  // its time
   bool has_result_ = false;
   Vec3 begin_;  // m, where the line began
   std::uint64_t ticks_ = 0, cut_ = 0;

@@ -1,0 +1,148 @@
+#!/usr/bin/python3
+"""What a line of wave variables does where physics is far away, beside a held force without and with an energy bound, as Markdown tables:
+the net energy of the port by the true motion of the handle, the stiffness at rest, the error against the ideal wall, and microseconds a tick.
+
+`bench/waves.py [--jobs N]`, with a built release preset, h5py and numpy. Some minutes on two cores. All is computed here, from what was recorded.
+"""
+import argparse
+import collections
+import concurrent.futures
+import itertools
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "bench"))
+from passivity import GRAPHS, HANDS, STEP, STIFFNESSES, STUDIED, TACTOR, energy  # noqa: E402
+from run_time import table  # noqa: E402
+
+STAGES = ("none", "energy_bound", "waves")
+OVER = {"none": ("methods/hold.yaml",), "energy_bound": ("methods/hold.yaml", "passivity/energy_bound.yaml"), "waves": ("passivity/waves.yaml",)}
+DELAYS = (0, 10, 50, 100)  # ms each way, as in graphs/passivity/delay_*.yaml
+SEEDS, JITTERS = (1001, 1002), ("10 %", "30 %")
+WALL = GRAPHS / "wall/closed_loop.yaml"
+TOUCH, MATERIAL = 4e-3, 1e5  # m, where the sphere touches; N/m, of wall and of tool
+# s: half of the time to physics and back where no edge delays: a period until a wave is in a result, one until it is there, and a tick and a half.
+HALF_LOOP = 0.5 * (2 * 11.7e-3 + 1.5e-3)
+IMPEDANCE_MOST = 25  # N s/m, a quarter of the handle's 0.1 kg by 1 kHz
+FIRM = next(iter(HANDS)), 1
+Cell = collections.namedtuple("Cell", "hand of_hand stiffness delay jitter seed stage")
+Found = collections.namedtuple("Found", "cell given allowed stiffness ripple error")
+
+
+def impedance(stiffness, delay):
+    """N s/m: the line is as stiff at rest as the coupling would be, where the handle bears it."""
+    return min(IMPEDANCE_MOST, stiffness * (1e-3 * delay + HALF_LOOP))
+
+
+def run(graph, over, settings):
+    """The summary, and the forces commanded (N) and the true positions (m), a row a tick."""
+    import h5py
+
+    with tempfile.TemporaryDirectory() as out:
+        command = [TACTOR, "run", graph]
+        for file in over:
+            command += ["--over", GRAPHS / file]
+        for setting in ("record=[device.truth, device.commanded]", "metrics=~", *settings):
+            command += ["--set", setting]
+        subprocess.run([*command, "--overwrite", "--out", out], check=True, stdout=subprocess.DEVNULL)
+        summary = json.loads((pathlib.Path(out) / "summary.json").read_text())
+        with h5py.File(pathlib.Path(out) / "recording.h5") as file:
+            force = file["streams/device.commanded/data"]["force"][:]
+            p = file["streams/device.truth/data"]["p_WD"][:]
+    ticks = min(len(force), len(p))
+    return summary, force[:ticks], p[:ticks]
+
+
+def overlays(stage, delay):
+    return (*OVER[stage], *((f"passivity/delay_{delay}ms.yaml",) if delay else ()))
+
+
+def ideal(stiffness, p):
+    """N along z: coupling and contact in series at the true place of the handle."""
+    import numpy
+
+    return numpy.maximum(0, TOUCH - p[:, 2]) / (1 / stiffness + 2 / MATERIAL)
+
+
+def measure(cell):
+    import numpy
+
+    settings = [f"scene.bodies.{body}.material.stiffness={MATERIAL} N/m" for body in ("wall", "tool")]
+    settings += [f"collision.cost.jitter={cell.jitter}", f"seed={cell.seed}", *HANDS[cell.hand][cell.of_hand]]
+    # The coupling's k_t, or the line that is as stiff.
+    settings.append(f"coupling.impedance={impedance(cell.stiffness, cell.delay)} N s/m" if cell.stage == "waves" else
+                    f"coupling.k_t={cell.stiffness} N/m")
+    _, force, p = run(WALL, overlays(cell.stage, cell.delay), settings)
+    given, allowed = energy(force, p)
+    rest, pressed = force[-1000:, 2], TOUCH - p[-1000:, 2].mean()
+    wanted = ideal(cell.stiffness, p)
+    error = numpy.sqrt(((force[:, 2] - wanted) ** 2).sum() / (wanted ** 2).sum())
+    return Found(cell, given, allowed, float(rest.mean() / pressed) if pressed > 1e-4 else None, float(rest.std()), float(100 * error))
+
+
+def cells():
+    hands = [(hand, i) for hand, settings in HANDS.items() for i in range(len(settings))]
+    for (hand, i), stiffness, delay, jitter, seed, stage in itertools.product(hands, STIFFNESSES, DELAYS, JITTERS, SEEDS, STAGES):
+        yield Cell(hand, i, stiffness, delay, jitter, seed, stage)
+
+
+def named(stage):
+    return {"none": "`hold`", "energy_bound": "`hold`, `energy_bound`", "waves": "`waves`"}[stage]
+
+
+def energy_rows(found):
+    """A row a delay and stage: of how many cells, how many keep the bound, and the worst."""
+    for delay, stage in itertools.product(DELAYS, STAGES):
+        of = [f for f in found if f.cell.delay == delay and f.cell.stage == stage]
+        worst = max(of, key=lambda f: f.given / f.allowed)
+        yield [delay, named(stage), f"{sum(f.given <= f.allowed for f in of)} of {len(of)}", 1e3 * max(f.given for f in of),
+               worst.given / worst.allowed, f"{worst.cell.hand}, {worst.cell.stiffness} N/m"]
+
+
+def rendering_rows(found):
+    """A row a delay and coupling, of the study's firm hand: stiffness and ripple at rest, and the error, of each stage."""
+    for delay, stiffness in itertools.product(DELAYS, STIFFNESSES[::2] + STIFFNESSES[-1:]):
+        of = {f.cell.stage: f for f in found if (f.cell.hand, f.cell.of_hand) == FIRM and f.cell.seed == SEEDS[0] and f.cell.jitter == JITTERS[0] and
+              (f.cell.delay, f.cell.stiffness) == (delay, stiffness)}
+        b = impedance(stiffness, delay)
+        line = b / (1e-3 * delay + HALF_LOOP)
+        yield [delay, stiffness, b, 1 / (1 / line + 2 / MATERIAL), *(value for stage in STAGES for value in (of[stage].stiffness, of[stage].ripple,
+                                                                                                            of[stage].error))]
+
+
+def cost_rows(repeats=5):
+    """us a step of the line, of a coupling and of a bound, in runs of the wall; the quickest of some."""
+    for stage, node in (("waves", "coupling"), ("energy_bound", "coupling"), ("energy_bound", "passivity")):
+        runs = [run(GRAPHS / "wall/scene.yaml", OVER[stage], ["duration=10 s"])[0]["cost_us"] for _ in range(repeats)]
+        best = min(runs, key=lambda cost: cost[node]["total_s"])[node]
+        name = {"coupling": "`coupling.adaptive`", "passivity": "`energy_bound`"}[node] if stage != "waves" else "`waves`"
+        yield [name, best["steps"] / 10, best["median"], best["p99"], 1e6 * best["total_s"] / 10]
+
+
+def tables(jobs):
+    """The generated section on waves of docs/passivity.md."""
+    costs = list(cost_rows())
+    with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
+        found = list(pool.map(measure, cells(), chunksize=8))
+    headings = [f"{named(stage)}: {what}" for stage in STAGES for what in ("N/m at rest", "ripple, N", "error, %")]
+    return "\n".join([
+        "### Energy, with physics away\n\nAll hands, 50 to 6400 N/m, two seeds, cost of collision uneven by 10 % and by 30 %. The impedance is the "
+        f"coupling's stiffness by half the time there and back, {IMPEDANCE_MOST} N s/m at most.\n",
+        table(["delay each way, ms", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], energy_rows(found)),
+        "### How stiff the wall is, with physics away\n\nThe study's firm hand. At rest: mean force over mean depth of the last second, and the "
+        "force's standard deviation. The error is that of the whole run against coupling and contact in series at the true place, in percent "
+        "of that force's RMS.\n",
+        table(["delay each way, ms", "coupling, N/m", "b, N s/m", "b / D and contact, N/m", *headings], rendering_rows(found)),
+        "### Cost of the line\n\nUnder the virtual clock, the quickest of five runs of `wall/scene`.\n",
+        table(["node", "steps a second", "median, us", "p99, us", "us a second"], costs)])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    print(tables(parser.parse_args().jobs), end="")

@@ -1,0 +1,183 @@
+// The node of the wave line: what it sends, refuses, and leaves to the heap.
+#include <boost/test/unit_test.hpp>
+#include <cmath>
+
+#include "framework/core/check.hpp"
+#include "framework/core/segment.hpp"
+#include "framework/realtime/allocation_watch.hpp"
+#include "nodes/passivity/waves.hpp"
+#include "tests/heap_is_counted.hpp"
+#include "tests/nodes/defaults.hpp"
+#include "tests/nodes/force_stream.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+
+namespace {
+
+constexpr Duration tick{1'000'000};
+constexpr double T = 1e-3;  // s
+
+/// A line with a device that commands what it sends, and a tool that stands at the origin.
+struct Loop {
+  Loop() : waves(default_params<Waves>(), context(false)) {
+    waves.device.configure({QueuePolicy::drop_oldest, 64});
+    waves.commanded.configure({QueuePolicy::drop_oldest, 64});
+    waves.state.configure({QueuePolicy::latest, 1});
+  }
+  /// The device shows the handle and commands the force that was sent; then the line steps, `steps` or not.
+  void device_tick(const Vec3& p, const Vec3& v, bool steps = true) {
+    DeviceState state;
+    state.X_WD.p = p;
+    state.V_WD.v = v;
+    commanded = evaluate(shown, now);
+    const Stamp stamp{now, now, n++};
+    waves.device.push(stamp, &state);
+    waves.commanded.push(stamp, &commanded);
+    sent = 0;
+    if (steps) step();
+    now = now + tick;
+  }
+  void result() {
+    PhysicsState state;
+    state.X_WD = wave.X_WD;
+    const Stamp stamp{wave_at, now, n};
+    waves.state.push(stamp, &state);
+  }
+  void step() {
+    StepContext c(now);
+    waves.step(c);
+    sent = waves.wave.pending();
+    if (sent > 0) {
+      wave = test::sent(waves.wave, sent - 1);
+      wave_at = waves.wave.pending_valid(sent - 1);
+    }
+    if (waves.segment.pending() > 0) {
+      shown = test::sent(waves.segment);
+      valid = waves.segment.pending_valid(0);
+    }
+    if (waves.force.pending() > 0) force = test::sent(waves.force).force;
+    waves.wave.clear_pending();
+    waves.segment.clear_pending();
+    waves.force.clear_pending();
+  }
+  Waves waves;
+  Time now;
+  std::uint64_t n = 0;
+  DeviceState wave;
+  Time wave_at, valid;
+  ForceSegment shown;
+  Wrench commanded;
+  Vec3 force;
+  std::size_t sent = 0;
+};
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(the_tool_is_dragged_by_a_damper_of_the_impedance) {
+  Loop loop;
+  StepContext c({});
+  loop.waves.start(c);
+  const CouplingParameters& parameters = sent(loop.waves.parameters);
+  BOOST_TEST(parameters.k_t == 0);
+  BOOST_TEST(parameters.b_t == default_params<Waves>().impedance);
+  BOOST_TEST(parameters.massless == 0);
+}
+
+BOOST_AUTO_TEST_CASE(the_wave_that_leaves_is_of_the_force_commanded_and_of_the_way_shown) {
+  const double b = default_params<Waves>().impedance;
+  Draw draw(4);
+  Loop loop;
+  Vec3 p, place;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 way = draw.normal_vector(1e-4);
+    const Vec3 force = loop.commanded.force;
+    p += way;
+    place += i > 0 ? way - (T / b) * force : way;
+    const Vec3 before = loop.wave.X_WD.p;
+    loop.device_tick(p, (1 / T) * way);
+    BOOST_TEST_REQUIRE(loop.sent == 1U);
+    BOOST_TEST(norm(loop.wave.X_WD.p - place) < 1e-12);
+    if (i > 0) BOOST_TEST(norm(T * loop.wave.V_WD.v - (place - before)) < 1e-12);
+    BOOST_TEST((loop.wave_at == loop.now + Duration{-tick.ns}));
+    if (i % 12 == 0) loop.result();
+  }
+  BOOST_TEST(norm(loop.commanded.force) > 0.1, "a force was there");
+}
+
+BOOST_AUTO_TEST_CASE(a_force_is_stamped_as_the_result_that_it_comes_from_and_none_is_sent_before) {
+  const double b = default_params<Waves>().impedance;
+  Loop loop;
+  for (int i = 0; i < 20; ++i) loop.device_tick({1e-4 * i, 0, 0}, {0.1, 0, 0});
+  BOOST_TEST((loop.shown.begin == Time{}), "nothing has come from physics");
+  loop.result();
+  const Time made = loop.wave_at;
+  for (int i = 20; i < 30; ++i) {
+    loop.device_tick({1e-4 * i, 0, 0}, {0.1, 0, 0});
+    BOOST_TEST((loop.valid == made));
+    BOOST_TEST((loop.shown.begin == loop.now));
+  }
+  // No force acted, so that the far end went with 0.1 m/s past a tool that stood.
+  BOOST_TEST(std::abs(loop.force.x + 0.1 * b) < 1e-9);
+}
+
+BOOST_AUTO_TEST_CASE(of_several_samples_at_once_one_wave_leaves_and_nothing_is_lost) {
+  Loop one, several;
+  for (int i = 0; i < 40; ++i) {
+    const Vec3 p{1e-6 * i * i, 0, 0};
+    one.device_tick(p, {});
+    several.device_tick(p, {}, i % 10 == 9);
+    if (several.sent == 0) continue;
+    BOOST_TEST(several.sent == 1U);
+    BOOST_TEST(norm(one.wave.X_WD.p - several.wave.X_WD.p) < 1e-15);
+    BOOST_TEST((one.wave_at == several.wave_at));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(what_is_not_finite_is_left_out) {
+  Loop loop;
+  const double nan = std::nan("");
+  for (int i = 0; i < 100; ++i) {
+    loop.device_tick({i == 50 ? nan : 0.0, 0, 0}, {});
+    BOOST_TEST(is_finite(loop.wave.X_WD.p));
+    BOOST_TEST(is_finite(evaluate(loop.shown, loop.now)));
+    if (i % 12 != 0) continue;
+    PhysicsState state;
+    if (i == 60) state.X_WT.p.y = nan;
+    const Stamp stamp{loop.wave_at, loop.now, loop.n};
+    loop.waves.state.push(stamp, &state);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_scene_with_torques_is_refused) {
+  try {
+    Waves waves(default_params<Waves>(), context(true));
+    BOOST_ERROR("it was taken");
+  } catch (const InputError& e) {
+    BOOST_TEST(std::string(e.what()).find("no torques") != std::string::npos, e.what());
+  }
+}
+
+BOOST_AUTO_TEST_CASE(an_impedance_that_the_handle_cannot_bear_is_refused) {
+  Waves::Params params = default_params<Waves>();
+  params.impedance = 0.25 * params.mass * params.rate;
+  BOOST_CHECK_NO_THROW(Waves(params, context(false)));
+  params.impedance *= 1.01;
+  BOOST_CHECK_THROW(Waves(params, context(false)), InputError);
+}
+
+BOOST_AUTO_TEST_CASE(no_step_of_the_line_calls_the_heap,
+                     *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
+  Draw draw(3);
+  Loop loop;
+  std::int64_t before = 0;
+  Vec3 p;
+  for (int i = 0; i < 6000; ++i) {
+    if (i == 100) before = thread_heap_calls();
+    const Vec3 v = draw.normal_vector(0.1);
+    p += T * v;
+    loop.device_tick(p, v, i % 20 != 0);
+    if (i % 12 == 0 && loop.sent > 0) loop.result();
+  }
+  BOOST_TEST(thread_heap_calls() - before == 0);
+}
