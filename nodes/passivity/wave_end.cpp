@@ -5,6 +5,11 @@
 
 namespace tactor {
 
+namespace {
+/// What of the energy is kept for a result that comes late, as a share of a period.
+constexpr double reserve = 0.25;
+}  // namespace
+
 double WaveEnd::energy_of(const Vec3& way, double dt) const {
   return 0.25 * impedance_ * dot(way, way) / dt;
 }
@@ -65,7 +70,7 @@ Vec3 WaveEnd::force(Time begin, const Vec3& velocity, const Vec3& held) {
   const Vec3 rate = since < 2 * period_ ? rate_ : Vec3{};
   const Vec3 due = arrived() - std::max(0.0, period_ - since - tick_) * rate_;
   Vec3 wanted = rate + (1 / catch_up_) * (due - place - tick_ * rate);
-  const double lasts = std::max({period_ - since, 0.25 * period_, tick_});
+  const double lasts = std::max(std::max(0.0, period_ - since) + reserve * period_, tick_);
   const double most = left > 0 ? std::sqrt(4 * left / (impedance_ * lasts)) : 0;
   const double size = norm(wanted);
   was_cut_ = size > most;

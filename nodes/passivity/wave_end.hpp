@@ -30,8 +30,9 @@ namespace tactor {
 /// Playing: a result says how far the incoming wave goes in its period. It is played at that rate, and on at that rate
 /// for another period at most, where the next result is late. What is due and has not been played (or has been played
 /// too far) is caught up with the time constant `catch_up`. All of it is played from the energy that results have
-/// brought: of what is left no more in a tick than lasts until the next result is due, or for a quarter of a period.
-/// With nothing left the rate is zero, which leaves the damper b.
+/// brought: of what is left no more in a tick than lasts until the next result is due and a quarter of a period on. So
+/// a reserve comes about from which late results are bridged. With nothing left the rate is zero, which leaves the
+/// damper b.
 class WaveEnd {
  public:
   /// Ticks that a result may come late.

@@ -75,6 +75,13 @@ NodeInfo Waves::declare() {
              .default_value = 0.05,
              .min = 1e-3,
              .max = 10})
+      .real("period_min", &Params::period_min,
+            {.doc = "results that come closer are put together: their mean takes out what circles in the line faster "
+                    "than the handle's damper can follow",
+             .unit = "s",
+             .default_value = 0.01,
+             .min = 1e-3,
+             .max = 1})
       .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .role(Role::coupling)
       .metric("waves.cut_share", "1", "share of the ticks in which the returning wave had too little energy",
@@ -88,6 +95,7 @@ NodeInfo Waves::declare() {
 Waves::Waves(const Params& params, const NodeContext& context)
     : params_(params),
       tick_(Duration::from_rate(params.rate)),
+      period_min_(Duration::from_seconds(params.period_min)),
       end_(params.impedance, tick_.seconds(), params.catch_up) {
   check(params, context);
   const Body* tool = context.scene->tool();
@@ -152,7 +160,9 @@ void Waves::take_result(Time now) {
   Stamped<PhysicsState> result;
   while (new_results_.next(state, result)) {
     const PhysicsState& s = result.value;
-    if (result.stamp.valid <= end_.result().at || !is_finite(s.X_WT.p) || !is_finite(s.X_WD.p)) continue;
+    if (!is_finite(s.X_WT.p) || !is_finite(s.X_WD.p)) continue;
+    // The places of a later result have all that went before.
+    if (result.stamp.valid < end_.result().at + period_min_) continue;
     // What the tool's weight has given on its way comes back beside what left.
     const double by_weight = dot(weight_W_, s.X_WT.p - begin_);
     force.send(result.stamp.valid, {end_.arrive({result.stamp.valid, s.X_WT.p, s.X_WD.p}, now, by_weight), {}});

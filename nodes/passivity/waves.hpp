@@ -16,10 +16,11 @@ namespace tactor {
 class Waves final : public Node {
  public:
   struct Params {
-    double impedance = 0;  ///< N s/m
-    double mass = 0;       ///< kg, of the handle
-    double catch_up = 0;   ///< s
-    double rate = 0;       ///< Hz
+    double impedance = 0;   ///< N s/m
+    double mass = 0;        ///< kg, of the handle
+    double catch_up = 0;    ///< s
+    double period_min = 0;  ///< s
+    double rate = 0;        ///< Hz
   };
   /// Throws InputError where the scene has torques, and where the handle is too light for the impedance.
   Waves(const Params& params, const NodeContext& context);
@@ -45,7 +46,7 @@ class Waves final : public Node {
   void take_result(Time now);
 
   Params params_;
-  Duration tick_;
+  Duration tick_, period_min_;
   Vec3 weight_W_;  // N, of the tool
   WaveEnd end_;
   NewMessages<DeviceState> new_states_;

@@ -19,9 +19,10 @@ Time at_tick(int n) {
   return Time{} + tick * n;
 }
 
-/// A line with a far end that answers each tick, and whose answer is at the device `delay` ticks later.
+/// A line with a far end that answers each `every` ticks, and whose answer is at the device `delay` ticks later.
 struct Line {
-  Line(double b, int delay, double catch_up = 1e3) : impedance(b), end(b, T, catch_up), delay(delay) {
+  Line(double b, int delay_ticks, int period_ticks = 1, double catch_up = 1e3)
+      : end(b, T, catch_up), delay(delay_ticks), every(period_ticks) {
     end.start(at_tick(0), {});
   }
   /// The handle has gone on by `way` at the velocity `v`, in the tick that ends with number n. `tool_way` says how far
@@ -33,8 +34,8 @@ struct Line {
     const Vec3 out = end.outgoing();
     tool += tool_way(out - handle);
     handle = out;
-    under_way.push_back({at_tick(n), tool, out});
-    if (static_cast<int>(under_way.size()) > delay) {
+    if (n % every == 0) under_way.push_back({at_tick(n), tool, out});
+    if (!under_way.empty() && under_way.front().at <= at_tick(n - delay)) {
       far_force = end.arrive(under_way.front(), at_tick(n), 0);
       under_way.pop_front();
     }
@@ -43,9 +44,8 @@ struct Line {
     return next;
   }
 
-  double impedance;
   WaveEnd end;
-  int delay;
+  int delay, every;
   std::deque<WaveEnd::Result> under_way;
   Vec3 tool, handle;
   Vec3 acting, next;  // N, in the tick that begins now, and in the one after it
@@ -110,9 +110,9 @@ BOOST_AUTO_TEST_CASE(a_matched_line_answers_a_step_from_a_spring_as_the_closed_f
       const double t = (n + 1.5 - first) * T;  // from when it went off to the middle of the tick in which `next` acts
       if (t < R) {
         BOOST_TEST(std::abs(next.x + b * V) < 1e-9, "the line is a damper until something is back");
-      } else {
+      } else if (t > R + 3 * T) {  // the first that is played is less by the reserve
         const double expected = b * V * (4 * std::exp(-k * (t - R) / b) - 3);
-        BOOST_TEST(std::abs(next.x - expected) < 0.02 * b * V, n << ": " << next.x << " for " << expected);
+        BOOST_TEST(std::abs(next.x - expected) < 0.03 * b * V, n << ": " << next.x << " for " << expected);
       }
     }
     BOOST_TEST(line.given <= 0);
@@ -134,17 +134,18 @@ BOOST_AUTO_TEST_CASE(at_rest_the_line_is_a_spring_of_impedance_over_half_the_tim
   // Handle and hand of 0.3 kg and 10 N s/m are pressed against a tool that stands.
   constexpr double b = 5, mass = 0.3, damping = 10, push = 2;
   for (const int delay : {10, 50}) {
-    Line line(b, delay, 0.05);
+    Line line(b, delay, 10, 0.05);
     double x = 0, v = 0;
     for (int n = 1; n < 20000; ++n) {
       v += T / mass * (line.acting.x + push - damping * v);
       x += T * v;
       line.advance(n, {T * v, 0, 0}, {v, 0, 0}, [](const Vec3&) { return Vec3{}; });
     }
-    // Each part of the wave leaves in a tick, is back `delay` ticks later, and is played from a tick after that.
-    const double half = 0.5 * (delay + 2) * T;
+    // A part of the wave leaves, half a period before the result that tells of it in the mean. That is here `delay`
+    // ticks later, and it is played from the tick after, half a period later in the mean.
+    const double half = 0.5 * (delay + 10 + 1) * T;
     BOOST_TEST(std::abs(-line.acting.x - push) < 1e-3 * push);
-    BOOST_TEST(std::abs(push / x - b / half) < 0.05 * b / half, push / x << " N/m for " << b / half);
+    BOOST_TEST(std::abs(push / x - b / half) < 0.1 * b / half, push / x << " N/m for " << b / half);
     BOOST_TEST(line.given <= 0);
   }
 }
@@ -203,7 +204,8 @@ BOOST_AUTO_TEST_CASE(a_result_is_played_once_and_then_leaves_the_damper) {
     acting = next;
     next = end.force(at_tick(n + 1), {}, acting);
     BOOST_TEST(end.energy_played() <= brought * (1 + 1e-12));
-    if (n > 11 && n < 18) BOOST_TEST(std::abs(acting.x + 2) < 1e-9, "the tool stands: the wave turns round");
+    // The tool stands, so the wave turns round: 2 N, but for a quarter of a period that is kept in reserve.
+    if (n > 11 && n < 18) BOOST_TEST(std::abs(acting.x + 2 / std::sqrt(1.25)) < 1e-9);
   }
   BOOST_TEST(norm(next) < 1e-3);
   BOOST_TEST(std::abs(end.force(at_tick(200), {0, 0.1, 0}, {}).y + 0.1 * b) < 1e-3);
