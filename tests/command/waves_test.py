@@ -93,6 +93,7 @@ class Waves(CommandTest):
                              "dynamics.state -> coupling.state", "coupling.segment -> device.segment"):
                     self.assertIn(edge, text)
                 self.assertIn("passivity.waves", text)
+                self.assertEqual(text.count("delay 50"), 3)
 
     def test_what_it_cannot_do_is_refused(self):
         for graph, settings, words in (
