@@ -130,6 +130,26 @@ BOOST_AUTO_TEST_CASE(what_meets_a_damper_of_the_impedance_does_not_come_back) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(moved_freely_the_line_is_a_mass_of_impedance_by_half_the_time_there_and_back) {
+  // A tool without mass goes with the wave: v_in(t) = v_out(t - 2 D). Where the handle is accelerated by a steadily,
+  // the mean of F over the time there and back is -b D a; about it the line rings.
+  constexpr double b = 10, a = 0.5;
+  for (const int delay : {10, 40}) {
+    Line line(b, delay);
+    const int there_and_back = delay + 2;
+    double sum = 0;
+    for (int n = 1; n <= 12 * there_and_back; ++n) {
+      // The tick that the force is for is two after the one that has ended; each goes by the velocity of its middle.
+      const auto v = [](int tick_number) { return Vec3{a * (tick_number - 0.5) * T, 0, 0}; };
+      const Vec3 force = line.advance(n, T * v(n), v(n + 2), [](const Vec3& out) { return out; });
+      if (n > 2 * there_and_back) sum += force.x;
+      BOOST_TEST(line.given <= 0);
+    }
+    const double expected = -b * 0.5 * there_and_back * T * a, mean = sum / (10 * there_and_back);
+    BOOST_TEST(std::abs(mean - expected) < 0.1 * std::abs(expected), mean << " N for " << expected);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(at_rest_the_line_is_a_spring_of_impedance_over_half_the_time_there_and_back) {
   // Handle and hand of 0.3 kg and 10 N s/m are pressed against a tool that stands.
   constexpr double b = 5, mass = 0.3, damping = 10, push = 2;
