@@ -194,6 +194,9 @@ void declare_parameters(Declare<Metrics>& node) {
              .min = 0,
              .max = 0.1,
              .as_in = Role::device})
+      .boolean("tool_weight", &Params::tool_weight, true,
+               "the method displays the tool's weight, whose part of port.energy_generated_J is the hand's own. false "
+               "for a proxy and for a force field")
       .formerly("rest_peak_to_peak", "rest_swing");
 }
 
@@ -576,7 +579,8 @@ void Metrics::report_stability(Report& report) const {
 
 void Metrics::report_port(Report& report) const {
   const auto& handle = true_device.connected() ? true_positions_ : positions_;
-  const RunSignals signals{commands_, handle, {}, mass_, gravity_W_, torque_};
+  const double mass = params_.tool_weight ? mass_ : 0;
+  const RunSignals signals{commands_, handle, {}, mass, gravity_W_, torque_};
   const auto found = port_passivity(signals, params_.encoder_step, params_.encoder_step_angle);
   if (!found) return;
   report.set("stability.passive", found->passive() ? 1.0 : 0.0);
