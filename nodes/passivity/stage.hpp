@@ -61,8 +61,8 @@ class PassivityStage : public Node {
   [[nodiscard]] SmallMotion way() const { return {tick() * port_.velocity().v, tick() * port_.velocity().w}; }
   /// Ticks from the newest state to the command that is decided on: 1 or more.
   [[nodiscard]] int ahead() const { return ahead_; }
-  /// m, by which the way of the n-th tick after the newest state may go beyond `way()`: (n + share) of what the greatest
-  /// acceleration brings in a tick.
+  /// m, by which the way of the n-th tick after the newest state may go beyond `way()`: (n + share) of what the
+  /// greatest acceleration brings in a tick.
   [[nodiscard]] double farther(int n, double share) const {
     return (n + share) * params_.acceleration * tick() * tick();
   }
