@@ -145,12 +145,13 @@ void declare_parameters(Declare<Metrics>& node) {
           {.doc = "the smallest torque that is felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
       .real("jnd_fraction", &Params::jnd_fraction,
             {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
-      .real("handle_mass", &Params::handle_mass,
+      .real("mass", &Params::handle_mass,
             {.doc = "mass of the device's handle: how much force makes it vibrate",
              .unit = "kg",
              .default_value = 0.1,
              .min = 0.001,
-             .max = 100})
+             .max = 100,
+             .as_in = Role::device})
       .real("max_delay", &Params::max_delay,
             {.doc = "largest delay that is looked for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
       .real("loss_force", &Params::loss_force,
@@ -197,7 +198,8 @@ void declare_parameters(Declare<Metrics>& node) {
       .boolean("tool_weight", &Params::tool_weight, true,
                "the method displays the tool's weight, whose part of port.energy_generated_J is the hand's own. false "
                "for a proxy and for a force field")
-      .formerly("rest_peak_to_peak", "rest_swing");
+      .formerly("rest_peak_to_peak", "rest_swing")
+      .formerly("mass", "handle_mass");
 }
 
 void declare_metrics(Declare<Metrics>& node) {
