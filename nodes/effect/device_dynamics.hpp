@@ -34,15 +34,15 @@ std::vector<double> tick_response(const DeviceDynamics& device, double tick, std
 
 /// Forces for accelerations.
 struct AccelerationMatch {
-  std::vector<double> force;  ///< N, of each tick, those in which it fades out too
-  double error = 0;           ///< RMS of what the linear device misses while there is a wish, as a share of it
+  std::vector<double> force;  ///< N, of each tick, those too in which it fades out
+  double error = 0;           ///< RMS of what the linear device misses of `wanted`, as a share of the RMS wanted
 };
 
 /// The forces u that make the mean accelerations of the ticks `wanted` (m/s^2), by least squares:
 ///   sum (a_n - sum h_{n-m} u_m)^2 + (effort / M)^2 sum u_m^2,
-/// h the tick response and M all that moves. The sum goes on for `fade` ticks behind the wish, with a_n = 0 there, and
-/// u is then multiplied by a straight line that falls to zero over these: what is left there is what holds the hand
-/// where it has come to, and it goes back. `effort` > 0 bounds what is spent on accelerations that the device hardly
+/// h the tick response and M all that moves. The sum goes on for `fade` ticks behind `wanted`, with a_n = 0 there. What
+/// u is left there holds the hand where it has come to. It is multiplied by a straight line that falls to zero over
+/// these ticks, and the hand goes back. `effort` > 0 bounds what is spent on accelerations that the device hardly
 /// makes: those above its mode, or within a tick behind its amplifier. After K. Kuchenbecker, J. Fiene, G. Niemeyer,
 /// "Improving contact realism through event-based haptic feedback", 2006, who invert a model of their device.
 AccelerationMatch match_acceleration(const DeviceDynamics& device, double tick, const std::vector<double>& wanted,
