@@ -25,8 +25,9 @@ constexpr double least_approach = 1e-12, least_approach_m = 1e-15;
 constexpr double overlap = 1e-9;
 /// An edge whose neighbour lies lower than this share of its length is convex.
 constexpr double least_fold = 1e-9;
-/// Of a face's longest edge: the normal of a face that is less high is rounding by more than 1e-7.
-constexpr double least_height = 1e-9;
+/// Of a face's longest edge: the normal of a face that is less high is off by more than 1e-7 for rounding. That of one
+/// that is less than thin_height is too far off to tell whether a neighbour lies below it.
+constexpr double least_height = 1e-9, thin_height = 1e-5;
 
 Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
   const double length = norm(v);
@@ -102,15 +103,18 @@ class SlabTest {
   double radius_;
 };
 
+/// Of its longest edge; 0 where it has no area.
+double height_share(const TriangleMesh& mesh, const std::array<int, 3>& face) {
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto at = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(face[k % 3])]; };
+    longest = std::max(longest, norm(at(i + 1) - at(i)));
+  }
+  return longest > 0 ? norm(doubled_area_normal(mesh, face)) / (longest * longest) : 0;
+}
+
 TriangleMesh without_needles(TriangleMesh mesh) {
-  std::erase_if(mesh.faces, [&](const std::array<int, 3>& face) {
-    double longest = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto at = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(face[k % 3])]; };
-      longest = std::max(longest, norm(at(i + 1) - at(i)));
-    }
-    return !(norm(doubled_area_normal(mesh, face)) > least_height * longest * longest);
-  });
+  std::erase_if(mesh.faces, [&](const auto& face) { return !(height_share(mesh, face) > least_height); });
   if (mesh.faces.empty()) throw InputError("no face of the mesh has an area");
   return mesh;
 }
@@ -244,7 +248,9 @@ class MeshBallSurface final : public BallSurface {
     std::map<std::pair<int, int>, std::size_t> side;  // a directed edge and its face
     std::vector<std::vector<std::size_t>> around(mesh.vertices.size());
     const auto index = [&](std::size_t f, std::size_t i) { return mesh.faces[f][i % 3]; };
+    std::vector<bool> thin(faces);
     for (std::size_t f = 0; f < faces; ++f) {
+      thin[f] = height_share(mesh, mesh.faces[f]) < thin_height;
       for (std::size_t i = 0; i < 3; ++i) {
         side[{index(f, i), index(f, i + 1)}] = f;
         around[static_cast<std::size_t>(index(f, i))].push_back(f);
@@ -263,8 +269,10 @@ class MeshBallSurface final : public BallSurface {
           const Vec3& start = surface_.corners[f][i];
           const Vec3 e = surface_.corners[f][(i + 1) % 3] - start;
           const double rise = dot(surface_.normals[f].face, surface_.corners[g][apex] - start);
-          convex = rise < -least_fold * norm(e);
-          fold = dot(surface_.normals[f].face, surface_.normals[g].face) < same;
+          const double cosine = dot(surface_.normals[f].face, surface_.normals[g].face);
+          // Of faces back to back, neither lies below the other.
+          convex = rise < -least_fold * norm(e) || cosine < 0 || thin[f] || thin[g];
+          fold = cosine < same;
         }
         borders_[f].edge_met[i] = convex;
         borders_[f].edge_crease[i] = fold;
