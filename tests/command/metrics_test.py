@@ -43,7 +43,7 @@ class Definitions(CommandTest):
     def test_the_handle_s_mass_is_that_of_the_device_unless_it_is_told_another(self):
         def vibration(*sets):
             found = self.run_graph(GRAPHS / "wall/off.yaml", *(word for text in sets for word in ("--set", text)), "--duration", "2", "--overwrite")
-            return found["delivered"]["force"]["vibration_above_threshold"]
+            return found["delivered"]["force"]["vibration_above_threshold_dB"]
 
         light = vibration("metrics.mass=45 g")
         self.assertNotEqual(light, vibration("metrics.mass=100 g"))

@@ -399,7 +399,7 @@ BOOST_AUTO_TEST_CASE(what_most_looks_ends_goes_on_at_the_next_move) {
   const TriangleMesh mesh = icosphere(R, 4);
   const TreeDistance distance(mesh);
   const Scene scene = scene_with({mesh_body(mesh, "facets4")});
-  constexpr int looks = 150;
+  constexpr int looks = 800;
   GodObject few(scene, {.radius = r, .crease = 0.6, .most_casts = 1000, .most_looks = looks}, nullptr);
   GodObject many = proxy_in(scene, r);
   Dice dice(9);
