@@ -92,8 +92,6 @@ void declare_rotation(Declare<SimulatedDevice>& declaration) {
              .max = 100});
 }
 
-// What makes a device less than ideal; the defaults leave it off.
-
 void declare_motors(Declare<SimulatedDevice>& declaration) {
   using Params = SimulatedDevice::Params;
   declaration
@@ -226,6 +224,14 @@ void declare_lines(Declare<SimulatedDevice>& declaration) {
              .in_reference = 0});
 }
 
+/// What makes a device less than ideal; the defaults leave it off.
+void declare_parts(Declare<SimulatedDevice>& declaration) {
+  declare_motors(declaration);
+  declare_friction(declaration);
+  declare_transmission(declaration);
+  declare_lines(declaration);
+}
+
 }  // namespace
 
 NodeInfo SimulatedDevice::declare() {
@@ -313,10 +319,7 @@ NodeInfo SimulatedDevice::declare() {
                     .min = 0,
                     .max = 1e-2,
                     .above_min = true});
-  declare_motors(declaration);
-  declare_friction(declaration);
-  declare_transmission(declaration);
-  declare_lines(declaration);
+  declare_parts(declaration);
   return declaration.info();
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/physics/geometry/face_tree.hpp"
 #include "nodes/physics/geometry/shape_distance.hpp"
 #include "nodes/physics/mesh/box_mesh.hpp"
@@ -368,7 +369,15 @@ std::unique_ptr<BallSurface> ball_surface(TriangleMesh mesh, double crease) {
 }
 
 std::unique_ptr<BallSurface> ball_surface(const Body& body, double crease, Notes* notes) {
-  if (body.mesh() != nullptr) return ball_surface(load_body_mesh(body, notes), crease);
+  if (body.mesh() != nullptr) {
+    TriangleMesh mesh = load_body_mesh(body, notes);
+    try {
+      return ball_surface(std::move(mesh), crease);
+    } catch (const InputError& error) {
+      throw ValueError("scene.bodies." + body.name + ".mesh",
+                       "body '" + body.name + "': " + body.mesh()->file.string() + ": " + error.what());
+    }
+  }
   if (const auto* box = std::get_if<BoxShape>(&body.shape)) return ball_surface(box_mesh(box->size), crease);
   if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
     return std::make_unique<RoundBallSurface>(body.shape, sphere->radius, 0);
