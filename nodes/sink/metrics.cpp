@@ -140,9 +140,8 @@ void declare_parameters(Declare<Metrics>& node) {
             {.doc = "the start that is left out of the metrics", .unit = "s", .default_value = 0.2, .min = 0})
       .real("jnd_force", &Params::jnd_force,
             {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
-      .real(
-          "jnd_torque", &Params::jnd_torque,
-          {.doc = "the smallest torque that is felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
+      .real("jnd_torque", &Params::jnd_torque,
+            {.doc = "the smallest torque felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
       .real("jnd_fraction", &Params::jnd_fraction,
             {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
       .real("mass", &Params::handle_mass,
