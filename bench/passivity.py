@@ -36,6 +36,7 @@ HANDS = {
     "a light finger, 0.05 kg and 0.2 N s/m on 20 N/m, friction 0": (("device.hand_mass=0.05 kg", "device.hand_damping=0.2 N s/m",
                                                                      "device.hand_stiffness=20 N/m", "device.friction=0"),),
 }
+LIVE_STIFFNESSES = (100, 400, 1600, 6400)  # N/m
 OTHER_METHODS = ("hold", "blend", "local")
 SCENES = ("duck", "wall", "bunny", "block_pushed", "peg_in_hole")
 Cell = collections.namedtuple("Cell", "hand method stiffness of_hand seed zeta stage")
@@ -69,13 +70,13 @@ def energy(force, p):
     return max(0.0, numpy.cumsum(given).max()), numpy.linalg.norm(force, axis=1).max() * STEP + numpy.abs(given).max()
 
 
-def measure(cell):
+def measure(cell, *more):
     """(cell, J given, J allowed, N RMS of the force, N RMS of what the stage changed)"""
     import numpy
 
     settings = [f"coupling.k_t={cell.stiffness} N/m", "scene.bodies.wall.material.stiffness=100 N/mm",
                 "scene.bodies.tool.material.stiffness=100 N/mm", f"coupling.zeta={cell.zeta}", f"seed={cell.seed}",
-                *HANDS[cell.hand][cell.of_hand]]
+                *HANDS[cell.hand][cell.of_hand], *more]
     summary, force, _, p = run(GRAPHS / "wall/closed_loop.yaml", cell.method, cell.stage, settings)
     rms = float(numpy.sqrt((force ** 2).sum(axis=1).mean()))
     return cell, *energy(force, p), rms, summary.get("passivity", {}).get("change_rms_N", 0.0)
@@ -127,6 +128,16 @@ def changed_rows(found):
                    f"{worst[1].method}, {worst[1].stiffness} N/m, damping ratio {worst[1].zeta}"]
 
 
+def live_rows():
+    """A row a method and stage: the same scene in real time, one run after the other, by each coupling."""
+    for method in OTHER_METHODS:
+        for stage in STAGES:
+            of = [measure(Cell("the study's two", method, stiffness, 0, SEEDS[0], 1, stage), "clock=real") for stiffness in LIVE_STIFFNESSES]
+            worst = max(of, key=lambda f: f[1] / f[2])
+            yield [method, named(stage), f"{sum(f[1] <= f[2] for f in of)} of {len(of)}", 1e3 * max(f[1] for f in of), worst[1] / worst[2],
+                   f"{worst[0].stiffness} N/m"]
+
+
 def open_loop(scene, seconds=10):
     """Rows of a scene whose handle is led, by `local` and `hold`: RMS of the difference of the force (torque) to that without the stage."""
     import numpy
@@ -158,7 +169,7 @@ def cost_rows(repeats=5):
 
 def tables(jobs):
     """The generated section of docs/passivity.md."""
-    costs = list(cost_rows())
+    costs, live = list(cost_rows()), list(live_rows())
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         found = list(pool.map(measure, cells(), chunksize=8))
         errors = [row for rows in pool.map(open_loop, SCENES) for row in rows]
@@ -167,6 +178,9 @@ def tables(jobs):
         table(["hand", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], energy_rows(found)),
         "Of the study's two hands, the worst share of each method's cells:\n",
         table(["method", *(f"{named(s)}" for s in STAGES)], method_rows(found)),
+        f"### Energy, live\n\nIn real time, with the light one of the study's hands, at couplings of {', '.join(map(str, LIVE_STIFFNESSES))} N/m. "
+        "The stage, the method and the device are in real-time lanes of their own.\n",
+        table(["method", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], live),
         "### Force that is changed, in a hand\n\nRMS of what the stage changed over RMS of the force, of the study's two hands, in cells that without a "
         "stage are passive: by giving nothing, or by staying within the bound.\n",
         table(["stage", "without it the port", "cells", "of these below 1 %", "changed, worst, %", "there"], changed_rows(found)),

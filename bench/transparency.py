@@ -23,7 +23,9 @@ from run_time import table  # noqa: E402
 
 METHODS = ("hold", "lowpass", "linear", "linear_position", "fixed", "paper", "refit", "burg", "rls", "kalman", "multirate", "hermite_cubic",
            "catmull_rom", "blend", "local_anchors", "local", "local, midpoint", "floor")
-SETTINGS = {"midpoint": {"dynamics.integrator": "midpoint"}}  # by what stands behind a method's comma
+MIDPOINT = {"dynamics.integrator": "midpoint"}
+SETTINGS = {"midpoint": MIDPOINT, "midpoint, 2 kHz": MIDPOINT | {"rate": 2000}, "midpoint, 4 kHz": MIDPOINT | {"rate": 4000},
+            "midpoint, no encoder steps": MIDPOINT | {"device.encoder_step": 0}}  # by what stands behind a method's comma
 TICK = 1e-3  # s
 PERIOD = 20  # s, after which the motion repeats
 SETTLE = 4  # s, before the first period that counts
@@ -31,6 +33,8 @@ MASS, SPRING, ZETA = 0.05, 500.0, 1.0  # kg, N/m, 1: tool and coupling
 WALL, TOOL, CONTACT_DAMPING = 2000.0, 20000.0, 2.0  # N/m, N/m, N s/m
 TOUCHES = 4e-3  # m, the handle's height where the tool touches
 DEPTH = 5e-3  # m, the mean, of the handle
+SMALL, WIDE = 0.7, 0.35  # by which power of the frequency the way falls above 1 Hz: 14 and 46 um at 29 Hz
+CAUSES = ("local", "local, midpoint", "local, midpoint, 2 kHz", "local, midpoint, 4 kHz", "local, midpoint, no encoder steps", "floor", "floor, midpoint")
 BANDS = {10: 36, 30: 36, 100: 101}  # Hz, up to which the worst is told, and up to which the handle moves then
 SCENE = {"nodes": {"coupling": {"type": "coupling.dynamic", "k_t": SPRING, "zeta": ZETA}}}
 
@@ -42,11 +46,11 @@ def lines(most=101):
     return harmonics[harmonics <= most * PERIOD]
 
 
-def motion(t, most, seed=1):
+def motion(t, most, fall=SMALL, seed=1):
     """m, the way of the handle about its mean: a sum of sinusoids up to `most` Hz with random phases, 0.15 mm each, less above 1 Hz."""
     hz = lines(most) / PERIOD
     phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, len(hz))
-    amplitude = 1.5e-4 / np.maximum(1, hz) ** 0.7
+    amplitude = 1.5e-4 / np.maximum(1, hz) ** fall
     return (amplitude * np.cos(2 * np.pi * np.outer(t, hz) + phases)).sum(axis=1)
 
 
@@ -58,17 +62,17 @@ def target(hz):
     return coupling * (MASS * s**2 + contact) / (MASS * s**2 + contact + coupling)
 
 
-def spectrum(values, harmonics):
-    """The complex amplitudes of whole periods of samples."""
+def spectrum(values, harmonics, periods=1):
+    """The complex amplitudes of samples that span so many whole periods."""
     n = len(values)
-    return 2 / n * np.exp(-2j * np.pi * np.outer(harmonics, np.arange(n)) * (n * TICK / PERIOD) / n) @ values
+    return 2 / n * np.exp(-2j * np.pi * np.outer(harmonics, np.arange(n)) * periods / n) @ values
 
 
-def rendered(force, position, harmonics):
+def rendered(force, position, harmonics, periods=1, tick=TICK):
     """N/m, complex: the force that is held over each tick, for the position at its begin. The force that is asked for is -stiffness * way."""
     w = 2 * np.pi * harmonics / PERIOD
-    hold = (1 - np.exp(-1j * w * TICK)) / (1j * w * TICK)
-    return -spectrum(force, harmonics) * hold / spectrum(position, harmonics)
+    hold = (1 - np.exp(-1j * w * tick)) / (1j * w * tick)
+    return -spectrum(force, harmonics, periods) * hold / spectrum(position, harmonics, periods)
 
 
 def measure(name, hz_of_physics, path, most, periods=2):
@@ -83,10 +87,11 @@ def measure(name, hz_of_physics, path, most, periods=2):
         force, truth = session.tap("device.commanded"), session.tap("device.truth")
         session.run()
         f, x = force.take()["force"][:, 2], truth.take()["p_WD"][:, 2]
-    n = round(periods * PERIOD / TICK)
+    tick = 1 / settings.get("rate", 1 / TICK)
+    n = round(periods * PERIOD / tick)
     f, x = f[-n:], x[-n:]
-    explained = 0.5 * np.sum(np.abs(spectrum(f, lines(most)))**2)
-    return rendered(f, x, lines(most)), np.sqrt(max(0.0, np.var(f) - explained) / np.var(f))
+    explained = 0.5 * np.sum(np.abs(spectrum(f, lines(most), periods))**2)
+    return rendered(f, x, lines(most), periods, tick), np.sqrt(max(0.0, np.var(f) - explained) / np.var(f))
 
 
 def errors(found):
@@ -107,11 +112,11 @@ def row(name, found):
     return [name, *worst, *(100 * unexplained for _, unexplained in found.values())]
 
 
-def write_path(folder, most):
+def write_path(folder, most, fall=SMALL):
     t = np.arange(0, SETTLE + 3 * PERIOD, TICK)
-    file = pathlib.Path(folder) / f"path_{most}.csv"
+    file = pathlib.Path(folder) / f"path_{most}_{fall}.csv"
     down = np.minimum(t, 1)  # it comes from outside within a second
-    z = TOUCHES + 2e-3 + (3 * down**2 - 2 * down**3) * (motion(t, most) - DEPTH - 2e-3)
+    z = TOUCHES + 2e-3 + (3 * down**2 - 2 * down**3) * (motion(t, most, fall) - DEPTH - 2e-3)
     np.savetxt(file, np.column_stack([t, np.zeros((len(t), 2)), z]), fmt="%.9g", delimiter=",", header="t [s],x [m],y [m],z [m]", comments="")
     return file
 
@@ -121,6 +126,22 @@ def measure_all(hz, methods=METHODS):
     with tempfile.TemporaryDirectory() as folder:
         paths = {most: write_path(folder, most) for most in dict.fromkeys(BANDS.values())}
         return {method: {most: measure(method, hz, path, most) for most, path in paths.items()} for method in methods}
+
+
+CAUSE_HEAD = ["method", *(f"{way} motion: {unit}" for way in ("small", "wider") for unit in ("dB", "degrees"))]
+
+
+def causes(hz, names=CAUSES):
+    """Rows of what the error to 30 Hz is made of: by two motions, the error farthest from zero, with its sign."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [write_path(folder, BANDS[30], fall) for fall in (SMALL, WIDE)]
+        for name in names:
+            cells = []
+            for path in paths:
+                found = errors(measure(name, hz, path, BANDS[30])[0])
+                inside = lines(BANDS[30]) / PERIOD <= 1.002 * 30
+                cells += [values[inside][np.argmax(np.abs(values[inside]))] for values in found]
+            yield [name, *cells]
 
 
 def draw(found, file, methods=("hold", "lowpass", "paper", "blend", "local")):

@@ -29,7 +29,8 @@ import worst_hand  # noqa: E402
 from run_time import table  # noqa: E402
 
 DEVICES = tuple(closed_loop.DEVICES)
-RATES = (1000, 4000)  # Hz
+RATES = (1000, 2000, 4000)  # Hz, of the device
+METHOD_RATES = (1000, 4000)
 DAMPINGS = (0.125, 0.5, 2, 4, 8, 16, 32)  # N s/m
 LADDER = tuple(50 * 2 ** (step / 2) for step in range(22))  # N/m, to 72,408
 HANDS = ("firm", "finger")
@@ -64,15 +65,15 @@ def measured(key):
 
 def method_limit(key):
     """The same of a method's coupling, in the firm hand."""
-    device, method, zeta = key
+    rate, device, method, zeta = key
 
     def quiet(stiffness):
         import tactor
 
-        rate = None if method == "floor" else worst_hand.RATE
+        physics = None if method == "floor" else worst_hand.RATE
         for depth in closed_loop.DEPTHS:
             # The device's own friction stays.
-            values = worst_hand.settings(stiffness, rate, worst_hand.KNOWN["firm"], depth, None) | {"coupling.zeta": zeta}
+            values = worst_hand.settings(stiffness, physics, worst_hand.KNOWN["firm"], depth, None) | {"coupling.zeta": zeta, "rate": rate}
             found = tactor.run("wall/closed_loop", over=[str(closed_loop.DEVICES[device]), method], taps=["device.truth"],
                                without_reference=True, set=values)
             speeds = numpy.linalg.norm(found.taps["device.truth"]["v_WD"], axis=1)
@@ -119,7 +120,7 @@ def block_of(name, columns):
 
 def figure_script(device, found, theories, file):
     """What gnuplot draws: a panel a rate; damping to the right, stiffness upwards."""
-    lines = ["set terminal svg size 1000,460 font 'sans,11' background rgb 'white'", f"set output '{file}'",
+    lines = [f"set terminal svg size {480 * len(RATES)},460 font 'sans,11' background rgb 'white'", f"set output '{file}'",
              f"set multiplot layout 1,{len(RATES)}", "set logscale xy", f"set xrange [{GRID[0]}:{GRID[-1]}]", "set yrange [10:100000]",
              "set xlabel 'damping of the wall, N s/m'", "set format y '10^{%L}'", "unset key"]
     for i, rate in enumerate(RATES):
@@ -136,8 +137,8 @@ def figure_script(device, found, theories, file):
 COLOURS = ("#1f6fb4", "#d06020", "#40a040", "#a03080", "#707070", "#c02020", "#c0c0c0")
 
 
-def method_script(found, file):
-    """What gnuplot draws: a panel a device; damping ratio to the right, stiffness upwards, a line a method. What is under the ladder is
+def method_script(found, rate, file):
+    """What gnuplot draws of one rate: a panel a device; damping ratio to the right, stiffness upwards, a line a method. What is under the ladder is
     drawn at 35 N/m."""
     lines = ["set terminal svg size 1000,640 font 'sans,11' background rgb 'white'", f"set output '{file}'",
              "set multiplot layout 2,2", "set logscale xy", f"set xrange [{ZETAS[0]}:{ZETAS[-1]}]", "set yrange [30:12000]",
@@ -146,26 +147,26 @@ def method_script(found, file):
     for i, (device, by_method) in enumerate(found.items()):
         lines += [f"$d{i} << EOD",
                   *(" ".join([f"{z:g}", *(f"{max(by_method[m][n], 35):.6g}" for m in by_method)]) for n, z in enumerate(ZETAS)), "EOD",
-                  f"set title '{device.replace('_', ' ')}'",
+                  f"set title '{device.replace('_', ' ')}, {rate} Hz'",
                   "plot " + ", ".join(f"$d{i} using 1:{n + 2} with linespoints lc rgb '{COLOURS[n]}' lw {5 if m == 'floor' else 2} pt 7 ps 0.4 title '{m}'"
                                       for n, m in sorted(enumerate(by_method), key=lambda one: one[1] != "floor")), "unset key"]
     return "\n".join([*lines, "unset multiplot", ""])
 
 
-def measure_methods(jobs, devices=DEVICES, methods=closed_loop.METHODS):
-    """{device: {method: N/m at each of ZETAS}}."""
-    keys = list(itertools.product(devices, methods, ZETAS))
+def measure_methods(jobs, devices=DEVICES, methods=closed_loop.METHODS, rates=METHOD_RATES):
+    """{rate as text: {device: {method: N/m at each of ZETAS}}}."""
+    keys = list(itertools.product(rates, devices, methods, ZETAS))
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         limits = dict(zip(keys, pool.map(method_limit, keys)))
-    return {device: {method: [limits[device, method, z] for z in ZETAS] for method in methods} for device in devices}
+    return {str(rate): {device: {method: [limits[rate, device, method, z] for z in ZETAS] for method in methods} for device in devices} for rate in rates}
 
 
 def method_table(found):
-    """A row a device and method."""
+    """A row a rate, device and method."""
     lowest = worst_hand.KNOWN_LADDER[0]
-    return table(["device", "method", *(f"ratio {z:g}" for z in ZETAS)],
-                 [[device, method, *(worst_hand.number(value, lowest) for value in values)]
-                  for device, by_method in found.items() for method, values in by_method.items()])
+    return table(["rate, Hz", "device", "method", *(f"ratio {z:g}" for z in ZETAS)],
+                 [[rate, device, method, *(worst_hand.number(value, lowest) for value in values)]
+                  for rate, by_device in found.items() for device, by_method in by_device.items() for method, values in by_method.items()])
 
 
 def measure(jobs, devices=DEVICES, rates=RATES):
@@ -206,7 +207,8 @@ def draw(found, said, folder):
 
 
 def draw_methods(found, folder):
-    subprocess.run(["gnuplot"], input=method_script(found, folder / "z_width_methods.svg"), text=True, check=True)
+    for rate, by_device in found.items():
+        subprocess.run(["gnuplot"], input=method_script(by_device, rate, folder / f"z_width_methods_{rate}.svg"), text=True, check=True)
 
 
 if __name__ == "__main__":

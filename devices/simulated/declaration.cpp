@@ -92,8 +92,7 @@ void declare_rotation(Declare<SimulatedDevice>& declaration) {
              .max = 100});
 }
 
-/// Parameters of what makes a device less than ideal; their defaults leave it off.
-void declare_parts(Declare<SimulatedDevice>& declaration) {
+void declare_motors(Declare<SimulatedDevice>& declaration) {
   using Params = SimulatedDevice::Params;
   declaration
       .real("amplifier_bandwidth", &Params::amplifier_bandwidth,
@@ -128,7 +127,12 @@ void declare_parts(Declare<SimulatedDevice>& declaration) {
              .unit = "m",
              .default_value = 5e-3,
              .min = 1e-4,
-             .max = 1})
+             .max = 1});
+}
+
+void declare_friction(Declare<SimulatedDevice>& declaration) {
+  using Params = SimulatedDevice::Params;
+  declaration
       .real("breakaway", &Params::breakaway,
             {.doc = "friction that holds the handle at rest, where it is above `friction`; it falls to `friction` with "
                     "speed",
@@ -155,7 +159,12 @@ void declare_parts(Declare<SimulatedDevice>& declaration) {
              .default_value = 0.1,
              .min = 0,
              .max = 100,
-             .above_min = true})
+             .above_min = true});
+}
+
+void declare_transmission(Declare<SimulatedDevice>& declaration) {
+  using Params = SimulatedDevice::Params;
+  declaration
       .real(
           "mode_frequency", &Params::mode_frequency,
           {.doc = "frequency with which motor side and handle swing against each other, without hand and friction; 0: "
@@ -177,7 +186,13 @@ void declare_parts(Declare<SimulatedDevice>& declaration) {
              .unit = "m",
              .default_value = 0,
              .min = 0,
-             .max = 0.01})
+             .max = 0.01});
+}
+
+/// Noise of the encoders, and delays.
+void declare_lines(Declare<SimulatedDevice>& declaration) {
+  using Params = SimulatedDevice::Params;
+  declaration
       .real("encoder_noise", &Params::encoder_noise,
             {.doc = "noise of each coordinate before it is rounded, root of the mean square; 0 for none",
              .unit = "m",
@@ -207,6 +222,14 @@ void declare_parts(Declare<SimulatedDevice>& declaration) {
              .min = 0,
              .max = 0.1,
              .in_reference = 0});
+}
+
+/// What makes a device less than ideal; the defaults leave it off.
+void declare_parts(Declare<SimulatedDevice>& declaration) {
+  declare_motors(declaration);
+  declare_friction(declaration);
+  declare_transmission(declaration);
+  declare_lines(declaration);
 }
 
 }  // namespace

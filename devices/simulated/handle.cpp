@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "devices/simulated/matrix_exponential.hpp"
 
@@ -48,6 +49,17 @@ double cogged_mass(const HandleParameters& c, const TransmissionParameters& link
   return c.has_grip() ? c.inertia - c.hand_inertia : c.inertia;
 }
 
+/// The rotation vector of R (rad) that is nearest to `before`, of those that differ by whole turns.
+Vec3 unwound(const Quat& R, const Vec3& before) {
+  constexpr double turn = 2 * std::numbers::pi, no_angle = 1e-9;
+  const Vec3 v = to_rotation_vector(R);
+  const double angle = norm(v), wound = norm(before);
+  if (angle <= no_angle && wound <= no_angle) return v;
+  const Vec3 axis = angle > no_angle ? v / angle : before / wound;
+  const double turns = std::nearbyint((dot(before, axis) - angle) / turn);
+  return turns != 0 ? v + (turns * turn) * axis : v;
+}
+
 /// The longest step that resolves the device's own fast motions, at most `sub_step`.
 double step_for(double sub_step, double cogged_mass, const Cogging& cogging, double longest_step) {
   double step = std::min(sub_step, longest_step);
@@ -79,6 +91,7 @@ void Handle::place(const MotionState& state) {
   state_ = state;
   motor_ = state;
   hand_ = state;
+  grip_W_ = arc_W_ = {};
 }
 
 Handle::Propagator Handle::make_propagator(const HandleParameters& coupling, double h) {
@@ -128,7 +141,7 @@ void Handle::translate_bodies(double h, const Vec3& motor_F_W, const Vec3& hand_
   put(has_transmission_ ? hand_ : state_, points[has_transmission_ ? 1 : 0]);
 }
 
-void Handle::translate(double h, const Vec3& motor_F_W, const MotionState& target) {
+void Handle::translate(double h, const Propagator& by, const Vec3& motor_F_W, const MotionState& target) {
   const Vec3 spring_F_W = translation_.hand_stiffness * (target.X.p - hand_.X.p);
   const Vec3 damper_F_W = translation_.hand_damping * target.V.v;
   const Vec3 before = motor_.X.p;
@@ -136,33 +149,33 @@ void Handle::translate(double h, const Vec3& motor_F_W, const MotionState& targe
     translate_bodies(h, motor_F_W, spring_F_W + damper_F_W);
   } else {
     const Cogging* cogging = cogging_.acts() ? &cogging_ : nullptr;
-    state_.X.p += move(translation_, friction_, cogging, translate_by_, h, motor_F_W + spring_F_W + damper_F_W,
-                       state_.X.p, state_.V.v);
+    state_.X.p +=
+        move(translation_, friction_, cogging, by, h, motor_F_W + spring_F_W + damper_F_W, state_.X.p, state_.V.v);
     motor_.X.p = hand_.X.p = state_.X.p;
     motor_.V.v = hand_.V.v = state_.V.v;
   }
   work_ += dot(motor_F_W, motor_.X.p - before);
 }
 
-void Handle::turn(double h, const Vec3& motor_T_W, const MotionState& target) {
-  if (rotation_.has_grip()) return turn_in_grip(h, motor_T_W, target);
-  const Vec3 arc_W = to_rotation_vector(target.X.R * inverse(state_.X.R));
-  const Vec3 torque_W = motor_T_W + rotation_.hand_stiffness * arc_W + rotation_.hand_damping * target.V.w;
-  const Vec3 turn_W = move(rotation_, friction_angle_, nullptr, rotate_by_, h, torque_W, {}, state_.V.w);
+void Handle::turn(double h, const Propagator& by, const Vec3& motor_T_W, const MotionState& target) {
+  arc_W_ = unwound(target.X.R * inverse(hand_.X.R), arc_W_);
+  const Vec3 spring_T_W = rotation_.hand_stiffness * arc_W_, damper_T_W = rotation_.hand_damping * target.V.w;
+  if (rotation_.has_grip()) return turn_in_grip(h, motor_T_W, spring_T_W + damper_T_W);
+  const Vec3 torque_W = motor_T_W + spring_T_W + damper_T_W;
+  const Vec3 turn_W = move(rotation_, friction_angle_, nullptr, by, h, torque_W, {}, state_.V.w);
   state_.X.R = normalized(from_rotation_vector(turn_W) * state_.X.R);
   hand_.X.R = state_.X.R;
   hand_.V.w = state_.V.w;
   work_ += dot(motor_T_W, turn_W);
 }
 
-void Handle::turn_in_grip(double h, const Vec3& motor_T_W, const MotionState& target) {
+void Handle::turn_in_grip(double h, const Vec3& motor_T_W, const Vec3& hand_T_W) {
   // From where the handle is: it at zero, the hand at the arc by which the grip is twisted.
-  const Vec3 grip_W = to_rotation_vector(hand_.X.R * inverse(state_.X.R));
-  const Vec3 arc_W = to_rotation_vector(target.X.R * inverse(hand_.X.R));
-  MassChain<2>::Points points{PointState{{}, state_.V.w}, PointState{grip_W, hand_.V.w}};
-  turning_.advance(h, motor_T_W, rotation_.hand_stiffness * arc_W + rotation_.hand_damping * target.V.w, points);
+  grip_W_ = unwound(hand_.X.R * inverse(state_.X.R), grip_W_);
+  MassChain<2>::Points points{PointState{{}, state_.V.w}, PointState{grip_W_, hand_.V.w}};
+  turning_.advance(h, motor_T_W, hand_T_W, points);
   state_.X.R = normalized(from_rotation_vector(points[0].p) * state_.X.R);
-  hand_.X.R = normalized(from_rotation_vector(points[1].p - grip_W) * hand_.X.R);
+  hand_.X.R = normalized(from_rotation_vector(points[1].p - grip_W_) * hand_.X.R);
   state_.V.w = points[0].v;
   hand_.V.w = points[1].v;
   work_ += dot(motor_T_W, points[0].p);
@@ -172,17 +185,16 @@ void Handle::advance(double dt, const Wrench& commanded, const MotionState& from
   if (dt <= 0) return;
   const int steps = std::max(1, static_cast<int>(std::ceil(dt / sub_step_ - 1e-9)));
   const double h = dt / steps;
-  if (h != h_) {
-    h_ = h;
-    translate_by_ = make_propagator(translation_, h);
-    if (rotate_) rotate_by_ = make_propagator(rotation_, h);
-  }
+  const Propagators& by = propagators_.get(h, [this](double step, Propagators& made) {
+    made.translate = make_propagator(translation_, step);
+    if (rotate_) made.rotate = make_propagator(rotation_, step);
+  });
   for (int i = 0; i < steps; ++i) {
     const MotionState target = interpolate(from, to, dt, (i + 0.5) / steps, rotate_);
     const Wrench motors = amplifier_.advance(h, commanded);
-    translate(h, motors.force, target);
+    translate(h, by.translate, motors.force, target);
     if (rotate_) {
-      turn(h, motors.torque, target);
+      turn(h, by.rotate, motors.torque, target);
     } else {
       state_.X.R = hand_.X.R = target.X.R;
     }

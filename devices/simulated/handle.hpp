@@ -6,6 +6,7 @@
 #include "devices/simulated/friction.hpp"
 #include "devices/simulated/mass_chain.hpp"
 #include "devices/simulated/motion.hpp"
+#include "devices/simulated/step_cache.hpp"
 #include "devices/simulated/transmission.hpp"
 
 namespace tactor {
@@ -42,7 +43,8 @@ struct DeviceParts {
 /// With a grip the hand is a body of its own behind handle and grip: target - hand - handle (- motors). The grip is
 /// not bent where handle and hand are at one place.
 /// Rotation has the form of one body, with the rotation vector from handle to target and a scalar inertia; it has
-/// neither cogging nor transmission. With a grip it has two, and the rotation vector from handle to hand.
+/// neither cogging nor transmission. With a grip it has two, and the rotation vector from handle to hand. Both vectors
+/// are followed beyond half a turn, so that a spring that is wound up pulls back and not on.
 /// The hand: 0.55 kg, 6.5 N s/m, 135 N/m are usual values of a grip on a haptic handle.
 ///
 /// Integration, in steps of h: the linear part exactly, for the target of mid-step (error of order h^2), and for the
@@ -79,14 +81,17 @@ class Handle {
   struct Propagator {
     double x_v = 0, x_f = 0, v_v = 0, v_f = 0;
   };
+  struct Propagators {
+    Propagator translate, rotate;
+  };
   static Propagator make_propagator(const HandleParameters& coupling, double h);
   /// One step from `x`; `v` is the velocity before and after, the result the way moved.
   static Vec3 move(const HandleParameters& coupling, const Friction& friction, const Cogging* cogging,
                    const Propagator& by, double h, const Vec3& f, const Vec3& x, Vec3& v);
-  void translate(double h, const Vec3& motor_F_W, const MotionState& target);
+  void translate(double h, const Propagator& by, const Vec3& motor_F_W, const MotionState& target);
   void translate_bodies(double h, const Vec3& motor_F_W, const Vec3& hand_F_W);
-  void turn(double h, const Vec3& motor_T_W, const MotionState& target);
-  void turn_in_grip(double h, const Vec3& motor_T_W, const MotionState& target);
+  void turn(double h, const Propagator& by, const Vec3& motor_T_W, const MotionState& target);
+  void turn_in_grip(double h, const Vec3& motor_T_W, const Vec3& hand_T_W);
 
   HandleParameters translation_;
   HandleParameters rotation_;
@@ -100,12 +105,12 @@ class Handle {
   MassChain<2> two_;      // motors and handle, or handle and hand
   MassChain<3> three_;    // motors, handle and hand
   MassChain<2> turning_;  // rotation of handle and hand
-  double h_ = 0;          // the step the propagators are made for
-  Propagator translate_by_;
-  Propagator rotate_by_;
+  StepCache<Propagators> propagators_;
   MotionState state_;
   MotionState motor_;
   MotionState hand_;
+  Vec3 grip_W_;  // rad, from handle to hand
+  Vec3 arc_W_;   // rad, from hand to target
   double work_ = 0;
 };
 

@@ -21,10 +21,10 @@ double MassChain<N>::longest_step() const {
 }
 
 template <std::size_t N>
-void MassChain<N>::make_levels(bool held, bool touching, Levels& levels) const noexcept {
+void MassChain<N>::make_levels(double whole_h, bool held, bool touching, Levels& levels) const noexcept {
   const Parameters& p = parameters_;
   const bool divided = p.half_gap > 0;
-  const double h = divided ? std::ldexp(h_, -finest) : h_;
+  const double h = divided ? std::ldexp(whole_h, -finest) : whole_h;
   // Time in units of h: the state is (y_1, h v_1, y_2, h v_2, ..., h^2 f_1 / m_1, h^2 f_2 / m_2, ...), all of it in m.
   SquareMatrix<3 * N> a{};
   Link left{0, p.damping};
@@ -64,15 +64,13 @@ void MassChain<N>::make_levels(bool held, bool touching, Levels& levels) const n
 }
 
 template <std::size_t N>
-void MassChain<N>::prepare(double h) noexcept {
-  if (h == h_) return;
-  h_ = h;
+void MassChain<N>::make_regimes(double h, Regimes& regimes) const noexcept {
   const bool may_hold = friction_.holds() > 0;
   const bool may_part = parameters_.half_gap > 0;
   for (const bool held : {false, true}) {
     if (held && !may_hold) continue;
     for (const bool touching : {false, true}) {
-      if (touching || may_part) make_levels(held, touching, levels_[held ? 1 : 0][touching ? 1 : 0]);
+      if (touching || may_part) make_levels(h, held, touching, regimes[held ? 1 : 0][touching ? 1 : 0]);
     }
   }
 }
@@ -126,11 +124,11 @@ void MassChain<N>::step(Axis& axis, const Propagator& by, double side, double mo
 }
 
 template <std::size_t N>
-void MassChain<N>::advance_axis(Axis& axis, bool held, double motor_f, double hand_f) const noexcept {
-  const auto& regimes = levels_[held ? 1 : 0];
+void MassChain<N>::advance_axis(Axis& axis, const std::array<Levels, 2>& by, double motor_f,
+                                double hand_f) const noexcept {
   const double start = axis.x[N - 1];
   if (parameters_.half_gap <= 0) {
-    step(axis, regimes[1][0], 1, motor_f, hand_f, start);
+    step(axis, by[1][0], 1, motor_f, hand_f, start);
     return;
   }
   constexpr int end = 1 << finest;
@@ -139,7 +137,7 @@ void MassChain<N>::advance_axis(Axis& axis, bool held, double motor_f, double ha
   double side = side_of(axis.x[1] - axis.x[0]);
   while (at < end) {
     Axis next = axis;
-    step(next, regimes[side != 0 ? 1 : 0][static_cast<std::size_t>(level)], side, motor_f, hand_f, start);
+    step(next, by[side != 0 ? 1 : 0][static_cast<std::size_t>(level)], side, motor_f, hand_f, start);
     const double next_side = side_of(next.x[1] - next.x[0]);
     if (next_side != side && size > 1) {
       size /= 2;
@@ -159,7 +157,7 @@ void MassChain<N>::advance_axis(Axis& axis, bool held, double motor_f, double ha
 
 template <std::size_t N>
 void MassChain<N>::advance(double h, const Vec3& motor_F_W, const Vec3& hand_F_W, Points& points) noexcept {
-  prepare(h);
+  const Regimes& regimes = regimes_.get(h, [this](double step, Regimes& made) { make_regimes(step, made); });
   PointState& motor = points[0];
   const double m_1 = parameters_.mass[0];
   const Vec3 ripple = cogging_.force(motor.p);
@@ -174,7 +172,7 @@ void MassChain<N>::advance(double h, const Vec3& motor_F_W, const Vec3& hand_F_W
       axis.x[j] = points[j].p[i];
       axis.v[j] = points[j].v[i];
     }
-    advance_axis(axis, held, motor_F_W[i], hand_F_W[i]);
+    advance_axis(axis, regimes[held ? 1 : 0], motor_F_W[i], hand_F_W[i]);
     for (std::size_t j = 0; j < N; ++j) {
       points[j].p[i] = axis.x[j];
       points[j].v[i] = axis.v[j];

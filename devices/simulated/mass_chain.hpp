@@ -6,6 +6,7 @@
 
 #include "devices/simulated/cogging.hpp"
 #include "devices/simulated/friction.hpp"
+#include "devices/simulated/step_cache.hpp"
 #include "framework/core/spatial.hpp"
 
 namespace tactor {
@@ -68,22 +69,22 @@ class MassChain {
   /// y_1, v_1, y_2, v_2, ... (rows) after a step from y = 0, by v_1, v_2, ..., f_1, f_2, ... (columns).
   using Propagator = std::array<std::array<double, 2 * N>, 2 * N>;
   using Levels = std::array<Propagator, finest + 1>;  // of h, h/2, h/4, ...
+  // By what the motor side does (0: it moves, 1: friction holds it) and the first link (0: in the gap, 1: it touches).
+  using Regimes = std::array<std::array<Levels, 2>, 2>;
   struct Axis {
     std::array<double, N> x, v;
   };
 
-  void prepare(double h) noexcept;
-  void make_levels(bool held, bool touching, Levels& levels) const noexcept;
+  void make_regimes(double h, Regimes& regimes) const noexcept;
+  void make_levels(double h, bool held, bool touching, Levels& levels) const noexcept;
   [[nodiscard]] double side_of(double d) const noexcept;
   void step(Axis& axis, const Propagator& by, double side, double motor_f, double hand_f, double start) const noexcept;
-  void advance_axis(Axis& axis, bool held, double motor_f, double hand_f) const noexcept;
+  void advance_axis(Axis& axis, const std::array<Levels, 2>& by, double motor_f, double hand_f) const noexcept;
 
   Parameters parameters_;
   Friction friction_;
   Cogging cogging_;
-  double h_ = 0;  // the step that the propagators are for
-  // By what the motor side does (0: it moves, 1: friction holds it) and the first link (0: in the gap, 1: it touches).
-  std::array<std::array<Levels, 2>, 2> levels_{};
+  StepCache<Regimes> regimes_;
 };
 
 extern template class MassChain<2>;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "framework/core/value_error.hpp"
+#include "framework/yaml/yaml_values.hpp"
 
 namespace tactor {
 
@@ -12,6 +13,9 @@ namespace {
 
 constexpr double decays = 6;             // after which a sinusoid is over: a four-hundredth is left
 constexpr std::size_t most_ticks = 400;  // so that the least squares take milliseconds
+constexpr double fade = 0.02;            // s, in which the force that is left at the end goes out
+/// A hand behind a grip is a body of its own, as in device.simulated.
+constexpr double least_gripped_mass = 1e-3;  // kg
 /// Of the device's slew limit; the rest is the incoming force's.
 constexpr double slew_share = 0.8;
 
@@ -61,6 +65,18 @@ std::vector<double> wanted_means(const Impact::Params& p) {
   return decaying_sinusoid(p.amplitude, p.frequency, p.decay.seconds(), tick, ticks);
 }
 
+AccelerationMatch match_of(const Impact::Params& p) {
+  if ((p.grip_stiffness > 0 || p.grip_damping > 0) && p.hand_mass < least_gripped_mass) {
+    throw ValueError("hand_mass", "effect.impact: hand_mass is too small for a grip: expected at least " +
+                                      number_text(least_gripped_mass) +
+                                      " kg where grip_stiffness or grip_damping is above 0, found " +
+                                      number_text(p.hand_mass) +
+                                      " kg; give it more, or make the grip rigid with both 0");
+  }
+  return match_acceleration(p, 1 / p.rate, wanted_means(p), p.effort,
+                            static_cast<std::size_t>(std::ceil(fade * p.rate)));
+}
+
 RealOptions of_device(std::string doc, std::string unit, double otherwise, double min, double max) {
   return {.doc = std::move(doc),
           .unit = std::move(unit),
@@ -77,16 +93,15 @@ NodeInfo Impact::declare() {
   d.details(
       "A wall rendered as a spring feels like foam: the force begins at zero. Hard things are known by the vibration "
       "of "
-      "the first milliseconds, so that is played back open-loop. When the incoming force begins, the handle gets the "
-      "acceleration v a(t) away from the surface besides, v being its speed of approach along the force and\n"
+      "the first milliseconds, so that is played back open-loop. When contact begins, the handle gets the acceleration "
+      "v a(t) away from the surface besides, v being its speed of approach along the surface's force and\n"
       "a(t) = amplitude exp(-t / decay) sin(2 pi frequency t), or the rows of `profile`, m/s^2 a m/s of impact.\n"
-      "The forces for it come from the inverse of the device: masses, damper and spring of the hand, amplifier and "
-      "mode "
-      "of vibration, tick by tick, by least squares. They are those of the graph's device where it has such "
-      "parameters. "
-      "`impact.match_error` tells what such a device misses of it. Friction and delays are not inverted. It lasts six "
-      "decays, "
-      "or 400 ticks at most.\n"
+      "The forces for it come from the inverse of the device: masses, grip, damper and spring of the hand, amplifier "
+      "and mode of vibration, tick by tick, by least squares. They are those of the graph's device where it has such "
+      "parameters. `impact.match_error` tells what such a device misses of it. Friction and delays are not inverted. "
+      "It lasts six decays, or 400 ticks at most. Then the force that the hand still takes fades out in 20 ms.\n"
+      "Contact is what `contact` tells. Without that input it is the incoming force that begins, which counts the "
+      "weight and the inertia of a displayed tool as contact too.\n"
       "Put it between interpolation and device. After Kuchenbecker, Fiene, Niemeyer, Improving contact realism through "
       "event-based haptic feedback (2006), and Fiene, Kuchenbecker, Shaping Event-Based Haptic Transients (2007).");
   declare_stage(d)
@@ -102,11 +117,14 @@ NodeInfo Impact::declare() {
             {.doc = "after which 1/e of it is left", .unit = "s", .default_value = 0.01, .min = 1e-4, .max = 0.5})
       .table("profile", &Params::profile, {{"t", "s", {}}, {"a", "1/s", {}}}, false,
              "an acceleration in place of the sinusoid, m/s^2 a m/s of impact, straight between its rows")
-      .real(
-          "threshold", &Params::threshold,
-          {.doc = "contact begins where the force is larger", .unit = "N", .default_value = 0.05, .min = 0, .max = 10})
+      .real("threshold", &Params::threshold,
+            {.doc = "contact begins where the force is larger, without `contact`",
+             .unit = "N",
+             .default_value = 0.05,
+             .min = 0,
+             .max = 10})
       .real("quiet", &Params::quiet,
-            {.doc = "for which it must have been smaller before",
+            {.doc = "for which there must have been no contact before",
              .unit = "s",
              .default_value = 0.05,
              .min = 0,
@@ -130,6 +148,10 @@ NodeInfo Impact::declare() {
       .real<double>("hand_mass", &Params::hand_mass, of_device("mass of the hand", "kg", 0.55, 0, 100))
       .real<double>("hand_damping", &Params::hand_damping, of_device("damping of the hand", "N s/m", 6.5, 0, 1e4))
       .real<double>("hand_stiffness", &Params::hand_stiffness, of_device("stiffness of the hand", "N/m", 135, 0, 1e6))
+      .real<double>("grip_stiffness", &Params::grip_stiffness,
+                    of_device("stiffness between handle and hand; 0, with grip_damping 0: rigid", "N/m", 0, 0, 1e6))
+      .real<double>("grip_damping", &Params::grip_damping,
+                    of_device("damping between handle and hand", "N s/m", 0, 0, 1e4))
       .real<double>("amplifier_bandwidth", &Params::amplifier_bandwidth,
                     of_device("bandwidth of the amplifiers; 0 for none", "Hz", 0, 0, 1e5))
       .real<double>("mode_frequency", &Params::mode_frequency,
@@ -152,31 +174,33 @@ NodeInfo Impact::declare() {
 }
 
 Impact::Impact(const Params& params, const NodeContext&)
-    : least_speed_(params.least_speed),
+    : threshold_(params.threshold),
+      least_speed_(params.least_speed),
       force_max_(params.force_max),
       force_slew_(params.force_slew),
       tick_(Duration::from_rate(params.rate)),
       stage_(tick_),
-      onset_(params.threshold, params.quiet),
-      match_(match_acceleration(params, 1 / params.rate, wanted_means(params), params.effort)) {
+      onset_(params.quiet),
+      match_(match_of(params)) {
   double before = 0;
   for (const double f : match_.force) {
     peak_ = std::max(peak_, std::abs(f));
     steepest_ = std::max(steepest_, std::abs(f - before));
     before = f;
   }
+  steepest_ = std::max(steepest_, std::abs(before));
 }
 
-void Impact::begin(Time now, const Vec3& force) {
-  const Stamped<DeviceState>* state = device.latest();
-  const double size = norm(force);
-  if (state == nullptr || !is_finite(state->value.V_WD.v)) return;
-  const Vec3 n = force / size;
-  double speed = -dot(state->value.V_WD.v, n);
+/// `displayed`: N, of the force that comes in.
+void Impact::begin(Time now, const Touch& touch, double displayed) {
+  const double size = norm(touch.force_W);
+  if (!(size > 0) || !is_finite(touch.v_WD)) return;
+  const Vec3 n = touch.force_W / size;
+  double speed = -dot(touch.v_WD, n);
   if (!(speed >= least_speed_)) return;
   const auto free = std::find_if(voices_.begin(), voices_.end(), [](const Voice& v) { return !v.sounds; });
   if (free == voices_.end()) return;
-  const double room = std::max(0.0, force_max_ - size), step_room = slew_share * force_slew_ * tick_.seconds();
+  const double room = std::max(0.0, force_max_ - displayed), step_room = slew_share * force_slew_ * tick_.seconds();
   if (speed * peak_ > room || speed * steepest_ > step_room) {
     ++limited_events_;
     speed = std::min({speed, room / peak_, step_room / steepest_});
@@ -202,7 +226,8 @@ void Impact::step(StepContext& context) {
   if (!stage_.take(base)) return;
   if (!stage_.is_usable(now)) return stage_.pass_on(segment);
   const Vec3 force = stage_.force(now);
-  if (onset_.begins(now, norm(force))) begin(now, force);
+  const Touch touch = touch_of(contact, device, force, threshold_);
+  if (onset_.begins(now, touch.touches)) begin(now, touch, norm(force));
   for (Voice& voice : voices_) {
     // By the time that has passed, for a loop may miss ticks.
     voice.tick = std::llround((now - voice.begun).seconds() / tick_.seconds());

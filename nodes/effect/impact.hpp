@@ -4,19 +4,19 @@
 #include <array>
 #include <vector>
 
-#include "nodes/effect/contact_onset.hpp"
+#include "nodes/effect/contact.hpp"
 #include "nodes/effect/device_dynamics.hpp"
 #include "nodes/effect/stage.hpp"
 
 namespace tactor {
 
-/// When the force of the incoming segment begins (ContactOnset), and the handle approaches along it with the speed v
-/// (m/s), the handle is to move, besides what the force makes of it, with the acceleration v a(t) along the force, away
-/// from the surface. a(t) is a decaying sinusoid, or a profile that was recorded. The forces for it are computed once,
-/// by inversion of the linear device (match_acceleration), scaled by v, and added tick by tick.
-/// Each transient is made small enough that its peak and the force at its begin stay below `force_max`, and its steps
-/// below four fifths of what `force_slew` allows a tick; later on the sum is cut at `force_max`. Throws InputError
-/// where the profile's times do not rise from 0.
+/// When contact begins (touch_of, ContactOnset), and the handle approaches along the surface's force with the speed v
+/// (m/s), the handle is to move, besides what that force makes of it, with the acceleration v a(t) along it, away from
+/// the surface. a(t) is a decaying sinusoid, or a profile that was recorded. The forces for it are computed once, by
+/// inversion of the linear device (match_acceleration), scaled by v, and added tick by tick. They fade out behind it.
+/// Each transient is made small enough that its peak and the force at its begin stay below `force_max`, and its steps,
+/// the last to zero too, below four fifths of what `force_slew` allows a tick; later on the sum is cut at `force_max`.
+/// Throws InputError where the profile's times do not rise from 0, or a hand in a grip has no mass.
 class Impact final : public Node {
  public:
   struct Params : DeviceDynamics {
@@ -40,6 +40,7 @@ class Impact final : public Node {
 
   Input<ForceSegment> base;
   Input<DeviceState> device;
+  Input<PhysicsState> contact;
   Output<ForceSegment> segment;
 
  private:
@@ -50,10 +51,10 @@ class Impact final : public Node {
     std::int64_t tick = 0;  // since then
     bool sounds = false;
   };
-  void begin(Time now, const Vec3& force);
+  void begin(Time now, const Touch& touch, double displayed);
   [[nodiscard]] Vec3 sum(int later) const;
 
-  double least_speed_, force_max_, force_slew_;
+  double threshold_, least_speed_, force_max_, force_slew_;
   Duration tick_;
   EffectStage stage_;
   ContactOnset onset_;

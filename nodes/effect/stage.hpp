@@ -67,13 +67,17 @@ class EffectStage {
   std::int64_t counted_ = -1;
 };
 
-/// What every effect has: `segment` and `device` in, `segment` out, and the largest force (N) of all together.
+/// What every effect has: `segment`, `device` and perhaps `contact` in, `segment` out, from which force on it touches
+/// (N) and the largest force (N) of all together.
 template <class N>
 Declare<N>& declare_stage(Declare<N>& node) {
   return node.realtime_safe()
       .role(Role::interpolation)
       .input("segment", &N::base, {.doc = "the force to add to", .trigger = Trigger::yes})
       .input("device", &N::device, {.doc = "the newest sample of the handle"})
+      .input("contact", &N::contact,
+             {.doc = "whether the tool touches, and with which force; without it, that is judged by `segment`",
+              .required = false})
       .output("segment", &N::segment, "the same with the effect; without one, as it came")
       .real("force_max", &N::Params::force_max,
             {.doc = "of force and vibration together",

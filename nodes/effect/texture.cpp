@@ -34,12 +34,13 @@ NodeInfo Texture::declare() {
   Declare<Texture> d("effect.texture",
                      "Adds the vibration of sliding over a rough surface, by auto-regressive models.");
   d.details(
-      "While the incoming force is above `threshold` its direction is taken for the surface's normal and its size for "
-      "the "
-      "normal force; the speed is that of the handle across it. The file holds auto-regressive models of the tool's "
-      "acceleration over a grid of speeds and forces. White noise through the one between the four neighbours makes "
-      "the "
-      "acceleration; times `mass` it is the force that is added. Interpolated are reflection coefficients, so that "
+      "While the tool touches, the direction of the surface's force is taken for its normal and its size for the "
+      "normal "
+      "force; the speed is that of the handle across it. That force is what `contact` tells. Without that input it is "
+      "the incoming force above `threshold`, with the weight and the inertia of a displayed tool in it. The file holds "
+      "auto-regressive models of the tool's acceleration over a grid of speeds and forces. White noise through the one "
+      "between the four neighbours makes the acceleration; times `mass` it is the force that is added. Interpolated "
+      "are reflection coefficients, so that "
       "every "
       "filter in between is stable, and the acceleration's deviation. The filter is a normalised lattice, which stays "
       "bounded while its coefficients change. A tool that rests is quiet.\n"
@@ -52,7 +53,7 @@ NodeInfo Texture::declare() {
       .choice("along", &Params::along,
               {{"normal", Along::normal}, {"motion", Along::motion}, {"across", Along::across}},
               std::optional(Along::normal),
-              "normal: along the incoming force; motion: along the sliding; across: across both")
+              "normal: along the surface's force; motion: along the sliding; across: across both")
       .real("gain", &Params::gain,
             {.doc = "factor of the model's acceleration", .default_value = 1, .min = 0, .max = 1000})
       .real("mass", &Params::mass,
@@ -63,7 +64,11 @@ NodeInfo Texture::declare() {
              .max = 100,
              .as_in = Role::device})
       .real("threshold", &Params::threshold,
-            {.doc = "smaller forces are no contact", .unit = "N", .default_value = 0.05, .min = 0, .max = 10})
+            {.doc = "smaller forces are no contact, without `contact`",
+             .unit = "N",
+             .default_value = 0.05,
+             .min = 0,
+             .max = 10})
       .haptic_rate(&Params::rate, {.doc = "ticks a second"})
       .metric("texture.sliding_ticks", "1", "ticks with contact and motion", Better::neither)
       .metric("texture.rms_N", "N", "RMS of what was added at those", Better::neither)
@@ -98,10 +103,10 @@ void Texture::step(StepContext& context) {
   if (!stage_.take(base)) return;
   const Stamped<DeviceState>* state = device.latest();
   if (state == nullptr || !is_finite(state->value.V_WD.v) || !stage_.is_usable(now)) return stage_.pass_on(segment);
-  const Vec3 force = stage_.force(now);
-  const double size = norm(force);
-  if (!(size > params_.threshold)) return stage_.pass_on(segment);
-  const Vec3 n = force / size, v = state->value.V_WD.v, sliding = v - dot(v, n) * n;
+  const Touch touch = touch_of(contact, device, stage_.force(now), params_.threshold);
+  const double size = norm(touch.force_W);
+  if (!touch.touches || !(size > 0)) return stage_.pass_on(segment);
+  const Vec3 n = touch.force_W / size, v = state->value.V_WD.v, sliding = v - dot(v, n) * n;
   const double speed = norm(sliding);
   if (speed < no_motion) return stage_.pass_on(segment);
   make_samples(now, speed, size);

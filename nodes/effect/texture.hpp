@@ -5,14 +5,15 @@
 #include <boost/random/normal_distribution.hpp>
 #include <filesystem>
 
+#include "nodes/effect/contact.hpp"
 #include "nodes/effect/stage.hpp"
 #include "nodes/effect/texture_model.hpp"
 
 namespace tactor {
 
-/// While the incoming force F (N, W) is larger than `threshold`, its direction is taken for the surface's normal n and
-/// its size for the normal force, and what the handle's velocity has across n for the sliding. With friction in F, n
-/// leans by the friction angle. TextureModel says at that speed and force how the tool vibrates: white noise through
+/// While the tool touches (touch_of) with the force F (N, W), its direction is taken for the surface's normal n and its
+/// size for the normal force, and what the handle's velocity has across n for the sliding. With friction in F, n leans
+/// by the friction angle. TextureModel says at that speed and force how the tool vibrates: white noise through
 /// the filter there makes its acceleration a (m/s^2). Added is gain * mass * a, in N, along n, along the motion, or
 /// across both. Noise is drawn from the node's seed, so that a run can be made again.
 /// Throws YamlError where the file is no model, InputError where the model's samples come faster than the ticks.
@@ -36,6 +37,7 @@ class Texture final : public Node {
 
   Input<ForceSegment> base;
   Input<DeviceState> device;
+  Input<PhysicsState> contact;
   Output<ForceSegment> segment;
 
  private:

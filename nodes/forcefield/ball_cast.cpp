@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/physics/geometry/face_tree.hpp"
 #include "nodes/physics/geometry/shape_distance.hpp"
 #include "nodes/physics/mesh/box_mesh.hpp"
@@ -24,6 +26,14 @@ constexpr double least_approach = 1e-12, least_approach_m = 1e-15;
 constexpr double overlap = 1e-9;
 /// An edge whose neighbour lies lower than this share of its length is convex.
 constexpr double least_fold = 1e-9;
+/// Of a face's longest edge: the normal of a face that is less high is off by more than 1e-7 for rounding. That of one
+/// that is less than thin_height is too far off to tell whether a neighbour lies below it.
+constexpr double least_height = 1e-9, thin_height = 1e-5;
+
+Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
+  const double length = norm(v);
+  return length > 0 ? v / length : otherwise;
+}
 
 bool approaches(const Vec3& n, const Vec3& way) {
   return dot(n, way) < -(least_approach * norm(way) + least_approach_m);
@@ -94,37 +104,81 @@ class SlabTest {
   double radius_;
 };
 
+/// Of its longest edge; 0 where it has no area.
+double height_share(const TriangleMesh& mesh, const std::array<int, 3>& face) {
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto at = [&](std::size_t k) { return mesh.vertices[static_cast<std::size_t>(face[k % 3])]; };
+    longest = std::max(longest, norm(at(i + 1) - at(i)));
+  }
+  return longest > 0 ? norm(doubled_area_normal(mesh, face)) / (longest * longest) : 0;
+}
+
+TriangleMesh without_needles(TriangleMesh mesh) {
+  std::erase_if(mesh.faces, [&](const auto& face) { return !(height_share(mesh, face) > least_height); });
+  if (mesh.faces.empty()) throw InputError("no face of the mesh has an area");
+  return mesh;
+}
+
+/// The solid angle of a face about x over 4 pi, positive from behind: the sum over a closed mesh is 1 inside and 0
+/// outside (A. Van Oosterom, J. Strackee, "The solid angle of a plane triangle", 1983).
+double turns_about(const std::array<Vec3, 3>& corners, const Vec3& x) {
+  const Vec3 a = corners[0] - x, b = corners[1] - x, c = corners[2] - x;
+  const double A = norm(a), B = norm(b), C = norm(c);
+  const double volume = dot(a, cross(b, c));
+  return std::atan2(volume, A * B * C + dot(a, b) * C + dot(b, c) * A + dot(c, a) * B) / (2 * std::numbers::pi);
+}
+
 class MeshBallSurface final : public BallSurface {
  public:
+  /// `mesh` has no needles.
   MeshBallSurface(const TriangleMesh& mesh, double crease) : surface_(mesh), tree_(surface_) { prepare(mesh, crease); }
 
-  int cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit) const override {
+  bool cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit, int& looks) const override {
     const SlabTest slabs(from - tree_.origin, way, radius);
     std::array<std::int32_t, 8 * FaceTree::most_levels> open;
     std::size_t count = 0;
     open[count++] = 0;
-    int looked = 0;
     while (count > 0) {
       const std::int32_t next = open[--count];
+      if (looks <= 0) return false;
       if (next < 0) {
         for (std::int32_t k = 0; k < 8; ++k) {
           const std::int32_t face = tree_.records[static_cast<std::size_t>(~next + k)].face;
           if (face < 0) continue;
-          ++looked;
+          --looks;
           cast_face(static_cast<std::size_t>(face), from, way, radius, hit);
         }
         continue;
       }
+      --looks;
       const FaceTree::Node& node = tree_.nodes[static_cast<std::size_t>(next)];
       for (std::size_t k = 0; k < 8; ++k) {
         if (node.child[k] != FaceTree::no_child && slabs.may_meet(node, k, hit.share)) open[count++] = node.child[k];
       }
     }
-    return looked;
+    return true;
   }
 
   [[nodiscard]] Nearest nearest(const Vec3& x) const override {
-    return surface_.signed_distance(tree_.nearest(surface_, x, -1), x);
+    Nearest nearest = surface_.signed_distance(tree_.nearest(surface_, x, -1), x);
+    const Border& border = borders_[static_cast<std::size_t>(nearest.face)];
+    const bool one_sided = (nearest.feature == Feature::edge && border.edge_alone[nearest.of_face]) ||
+                           (nearest.feature == Feature::corner && border.corner_alone[nearest.of_face]);
+    if (!one_sided) return nearest;
+    // The pseudo-normal lacks a face.
+    const Vec3 away = x - nearest.p;
+    const double length = norm(away);
+    if (!(length > 0)) {
+      nearest.gradient = surface_.normals[static_cast<std::size_t>(nearest.face)].face;
+      return nearest;
+    }
+    double turns = 0;
+    for (const auto& corners : surface_.corners) turns += turns_about(corners, x);
+    const double sign = turns > 0.5 ? -1 : 1;
+    nearest.distance = sign * length;
+    nearest.gradient = away * (sign / length);
+    return nearest;
   }
 
  private:
@@ -132,7 +186,8 @@ class MeshBallSurface final : public BallSurface {
   struct Border {
     std::array<bool, 3> edge_met{}, corner_met{};
     std::array<bool, 3> edge_crease{}, corner_crease{};
-    std::array<Vec3, 3> shaded;  // unit, at the corners
+    std::array<bool, 3> edge_alone{}, corner_alone{};  // no other face has the edge; the corner is the end of such
+    std::array<Vec3, 3> shaded;                        // unit, at the corners
   };
 
   void cast_face(std::size_t face, const Vec3& from, const Vec3& way, double radius, BallHit& hit) const {
@@ -163,7 +218,7 @@ class MeshBallSurface final : public BallSurface {
         if (inside) {
           const std::array<Vec3, 3>& s = borders_[face].shaded;
           const Vec3 sum = weight[1] * s[0] + weight[2] * s[1] + weight[0] * s[2];
-          hit = {t, true, n, std::max(0.0, radius - above), sum / norm(sum)};
+          hit = {t, true, n, std::max(0.0, radius - above), unit_or(sum, n)};
           return;
         }
       }
@@ -174,7 +229,7 @@ class MeshBallSurface final : public BallSurface {
       if (border.edge_met[i]) {
         if (const auto along = meets_segment(-v[i], v[j] - v[i], way, radius, hit); along && !border.edge_crease[i]) {
           const Vec3 sum = (1 - *along) * border.shaded[i] + *along * border.shaded[j];
-          hit.shaded = sum / norm(sum);
+          hit.shaded = unit_or(sum, hit.n);
         }
       }
       if (border.corner_met[i] && meets_point(-v[i], way, radius, hit) && !border.corner_crease[i]) {
@@ -194,13 +249,15 @@ class MeshBallSurface final : public BallSurface {
     std::map<std::pair<int, int>, std::size_t> side;  // a directed edge and its face
     std::vector<std::vector<std::size_t>> around(mesh.vertices.size());
     const auto index = [&](std::size_t f, std::size_t i) { return mesh.faces[f][i % 3]; };
+    std::vector<bool> thin(faces);
     for (std::size_t f = 0; f < faces; ++f) {
+      thin[f] = height_share(mesh, mesh.faces[f]) < thin_height;
       for (std::size_t i = 0; i < 3; ++i) {
         side[{index(f, i), index(f, i + 1)}] = f;
         around[static_cast<std::size_t>(index(f, i))].push_back(f);
       }
     }
-    std::vector<bool> met(mesh.vertices.size()), folded(mesh.vertices.size());
+    std::vector<bool> met(mesh.vertices.size()), folded(mesh.vertices.size()), alone(mesh.vertices.size());
     for (std::size_t f = 0; f < faces; ++f) {
       for (std::size_t i = 0; i < 3; ++i) {
         const int a = index(f, i), b = index(f, i + 1);
@@ -213,12 +270,16 @@ class MeshBallSurface final : public BallSurface {
           const Vec3& start = surface_.corners[f][i];
           const Vec3 e = surface_.corners[f][(i + 1) % 3] - start;
           const double rise = dot(surface_.normals[f].face, surface_.corners[g][apex] - start);
-          convex = rise < -least_fold * norm(e);
-          fold = dot(surface_.normals[f].face, surface_.normals[g].face) < same;
+          const double cosine = dot(surface_.normals[f].face, surface_.normals[g].face);
+          // Of faces back to back, neither lies below the other.
+          convex = rise < -least_fold * norm(e) || cosine < 0 || thin[f] || thin[g];
+          fold = cosine < same;
         }
         borders_[f].edge_met[i] = convex;
         borders_[f].edge_crease[i] = fold;
+        borders_[f].edge_alone[i] = other == side.end();
         for (const int end : {a, b}) {
+          if (other == side.end()) alone[static_cast<std::size_t>(end)] = true;
           if (convex) met[static_cast<std::size_t>(end)] = true;
           if (fold) folded[static_cast<std::size_t>(end)] = true;
         }
@@ -229,6 +290,7 @@ class MeshBallSurface final : public BallSurface {
         const auto vertex = static_cast<std::size_t>(index(f, i));
         borders_[f].corner_met[i] = met[vertex];
         borders_[f].corner_crease[i] = folded[vertex];
+        borders_[f].corner_alone[i] = alone[vertex];
         borders_[f].shaded[i] = shaded_at(mesh, f, index(f, i), around[vertex], same);
       }
     }
@@ -240,15 +302,14 @@ class MeshBallSurface final : public BallSurface {
     Vec3 sum;
     for (const std::size_t g : around) {
       const Vec3& n = surface_.normals[g].face;
-      // A face without area, which a mesh may have that nobody repaired, has no normal.
-      if (!is_finite(n) || (g != face && dot(own, n) < same)) continue;
+      if (g != face && dot(own, n) < same) continue;
       const auto& f = mesh.faces[g];
       const auto i = static_cast<std::size_t>(std::find(f.begin(), f.end(), vertex) - f.begin());
       const std::array<Vec3, 3>& c = surface_.corners[g];
       const Vec3 u = c[(i + 1) % 3] - c[i], v = c[(i + 2) % 3] - c[i];
       sum += std::acos(std::clamp(dot(u, v) / (norm(u) * norm(v)), -1.0, 1.0)) * n;
     }
-    return norm(sum) > 0 ? sum / norm(sum) : own;
+    return unit_or(sum, own);
   }
 
   /// A ball about a face.
@@ -269,14 +330,16 @@ class RoundBallSurface final : public BallSurface {
   RoundBallSurface(const Shape& shape, double radius, double length)
       : distance_(shape_distance(shape)), radius_(radius), half_(0.5 * length) {}
 
-  int cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit) const override {
+  bool cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit, int& looks) const override {
+    if (looks <= 0) return false;
+    --looks;
     const Vec3 low{0, 0, -half_}, high{0, 0, half_};
     if (half_ > 0) {
       meets_segment(from - low, high - low, way, radius_ + radius, hit);
       meets_point(from - high, way, radius_ + radius, hit);
     }
     meets_point(from - low, way, radius_ + radius, hit);
-    return 1;
+    return true;
   }
   [[nodiscard]] Nearest nearest(const Vec3& x) const override { return distance_->nearest(x, -1); }
 
@@ -287,23 +350,35 @@ class RoundBallSurface final : public BallSurface {
 
 class PlaneBallSurface final : public BallSurface {
  public:
-  int cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit) const override {
+  bool cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit, int& looks) const override {
+    if (looks <= 0) return false;
+    --looks;
     const Vec3 n{0, 0, 1};
-    if (!approaches(n, way)) return 1;
+    if (!approaches(n, way)) return true;
     const double t = std::max(0.0, (from.z - radius) / -way.z);
     if (t < hit.share) hit = {t, true, n, std::max(0.0, radius - from.z), n};
-    return 1;
+    return true;
   }
   [[nodiscard]] Nearest nearest(const Vec3& x) const override { return {x.z, {x.x, x.y, 0}, {0, 0, 1}, 0}; }
 };
 
 }  // namespace
 
+std::unique_ptr<BallSurface> ball_surface(TriangleMesh mesh, double crease) {
+  return std::make_unique<MeshBallSurface>(without_needles(std::move(mesh)), crease);
+}
+
 std::unique_ptr<BallSurface> ball_surface(const Body& body, double crease, Notes* notes) {
-  if (body.mesh() != nullptr) return std::make_unique<MeshBallSurface>(load_body_mesh(body, notes), crease);
-  if (const auto* box = std::get_if<BoxShape>(&body.shape)) {
-    return std::make_unique<MeshBallSurface>(box_mesh(box->size), crease);
+  if (body.mesh() != nullptr) {
+    TriangleMesh mesh = load_body_mesh(body, notes);
+    try {
+      return ball_surface(std::move(mesh), crease);
+    } catch (const InputError& error) {
+      throw ValueError("scene.bodies." + body.name + ".mesh",
+                       "body '" + body.name + "': " + body.mesh()->file.string() + ": " + error.what());
+    }
   }
+  if (const auto* box = std::get_if<BoxShape>(&body.shape)) return ball_surface(box_mesh(box->size), crease);
   if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
     return std::make_unique<RoundBallSurface>(body.shape, sphere->radius, 0);
   }

@@ -26,10 +26,12 @@ class BallSurface {
   /// Moves a ball of `radius` > 0 (m), whose centre is outside of the solid, from `from` along `way` (m). Where it
   /// meets the surface before `hit.share`, `hit` becomes that place. A place that it does not approach does not count:
   /// a ball that slides along a plane or leaves it meets nothing. One that touches already and approaches meets at 0.
-  /// Returns how many faces were looked at.
-  virtual int cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit) const = 0;
+  /// Each face, and each box about eight of them or of their boxes, is a look. They are taken off `looks`; where these
+  /// are used up before it is known what is met, the result is false, and `hit` says nothing.
+  virtual bool cast(const Vec3& from, const Vec3& way, double radius, BallHit& hit, int& looks) const = 0;
 
-  /// The nearest surface point of x (m).
+  /// The nearest surface point of x (m). Where it lies on an edge that only one face has (see ball_surface), all faces
+  /// are looked at to tell inside from outside.
   [[nodiscard]] virtual Nearest nearest(const Vec3& x) const = 0;
 };
 
@@ -41,5 +43,10 @@ class BallSurface {
 /// is a crease, and all but meshes, has n for its shaded normal.
 /// Throws InputError where the mesh is no solid; `notes` as for load_body_mesh.
 std::unique_ptr<BallSurface> ball_surface(const Body& body, double crease, Notes* notes);
+
+/// The same of a mesh. A face whose height is less than 1e-9 of its longest edge, or that has no area, has no direction
+/// and is left out; what a ball meets there are the edges of its neighbours, which are creases then. Throws InputError
+/// where no face is left.
+std::unique_ptr<BallSurface> ball_surface(TriangleMesh mesh, double crease);
 
 }  // namespace tactor

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -32,6 +33,7 @@ class GodObject {
     bool friction = true;  ///< as the materials of tool and body have it
     double crease = 0;     ///< rad, see ball_surface
     int most_casts = 0;    ///< ways looked along in a move at most; the next move goes on
+    int most_looks = 0;    ///< for those, see BallSurface::cast; where they are used up the next move goes on
   };
   /// A point is a ball so small that it makes no force that can be felt and so large that no rounding lets it through
   /// the edge between two faces.
@@ -41,12 +43,13 @@ class GodObject {
   GodObject(const Scene& scene, const Options& options, Notes* notes);
 
   /// The handle is at `goal` (m, in W, finite). The first move, and the next after `lost`, puts the proxy at the
-  /// handle, or where that is inside of a body at the nearest place outside.
+  /// handle, or where that is inside of a body at the nearest place outside. Where several bodies overlap, more than
+  /// one move may look for that; the proxy is lost until then.
   void move(const Vec3& goal);
 
   /// m, in W.
   [[nodiscard]] const Vec3& position() const { return p_; }
-  /// Bodies overlap about the handle so that there is no place outside near it: nothing is known.
+  /// No place outside has been found near the handle, where bodies overlap: nothing is known.
   [[nodiscard]] bool lost() const { return !placed_; }
   /// The planes that push at the end of the last move: 0 in the air.
   [[nodiscard]] int contacts() const { return contacts_; }
@@ -59,8 +62,13 @@ class GodObject {
   /// Unit, along the sum of the planes' pushes; zero in the air.
   [[nodiscard]] const Vec3& normal() const { return normal_; }
 
-  [[nodiscard]] int casts() const { return casts_; }    ///< of the last move
-  [[nodiscard]] int looked() const { return looked_; }  ///< faces that those looked at
+  [[nodiscard]] int casts() const { return casts_; }  ///< of the last move
+  /// Faces and boxes about them that those looked at.
+  [[nodiscard]] int looked() const { return options_.most_looks - looks_left_; }
+  /// The last move ended because `most_looks` were used up.
+  [[nodiscard]] bool starved() const { return starved_; }
+  /// Nearest points that the last move asked of bodies to find a place: a few for each body at most.
+  [[nodiscard]] int queries() const { return queries_; }
 
  private:
   struct FixedBody {
@@ -83,13 +91,18 @@ class GodObject {
   std::vector<FixedBody> bodies_;
   Vec3 p_, goal_;
   bool placed_ = false;
+  Vec3 tried_;          // m, where the search for a place is
+  int pushes_out_ = 0;  // of that search
+  /// m, the longest way that is looked along: shorter after one for which the looks of a move were too few.
+  double reach_ = std::numeric_limits<double>::infinity();
+  bool starved_ = false;
   HalfSpaces spaces_;
   std::array<Plane, HalfSpaces::capacity> planes_;
   HalfSpaces::NearestAllowed allowed_;
   Vec3 turned_;  // m, what shading adds to the stretch
   Vec3 normal_;
   double pushes_ = 0;
-  int contacts_ = 0, casts_ = 0, looked_ = 0;
+  int contacts_ = 0, casts_ = 0, looks_left_ = 0, queries_ = 0;
 };
 
 }  // namespace tactor

@@ -14,7 +14,10 @@ constexpr const char* proxy_type = "forcefield.proxy";
 
 GodObject::Options options_of(const ProxyForceField::Params& params, const NodeContext& context) {
   check_static_scene(proxy_type, *context.scene);
-  GodObject::Options options{.friction = params.friction, .crease = params.crease, .most_casts = params.most_casts};
+  GodObject::Options options{.friction = params.friction,
+                             .crease = params.crease,
+                             .most_casts = params.most_casts,
+                             .most_looks = params.most_looks};
   if (params.probe == ProxyForceField::Probe::point) return options;
   const Body& tool = *context.scene->tool();
   const auto* ball = std::get_if<SphereShape>(&tool.shape);
@@ -79,6 +82,13 @@ NodeInfo ProxyForceField::declare() {
                 .default_value = 64,
                 .min = 4,
                 .max = 100'000})
+      .integer(
+          "most_looks", &Params::most_looks,
+          {.doc = "faces, and boxes about them, that it looks at for these; where more are needed it goes on at the "
+                  "next sample",
+           .default_value = 20'000,
+           .min = 100,
+           .max = 100'000'000})
       .real("force_max", &Params::force_max,
             {.doc = "longer forces are shortened to the device's largest force",
              .unit = "N",
@@ -90,10 +100,11 @@ NodeInfo ProxyForceField::declare() {
       .metric("proxy.contacts_most", "1", "planes that pushed at once, most", Better::neither)
       .metric("proxy.lost_samples", "1", "samples without a place outside of all bodies", Better::lower)
       .metric("proxy.unfinished_moves", "1", "samples at which `most_casts` ended the move", Better::lower)
+      .metric("proxy.starved_moves", "1", "samples at which `most_looks` ended the move", Better::lower)
       .metric("proxy.rejected_samples", "1", "samples that were not finite, or too late", Better::lower)
       .metric("proxy.casts_mean", "1", "ways looked along at a sample, mean", Better::lower)
       .metric("proxy.casts_most", "1", "ways looked along at a sample, most", Better::lower)
-      .metric("proxy.faces_most", "1", "faces looked at for a sample, most", Better::lower);
+      .metric("proxy.looks_most", "1", "faces and boxes about them looked at for a sample, most", Better::lower);
   d.unread_when({"crease"},
                 [](const Params& p, const ParamUse&) { return std::string(p.shading ? "" : "shading is false"); });
   return d.info();
@@ -115,9 +126,10 @@ void ProxyForceField::go_to(const Stamped<DeviceState>& sample) {
   casts_ += proxy_.casts();
   if (proxy_.lost()) ++lost_;
   if (proxy_.casts() >= params_.most_casts) ++unfinished_;
+  if (proxy_.starved()) ++starved_;
   contacts_most_ = std::max(contacts_most_, proxy_.contacts());
   casts_most_ = std::max(casts_most_, proxy_.casts());
-  faces_most_ = std::max(faces_most_, proxy_.looked());
+  looks_most_ = std::max(looks_most_, proxy_.looked());
 }
 
 Vec3 ProxyForceField::shown_force() const {
@@ -162,10 +174,11 @@ void ProxyForceField::report(Report& report) const {
   report.set("proxy.contacts_most", contacts_most_);
   report.set("proxy.lost_samples", static_cast<double>(lost_));
   report.set("proxy.unfinished_moves", static_cast<double>(unfinished_));
+  report.set("proxy.starved_moves", static_cast<double>(starved_));
   report.set("proxy.rejected_samples", static_cast<double>(rejected_));
   report.set("proxy.casts_mean", moves_ > 0 ? static_cast<double>(casts_) / static_cast<double>(moves_) : 0.0);
   report.set("proxy.casts_most", casts_most_);
-  report.set("proxy.faces_most", faces_most_);
+  report.set("proxy.looks_most", looks_most_);
 }
 
 }  // namespace tactor

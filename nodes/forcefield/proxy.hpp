@@ -14,9 +14,10 @@ namespace tactor {
 ///
 /// The proxy goes through the samples of the handle since the last step, one after another, so that a node that steps
 /// seldom (one with a cost, in physics' place) shows the force that one at the device's rate shows at that sample.
-/// Messages are stamped valid for the newest sample. No torque.
-/// Throws InputError as check_static_scene does, where a mesh is no solid, and where the proxy is to be the tool and
-/// that is no sphere.
+/// A sample costs a bounded number of steps of work: `most_casts` ways with `most_looks` looks at faces and boxes about
+/// them; while the proxy has no place, eight nearest points of each body. Messages are stamped valid for the newest
+/// sample. No torque. Throws InputError as check_static_scene does, where a mesh is no solid, and where the proxy is to
+/// be the tool and that is no sphere.
 class ProxyForceField final : public Node {
  public:
   enum class Probe { tool, point };
@@ -27,15 +28,15 @@ class ProxyForceField final : public Node {
     bool friction = true;
     bool shading = true;
     double crease = 0;  ///< rad
-    std::int32_t most_casts = 0;
+    std::int32_t most_casts = 0, most_looks = 0;
     double force_max = 0;  ///< N
     double rate = 0;       ///< Hz
   };
   ProxyForceField(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `proxy.contacts_most`, `proxy.lost_samples`, `proxy.unfinished_moves`, `proxy.rejected_samples`,
-  /// `proxy.casts_mean`, `proxy.casts_most`, `proxy.faces_most`.
+  /// `proxy.contacts_most`, `proxy.lost_samples`, `proxy.unfinished_moves`, `proxy.starved_moves`,
+  /// `proxy.rejected_samples`, `proxy.casts_mean`, `proxy.casts_most`, `proxy.looks_most`.
   void report(Report& report) const override;
 
   Input<DeviceState> device;
@@ -55,8 +56,8 @@ class ProxyForceField final : public Node {
   Vec3 last_p_;  // m, of the proxy at the sample before
   Vec3 v_;       // m/s, of the proxy
   bool any_ = false;
-  std::int64_t moves_ = 0, lost_ = 0, unfinished_ = 0, rejected_ = 0, casts_ = 0;
-  int contacts_most_ = 0, casts_most_ = 0, faces_most_ = 0;
+  std::int64_t moves_ = 0, lost_ = 0, unfinished_ = 0, starved_ = 0, rejected_ = 0, casts_ = 0;
+  int contacts_most_ = 0, casts_most_ = 0, looks_most_ = 0;
 };
 
 }  // namespace tactor

@@ -53,12 +53,18 @@ Wrench PassivityController::limit(const Wrench& whole) const noexcept {
   const SmallMotion d = way();
   const double lever = params().lever;
   const double length = square(d, lever);
-  // At the next tick.
-  const double energy = port().energy() - work(port().held(), d);
-  // No more than can be taken back.
   const double size = std::sqrt(square(whole, lever));
-  const double ramp = size > 0 ? ramp_down(whole, work(whole, d) / size) : 0;
-  const double share = ramp > energy ? std::sqrt(std::max(0.0, energy) / ramp) : 1;
+  // What the handle may do meanwhile is foreseen where its state comes late, and else not.
+  const double energy = energy_then(0) - farther(ahead() - 1, 0) * size;
+  // No more than can be taken back.
+  const double along = size > 0 ? work(whole, d) / size : 0;
+  const double ramp = size > 0 ? ramp_down(whole, along) : 0;
+  double share = 1;
+  if (ramp > energy) {
+    // In debt what is against the motion stays as far as it is down to zero before it could give.
+    share = std::min(1.0, share_that_takes(whole, along));
+    if (energy > 0) share = std::max(share, std::sqrt(energy / ramp));
+  }
   const Wrench wanted = share < 1 ? share * whole : whole;
   const double given = work(wanted, d);
   if (energy >= 0 && given <= energy) return wanted;

@@ -12,10 +12,10 @@ NodeInfo EnergyBound::declare() {
       "Stands between an interpolation and the device. An observer counts the energy E that the hand has given through "
       "the handle. The wrench W wanted at the next tick is scaled by s, the largest 0 <= s <= 1 with "
       "s (W . d + |W| r) + the way down to zero at the gate's slew limits <= E - (F . d + |F| q): d is the way of a "
-      "tick "
-      "at the velocity that the device shows, F what is commanded now, q and r the most by which the ways of this tick "
-      "and the next differ from d where the handle is accelerated by no more than `acceleration`. So what is commanded "
-      "stays within what is there, whatever a hand within that acceleration does, and nothing is added to it.");
+      "tick at the velocity that the device shows, F what is commanded now, q and r the most by which the ways of this "
+      "tick and the next differ from d where the handle is accelerated by no more than `acceleration`. Where the "
+      "device's state comes late, wrenches on their way to the device are taken off like F. So what is commanded stays "
+      "within what is there, whatever a hand within that acceleration does, and nothing is added to it.");
   declare_stage(node);
   return node
       .real("device_damping", &Params::device_damping,
@@ -29,20 +29,18 @@ NodeInfo EnergyBound::declare() {
 }
 
 EnergyBound::EnergyBound(const Params& params, const NodeContext& context)
-    : PassivityStage(params, context, params.device_damping),
-      // The way from n to n+1 is v T + a T^2 / 2, that from n+1 to n+2 v T + 3 a T^2 / 2.
-      near_(0.5 * params.acceleration / (params.rate * params.rate)),
-      far_(1.5 * params.acceleration / (params.rate * params.rate)) {}
+    : PassivityStage(params, context, params.device_damping) {}
 
 Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
-  const double lever = params().lever;
-  const double size = std::sqrt(square(wanted, lever));
+  const double size = std::sqrt(square(wanted, params().lever));
   if (!(size > 0)) return wanted;
-  const SmallMotion d = way();
-  const double held = std::sqrt(square(port().held(), lever));
-  const double energy = std::max(0.0, port().energy() - work(port().held(), d) - held * near_);
-  const double along = work(wanted, d) / size + far_;  // m, the most that a tick may go with the wrench
-  const double given = size * std::max(0.0, along);
+  const double energy = std::max(0.0, energy_then(0.5));
+  // The way from tick n to n+1 is v T + (n + 1/2) a T^2 at most, with the velocity v at tick 0.
+  // m, the most that a tick may go with the wrench
+  const double along = work(wanted, way()) / size + farther(ahead(), 0.5);
+  // Where states come late, a tick may be missed too: then the wrench is held for two.
+  const int ticks = ahead() > 1 ? 2 : 1;
+  const double given = ticks * size * std::max(0.0, along);
   // s given + s^2 ramp <= energy.
   const double ramp = ramp_down(wanted, along);
   if (given + ramp <= energy) return wanted;

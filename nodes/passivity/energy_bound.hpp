@@ -16,8 +16,6 @@ class EnergyBound final : public PassivityStage {
 
  private:
   [[nodiscard]] Wrench limit(const Wrench& wanted) const noexcept override;
-
-  double near_, far_;  // m, by which the way of this tick and of the next may differ from the foretold one
 };
 
 }  // namespace tactor

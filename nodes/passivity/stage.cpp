@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "framework/core/segment.hpp"
 
@@ -22,7 +23,7 @@ PortEnergyOptions options_of(const StageParams& params, double damping, const No
           .start = params.start_energy,
           .kept = params.kept_energy,
           .stiffness = params.stiffness_min,
-          .weight_W = weight_of_tool(*context.scene),
+          .weight_W = params.tool_weight ? weight_of_tool(*context.scene) : Vec3{},
           .lever = params.lever,
           .torque = context.torque};
 }
@@ -61,6 +62,15 @@ double PassivityStage::ramp_down(const Wrench& wrench, double along) const {
          given_on_ramp(norm(wrench.torque) / params_.lever, tick() * params_.torque_slew / params_.lever, along, more);
 }
 
+double PassivityStage::share_that_takes(const Wrench& wrench, double along) const {
+  const double more = params_.acceleration * tick() * tick();
+  if (along >= 0) return 0;
+  if (more == 0) return std::numeric_limits<double>::infinity();
+  const auto share = [&](double size, double slew) { return -along / more * tick() * slew / size; };
+  // Of a part that is zero it is infinite.
+  return std::min(share(norm(wrench.force), params_.force_slew), share(norm(wrench.torque), params_.torque_slew));
+}
+
 Wrench PassivityStage::within_energy(const Wrench& wanted) const {
   const Wrench counted = port_.without_weight(wanted);
   const Wrench left = limit(counted);
@@ -76,15 +86,46 @@ Wrench PassivityStage::within_energy(const Wrench& wanted) const {
   return {force, left.torque};
 }
 
+Wrench PassivityStage::on_its_way(Time tick) const {
+  // From the newest back to the one that the device commands by then.
+  for (std::size_t back = 0; back < sent_.size(); ++back) {
+    const Sent& sent = sent_[(newest_sent_ + sent_.size() - back) % sent_.size()];
+    if (sent.from > tick) continue;
+    Wrench wrench = evaluate(sent.segment, tick);
+    if (!torque_) wrench.torque = {};
+    return is_finite(wrench) ? port_.without_weight(wrench) : Wrench{};
+  }
+  return port_.held();
+}
+
+double PassivityStage::energy_then(double share) const {
+  const SmallMotion d = way();
+  double energy = port_.energy();
+  for (int i = 0; i < ahead_; ++i) {
+    const Wrench wrench = i == 0 ? port_.held() : on_its_way(port_.at() + tick_ * i);
+    energy -= work(wrench, d) + farther(i, share) * std::sqrt(square(wrench, params_.lever));
+  }
+  return energy;
+}
+
+void PassivityStage::send(Time valid, Time from, const ForceSegment& sent) {
+  // A second one for the same tick takes the place of the first.
+  if (sent_[newest_sent_].from != from) newest_sent_ = (newest_sent_ + 1) % sent_.size();
+  sent_[newest_sent_] = {from, sent};
+  limited.send(valid, sent);
+}
+
 void PassivityStage::step(StepContext& context) {
   port_.take(device, commanded);
   const Stamped<ForceSegment>* newest = segment.latest();
   if (newest == nullptr || !port_.started()) return;
-  // The device ticks next a tick after its newest sample, or after now where it is late.
-  const Time next = std::max(port_.at(), context.now() - tick_) + tick_;
+  const std::int64_t since = std::max<std::int64_t>(0, (context.now() - port_.at()).ns);
+  ahead_ = static_cast<int>(std::min<std::int64_t>(since / tick_.ns + 1, most_ahead));
+  const Time next = port_.at() + tick_ * ahead_;
   Wrench wanted = evaluate(newest->value, next);
   if (!torque_) wanted.torque = {};
-  const Wrench allowed = is_finite(wanted) ? within_energy(wanted) : wanted;
+  Wrench allowed = wanted;
+  if (is_finite(wanted)) allowed = ahead_ < most_ahead ? within_energy(wanted) : Wrench{};
   ++steps_;
   if (!same(allowed, wanted) && is_finite(wanted)) {
     ++changed_;
@@ -94,7 +135,7 @@ void PassivityStage::step(StepContext& context) {
     held.trust_time = newest->value.trust_time;
     passed_any_ = false;
     was_changed_ = true;
-    limited.send(newest->stamp.valid, held);
+    send(newest->stamp.valid, next, held);
     return;
   }
   // A segment that the device has is not sent again: its times may be long ago by now.
@@ -108,7 +149,7 @@ void PassivityStage::step(StepContext& context) {
   was_changed_ = false;
   passed_any_ = true;
   passed_ = newest->stamp.sequence;
-  limited.send(newest->stamp.valid, on);
+  send(newest->stamp.valid, next, on);
 }
 
 void PassivityStage::report(Report& report) const {

@@ -1,6 +1,8 @@
 // What the stages between an interpolation and a device have in common: ports, the port's energy, what is passed on.
 #pragma once
 
+#include <array>
+
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/passivity/port_energy.hpp"
@@ -20,13 +22,19 @@ struct StageParams {
   double lever = 0;               ///< m
   double acceleration = 0;        ///< m/s^2
   double rate = 0;                ///< Hz
+  bool tool_weight = true;        ///< the method displays it
 };
 
-/// A stage looks at each tick at the newest segment: the wrench that it has at the next tick is what the device is
-/// about to command. It goes on to the device unchanged where the port stays passive; else the stage sends a wrench of
-/// its own, held from then on. Stamp and trust_time are those of the segment, so that the device's gate sees what is
-/// fresh as it does without the stage. A wrench that is not finite goes through, so that the gate faults. Before the
-/// device has shown a state, and where nothing has come, nothing is sent.
+/// A stage looks at each tick at the newest segment: the wrench that it has when the device ticks next is what the
+/// device is about to command. It goes on to the device unchanged where the port stays passive; else the stage sends a
+/// wrench of its own, held from then on. Stamp and trust_time are those of the segment, so that the device's gate sees
+/// what is fresh as it does without the stage. A wrench that is not finite goes through, so that the gate faults.
+/// Before the device has shown a state, and where nothing has come, nothing is sent.
+///
+/// The device commands what is sent now at the first tick after now. In a real-time lane of a live run the newest state
+/// is a tick old by then, or more: the stage ticks when the device does. What has been sent for the ticks between, and
+/// is not shown yet, is charged as if the device commanded it. After `most_ahead` ticks without a state nothing can be
+/// said of the energy, and zero is sent.
 ///
 /// A step allocates, locks and waits for nothing, and does the same bounded work each time.
 class PassivityStage : public Node {
@@ -51,21 +59,46 @@ class PassivityStage : public Node {
   [[nodiscard]] const PortEnergy& port() const { return port_; }
   /// Of the handle over one tick at the velocity that it is shown to have.
   [[nodiscard]] SmallMotion way() const { return {tick() * port_.velocity().v, tick() * port_.velocity().w}; }
+  /// Ticks from the newest state to the command that is decided on: 1 or more.
+  [[nodiscard]] int ahead() const { return ahead_; }
+  /// m, by which the way of the n-th tick after the newest state may go beyond `way()`: (n + share) of what the
+  /// greatest acceleration brings in a tick.
+  [[nodiscard]] double farther(int n, double share) const {
+    return (n + share) * params_.acceleration * tick() * tick();
+  }
+  /// J, that are left when the wrench that is decided on is commanded: the port's energy less what the wrench held now
+  /// and those on their way to the device give until then, each over a tick that goes `farther`.
+  [[nodiscard]] double energy_then(double share) const;
   /// J, that the gate's slew limits give after the tick at which the wrench is commanded, where it comes down to zero
   /// at once and the handle goes `along` m with it in that tick, and goes faster with the greatest acceleration from
   /// then on. That of s times the wrench, 0 <= s <= 1, is s^2 of it at most.
   [[nodiscard]] double ramp_down(const Wrench& wrench, double along) const;
+  /// The share of a wrench, above 1 too, of which that way gives nothing: the handle goes against it until it is zero.
+  [[nodiscard]] double share_that_takes(const Wrench& wrench, double along) const;
   /// s.
   [[nodiscard]] double tick() const { return tick_.seconds(); }
   [[nodiscard]] const StageParams& params() const { return params_; }
 
  private:
+  /// What the device was sent, and from which of its ticks on it commands that.
+  struct Sent {
+    Time from{INT64_MAX};
+    ForceSegment segment;
+  };
+  static constexpr int most_ahead = 16;
+
   [[nodiscard]] Wrench within_energy(const Wrench& wanted) const;
+  void send(Time valid, Time from, const ForceSegment& sent);
+  /// What the device commands at a tick that it has not shown yet.
+  [[nodiscard]] Wrench on_its_way(Time tick) const;
 
   StageParams params_;
   bool torque_;
   Duration tick_;
   PortEnergy port_;
+  std::array<Sent, most_ahead> sent_;  // a ring, the newest at `newest_sent_`
+  std::size_t newest_sent_ = 0;
+  int ahead_ = 1;
   bool passed_any_ = false;
   bool was_changed_ = false;  // the device has been sent another wrench than was wanted
   std::uint64_t passed_ = 0;  // sequence of the segment that went through last, where `passed_any_`
@@ -160,15 +193,18 @@ void declare_stage(Declare<N>& node) {
         .min = 0,
         .max = 10,
         .above_min = true});
-  real(
-      "acceleration", &StageParams::acceleration,
-      {.doc = "greatest acceleration of the handle that is reckoned with: the device's force_max on the mass of handle "
-              "and finger",
-       .unit = "m/s^2",
-       .default_value = 60,
-       .min = 0,
-       .max = 1e4});
-  node.haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second"})
+  real("acceleration", &StageParams::acceleration,
+       {.doc =
+            "greatest acceleration of the handle that is reckoned with: at least the device's force_max on the mass of "
+            "the handle, more where a hand pushes harder than the device",
+        .unit = "m/s^2",
+        .default_value = 80,
+        .min = 0,
+        .max = 1e4});
+  node.boolean("tool_weight", static_cast<bool P::*>(&P::tool_weight), true,
+               "the method displays the tool's weight: its part of the energy is the hand's own. false for a proxy and "
+               "for a force field")
+      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second"})
       .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower)
       .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower)
       .metric("passivity.least_energy_J", "J", "least energy of the port, as the stage counts it", Better::higher);

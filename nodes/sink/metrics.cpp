@@ -140,17 +140,17 @@ void declare_parameters(Declare<Metrics>& node) {
             {.doc = "the start that is left out of the metrics", .unit = "s", .default_value = 0.2, .min = 0})
       .real("jnd_force", &Params::jnd_force,
             {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
-      .real(
-          "jnd_torque", &Params::jnd_torque,
-          {.doc = "the smallest torque that is felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
+      .real("jnd_torque", &Params::jnd_torque,
+            {.doc = "the smallest torque felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
       .real("jnd_fraction", &Params::jnd_fraction,
             {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
-      .real("handle_mass", &Params::handle_mass,
+      .real("mass", &Params::handle_mass,
             {.doc = "mass of the device's handle: how much force makes it vibrate",
              .unit = "kg",
              .default_value = 0.1,
              .min = 0.001,
-             .max = 100})
+             .max = 100,
+             .as_in = Role::device})
       .real("max_delay", &Params::max_delay,
             {.doc = "largest delay that is looked for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
       .real("loss_force", &Params::loss_force,
@@ -194,7 +194,11 @@ void declare_parameters(Declare<Metrics>& node) {
              .min = 0,
              .max = 0.1,
              .as_in = Role::device})
-      .formerly("rest_peak_to_peak", "rest_swing");
+      .boolean("tool_weight", &Params::tool_weight, true,
+               "the method displays the tool's weight, whose part of port.energy_generated_J is the hand's own. false "
+               "for a proxy and for a force field")
+      .formerly("rest_peak_to_peak", "rest_swing")
+      .formerly("mass", "handle_mass");
 }
 
 void declare_metrics(Declare<Metrics>& node) {
@@ -295,14 +299,12 @@ NodeInfo Metrics::declare() {
           "intervals in a row (over all where there are fewer), and its error at its own stamp "
           "against the reference at that time, which no delay is in. contacts.*: contacts that carried force. "
           "stability.*: energy where hand and device meet, and the tool at rest. passivity_violation is the most "
-          "energy "
-          "that the hand has got from the device beyond what it had given and what the tool's weight gave; "
+          "energy that the hand has got from the device beyond what it had given and what the tool's weight gave; "
           "peak_energy the most that the tool had at a time in kinetic energy and, where it was above its start, in "
-          "height; oscillation the amplitude (half of "
-          "the way there and back, a drift in one direction is none) and frequency of the tool over `rest`. The "
-          "verdict is 0 stable, 1 limit cycle (more than `rest_peak_to_peak` there and back), 3 energy from nowhere "
-          "(over "
-          "10 % of what came in and 1 uJ), 4 not finite. Other moving bodies than the tool are not counted, and a "
+          "height; oscillation the amplitude (half of the way there and back; a drift in one direction does not count) "
+          "and frequency of the tool over `rest`. The verdict is 0 stable, 1 limit cycle (more than "
+          "`rest_peak_to_peak` there and back), 3 energy from nowhere (over 10 % of what came in and 1 uJ), 4 not "
+          "finite. Other moving bodies than the tool are not counted, and a "
           "massless tool counts with the weight that the scene gives it. "
           "stability.passive is the strict form of stable: at no time had the motors given more net energy at the port "
           "(commanded wrench by the way of the handle, less the weight's part) than max |F| D + max |F . dx|, D a step "
@@ -576,7 +578,8 @@ void Metrics::report_stability(Report& report) const {
 
 void Metrics::report_port(Report& report) const {
   const auto& handle = true_device.connected() ? true_positions_ : positions_;
-  const RunSignals signals{commands_, handle, {}, mass_, gravity_W_, torque_};
+  const double mass = params_.tool_weight ? mass_ : 0;
+  const RunSignals signals{commands_, handle, {}, mass, gravity_W_, torque_};
   const auto found = port_passivity(signals, params_.encoder_step, params_.encoder_step_angle);
   if (!found) return;
   report.set("stability.passive", found->passive() ? 1.0 : 0.0);

@@ -28,6 +28,7 @@ class Metrics final : public Node {
     double rest_peak_to_peak = 0;   // m
     double encoder_step = 0;        // m
     double encoder_step_angle = 0;  // rad
+    bool tool_weight = true;        // the method displays it
   };
   Metrics(const Params& params, const NodeContext& context);
   static NodeInfo declare();

@@ -41,6 +41,12 @@ class Transparency(unittest.TestCase):
         self.assertLess(np.abs(magnitude[slow]).max(), 0.1)
         self.assertLess(np.abs(phase[slow]).max(), 360 * 5 * 1.6e-3)  # a tick and a half, and a little
 
+    def test_local_gives_what_is_asked_for_to_30_hz_where_steps_and_ticks_are_fine(self):
+        [(_, small, _, wider, degrees)] = t.causes(60, ("local, midpoint, 2 kHz",))
+        self.assertLess(abs(wider), 1)
+        self.assertLess(abs(degrees), 10)
+        self.assertLess(abs(small), 3)
+
 
 if __name__ == "__main__":
     unittest.main()

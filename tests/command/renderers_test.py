@@ -77,14 +77,28 @@ class Proxy(CommandTest):
             touched.add(int(row["contacts"]))
         self.assertEqual(touched & {1, 2, 3}, {1, 2, 3})
 
+    def left_out(self, *arguments):
+        """What `check --explain` says of what is left out."""
+        result = tactor("check", "--explain", *arguments)
+        self.assertEqual(result.returncode, 0, f"{arguments}: {result.stderr}")
+        return result.stdout[result.stdout.find("left out"):]
+
     def test_overlays_fit_a_scene_and_leave_out_what_the_proxy_stands_for(self):
         for over in sorted(RENDERERS.glob("*.yaml")):
-            method = ("--over", "local") if "over_local" in over.stem else ()
-            result = tactor("check", "--explain", "wall/scene", *method, "--over", over)
-            self.assertEqual(result.returncode, 0, f"{over.name}: {result.stderr}")
-            left_out = result.stdout[result.stdout.find("left out"):]
+            left_out = self.left_out("wall/scene", "--over", over)
             for node in ("collision", "dynamics", "coupling"):
                 self.assertEqual(f"node {node}" in left_out, over.stem == "proxy", over.name)
+
+    def test_effects_hear_of_contact_from_what_makes_the_force(self):
+        over = ("--over", RENDERERS / "impact_and_texture.yaml")
+        left_out = self.left_out("wall/scene", "--over", RENDERERS / "proxy.yaml", *over)
+        for node in ("collision", "dynamics", "coupling"):
+            self.assertIn(f"node {node}", left_out)
+        # A spring without physics tells of no contact.
+        self.left_out("virtual_wall/scene", "--over", RENDERERS / "impact_by_force.yaml", "--over", RENDERERS / "texture_by_force.yaml")
+        refused = tactor("check", "virtual_wall/scene", "--over", RENDERERS / "impact.yaml")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("metrics.state", refused.stderr)
 
     def test_a_slow_proxy_is_as_the_fast_one_at_its_samples(self):
         self.run_graph(GRAPHS / "wall/scene.yaml", "--over", RENDERERS / "proxy_slow.yaml", "--duration", "3",
@@ -152,6 +166,33 @@ class Impacts(CommandTest):
         self.assertEqual(summary["device"]["slewed_ticks"], 0)
         self.assertLessEqual(numpy.linalg.norm(stream(self.folder / "out/recording.h5", "device.commanded")["force"], axis=1).max(), 8)
 
+    def test_a_tool_in_the_air_meets_nothing_however_heavy_it_is(self):
+        # Slowly up, then fast, and aside: all 30 mm above the wall or more. Then down onto it, and aside.
+        def effects(gravity, *overs, duration):
+            graph = self.write("lifted.yaml", f"""extends: {GRAPHS / 'wall/scene.yaml'}
+scene:
+  gravity: [0, 0, {gravity}]
+  bodies:
+    tool: {{mass: 150 g}}
+nodes:
+  trajectory:
+    interpolation: linear
+    tremor_amplitude: 0
+    points: [{{t: 0 s, z: 40 mm}}, {{t: 0.5 s, z: 40 mm}}, {{t: 1.5 s, z: 90 mm}}, {{t: 1.6 s, z: 130 mm}}, {{t: 2 s, z: 130 mm}},
+             {{t: 3 s, x: 50 mm, z: 130 mm}}, {{t: 3.8 s, x: 50 mm, z: -1 mm}}, {{t: 4.5 s, x: 80 mm, z: -1 mm}}]
+""")
+            found = self.run_graph(graph, *(word for over in overs for word in ("--over", RENDERERS / f"{over}.yaml")), "--duration", duration)
+            return found["impact"]["events"], found["texture"]["sliding_ticks"]
+
+        by_force, by_physics = ("impact_by_force", "texture_by_force"), ("impact", "texture")
+        self.assertGreater(effects(0, *by_force, duration=3)[0], 0)  # inertia
+        self.assertGreater(effects(-9.81, *by_force, duration=3)[1], 500)  # weight
+        for gravity in (0, -9.81):
+            self.assertEqual(effects(gravity, *by_physics, duration=3), (0, 0))
+            events, ticks = effects(gravity, *by_physics, duration=4.5)
+            self.assertEqual(events, 1)
+            self.assertGreater(ticks, 500)
+
     def test_a_vibration_takes_the_device_s_parameters_unless_it_is_told_others(self):
         graph = self.write("omega.yaml", f"extends: {GRAPHS / 'wall/scene.yaml'}\n")
         over = ["--over", RENDERERS / "impact.yaml", "--over", GRAPHS / "devices/omega_3.yaml", "--duration", "0.1"]
@@ -159,6 +200,75 @@ class Impacts(CommandTest):
         stiff = self.run_graph(graph, *over, "--set", "impact.mode_frequency=0 Hz", "--overwrite")["impact"]["match_error"]
         self.assertGreater(soft, 0.05)
         self.assertLess(stiff, 0.01)
+
+
+@needs_hdf5
+class ImpactsInAGrip(CommandTest):
+    """A hand behind a grip, against the device's transfer function in closed form, which scipy makes a discrete one of."""
+    FREQUENCY, DECAY, AMPLITUDE = 60, 0.01, 0.8  # Hz, s, 1/s
+    HAND = {"hand_mass": 0.4, "hand_damping": 5, "hand_stiffness": 150, "grip_stiffness": 900, "grip_damping": 2.5}
+    PARTS = {"mass": 0.2, "damping": 0.3, "amplifier_bandwidth": 1100, "mode_frequency": 86, "mode_damping": 0.05, "motor_share": 0.4}
+
+    def accelerations(self, force, mode):
+        """m/s^2 of the handle, mean over each tick, by force (N) held over each tick: X(s) = u / D from the impedances."""
+        h, p = self.HAND, self.PARTS
+        polynomial = numpy.polynomial.Polynomial
+        s = polynomial([0, 1])
+        grip, hand = h["grip_stiffness"] + h["grip_damping"] * s, h["hand_stiffness"] + h["hand_damping"] * s + h["hand_mass"] * s * s
+        # Behind the handle: grip and hand in series, grip hand / (grip + hand).
+        load, under = grip * hand, grip + hand
+        if mode:
+            motor, handle = p["motor_share"] * p["mass"], (1 - p["motor_share"]) * p["mass"]
+            turn, reduced = 2 * numpy.pi * p["mode_frequency"], motor * handle / p["mass"]
+            link = turn * turn * reduced + 2 * p["mode_damping"] * turn * reduced * s
+            first, second = motor * s * s + p["damping"] * s + link, (handle * s * s + link) * under + load
+            above, below = link * under, first * second - link * link * under
+        else:
+            above, below = under, (p["mass"] * s * s + p["damping"] * s) * under + load
+        lag = 1 + s * (1 / (2 * numpy.pi * p["amplifier_bandwidth"]))
+        velocity = (above * s).coef[::-1], (below * lag).coef[::-1]
+        above, below, _ = scipy.signal.cont2discrete(velocity, 1e-3, method="zoh")
+        v = scipy.signal.lfilter(above.ravel(), below.ravel(), numpy.append(force, 0))
+        return numpy.diff(v) / 1e-3
+
+    def tap(self, *sets):
+        """(summary, commanded force, the handle's velocity, N and m/s along z) of a hand that comes down at 0.2 m/s onto next to nothing."""
+        graph = self.write("tap.yaml", FIELD % {
+            "duration": "0.7 s", "bodies": "    wall: {plane: {}, material: {friction: 0}}\n",
+            "points": "{t: 0 s, z: 84 mm}, {t: 1 s, z: -116 mm}", "proxy": "", "nodes": "  impact: {type: effect.impact}",
+            "edges": "  - proxy.segment -> impact.segment\n  - device.state -> impact.device\n  - proxy.state -> impact.contact\n"
+                     "  - impact.segment -> device.segment"})
+        settings = {"trajectory.interpolation": "linear", "proxy.stiffness": 1e-6, "device.loop": "closed", "device.friction": 0, "device.force_slew": 1e6,
+                    "impact.frequency": self.FREQUENCY, "impact.decay": self.DECAY, "impact.amplitude": self.AMPLITUDE,
+                    **{f"device.{name}": value for name, value in (self.HAND | self.PARTS).items()}}
+        words = [f"{name}={value}" for name, value in settings.items()] + list(sets)
+        summary = self.run_graph(graph, *(word for text in words for word in ("--set", text)), "--set", "record=[device.commanded, device.truth, proxy.state]",
+                                 "--overwrite")
+        self.assertEqual((summary["impact"]["events"], summary["impact"]["limited_events"], summary["device"]["slewed_ticks"]), (1, 0, 0))
+        rows = {name: stream(self.folder / "out/recording.h5", name) for name in ("device.commanded", "device.truth", "proxy.state")}
+        touching = rows["proxy.state"][int(numpy.argmax(rows["proxy.state"]["contacts"] > 0))]
+        return summary, rows["device.commanded"]["force"][:, 2], rows["device.truth"]["v_WD"][:, 2], -touching["v_WD"][2]
+
+    def test_match_and_acceleration_are_those_of_the_closed_form(self):
+        s = -1 / self.DECAY + 2j * numpy.pi * self.FREQUENCY
+        ticks = numpy.arange(61)  # six decays and one
+        for mode in (True, False):
+            with self.subTest(mode=mode):
+                mode_off = [] if mode else ["device.mode_frequency=0"]
+                summary, force, velocity, speed = self.tap(*mode_off)
+                begin = int(numpy.argmax(numpy.abs(force) > 1e-5))
+                wanted = self.AMPLITUDE * speed * (numpy.exp(s * ticks * 1e-3) * (numpy.exp(s * 1e-3) - 1) / s).imag / 1e-3
+                made = self.accelerations(force[begin:begin + len(ticks)], mode)
+                match = numpy.sqrt(numpy.mean((made - wanted) ** 2) / numpy.mean(wanted ** 2))
+                self.assertAlmostEqual(match, summary["impact"]["match_error"], delta=2e-3)
+                self.assertLess(match, 0.1)
+                silent = self.tap("impact.amplitude=0", *mode_off)[2]
+                moved = numpy.diff(velocity - silent)[begin:begin + len(ticks)] / 1e-3
+                self.assertLess(numpy.sqrt(numpy.mean((moved - wanted) ** 2) / numpy.mean(wanted ** 2)), 0.1)
+                # A model that takes the hand for bolted to the handle is far off.
+                _, force, _, _ = self.tap("impact.grip_stiffness=0", "impact.grip_damping=0", *mode_off)
+                made = self.accelerations(force[begin:begin + len(ticks)], mode)
+                self.assertGreater(numpy.sqrt(numpy.mean((made - wanted) ** 2) / numpy.mean(wanted ** 2)), 0.5)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
 
 #include "devices/simulated/handle.hpp"
 #include "tests/devices/simulated/bench.hpp"
+#include "tests/devices/simulated/stored_energy.hpp"
 
 using namespace tactor;
 
@@ -145,7 +146,6 @@ BOOST_AUTO_TEST_CASE(friction_holds_the_handle_while_the_hand_swings_in_its_grip
 }
 
 BOOST_AUTO_TEST_CASE(without_a_motor_force_a_grip_makes_no_energy) {
-  const CoggingParameters ripple{.force = 0.05, .period = 1e-3};
   const HandleParameters hand{.inertia = 0.3,
                               .damping = 0.1,
                               .coulomb = 0.02,
@@ -157,22 +157,11 @@ BOOST_AUTO_TEST_CASE(without_a_motor_force_a_grip_makes_no_energy) {
                               .grip_stiffness = 3000,
                               .grip_damping = 0.05};
   for (const double mode : {0.0, 400.0}) {
-    const TransmissionParameters link = transmission_of(0.1, 0.5, mode, 0.02, 5e-4);
-    Handle handle(hand, free_body, h, false, {.cogging = ripple, .transmission = link});
+    const DeviceParts parts{.cogging = {.force = 0.05, .period = 1e-3},
+                            .transmission = transmission_of(0.1, 0.5, mode, 0.02, 5e-4)};
+    Handle handle(hand, free_body, h, false, parts);
     handle.place({{{0.02, -0.01, 0}, {}}, {{0, 0, 0.5}, {}}});
-    const Cogging cogging(ripple);
-    const auto energy = [&] {
-      const MotionState &m = handle.motor_side(), &s = handle.state(), &g = handle.hand();
-      const Vec3 grip = g.X.p - s.X.p;
-      double sum = 0.5 * link.motor_mass * dot(m.V.v, m.V.v) + 0.5 * (0.1 - link.motor_mass) * dot(s.V.v, s.V.v) +
-                   0.5 * 0.2 * dot(g.V.v, g.V.v) + 1500 * dot(grip, grip) + 250 * dot(g.X.p, g.X.p) +
-                   cogging.energy(m.X.p);
-      for (int axis = 0; axis < 3 && mode > 0; ++axis) {
-        const double bent = std::max(std::abs(s.X.p[axis] - m.X.p[axis]) - link.half_gap, 0.0);
-        sum += 0.5 * link.stiffness * bent * bent;
-      }
-      return sum;
-    };
+    const auto energy = [&] { return test::stored_energy(handle, hand, parts); };
     const double start = energy();
     double least = start;
     for (int i = 0; i < 3000; ++i) {
@@ -191,10 +180,7 @@ BOOST_AUTO_TEST_CASE(what_the_motors_give_is_found_again_in_a_grip_without_dampe
   Handle handle(lossless, free_body, h, false);
   for (int i = 0; i < 3000; ++i) {
     handle.advance(1e-3, {{0, 0, i % 50 < 25 ? 1.0 : -0.7}, {}}, {}, {});
-    const double x = handle.state().X.p.z, y = handle.hand().X.p.z;
-    const double v = handle.state().V.v.z, w = handle.hand().V.v.z;
-    const double stored = 0.05 * v * v + 0.2 * w * w + 450 * (y - x) * (y - x) + 100 * y * y;
-    BOOST_REQUIRE(std::abs(stored - handle.work()) < 1e-9);
+    BOOST_REQUIRE(std::abs(test::stored_energy(handle, lossless) - handle.work()) < 1e-9);
   }
 }
 
@@ -252,6 +238,36 @@ BOOST_AUTO_TEST_CASE(a_hand_turns_in_its_grip_as_it_moves) {
     const double t = i * h;
     BOOST_REQUIRE(std::abs(twist() - d * std::cos(omega * t) - rate / omega * std::sin(omega * t)) < 1e-9);
     BOOST_REQUIRE(std::abs(dot(axis, 5e-5 * handle.state().V.w + 5e-4 * handle.hand().V.w) - 1e-5) < 1e-15);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_grip_that_is_wound_up_beyond_half_a_turn_pulls_back) {
+  // A steady torque on the handle: reduced d'' = -k d - torque reduced / J, d from handle to hand, so that
+  // d = -d_0 (1 - cos omega t), up to 5.5 rad.
+  const double k = 0.02, handle_J = 5e-5, hand_J = 5e-4, torque = 0.06;
+  const double reduced = handle_J * hand_J / (handle_J + hand_J), omega = std::sqrt(k / reduced);
+  const double d_0 = torque * reduced / (handle_J * k);
+  BOOST_REQUIRE(2 * d_0 > 5);
+  Handle handle(free_body, {.inertia = handle_J + hand_J, .hand_inertia = hand_J, .grip_stiffness = k}, h, true);
+  handle.place({});
+  const Vec3 axis{0.6, 0, 0.8};
+  for (int i = 1; i <= 5000; ++i) {
+    handle.advance(h, {{}, torque * axis}, {}, {});
+    const double rate = dot(axis, handle.hand().V.w - handle.state().V.w);
+    BOOST_REQUIRE(std::abs(rate + d_0 * omega * std::sin(omega * i * h)) < 1e-6 * d_0 * omega);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_hand_that_is_turned_beyond_half_a_turn_pulls_towards_its_target) {
+  // J a'' = torque - k a: a = torque / k (1 - cos omega t), up to 4 rad.
+  const double k = 0.02, J = 5.5e-4, torque = 0.04, omega = std::sqrt(k / J);
+  const Vec3 axis{0, 0.6, -0.8};
+  Handle handle(free_body, {.inertia = J, .hand_stiffness = k}, h, true);
+  handle.place({});
+  for (int i = 1; i <= 5000; ++i) {
+    handle.advance(h, {{}, torque * axis}, {}, {});
+    BOOST_REQUIRE(std::abs(dot(axis, handle.state().V.w) - torque / k * omega * std::sin(omega * i * h)) <
+                  1e-6 * torque / k * omega);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "devices/simulated/handle.hpp"
 #include "devices/simulated/mass_chain.hpp"
+#include "tests/devices/simulated/stored_energy.hpp"
 
 using namespace tactor;
 
@@ -166,21 +167,11 @@ BOOST_AUTO_TEST_CASE(without_a_motor_force_no_part_makes_energy) {
                               .hand_stiffness = 500,
                               .breakaway = 0.05,
                               .stribeck_velocity = 0.005};
-  const CoggingParameters ripple{.force = 0.05, .period = 1e-3};
-  const TransmissionParameters link = transmission_of(0.1, 0.5, 400, 0.02, 5e-4);
-  Handle handle(hand, free_body, h, false, {.cogging = ripple, .transmission = link});
+  const DeviceParts parts{.cogging = {.force = 0.05, .period = 1e-3},
+                          .transmission = transmission_of(0.1, 0.5, 400, 0.02, 5e-4)};
+  Handle handle(hand, free_body, h, false, parts);
   handle.place({{{0.02, -0.01, 0}, {}}, {{0, 0, 0.5}, {}}});
-  const Cogging cogging(ripple);
-  const auto energy = [&] {
-    const MotionState &m = handle.motor_side(), &s = handle.state();
-    double sum = 0.5 * link.motor_mass * dot(m.V.v, m.V.v) + 0.5 * (0.11 - link.motor_mass) * dot(s.V.v, s.V.v) +
-                 250 * dot(s.X.p, s.X.p) + cogging.energy(m.X.p);
-    for (int axis = 0; axis < 3; ++axis) {
-      const double bent = std::max(std::abs(s.X.p[axis] - m.X.p[axis]) - link.half_gap, 0.0);
-      sum += 0.5 * link.stiffness * bent * bent;
-    }
-    return sum;
-  };
+  const auto energy = [&] { return test::stored_energy(handle, hand, parts); };
   const double start = energy();
   double least = start;
   for (int i = 0; i < 3000; ++i) {

@@ -18,6 +18,16 @@ class StageRig {
     node.base.configure({QueuePolicy::latest, 1});
     node.device.configure({QueuePolicy::latest, 1});
   }
+  /// Physics tells from now on that the tool touches, pushed by `force` (N), or that it does not, where that is zero;
+  /// the handle had the velocity `v` (m/s) then.
+  void touch(int n, const Vec3& force, const Vec3& v) {
+    if (!node.contact.connected()) node.contact.configure({QueuePolicy::latest, 1});
+    PhysicsState state;
+    state.contact_T_W.force = force;
+    state.contacts = norm(force) > 0 ? 1 : 0;
+    state.V_WD.v = v;
+    node.contact.push(stamp_ms(n, static_cast<std::uint64_t>(n)), &state);
+  }
   /// Tick n, 1 ms each: with this force coming in and this velocity of the handle, the force at its end, in N. Without
   /// a curve the last one holds.
   Vec3 tick(int n, const Vec3& force, const Vec3& velocity) {

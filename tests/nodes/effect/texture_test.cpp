@@ -129,6 +129,31 @@ BOOST_AUTO_TEST_CASE(it_vibrates_while_a_tool_slides_and_else_nothing_changes) {
   for (int ms = 4100; ms < 4150; ++ms) BOOST_TEST(norm(rig.tick(ms, {}, {0.1, 0, 0})) == 0.0);
 }
 
+BOOST_AUTO_TEST_CASE(the_weight_of_a_tool_is_no_contact_where_physics_tells_of_contact) {
+  const Vec3 weight{0, 0, -2}, side{0.1, 0, 0};
+  StageRig<Texture> by_force(params());
+  double most = 0;
+  for (int ms = 0; ms < 50; ++ms) most = std::max(most, norm(by_force.tick(ms, weight, side) - weight));
+  BOOST_TEST(most > 0.01);
+
+  StageRig<Texture> rig(params());
+  rig.touch(0, {}, {});
+  for (int ms = 0; ms < 50; ++ms) BOOST_TEST(norm(rig.tick(ms, weight, side) - weight) == 0.0);
+  // Normal force and normal are those of the surface, whatever is displayed.
+  const Vec3 n{0, 0.6, 0.8};
+  rig.touch(50, 2.0 * n, {});
+  double squares = 0;
+  for (int ms = 50; ms < 4050; ++ms) {
+    const Vec3 added = rig.tick(ms, weight, side + Vec3{0, 0.03, 0.04}) - weight;
+    BOOST_TEST(norm(added - dot(added, n) * n) < 1e-12);
+    squares += dot(added, added);
+  }
+  const double expected = 0.2 * std::sqrt(Reflection::of(std::vector<double>{-0.2, -0.8})->gain());
+  BOOST_TEST(std::abs(std::sqrt(squares / 4000) / expected - 1) < 0.05);
+  rig.touch(4050, {}, {});
+  for (int ms = 4050; ms < 4100; ++ms) BOOST_TEST(norm(rig.tick(ms, weight, side) - weight) == 0.0);
+}
+
 BOOST_AUTO_TEST_CASE(it_acts_along_what_it_is_told_to) {
   const Vec3 n{0, 0, 1}, t{1, 0, 0}, b{0, 1, 0};
   for (const auto& [along, axis] :

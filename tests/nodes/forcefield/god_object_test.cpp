@@ -41,7 +41,9 @@ Body plane_body(const std::string& name, const Vec3& p, const Vec3& n) {
 }
 
 GodObject proxy_in(const Scene& scene, double radius = 0, double crease = 0.6, bool friction = true) {
-  return GodObject(scene, {.radius = radius, .friction = friction, .crease = crease, .most_casts = 1000}, nullptr);
+  return GodObject(
+      scene, {.radius = radius, .friction = friction, .crease = crease, .most_casts = 1000, .most_looks = 1'000'000},
+      nullptr);
 }
 
 /// Goes from where the handle was to `to` in steps of at most 0.5 mm.
@@ -367,9 +369,64 @@ BOOST_AUTO_TEST_CASE(without_a_place_outside_it_is_lost_until_there_is_one) {
   BOOST_TEST(norm(proxy.stretch(true)) == 0.0);
 }
 
+BOOST_AUTO_TEST_CASE(a_lost_proxy_asks_for_a_few_nearest_points_a_move_and_finds_its_way_out) {
+  // Two slabs that overlap by 20 mm: each pushes the ball back into the other.
+  Body upper = field_body("upper", BoxShape{{0.1, 0.1, 0.05}}), lower = field_body("lower", BoxShape{{0.1, 0.1, 0.05}});
+  upper.X_WB.p.z = 0.015;
+  lower.X_WB.p.z = -0.015;
+  GodObject proxy = proxy_in(scene_with({upper, lower}), 0.002);
+  int queries = 0;
+  for (int i = 0; i < 400; ++i) {
+    proxy.move({0, 0, 1e-3});
+    BOOST_REQUIRE(proxy.lost());
+    BOOST_REQUIRE(norm(proxy.stretch(true)) == 0.0);
+    BOOST_REQUIRE(norm(proxy.position() - Vec3{0, 0, 1e-3}) == 0.0);
+    BOOST_REQUIRE(proxy.queries() > 0);
+    BOOST_REQUIRE(proxy.queries() <= 2 * 8);
+    queries += proxy.queries();
+  }
+  BOOST_TEST(queries > 400);
+  int moves = 0;
+  for (; moves < 100 && proxy.lost(); ++moves) proxy.move({0, 0, 0.06});
+  BOOST_TEST(moves <= 26);
+  for (int i = 0; i < 3; ++i) proxy.move({0, 0, 0.06});
+  BOOST_TEST(norm(proxy.position() - Vec3{0, 0, 0.06}) == 0.0);
+  BOOST_TEST(proxy.queries() == 0);
+}
+
+BOOST_AUTO_TEST_CASE(what_most_looks_ends_goes_on_at_the_next_move) {
+  const double R = 0.02, r = 0.002;
+  const TriangleMesh mesh = icosphere(R, 4);
+  const TreeDistance distance(mesh);
+  const Scene scene = scene_with({mesh_body(mesh, "facets4")});
+  constexpr int looks = 800;
+  GodObject few(scene, {.radius = r, .crease = 0.6, .most_casts = 1000, .most_looks = looks}, nullptr);
+  GodObject many = proxy_in(scene, r);
+  Dice dice(9);
+  int starved = 0;
+  few.move({0, 0, 0.04});
+  many.move({0, 0, 0.04});
+  for (int goal = 0; goal < 10; ++goal) {
+    const Vec3 handle = dice.in_cube(0.5 * R) + Vec3{0, 0, goal % 2 == 0 ? R : 0.1 * R};
+    double before = norm(few.position() - handle);
+    for (int i = 0; i < 1500; ++i) {
+      few.move(handle);
+      many.move(handle);
+      starved += few.starved() ? 1 : 0;
+      BOOST_REQUIRE(few.looked() < looks + 8);
+      BOOST_REQUIRE(distance.nearest(few.position()).distance >= r - 1e-9);
+      BOOST_REQUIRE(norm(few.position() - handle) <= before + 1e-12);
+      before = norm(few.position() - handle);
+    }
+    BOOST_TEST(!many.starved());
+    BOOST_TEST(norm(few.position() - many.position()) < 1e-4);
+  }
+  BOOST_TEST(starved > 10);
+}
+
 BOOST_AUTO_TEST_CASE(what_most_casts_ends_goes_on_at_the_next_move) {
   const Scene scene = scene_with({mesh_body(icosphere(0.02, 3), "facets2")});
-  GodObject few(scene, {.crease = 0.6, .most_casts = 4}, nullptr);
+  GodObject few(scene, {.crease = 0.6, .most_casts = 4, .most_looks = 1'000'000}, nullptr);
   GodObject many = proxy_in(scene);
   for (GodObject* proxy : {&few, &many}) {
     proxy->move({0, 0, 0.03});

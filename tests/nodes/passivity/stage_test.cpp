@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
@@ -52,6 +53,18 @@ struct Loop {
     now = now + tick;
     ++n;
   }
+  /// A tick of both in lanes of their own: neither hears in it what the other sends.
+  Wrench tick_of_both(const DeviceState& state, const ForceSegment& wanted) {
+    const ForceSegment before = shown;
+    stage->segment.push({now, now, n}, &wanted);
+    step();
+    const ForceSegment later = std::exchange(shown, before);
+    device_tick(state);
+    shown = later;
+    now = now + tick;
+    ++n;
+    return commanded;
+  }
   void step() {
     StepContext c(now);
     stage->step(c);
@@ -77,11 +90,13 @@ struct Given {
 };
 
 /// Handle and hand of 0.3 kg and damping b on a sampled wall of stiffness K at z = 0, pressed by 1 N and thrown at it
-/// with 0.1 m/s. Explicit integration in 100 steps a tick. `kind` empty: without a stage.
-Given bounce(const std::string& kind, double K, double b) {
+/// with 0.1 m/s. Explicit integration in 100 steps a tick. `kind` empty: without a stage. `lanes`: the stage hears of
+/// the handle a tick late, and what it sends acts a tick later too.
+Given bounce(const std::string& kind, double K, double b, bool lanes = false) {
   constexpr double mass = 0.3, push = -1, D = 1e-5;
   std::unique_ptr<Loop> loop = kind.empty() ? nullptr : std::make_unique<Loop>(kind);
-  double x = 1e-3, v = -0.1, force = 0, next = 0, net = 0, largest = 0, of_a_tick = 0, shown_before = x, shown_v = v;
+  double x = 1e-3, v = -0.1, force = 0, next = 0, wanted_before = 0, net = 0, largest = 0, of_a_tick = 0,
+         shown_before = x, shown_v = v;
   Given found;
   for (int n = 0; n < 3000; ++n) {
     const double shown = D * std::round(x / D);
@@ -92,8 +107,13 @@ Given bounce(const std::string& kind, double K, double b) {
       DeviceState state;
       state.X_WD.p.z = shown;
       state.V_WD.v.z = shown_v;
-      force = loop->device_tick(state).force.z;
-      loop->stage_tick(constant_segment(loop->now, {{0, 0, wanted}, {}}));
+      if (lanes) {
+        force = loop->tick_of_both(state, constant_segment(loop->now, {{0, 0, wanted_before}, {}})).force.z;
+      } else {
+        force = loop->device_tick(state).force.z;
+        loop->stage_tick(constant_segment(loop->now, {{0, 0, wanted}, {}}));
+      }
+      wanted_before = wanted;
     } else {
       force = next;
       next = wanted;
@@ -156,6 +176,9 @@ BOOST_AUTO_TEST_CASE(a_sampled_wall_beyond_its_passive_stiffness_is_active_witho
         const Given with = bounce(kind, K, b);
         BOOST_TEST(with.most <= with.allowed,
                    kind << ", b " << b << ", K " << K << ": " << with.most << " J of " << with.allowed);
+        const Given late = bounce(kind, K, b, true);
+        BOOST_TEST(late.most <= late.allowed,
+                   kind << " in lanes, b " << b << ", K " << K << ": " << late.most << " J of " << late.allowed);
       }
     }
   }
@@ -235,6 +258,71 @@ BOOST_AUTO_TEST_CASE(in_debt_nothing_but_a_force_against_the_motion_is_commanded
       // By the controller's damper, as far as the mass bears it: 0.3 of 0.1 kg / 1 ms.
       BOOST_TEST(norm(force) <= 30 * norm(state.V_WD.v) * (1 + 1e-12), kind);
     }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(in_debt_a_force_against_the_motion_stays_where_it_gives_nothing_on_its_way_down) {
+  Loop loop("controller");
+  DeviceState state;
+  state.V_WD.v.x = -0.2;
+  loop.device_tick(state);
+  loop.shown = constant_segment(loop.now, {{-5, 0, 0}, {}});
+  for (int i = 0; i < 2; ++i) {
+    loop.now = loop.now + tick;
+    ++loop.n;
+    state.X_WD.p.x -= 1e-2;
+    loop.device_tick(state);
+  }
+  // It has got 50 mJ from the device, and its wall pushes back now: 2 N are down in a tick of 2 N, long before it
+  // turns.
+  loop.stage_tick(constant_segment(loop.now, {{2, 0, 0}, {}}));
+  BOOST_TEST(evaluate(loop.shown, loop.now).force.x >= 2);
+  // At rest a force could be going with the handle by the next tick.
+  state.V_WD.v.x = -1e-9;
+  loop.device_tick(state);
+  loop.stage_tick(constant_segment(loop.now, {{2, 0, 0}, {}}));
+  BOOST_TEST(evaluate(loop.shown, loop.now).force.x < 1e-3);
+}
+
+BOOST_AUTO_TEST_CASE(a_wrench_on_its_way_to_the_device_is_charged) {
+  // The hand gives energy, then turns round and goes faster and faster with a force of 4 N.
+  for (const bool lanes : {false, true}) {
+    Loop loop("energy_bound");
+    double given = 0, most = 0, x = 0;
+    DeviceState state;
+    for (int i = 0; i < 300; ++i) {
+      const double v = i < 100 ? -0.1 : std::min(1.0, -0.1 + 0.05 * (i - 100));
+      state.X_WD.p.x = x;
+      state.V_WD.v.x = v;
+      const ForceSegment wanted = constant_segment(loop.now, {{i < 98 ? 0.4 : 4, 0, 0}, {}});
+      if (lanes) {
+        loop.tick_of_both(state, wanted);
+      } else {
+        loop.device_tick(state);
+        loop.stage_tick(wanted);
+      }
+      most = std::max(most, loop.commanded.force.x);
+      given += loop.commanded.force.x * T * v;
+      x += T * v;
+      BOOST_TEST(given <= default_params<EnergyBound>().start_energy + 1e-12, i << (lanes ? ", lanes" : ""));
+    }
+    BOOST_TEST(most == 4);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(after_sixteen_ticks_without_a_state_nothing_is_commanded) {
+  for (const std::string& kind : kinds) {
+    Loop loop(kind);
+    DeviceState state;
+    for (int i = 0; i < 100; ++i) {
+      state.X_WD.p.x = -1e-4 * i;
+      state.V_WD.v.x = -0.1;
+      loop.device_tick(state);
+      loop.stage_tick(constant_segment(loop.now, {{1, 0, 0}, {}}));
+    }
+    BOOST_TEST(evaluate(loop.shown, loop.now).force.x > 0);
+    for (int i = 0; i < 16; ++i) loop.stage_tick(constant_segment(loop.now, {{1, 0, 0}, {}}));
+    BOOST_TEST(evaluate(loop.shown, loop.now).force.x == 0, kind);
   }
 }
 
