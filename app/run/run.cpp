@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "app/run/cpu_time.hpp"
+#include "app/run/experiment.hpp"
 #include "app/run/live.hpp"
 #include "app/run/record.hpp"
 #include "app/run/recorded_reference.hpp"
@@ -322,6 +323,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.chosen = plan.chosen;
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
+  result.blind = experiment_of(plan).has_value();
   result.planned_s = plan.graph.duration.seconds();
   // A recording that cannot judge the run is bad input, which is said before it begins. It judges no live run.
   std::optional<Reference> recorded;

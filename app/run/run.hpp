@@ -72,6 +72,7 @@ struct RunResult {
   std::vector<Chosen> chosen;
   std::vector<LeftOut> left_out;
   std::string graph_yaml;  ///< resolved
+  bool blind = false;      ///< it led a person through an experiment (see experiment_of)
 
   /// The metric of that name, or NaN.
   [[nodiscard]] double metric(std::string_view name) const;
