@@ -8,6 +8,7 @@
 #include "framework/core/check.hpp"
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/run_events.hpp"
+#include "framework/engine/setting_effects.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/node/set_request.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
@@ -276,6 +277,7 @@ Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_uniq
       }
     }
   }
+  if (options.replay == nullptr) check_effects(run_->plan);
   run_->take_requests([this](const SetRequest& request) -> std::optional<std::size_t> {
     if (!is_running()) return std::nullopt;
     if (request.kind == RequestKind::end_run) {

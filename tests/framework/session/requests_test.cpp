@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "framework/core/value_error.hpp"
+#include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/run_events.hpp"
 #include "framework/node/plugin.hpp"
 #include "framework/node/set_request.hpp"
@@ -29,7 +30,9 @@ class Sender final : public Node {
     double k = 0;
     double rate = 1000;
   };
-  Sender(const Params& params, const NodeContext&) : params_(params) {}
+  Sender(const Params& params, const NodeContext& context) : params_(params) {
+    if (params.k > 1500 && context.notes != nullptr) context.notes->push_back("k is held at 1500");
+  }
   static NodeInfo declare() {
     return Declare<Sender>("sample.sender", "Sends its parameter.")
         .output("out", &Sender::out, "k")
@@ -241,7 +244,8 @@ BOOST_AUTO_TEST_CASE(what_a_node_could_not_set_is_refused_before_the_run) {
   for (const auto& [text, part] :
        std::vector<std::pair<std::string, std::string>>{{"sender.k=666", "666 is no stiffness"},
                                                         {"sender.q=1", "did you mean \"sender.k\""},
-                                                        {"sender.k=-1", "sender.k"}}) {
+                                                        {"sender.k=-1", "sender.k"},
+                                                        {"sender.k=1800", "k is held at 1500"}}) {
     AskingPlan asking(Clock::virtual_, text);
     try {
       const Session session(asking.plan);
@@ -297,4 +301,13 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_set_ends_the_run_and_says_what_it_was_for) {
     return said.starts_with("trial 7, interval 1: ") && said.find("slow.k=-1 N/m") != std::string::npos;
   });
   BOOST_TEST(dynamic_cast<const Confirmer&>(session.nodes()[1]).confirmed == 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_setting_that_a_limit_would_change_is_refused_by_a_check_too) {
+  const AskingPlan good(Clock::virtual_, "sender.k=1500");
+  BOOST_CHECK_NO_THROW(check_nodes(good.plan));
+  const AskingPlan limited(Clock::virtual_, "sender.k=1501");
+  BOOST_CHECK_EXCEPTION(check_nodes(limited.plan), InputError, [](const InputError& error) {
+    return std::string(error.what()).find("nodes.setter.text: sender.k=1501: k is held at 1500") != std::string::npos;
+  });
 }
