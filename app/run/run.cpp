@@ -195,7 +195,9 @@ void run_virtual(Session& session, const RunOptions& options, RunResult& result)
 
 void execute_virtual(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
                      RunResult& result) {
-  Session session(plan, {.measure_cpu = true, .pace = options.watcher != nullptr ? 1.0 : 0.0});
+  Session session(
+      plan,
+      {.measure_cpu = true, .pace = options.watcher != nullptr ? 1.0 : 0.0, .keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   {
     const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
@@ -246,7 +248,7 @@ void add_devices(const LiveStatus& status, RunResult& result) {
 }
 
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
-  Session session(plan);
+  Session session(plan, {.keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   // It may be refused, so that nothing has been written yet.
   std::unique_ptr<Follower> follower;

@@ -64,6 +64,7 @@ int run_graph(const RunArguments& arguments) {
   const fs::path& folder = results.path();
   RunOptions run_options;
   run_options.recording = folder / "recording.h5";
+  run_options.keeps_tables = true;
   run_options.cache_folder = default_cache_folder();
   run_options.note = tell_note;
   run_options.before_writing = [&results] { results.clear(); };

@@ -82,6 +82,16 @@ TunableParameter find_tunable(const Plan& plan, std::string_view name) {
   throw InputError("the run has no parameter " + asked + did_you_mean(asked, tunable));
 }
 
+/// The plan whose nodes write no files of their own.
+Plan without_tables(Plan plan) {
+  for (NodeSpec& node : plan.nodes) {
+    for (std::size_t p = 0; p < node.params.size(); ++p) {
+      if (const auto& value = node.info->params[p].in_replay) node.params[p] = *value;
+    }
+  }
+  return plan;
+}
+
 }  // namespace
 
 PlannedOutput find_output(const Plan& plan, std::string_view name) {
@@ -106,7 +116,8 @@ PlannedOutput find_output(const Plan& plan, std::string_view name) {
 
 class Session::Run {
  public:
-  Run(Plan p, const SessionOptions& o) : plan(std::move(p)), options(o) {
+  Run(Plan p, const SessionOptions& o)
+      : plan(o.keeps_tables ? std::move(p) : without_tables(std::move(p))), options(o) {
     for (const NodeSpec& node : plan.nodes) params.push_back(node.params);
     if (options.replay != nullptr) {
       replay = std::make_unique<ReplayClock>(plan, *options.replay);
