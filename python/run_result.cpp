@@ -110,6 +110,7 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
       options.before_writing = [&results] { results->clear(); };
       options.recording = results->path() / "recording.h5";
     }
+    options.keeps_tables = true;
     options.cache_folder = default_cache_folder();
     options.note = [&](const std::string& note) { made->notes.push_back(note); };
     options.progress = [&](double, const char*) { return signals.go_on(); };

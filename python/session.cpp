@@ -319,7 +319,8 @@ void bind_session(py::module_& module) {
                                lowest_pace, pace));
              }
              return without_lock([&] {
-               return std::make_shared<SessionState>(graph, SessionOptions{.measure_cpu = measure_cpu, .pace = pace});
+               return std::make_shared<SessionState>(
+                   graph, SessionOptions{.measure_cpu = measure_cpu, .pace = pace, .keeps_tables = true});
              });
            }),
            py::arg("graph"), py::arg("pace") = 0.0, py::arg("measure_cpu") = false)

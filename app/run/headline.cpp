@@ -158,6 +158,11 @@ std::string run_time_text(const RunResult& result) {
   return text + fmt::format("; {:.0f} MB", result.peak_memory_MB);
 }
 
+/// True for what tells no condition of an experiment: that it ended, and that the safety gate had to limit it.
+bool is_blind(const HeadlineLine& line) {
+  return line.name == "verdict" || line.name == "gate" || line.name == "left out";
+}
+
 std::string left_out_text(const RunResult& result) {
   std::string text;
   for (const LeftOut& item : result.left_out) text += (text.empty() ? "" : ", ") + item.what;
@@ -171,11 +176,14 @@ std::vector<std::string> warnings_of(const RunResult& result) {
   if (result.live) {
     for (const std::string& text : result.live->missing) texts.push_back("real time degraded: " + text);
   }
+  std::uint64_t dropped = 0;
   for (const EdgeResult& edge : result.edges) {
-    if (edge.metrics.dropped == 0) continue;
+    dropped += edge.metrics.dropped;
+    if (edge.metrics.dropped == 0 || result.blind) continue;
     texts.push_back(
         fmt::format("dropped {} of {} messages on {}", edge.metrics.dropped, edge.metrics.delivered, edge.edge));
   }
+  if (result.blind && dropped > 0) texts.push_back(fmt::format("dropped {} messages; summary.json has where", dropped));
   if (!result.warmth.since && !result.failure && !result.interrupted && !result.abandoned) {
     texts.push_back(fmt::format("{} never was warm ({}): the metrics are those of a cold start; make the run longer",
                                 result.warmth.last, result.warmth.when));
@@ -203,11 +211,15 @@ std::vector<HeadlineLine> headline(const RunResult& result) {
 std::string headline_text(const RunResult& result, const std::string& report, bool all, std::size_t columns) {
   TextTable table({{""}, {""}});
   for (const std::string& text : warnings_of(result)) table.add({"warning", text});
-  for (const HeadlineLine& line : headline(result)) table.add({line.name, line.text});
+  for (const HeadlineLine& line : headline(result)) {
+    if (!result.blind || is_blind(line)) table.add({line.name, line.text});
+  }
   const std::string title = result.title.empty() ? "" : ": " + result.title;
   return wrapped(fmt::format("\n{}{} (seed {})\n", result.graph, title, result.seed), columns) + table.text(columns) +
          wrapped(fmt::format("  {:<8}  {}\n", "report", report), columns) +
-         (all ? "" : "  (--all prints every metric)\n");
+         (result.blind ? "  (the run was blind: what the force was like is in the report alone)\n"
+          : all        ? ""
+                       : "  (--all prints every metric)\n");
 }
 
 }  // namespace tactor

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "app/output.hpp"
+#include "app/run/experiment.hpp"
 #include "app/run/summary.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/realtime/safety_gate.hpp"
@@ -88,23 +89,13 @@ std::vector<std::string> fitted(const std::string& block, std::size_t rows, std:
   return lines;
 }
 
-std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLook& look) {
+namespace {
+
+/// The reference, the nodes and the edges.
+std::string pipeline_text(const Plan& plan, const LiveStatus& before, const LiveLook& look) {
   const LiveStatus& now = look.status;
   const Duration between = now.now - before.now;
-  std::string out = fmt::format("  {}  {:.1f} of {} s  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
-                                pretty(plan.graph.duration.seconds()), phase_text(now));
-  for (std::size_t i = 0; i < now.devices.size(); ++i) {
-    const LiveDevice& d = now.devices[i];
-    out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, look.safety[i] ? safety_text(*look.safety[i]) : "");
-    out += fmt::format("    ticks {}  missed {}  allocations {}  page faults {}\n", d.ticks, d.missed,
-                       d.heap_calls ? std::to_string(*d.heap_calls) : "-", d.page_faults);
-    out += fmt::format("    wake-up p50 {}  p99 {}  p99.9 {}  max {} us  body p99 {:.1f} us\n", us(d.wake_latency.p50),
-                       us(d.wake_latency.p99), us(d.wake_latency.p99_9), us(d.wake_latency.max),
-                       d.body_time.p99.microseconds());
-    out += fmt::format("    sample to force p50 {:.1f}  p99 {:.1f} ms\n", d.end_to_end.p50.milliseconds(),
-                       d.end_to_end.p99.milliseconds());
-  }
-  if (look.follower) out += follower_text(*look.follower);
+  std::string out = look.follower ? follower_text(*look.follower) : "";
   out += fmt::format("\n  {:<24} {:<18} {:>9} {:>13}\n", "node", "lane", "steps/s", "missed ticks");
   for (std::size_t n = 0; n < now.nodes.size(); ++n) {
     const std::uint64_t steps = before.nodes.empty() ? 0 : before.nodes[n].steps;
@@ -118,6 +109,30 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLoo
     out += fmt::format("  {:<45.45} {:>7} {:>7} {:>7} {:>7}\n", plan.edges[e].spec.name(), age(edge.age.p50),
                        age(edge.age.p99), age(edge.age.max), edge.metrics.dropped);
   }
+  return out;
+}
+
+}  // namespace
+
+std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLook& look) {
+  const LiveStatus& now = look.status;
+  const bool blind = experiment_of(plan).has_value();
+  std::string out = fmt::format("  {}  {:.1f} of {} s  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
+                                pretty(plan.graph.duration.seconds()), phase_text(now));
+  for (std::size_t i = 0; i < now.devices.size(); ++i) {
+    const LiveDevice& d = now.devices[i];
+    out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, look.safety[i] ? safety_text(*look.safety[i]) : "");
+    out += fmt::format("    ticks {}  missed {}  allocations {}  page faults {}\n", d.ticks, d.missed,
+                       d.heap_calls ? std::to_string(*d.heap_calls) : "-", d.page_faults);
+    out += fmt::format("    wake-up p50 {}  p99 {}  p99.9 {}  max {} us", us(d.wake_latency.p50),
+                       us(d.wake_latency.p99), us(d.wake_latency.p99_9), us(d.wake_latency.max));
+    // How old a force is, and what its evaluation takes, tells a method.
+    out += blind ? "\n"
+                 : fmt::format("  body p99 {:.1f} us\n    sample to force p50 {:.1f}  p99 {:.1f} ms\n",
+                               d.body_time.p99.microseconds(), d.end_to_end.p50.milliseconds(),
+                               d.end_to_end.p99.milliseconds());
+  }
+  if (!blind) out += pipeline_text(plan, before, look);
   if (look.record_dropped > 0) out += fmt::format("  the recording lost {} messages\n", look.record_dropped);
   std::string cut;
   for (const std::string& row : fitted(out, std::string::npos, 100)) cut += row + "\n";

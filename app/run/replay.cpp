@@ -13,13 +13,7 @@ Plan recorded_plan(const RecordingHeader& header, Registry& registry) {
   const TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "graph.yaml";
   write_file(file, header.graph);
-  GraphSpec graph = load_graph(file, registry);
-  for (NodeSpec& node : graph.nodes) {
-    for (std::size_t i = 0; i < node.params.size(); ++i) {
-      if (const auto& value = node.info->params[i].in_replay) node.params[i] = *value;
-    }
-  }
-  return make_plan(std::move(graph));
+  return make_plan(load_graph(file, registry));
 }
 
 void replay_recording(const std::filesystem::path& recording, const std::filesystem::path& folder, Registry& registry) {

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "app/run/cpu_time.hpp"
+#include "app/run/experiment.hpp"
 #include "app/run/live.hpp"
 #include "app/run/record.hpp"
 #include "app/run/recorded_reference.hpp"
@@ -194,7 +195,9 @@ void run_virtual(Session& session, const RunOptions& options, RunResult& result)
 
 void execute_virtual(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
                      RunResult& result) {
-  Session session(plan, {.measure_cpu = true, .pace = options.watcher != nullptr ? 1.0 : 0.0});
+  Session session(
+      plan,
+      {.measure_cpu = true, .pace = options.watcher != nullptr ? 1.0 : 0.0, .keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   {
     const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
@@ -245,7 +248,7 @@ void add_devices(const LiveStatus& status, RunResult& result) {
 }
 
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
-  Session session(plan);
+  Session session(plan, {.keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   // It may be refused, so that nothing has been written yet.
   std::unique_ptr<Follower> follower;
@@ -322,6 +325,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.chosen = plan.chosen;
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
+  result.blind = experiment_of(plan).has_value();
   result.planned_s = plan.graph.duration.seconds();
   // A recording that cannot judge the run is bad input, which is said before it begins. It judges no live run.
   std::optional<Reference> recorded;

@@ -72,6 +72,7 @@ struct RunResult {
   std::vector<Chosen> chosen;
   std::vector<LeftOut> left_out;
   std::string graph_yaml;  ///< resolved
+  bool blind = false;      ///< it led a person through an experiment (see experiment_of)
 
   /// The metric of that name, or NaN.
   [[nodiscard]] double metric(std::string_view name) const;
@@ -105,6 +106,7 @@ struct RunOptions {
   std::optional<Time> judge_from;
   bool judge_whole = false;        ///< the run is judged from its start, warm or not
   bool without_reference = false;  ///< no reference run: the metrics that need one are left out
+  bool keeps_tables = false;       ///< nodes may write files of their own (see SessionOptions)
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;
   /// Called once before anything is written, when nothing of the input can be refused any more.

@@ -53,7 +53,7 @@ void write_results(const fs::path& folder, const Plan& plan, const RunResult& re
   // Last, because the terminal may have been closed.
   const std::size_t columns = terminal_columns();
   fmt::print("{}", headline_text(result, (folder / "report.html").string(), all, columns));
-  if (all) fmt::print("{}", summary_table(result, columns));
+  if (all && !result.blind) fmt::print("{}", summary_table(result, columns));
 }
 
 int run_graph(const RunArguments& arguments) {
@@ -64,6 +64,7 @@ int run_graph(const RunArguments& arguments) {
   const fs::path& folder = results.path();
   RunOptions run_options;
   run_options.recording = folder / "recording.h5";
+  run_options.keeps_tables = true;
   run_options.cache_folder = default_cache_folder();
   run_options.note = tell_note;
   run_options.before_writing = [&results] { results.clear(); };
@@ -126,7 +127,7 @@ void add_run(CLI::App& app, int& exit_code) {
   add_results(*verb, arguments->results,
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
               "out/NAME_3, ... that holds none)");
-  verb->add_flag("--all", arguments->all, "Print every metric, and what each node took");
+  verb->add_flag("--all", arguments->all, "Print every metric, and what each node took; not of a blind experiment");
   verb->add_flag(
       "--follow", arguments->follow,
       "With clock: real, let a reference follow the run, so that error and delay are known while it goes on");

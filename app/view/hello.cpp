@@ -122,16 +122,16 @@ json knob(const ParamInfo& info, const ParamValue& value) {
   return object;
 }
 
-/// `only`: of this node alone, where it is given.
+/// `only`: this parameter alone, where it is given.
 json parameters_array(const Plan& plan, const std::map<std::string, std::string>& values,
                       const std::optional<std::string>& only = std::nullopt) {
   json list = json::array();
   for (const NodeSpec& node : plan.nodes) {
-    if (only && node.name != *only) continue;
     for (std::size_t p = 0; p < node.params.size(); ++p) {
       const ParamInfo& info = node.info->params[p];
       if (!info.tunable) continue;
       const std::string name = node.name + "." + info.name;
+      if (only && name != *only) continue;
       const auto changed = values.find(name);
       json object =
           knob(info, changed == values.end() ? node.params[p] : parse_parameter(node, p, changed->second, name));
@@ -187,7 +187,8 @@ json names_of(int count) {
 }  // namespace
 
 std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams, const HelloExtras& extras) {
-  const std::optional<std::string> experiment = extras.replay ? std::nullopt : experiment_of(plan);
+  std::optional<std::string> answer = extras.replay ? std::nullopt : experiment_of(plan);
+  if (answer) *answer += ".answer";
   json hello = {{"type", "hello"},
                 {"mode", extras.replay ? "replay" : "live"},
                 {"graph", plan.graph.name},
@@ -201,11 +202,11 @@ std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams
                 {"streams", streams_array(streams)},
                 {"engagements", names_of<Engagement>(4)},
                 {"causes", names_of<SafetyCause>(safety_cause_count)},
-                {"parameters", extras.replay ? json::array() : parameters_array(plan, extras.values, experiment)},
-                {"nodes", experiment ? json::array() : nodes_array(plan)},
-                {"edges", experiment ? json::array() : edges_array(plan)}};
-  if (experiment) {
-    hello["experiment"] = {{"answer", *experiment + ".answer"}};
+                {"parameters", extras.replay ? json::array() : parameters_array(plan, extras.values, answer)},
+                {"nodes", answer ? json::array() : nodes_array(plan)},
+                {"edges", answer ? json::array() : edges_array(plan)}};
+  if (answer) {
+    hello["experiment"] = {{"answer", *answer}};
     return hello.dump(-1, ' ', false, json::error_handler_t::replace);
   }
   if (const std::optional<MethodSwitch> methods = method_switch(plan)) {

@@ -156,7 +156,7 @@ void SessionView::release() {
 void SessionView::set(const Request& request) {
   json answer = {{"parameter", request.parameter}, {"client", request.client}};
   try {
-    if (experiment_ && !request.parameter.starts_with(*experiment_ + ".")) {
+    if (experiment_ && request.parameter != *experiment_ + ".answer") {
       throw InputError("the run is a blind experiment: a page answers its questions and changes nothing else");
     }
     session_.set(request.parameter, request.value);

@@ -293,12 +293,6 @@ std::vector<ShownStream> shown_streams(const Plan& plan) {
   return streams;
 }
 
-std::optional<std::string> experiment_of(const Plan& plan) {
-  const auto leads = [](const NodeSpec& node) { return node.info->sets != nullptr; };
-  const auto node = std::find_if(plan.nodes.begin(), plan.nodes.end(), leads);
-  return node == plan.nodes.end() ? std::nullopt : std::optional(node->name);
-}
-
 std::vector<ShownStream> blind_streams(const Plan& plan) {
   const bool mouse = std::any_of(plan.nodes.begin(), plan.nodes.end(),
                                  [](const NodeSpec& node) { return node.info->type == "device.mouse"; });

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/experiment.hpp"
 #include "framework/core/message.hpp"
 #include "framework/graph/plan.hpp"
 
@@ -38,11 +39,9 @@ struct ShownStream {
 
 /// The streams of a plan, of what its nodes give.
 std::vector<ShownStream> shown_streams(const Plan& plan);
-/// The node that leads an experiment with a person, by its name: one that sets parameters of others. What a page shows
-/// of such a run while it goes on must not tell which condition is on.
-std::optional<std::string> experiment_of(const Plan& plan);
-/// The streams that a page may show of it: the scene, how far the gate is open, what the experiment says, and, where
-/// the mouse is the device, the force, which cannot be felt otherwise.
+/// The streams that a page may show of an experiment (see experiment_of), without telling which condition is on: the
+/// scene, how far the gate is open, what the experiment says, and, where the mouse is the device, the force, which
+/// cannot be felt otherwise.
 std::vector<ShownStream> blind_streams(const Plan& plan);
 /// The true force, as the output `name` of a reference gives it.
 ShownStream reference_stream(const std::string& name, bool torque);

@@ -7,6 +7,7 @@
 
 #include "framework/core/random.hpp"
 #include "framework/core/value_error.hpp"
+#include "framework/engine/setting_effects.hpp"
 #include "framework/engine/slow_physics.hpp"
 
 namespace tactor {
@@ -128,6 +129,7 @@ std::vector<std::string> NodeChecks::check(const Plan& plan) {
     if (!leads(spec)) check(spec, hand ? &*hand : nullptr);
   }
   diagnostics.throw_if_any();
+  check_effects(plan);
   note_costs(plan, notes);
   return notes;
 }
@@ -136,8 +138,8 @@ std::vector<std::string> check_nodes(const Plan& plan) {
   return NodeChecks().check(plan);
 }
 
-void check_node(const GraphSpec& graph, const NodeSpec& spec) {
-  at_place(graph, spec, [&] { spec.info->check(spec.params, context_of(graph, spec, nullptr, nullptr)); });
+void check_node(const GraphSpec& graph, const NodeSpec& spec, std::vector<std::string>* notes) {
+  at_place(graph, spec, [&] { spec.info->check(spec.params, context_of(graph, spec, nullptr, notes)); });
 }
 
 void PlanNodes::follow(const PlanNodes& tested) {

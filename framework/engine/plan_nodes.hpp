@@ -55,7 +55,7 @@ class NodeChecks {
 
 /// The same for one plan.
 std::vector<std::string> check_nodes(const Plan& plan);
-/// The same for one node of a graph; without notes.
-void check_node(const GraphSpec& graph, const NodeSpec& spec);
+/// The same for one node of a graph; its notes are added to `notes`, where that is not null.
+void check_node(const GraphSpec& graph, const NodeSpec& spec, std::vector<std::string>* notes = nullptr);
 
 }  // namespace tactor

@@ -30,7 +30,9 @@ struct Kept {
 /// Takes out what the scene and the parameters make needless, and then what reaches no sink and no recording.
 Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires);
 
-/// Refuses what a node says it may set and cannot: that is no tunable parameter of a kept node, or not its value.
+/// Refuses what a node says it may set and cannot: that is no tunable parameter of a kept node, or not its value. Also
+/// refuses a setter that does not wait for the ramp of what it sets, and one that takes a device's dead-man button for
+/// an answer.
 void check_settings(const GraphSpec& graph, const Kept& kept, const NodeSpec& setter, Diagnostics& diagnostics);
 
 /// For each edge whether it makes its reader step.

@@ -15,17 +15,26 @@ enum class RequestKind : std::int32_t { set, end_run };
 /// The session does what is asked, as its owner would by `Session::set` and `Session::stop`. Under the virtual clock it
 /// does so at the next whole millisecond, live within its own period (20 ms). In a replay it does not: the recording
 /// tells what was set. A type that sends it declares what it may set (Declare::sets).
+///
+/// Requests are done one after the other: the next one waits until the setting before it holds, which means that no
+/// step with older parameters of that node goes on. So a node knows that its settings hold by a last request, which
+/// sets a parameter of its own. What cannot be set ends the run; its failure begins with `about`.
 struct SetRequest {
   static constexpr std::size_t most_text = 256;
+  static constexpr std::size_t most_about = 64;
   RequestKind kind = RequestKind::set;
-  std::int32_t length = 0;                     ///< bytes of `text` in use
-  std::array<std::uint8_t, most_text> text{};  ///< `node.parameter=value`, as in a graph file, UTF-8
+  std::int32_t length = 0;                       ///< bytes of `text` in use
+  std::array<std::uint8_t, most_text> text{};    ///< `node.parameter=value`, as in a graph file, UTF-8
+  std::int32_t about_length = 0;                 ///< bytes of `about` in use
+  std::array<std::uint8_t, most_about> about{};  ///< what it is for, UTF-8: `trial 7, interval 1`; or empty
 };
 
-/// The request to set; the text has no more than `most_text` bytes.
-SetRequest set_request(std::string_view text);
+/// The request to set; the text has no more than `most_text` bytes, and `about` no more than `most_about`.
+SetRequest set_request(std::string_view text, std::string_view about = {});
 /// The text of a request.
 std::string_view text_of(const SetRequest& request);
+/// What a request is for.
+std::string_view about_of(const SetRequest& request);
 
 template <>
 const MessageType& message_type<SetRequest>();

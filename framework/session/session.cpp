@@ -1,12 +1,14 @@
 #include "framework/session/session.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <list>
 #include <utility>
 
 #include "framework/core/check.hpp"
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/run_events.hpp"
+#include "framework/engine/setting_effects.hpp"
 #include "framework/engine/virtual_clock.hpp"
 #include "framework/node/set_request.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
@@ -19,6 +21,8 @@ namespace {
 /// How often the session's thread looks after a live run, and how long a slice of a paced one is.
 constexpr Duration live_period{20'000'000};
 constexpr Duration paced_period{2'000'000};
+/// And how often while a request waits for the one before.
+constexpr Duration waiting_period{1'000'000};
 
 /// Under the virtual clock requests of nodes are done at multiples of it, so that they are the same however the time is
 /// cut into advances.
@@ -78,6 +82,16 @@ TunableParameter find_tunable(const Plan& plan, std::string_view name) {
   throw InputError("the run has no parameter " + asked + did_you_mean(asked, tunable));
 }
 
+/// The plan whose nodes write no files of their own.
+Plan without_tables(Plan plan) {
+  for (NodeSpec& node : plan.nodes) {
+    for (std::size_t p = 0; p < node.params.size(); ++p) {
+      if (const auto& value = node.info->params[p].in_replay) node.params[p] = *value;
+    }
+  }
+  return plan;
+}
+
 }  // namespace
 
 PlannedOutput find_output(const Plan& plan, std::string_view name) {
@@ -102,7 +116,8 @@ PlannedOutput find_output(const Plan& plan, std::string_view name) {
 
 class Session::Run {
  public:
-  Run(Plan p, const SessionOptions& o) : plan(std::move(p)), options(o) {
+  Run(Plan p, const SessionOptions& o)
+      : plan(o.keeps_tables ? std::move(p) : without_tables(std::move(p))), options(o) {
     for (const NodeSpec& node : plan.nodes) params.push_back(node.params);
     if (options.replay != nullptr) {
       replay = std::make_unique<ReplayClock>(plan, *options.replay);
@@ -139,9 +154,15 @@ class Session::Run {
          : clock->dispatcher().add_tap(at.node, at.output, subscription.tap);
   }
 
-  /// Takes what nodes ask of the run; a replay has it from its log.
-  void take_requests(const Session::Take& take) {
+  /// Takes what nodes ask of the run, in their order, and does it by `make`, which returns the node that it has set; a
+  /// replay has it from its log.
+  void take_requests(std::function<std::optional<std::size_t>(const SetRequest&)> make) {
     if (replay) return;
+    make_request = std::move(make);
+    const auto take = [this](const Stamp& /*stamp*/, const void* value) {
+      asked.push_back(*static_cast<const SetRequest*>(value));
+      make_requests();
+    };
     for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
       if (!plan.nodes[n].info->sets) continue;
       const std::vector<OutputInfo>& outputs = plan.nodes[n].info->outputs;
@@ -153,15 +174,26 @@ class Session::Run {
     }
   }
 
+  /// Does what nodes have asked for, up to the first that has to wait until the one before holds.
+  void make_requests() {
+    while (!asked.empty() && !(live && set_last && !live->is_tuned(*set_last))) {
+      const SetRequest request = asked.front();
+      asked.pop_front();
+      set_last = make_request(request);
+    }
+  }
+
   /// Live: what a subscriber throws is the run's failure.
   void drain_live() {
-    for (Subscription& subscription : subscriptions) {
+    const auto attempt = [this](const auto& work) {
       try {
-        subscription.drain();
+        work();
       } catch (const std::exception& error) {
         live->stop(error.what());
       }
-    }
+    };
+    for (Subscription& subscription : subscriptions) attempt([&] { subscription.drain(); });
+    attempt([this] { make_requests(); });
   }
 
   void tell_set(const Stamp& stamp, const SetEvent& event) const {
@@ -172,7 +204,8 @@ class Session::Run {
     const Instant until = MonotonicClock::now() + duration;
     while (live->is_running() && MonotonicClock::now() < until) {
       drain_live();
-      MonotonicClock::sleep_until(std::min(MonotonicClock::now() + live_period, until));
+      const Duration pause = asked.empty() ? live_period : waiting_period;
+      MonotonicClock::sleep_until(std::min(MonotonicClock::now() + pause, until));
     }
     drain_live();
   }
@@ -234,9 +267,12 @@ class Session::Run {
   VirtualClock* clock = nullptr;  // one of these, or null
   std::unique_ptr<LiveEngine> live;
   std::list<Subscription> subscriptions;
-  std::list<Subscription> requests;    // of nodes, under the virtual clock
-  std::uint64_t messages_begun = 0;    // by on_message
-  std::uint64_t dropped_by_ended = 0;  // by subscriptions that have ended
+  std::list<Subscription> requests;  // of nodes, under the virtual clock
+  std::function<std::optional<std::size_t>(const SetRequest&)> make_request;
+  std::deque<SetRequest> asked;         // by nodes, not done yet
+  std::optional<std::size_t> set_last;  // the node that a request has set last
+  std::uint64_t messages_begun = 0;     // by on_message
+  std::uint64_t dropped_by_ended = 0;   // by subscriptions that have ended
   bool started = false, stopped = false, finished = false;
 };
 
@@ -252,13 +288,22 @@ Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_uniq
       }
     }
   }
-  run_->take_requests([this](const Stamp& /*stamp*/, const void* value) {
-    const auto& request = *static_cast<const SetRequest*>(value);
-    if (!is_running()) return;
-    if (request.kind == RequestKind::end_run) return stop();
+  if (options.replay == nullptr) check_effects(run_->plan);
+  run_->take_requests([this](const SetRequest& request) -> std::optional<std::size_t> {
+    if (!is_running()) return std::nullopt;
+    if (request.kind == RequestKind::end_run) {
+      stop();
+      return std::nullopt;
+    }
     const std::string_view text = text_of(request);
     const std::size_t equals = text.find('=');
-    set(text.substr(0, equals), text.substr(equals + 1));
+    try {
+      set(text.substr(0, equals), text.substr(equals + 1));
+      return find_tunable(run_->plan, text.substr(0, equals)).node;
+    } catch (const std::exception& error) {
+      const std::string about(about_of(request));
+      throw RunError((about.empty() ? "" : about + ": ") + error.what());
+    }
   });
 }
 

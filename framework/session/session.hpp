@@ -27,6 +27,9 @@ struct SessionOptions {
   const RunLog* replay = nullptr;
   /// Under the virtual clock: seconds of the run for a second of wall time; 0: as fast as it goes.
   double pace = 0;
+  /// Its nodes may write files of their own, such as the table of an experiment. Without it they get the parameters of
+  /// a replay (Declare::in_replay), so that a run which only measures or draws a graph leaves no trace.
+  bool keeps_tables = false;
 };
 
 /// Where a plan has an output: the index of its node, and that among the node's outputs.

@@ -30,10 +30,28 @@ CouplingParameters parameters_for(const AdaptiveCoupling::Params& p, const Coupl
   return parameters;
 }
 
+/// Tells where a limit takes the place of what `k_0` or `k_r0` asks for.
+void note_limits(const AdaptiveCoupling::Params& p, const CoupledTool& tool, const NodeContext& context) {
+  const auto note = [&](const char* name, const char* unit, double asked, const char* low_name, double low,
+                        const char* high_name, double high) {
+    if (asked >= low && asked <= high) return;
+    const bool above = asked > high;
+    context.notes->push_back("node " + context.name + ": " + name + " asks for " + std::to_string(asked) + " " + unit +
+                             " at the tool's mass, and " + (above ? high_name : low_name) + " holds it at " +
+                             std::to_string(above ? high : low));
+  };
+  note("k_0", "N/m", p.k_0 * std::pow(tool.mass / p.m_0, p.a), "k_min", p.k_min, "k_device", p.k_device);
+  if (!tool.torque) return;
+  note("k_r0", "N m/rad", p.k_r0 * std::pow(tool.inertia / p.I_0, p.a), "k_r_min", p.k_r_min, "k_r_device",
+       p.k_r_device);
+}
+
 }  // namespace
 
 AdaptiveCoupling::AdaptiveCoupling(const Params& params, const NodeContext& context)
-    : AdaptiveCoupling(params, coupled_tool("coupling.adaptive", context)) {}
+    : AdaptiveCoupling(params, coupled_tool("coupling.adaptive", context)) {
+  if (context.notes != nullptr) note_limits(params, tool_, context);
+}
 
 AdaptiveCoupling::AdaptiveCoupling(const Params& params, const CoupledTool& tool)
     : CouplingNode(parameters_for(params, tool), tool.torque), tool_(tool) {}

@@ -60,6 +60,8 @@ const MessageType& message_type<ExperimentRow>() {
                                       .field("response_time", "s", &ExperimentRow::response_time)
                                       .field("peak_first", "N", &ExperimentRow::peak_first)
                                       .field("peak_second", "N", &ExperimentRow::peak_second)
+                                      .field("limited_first", "1", &ExperimentRow::limited_first)
+                                      .field("limited_second", "1", &ExperimentRow::limited_second)
                                       .type();
   return type;
 }

@@ -57,6 +57,8 @@ struct ExperimentRow {
   double response_time = 0;     ///< s, since the question was asked
   double peak_first = 0;        ///< N, the largest force felt in the first interval; NaN where nobody tells
   double peak_second = 0;       ///< N
+  double limited_first = 0;     ///< 0 to 1: the part of the ticks at which the device displayed less than was wanted
+  double limited_second = 0;    ///< the same of the second interval; NaN where nobody tells
 };
 
 template <>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "framework/core/check.hpp"
 #include "framework/core/random.hpp"
@@ -13,12 +14,15 @@ namespace tactor {
 namespace {
 
 constexpr Duration screen_period{100'000'000};
-/// A session that stalls longer than this before it mutes a force has failed.
+/// A setting that is not made within this, or a force that has not faded, has failed.
 constexpr Duration most_wait{5'000'000'000};
 
 /// A force, or a torque at 50 mm, that counts as faded away, N.
 constexpr double faded = 0.1;
 constexpr double lever = 0.05;  // m
+
+/// A device that displays less than this part of what is wanted, and by more than `faded` less, limits it.
+constexpr double limited_below = 0.99;
 
 /// The force, or what makes the torque at the lever, whichever is larger, N.
 double size_of(const Wrench& wrench) {
@@ -41,10 +45,12 @@ bool is_same_trial(const Trial& trial, const ExperimentRow& row) {
 }  // namespace
 
 Protocol::Protocol(const Params& params, const NodeContext& context)
-    : params_(checked_params(params)),
+    : name_(context.name),
+      params_(checked_params(params)),
       participant_(participant_code(params.participant)),
       seed_(derive_seed(context.seed, participant_.text)),
       schedule_(design(params), derive_seed(context.seed, "conditions"), participant_.number, seed_) {
+  asked_settings_ = confirmed_ = params.confirmed;
   for (const auto& [code, text] : params.conditions) {
     codes_.push_back(code);
     settings_.push_back(split_settings(text));
@@ -56,9 +62,10 @@ Protocol::Protocol(const Params& params, const NodeContext& context)
   }
   const bool practice = participant_.number == 0;
   if (params.resume && (practice || params.folder.empty())) {
-    throw ValueError("resume", practice ? "resume: a participant of number 0 is for practice and has no table"
-                                        : "resume: a run that continued a table cannot be made again, because what the "
-                                          "table held is not in the recording");
+    throw ValueError("resume", practice
+                                   ? "resume: a participant of number 0 is for practice and has no table"
+                                   : "resume: only `tactor run` and `tactor view` continue a table; a run that did "
+                                     "cannot be made again, because what the table held is not in the recording");
   }
   if (practice && context.notes != nullptr) {
     context.notes->push_back("node " + context.name + ": participant " + participant_.text +
@@ -84,15 +91,44 @@ void Protocol::resume_table() {
 void Protocol::start(StepContext& context) {
   if (!params_.folder.empty() && participant_.number > 0) {
     const std::filesystem::path file = std::filesystem::path(params_.folder) / (participant_.text + ".csv");
-    table_ = params_.resume ? TrialTable::resume(file, codes_, seed_) : TrialTable::begin(file, codes_, seed_);
+    const TableOwner owner{codes_, seed_, study_design(params_)};
+    table_ = params_.resume ? TrialTable::resume(file, owner) : TrialTable::begin(file, owner);
     resume_table();
   }
   mute(context.now());
   put_question(context.now(), true);
 }
 
+std::string Protocol::place() const {
+  if (phase_ == TrialPhase::waiting || schedule_.trial() == nullptr)
+    return "before trial " + std::to_string(trials_ + 1);
+  return "trial " + std::to_string(trials_ + 1) + ", interval " + std::to_string(interval_ + 1);
+}
+
 void Protocol::ask(const std::string& text, Time now) {
-  requests.send(now, set_request(text));
+  if (unconfirmed_.empty()) confirmed_at_ = now;
+  unconfirmed_.push_back(text);
+  requests.send(now, set_request(text, place()));
+  // Requests are done in their order, each when the one before holds: so this one confirms it.
+  requests.send(now, set_request(name_ + ".confirmed=" + std::to_string(++asked_settings_), place()));
+}
+
+void Protocol::tune(const Params& params) {
+  if (params.confirmed == confirmed_) {
+    tuned_ = params.answer;
+    return;
+  }
+  for (; confirmed_ < params.confirmed && !unconfirmed_.empty(); ++confirmed_) unconfirmed_.pop_front();
+  is_confirmed_anew_ = true;
+}
+
+void Protocol::check_settings(StepContext& context) {
+  if (std::exchange(is_confirmed_anew_, false)) confirmed_at_ = context.now();
+  // A run that stops does nothing any more that is asked for.
+  if (unconfirmed_.empty() || context.phase() == Phase::stopping || context.now() < confirmed_at_ + most_wait) return;
+  throw RunError(place() + ": " + unconfirmed_.front() + " was not made within " +
+                 std::to_string(static_cast<int>(most_wait.seconds())) +
+                 " s; the table keeps the trials that were answered");
 }
 
 void Protocol::mute(Time now) {
@@ -108,16 +144,70 @@ void Protocol::prepare(Time now) {
   }
 }
 
-void Protocol::open(Time now) {
+void Protocol::unmute(Time now) {
   const Trial& trial = *schedule_.trial();
   if (!params_.level.empty() && params_.level == params_.mute) {
     ask(level_setting(params_, interval_ == trial.comparison ? trial.level : 0), now);
   } else {
     ask(params_.mute + "=1", now);
   }
+}
+
+void Protocol::begin_interval(Time now) {
   phase_ = interval_ == 0 ? TrialPhase::first : TrialPhase::second;
   until_ = now + params_.interval;
-  peak_[static_cast<std::size_t>(interval_)] = felt.connected() ? 0 : std::numeric_limits<double>::quiet_NaN();
+  felt_[static_cast<std::size_t>(interval_)] = {.connected = felt.connected()};
+}
+
+void Protocol::change(Time now) {
+  // Nothing goes on before the settings that were asked for hold, and have had their time.
+  if (!unconfirmed_.empty()) {
+    until_ = now + params_.change;
+    return;
+  }
+  if (change_ == Change::opening) return begin_interval(now);
+  if (now < until_) return;
+  if (change_ == Change::fading) {
+    // Where somebody tells what is felt, nothing changes before it has faded.
+    if (felt_newest_ > faded) {
+      if (now <= until_ + most_wait) return;
+      throw RunError(place() + ": " + params_.mute + "=0 does not take the force away");
+    }
+    prepare(now);
+    change_ = Change::settling;
+    until_ = now + params_.change;
+  } else if (is_free()) {
+    unmute(now);
+    change_ = Change::opening;
+  } else {
+    phase_ = TrialPhase::lift;
+  }
+}
+
+bool Protocol::is_limited(const Stamped<Wrench>& shown) {
+  // What the device would display without its limits, at the same tick.
+  while (!wanted_newest_ || wanted_newest_->stamp.valid < shown.stamp.valid) {
+    Stamped<Wrench> next;
+    if (!wanted.pop(next)) break;
+    wanted_newest_ = next;
+  }
+  is_compared_ = wanted_newest_ && wanted_newest_->stamp.valid == shown.stamp.valid;
+  if (!is_compared_) return false;
+  const double most = norm(wanted_newest_->value.force), is = norm(shown.value.force);
+  return is < limited_below * most && is < most - faded;
+}
+
+void Protocol::feel() {
+  Felt& interval = felt_[static_cast<std::size_t>(interval_)];
+  Stamped<Wrench> shown;
+  while (felt.pop(shown)) {
+    felt_newest_ = size_of(shown.value);
+    const bool limited = is_limited(shown);
+    if (phase_ != TrialPhase::first && phase_ != TrialPhase::second) continue;
+    interval.peak = std::max(interval.peak, norm(shown.value.force));
+    interval.ticks += is_compared_ ? 1 : 0;
+    interval.limited += limited ? 1 : 0;
+  }
 }
 
 bool Protocol::is_free() const {
@@ -129,7 +219,7 @@ bool Protocol::is_free() const {
 
 void Protocol::change_over(Time now, int interval) {
   phase_ = TrialPhase::changing;
-  prepared_ = false;
+  change_ = Change::fading;
   interval_ = interval;
   until_ = now + params_.change;
 }
@@ -184,8 +274,15 @@ void Protocol::take(const Given& answer, Time now) {
   done.correct = params_.procedure == Procedure::pairs ? -1 : done.response == done.comparison ? 1 : 0;
   done.level = trial.level;
   done.response_time = (answer.at - asked_).seconds();
-  done.peak_first = peak_[0];
-  done.peak_second = peak_[1];
+  const auto peak = [](const Felt& f) { return f.connected ? f.peak : std::numeric_limits<double>::quiet_NaN(); };
+  const auto limited = [](const Felt& f) {
+    return f.ticks > 0 ? static_cast<double>(f.limited) / f.ticks : std::numeric_limits<double>::quiet_NaN();
+  };
+  done.peak_first = peak(felt_[0]);
+  done.peak_second = peak(felt_[1]);
+  done.limited_first = limited(felt_[0]);
+  done.limited_second = limited(felt_[1]);
+  if (felt_[0].limited + felt_[1].limited > 0) ++limited_trials_;
   if (table_) table_->add(done);
   row.send(now, done);
   schedule_.answer(answer.interval);
@@ -203,37 +300,18 @@ void Protocol::take(const Given& answer, Time now) {
 void Protocol::step(StepContext& context) {
   const Time now = context.now();
   const std::optional<Given> answer = given(now);
-  double largest = 0;
-  Stamped<Wrench> felt_now;
-  while (felt.pop(felt_now)) {
-    felt_newest_ = size_of(felt_now.value);
-    largest = std::max(largest, norm(felt_now.value.force));
-  }
+  check_settings(context);
+  feel();
   switch (phase_) {
     case TrialPhase::waiting:
       if (answer) change_over(now, 0);
       break;
     case TrialPhase::changing:
     case TrialPhase::lift:
-      if (now < until_) break;
-      if (!prepared_) {
-        // Where somebody tells what is felt, nothing changes before it has faded.
-        if (felt_newest_ > faded) {
-          if (now > until_ + most_wait) throw RunError("mute: " + params_.mute + "=0 does not take the force away");
-          break;
-        }
-        prepare(now);
-        prepared_ = true;
-        until_ = now + params_.change;
-      } else if (is_free()) {
-        open(now);
-      } else {
-        phase_ = TrialPhase::lift;
-      }
+      change(now);
       break;
     case TrialPhase::first:
     case TrialPhase::second:
-      peak_[static_cast<std::size_t>(interval_)] = std::max(peak_[static_cast<std::size_t>(interval_)], largest);
       if (now < until_) break;
       mute(now);
       if (interval_ == 0) {
@@ -274,6 +352,12 @@ void Protocol::show(Time now) {
 
 void Protocol::report(Report& report) const {
   report.set("experiment.trials", trials_);
+  if (wanted.connected()) report.set("experiment.limited_trials", limited_trials_);
+  if (limited_trials_ > 0) {
+    report.remark(name_ + ": in " + std::to_string(limited_trials_) +
+                  " trials the device displayed less than was wanted, so that levels may have felt alike; see "
+                  "limited_1 and limited_2 in the table");
+  }
   if (params_.procedure != Procedure::staircase || params_.conditions.size() > 1) return;
   if (const auto threshold = schedule_.threshold()) report.set("experiment.threshold", *threshold);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/info.hpp"
 #include "framework/node/set_request.hpp"
+#include "nodes/experiment/design.hpp"
 #include "nodes/experiment/messages.hpp"
 #include "nodes/experiment/procedure.hpp"
 #include "nodes/experiment/table.hpp"
@@ -45,6 +47,7 @@ class Protocol final : public Node {
     double free_below = 0;  // N
     int button_first = 0, button_second = 0;
     Answer answer = Answer::none;
+    int confirmed = 0;
     bool end_run = true;
     double rate = 0;
   };
@@ -54,16 +57,18 @@ class Protocol final : public Node {
   /// What sets the level: `gain.factor=1.1`.
   static std::string level_setting(const Params& params, double level);
   [[nodiscard]] static Design design(const Params& params);
+  /// All that a table depends on but the seed.
+  [[nodiscard]] static StudyDesign study_design(const Params& params);
   static NodeInfo declare();
   /// Mutes the force and opens the table. Throws InputError where the table may not be written or continued.
   void start(StepContext& context) override;
   void step(StepContext& context) override;
   void report(Report& report) const override;
-  /// Each call with an answer is an answer.
-  void tune(const Params& params) { tuned_ = params.answer; }
+  /// Each call that confirms no setting is an answer.
+  void tune(const Params& params);
 
   Input<DeviceState> device;
-  Input<Wrench> force, felt;
+  Input<Wrench> force, felt, wanted;
   Input<ExperimentAnswer> answers;
   Output<SetRequest> requests;
   Output<ExperimentScreen> screen;
@@ -75,13 +80,34 @@ class Protocol final : public Node {
     int interval = 0;
     Time at;
   };
+  /// While changing: what is done before an interval begins.
+  enum class Change { fading, settling, opening };
+  /// What the device did in an interval.
+  struct Felt {
+    double peak = 0;             // N
+    int ticks = 0, limited = 0;  // that were compared, and those at which it displayed less than was wanted
+    bool connected = false;
+  };
   /// The first answer since the last step, by whatever it came.
   [[nodiscard]] std::optional<Given> given(Time now);
+  /// Where the run is, for messages: `trial 7, interval 1`.
+  [[nodiscard]] std::string place() const;
+  /// Asks for a setting, and to be told when it holds.
   void ask(const std::string& text, Time now);
+  /// Throws RunError where a setting has not been made in time.
+  void check_settings(StepContext& context);
   void mute(Time now);
   /// Sets the condition and the level of the interval that comes next.
   void prepare(Time now);
-  void open(Time now);
+  /// Gives the force back.
+  void unmute(Time now);
+  void begin_interval(Time now);
+  /// While changing: what comes next.
+  void change(Time now);
+  /// True where the device displayed less than was wanted; sets is_compared_.
+  [[nodiscard]] bool is_limited(const Stamped<Wrench>& shown);
+  /// Takes in what the device displayed.
+  void feel();
   [[nodiscard]] bool is_free() const;
   void change_over(Time now, int interval);
   void put_question(Time now, bool begins);
@@ -90,6 +116,7 @@ class Protocol final : public Node {
   void show(Time now);
   void resume_table();
 
+  std::string name_;
   Params params_;
   std::vector<std::string> codes_;
   std::vector<std::vector<std::string>> settings_;  // of each condition
@@ -98,14 +125,20 @@ class Protocol final : public Node {
   Schedule schedule_;
   std::optional<TrialTable> table_;
   TrialPhase phase_ = TrialPhase::waiting;
-  bool prepared_ = false;  // while changing: the settings of the next interval are made
+  Change change_ = Change::fading;
   bool ended_ = false;
   int interval_ = 0;  // 0 the first, 1 the second
   Time until_, asked_, shown_;
   std::optional<Answer> tuned_;
-  std::int32_t buttons_ = 0, questions_ = 0, trials_ = 0, run_ = 1;
-  std::array<double, 2> peak_{};  // N
-  double felt_newest_ = 0;        // N
+  std::deque<std::string> unconfirmed_;  // settings that were asked for and do not hold yet
+  int asked_settings_ = 0, confirmed_ = 0;
+  bool is_confirmed_anew_ = false;
+  Time confirmed_at_;  // when the newest setting was confirmed, or the first of those that wait was asked for
+  std::int32_t buttons_ = 0, questions_ = 0, trials_ = 0, run_ = 1, limited_trials_ = 0;
+  std::array<Felt, 2> felt_;
+  double felt_newest_ = 0;  // N
+  std::optional<Stamped<Wrench>> wanted_newest_;
+  bool is_compared_ = false;
   TrialPhase last_shown_ = TrialPhase::done;
 };
 

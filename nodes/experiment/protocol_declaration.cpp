@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <limits>
 #include <set>
 
 #include "framework/core/check.hpp"
@@ -153,6 +154,49 @@ Design Protocol::design(const Params& params) {
   return design;
 }
 
+StudyDesign Protocol::study_design(const Params& params) {
+  StudyDesign design;
+  const auto number = [&design](const char* name, double value) { design.add(name, shortest(value)); };
+  const auto numbers = [&design](const char* name, const std::vector<double>& values) {
+    std::string text;
+    for (const double value : values) text += shortest(value) + " ";
+    design.add(name, text);
+  };
+  std::string conditions;
+  for (const auto& [code, text] : params.conditions) {
+    conditions += code + ": ";
+    for (const std::string& setting : split_settings(text)) conditions += setting + "; ";
+  }
+  design.add("conditions", conditions);
+  number("order", static_cast<double>(params.order));
+  number("procedure", static_cast<double>(params.procedure));
+  design.add("mute", params.mute);
+  number("interval", params.interval.seconds());
+  number("change", params.change.seconds());
+  number("free_below", params.free_below);
+  if (has_level(params)) {
+    design.add("level", params.level);
+    design.add("unit", params.unit);
+    number("standard", params.standard);
+  }
+  if (params.procedure != Procedure::staircase) {
+    numbers("levels", has_level(params) ? params.levels : std::vector<double>());
+    number("repeats", params.repeats);
+    return design;
+  }
+  number("start", params.start);
+  numbers("steps", params.steps);
+  number("scale", static_cast<double>(params.scale));
+  number("down", params.down);
+  number("down_to_up", params.down_to_up);
+  number("least", params.least);
+  number("most", params.most);
+  number("reversals", params.reversals);
+  number("averaged", params.averaged);
+  number("most_trials", params.most_trials);
+  return design;
+}
+
 void Protocol::check(const Params& params) {
   static_cast<void>(participant_code(params.participant));
   check_conditions(params);
@@ -219,7 +263,8 @@ void declare_procedures(Declare<Protocol>& node) {
 void declare_study(Declare<Protocol>& node) {
   using P = Protocol::Params;
   node.text("participant", &P::participant, std::nullopt,
-            "a code such as P07, never a name; number 0 is for practice: nothing is written")
+            "a code, never a name: one capital letter and one to three digits, such as P07; number 0 is for practice: "
+            "nothing is written")
       .text("folder", &P::folder, std::nullopt, "where tables are written, from the folder that the run is started in")
       .boolean("resume", &P::resume, false, "continue the participant's table instead of beginning one")
       .mapping("conditions", &P::conditions, false,
@@ -260,6 +305,10 @@ void declare_study(Declare<Protocol>& node) {
           "answer", &P::answer,
           {{"none", Protocol::Answer::none}, {"first", Protocol::Answer::first}, {"second", Protocol::Answer::second}},
           std::optional(Protocol::Answer::none), "set it while the run goes on: an answer, of a key or a page")
+      .integer("confirmed", &P::confirmed,
+               {.doc = "the run sets it, and nobody else: how many of the protocol's settings hold",
+                .default_value = 0,
+                .max = std::numeric_limits<int>::max()})
       .boolean("end_run", &P::end_run, true, "end the run when all trials are done");
 }
 
@@ -275,7 +324,9 @@ NodeInfo Protocol::declare() {
       "in random order, for a fit of the psychometric function; `pairs` compares the conditions with one another. A "
       "condition is what its settings say, a method by `select.use` or the value of any tunable parameter of any node. "
       "Before what is felt changes, `mute` takes the force away; it comes back when the change has settled and, where "
-      "`force` is fed, nothing is touched. The participant's number chooses a row of a Williams square for the order "
+      "`force` is fed, nothing is touched. An interval begins when the run has confirmed that all its settings hold; "
+      "where one cannot be made, or is not made within 5 s, the run ends. The participant's number chooses a row of a "
+      "Williams square for the order "
       "of "
       "the conditions; all other draws follow from the graph's seed and the participant's code.");
   node.input("device", &Protocol::device,
@@ -285,6 +336,11 @@ NodeInfo Protocol::declare() {
              {.doc = "what the device displays; its largest value in each interval is kept",
               .required = false,
               .queue = {QueuePolicy::drop_oldest, 64}})
+      .input("wanted", &Protocol::wanted,
+             {.doc = "what the device would display without its limits, such as device.interpolated; compared with "
+                     "`felt`",
+              .required = false,
+              .queue = {QueuePolicy::drop_oldest, 64}})
       .input("answers", &Protocol::answers,
              {.doc = "of a simulated observer", .required = false, .queue = {QueuePolicy::drop_oldest, 4}})
       .output("requests", &Protocol::requests, "what is set")
@@ -292,6 +348,10 @@ NodeInfo Protocol::declare() {
       .output("question", &Protocol::question, "for a simulated observer")
       .output("row", &Protocol::row, "the rows of the table")
       .metric("experiment.trials", "1", "trials that were answered", Better::neither)
+      .metric("experiment.limited_trials", "1",
+              "trials in which the device displayed less than was wanted, so that levels may have felt alike",
+              Better::lower)
+      .missing_where("nothing feeds `wanted`")
       .metric("experiment.threshold", "1", "the threshold of the staircase, in the unit of the level", Better::neither)
       .left_out_when([](const Params& params, const MetricUse&) {
         if (params.procedure != Procedure::staircase) return std::string("the procedure is no staircase");
@@ -301,7 +361,7 @@ NodeInfo Protocol::declare() {
   declare_study(node);
   declare_procedures(node);
   return node.rate("rate", &Params::rate, {.doc = "looks a second at inputs and time", .default_value = 200})
-      .tunable({"answer"})
+      .tunable({"answer", "confirmed"})
       .in_replay("folder", std::string())
       .sets(settings_of)
       .on_thread("experiment")

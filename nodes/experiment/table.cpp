@@ -24,8 +24,11 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view table_header =
-    "trial,run,block,condition,other,level,comparison,response,correct,response_time_s,peak_1_N,peak_2_N,seed\n";
-constexpr std::size_t table_columns = 13;
+    "trial,run,block,condition,other,level,comparison,response,correct,response_time_s,peak_1_N,peak_2_N,limited_1,"
+    "limited_2,seed,design\n";
+constexpr std::size_t table_columns = 16;
+constexpr std::size_t seed_column = 14;
+constexpr std::size_t design_column = 15;
 
 /// The shortest text that reads back to the same number; empty for what is no number.
 std::string number_text(double value) {
@@ -63,25 +66,35 @@ std::string last_error() {
   return std::generic_category().message(errno);
 }
 
+/// Makes the disk keep which files a folder holds.
+void keep_folder(const fs::path& folder) {
+  const FileDescriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  // A file system without a folder to write says EINVAL.
+  if (opened && (::fsync(opened.number()) == 0 || errno == EINVAL)) return;
+  throw ValueError("folder", folder.string() + " cannot be written: " + last_error());
+}
+
+/// Makes the folder and those above it, and makes the disk keep them.
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  if (folder.empty() || fs::is_directory(folder, error)) return;
+  make_folder(folder.parent_path());
+  fs::create_directory(folder, error);
+  if (error) throw ValueError("folder", folder.string() + " cannot be made: " + error.message());
+  keep_folder(folder.parent_path().empty() ? "." : folder.parent_path());
+}
+
 }  // namespace
 
 ParticipantCode participant_code(const std::string& text) {
-  const auto refuse = [&text] {
-    return ValueError(
-        "participant",
-        "participant: expected a code of up to four letters and then up to six digits, such as P07, found "
-        "\"" +
-            text + "\"; a code, never a name: --set protocol.participant=P07");
-  };
-  const auto digit = std::find_if(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-  const auto letters = std::distance(text.begin(), digit);
-  const auto digits = std::distance(digit, text.end());
-  const bool good =
-      std::all_of(text.begin(), digit, [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }) &&
-      std::all_of(digit, text.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (!good || letters < 1 || letters > 4 || digits < 1 || digits > 6) throw refuse();
+  const bool good = text.size() >= 2 && text.size() <= 4 && text[0] >= 'A' && text[0] <= 'Z' &&
+                    std::all_of(text.begin() + 1, text.end(), [](char c) { return c >= '0' && c <= '9'; });
   ParticipantCode code{text, 0};
-  if (!read_number(std::string(digit, text.end()), code.number)) throw refuse();
+  if (!good || !read_number(text.substr(1), code.number)) {
+    throw ValueError("participant",
+                     "participant: expected one capital letter and then one to three digits, such as P07, found \"" +
+                         text + "\"; a code, never a name, initials or a date: --set protocol.participant=P07");
+  }
   return code;
 }
 
@@ -96,6 +109,8 @@ void TrialTable::open(int flags) {
   if (::flock(file_.number(), LOCK_EX | LOCK_NB) != 0) {
     throw ValueError("participant", path_.string() + " is being written by another run");
   }
+  // A row is on the disk only where the disk also knows the file. Rows change nothing in the folder.
+  keep_folder(path_.parent_path().empty() ? "." : path_.parent_path());
 }
 
 void TrialTable::write(const std::string& text) {
@@ -104,14 +119,26 @@ void TrialTable::write(const std::string& text) {
   }
 }
 
-TrialTable TrialTable::begin(const fs::path& file, std::vector<std::string> codes, std::uint64_t seed) {
-  std::error_code error;
-  fs::create_directories(file.parent_path(), error);
-  if (error) throw ValueError("folder", file.parent_path().string() + " cannot be made: " + error.message());
-  TrialTable table(file, std::move(codes), seed);
+TrialTable TrialTable::begin(const fs::path& file, TableOwner owner) {
+  make_folder(file.parent_path());
+  TrialTable table(file, std::move(owner));
   table.open(O_CREAT | O_EXCL);
   table.write(std::string(table_header));
   return table;
+}
+
+void TrialTable::check_owner(const std::vector<std::string>& fields, std::size_t number) const {
+  const std::string differing = owner_.design.differing(fields[design_column]);
+  if (!differing.empty()) {
+    throw ValueError("participant", place(number) + ": the table was begun with another design and cannot be " +
+                                        "continued: " + differing +
+                                        " differ; give the graph as it was when the table was begun");
+  }
+  if (fields[seed_column] != std::to_string(owner_.seed)) {
+    throw ValueError("participant", place(number) + ": the table was begun with another seed: expected " +
+                                        std::to_string(owner_.seed) + ", found " + fields[seed_column] +
+                                        "; give the seed and the code that it was begun with");
+  }
 }
 
 ExperimentRow TrialTable::read_row(const std::string& line, std::size_t number) const {
@@ -120,6 +147,7 @@ ExperimentRow TrialTable::read_row(const std::string& line, std::size_t number) 
     throw ValueError("participant", place(number) + ": expected " + std::to_string(table_columns) + " columns, found " +
                                         std::to_string(fields.size()));
   }
+  check_owner(fields, number);
   ExperimentRow row;
   const auto read = [&](std::size_t column, auto& value) {
     if (read_number(fields[column], value)) return;
@@ -127,8 +155,8 @@ ExperimentRow TrialTable::read_row(const std::string& line, std::size_t number) 
                                         ", found \"" + fields[column] + "\"");
   };
   const auto condition = [&](std::size_t column) {
-    const auto at = std::find(codes_.begin(), codes_.end(), fields[column]);
-    if (at != codes_.end()) return static_cast<std::int32_t>(at - codes_.begin());
+    const auto at = std::find(owner_.codes.begin(), owner_.codes.end(), fields[column]);
+    if (at != owner_.codes.end()) return static_cast<std::int32_t>(at - owner_.codes.begin());
     throw ValueError("conditions", place(number) + ": the graph has no condition \"" + fields[column] + "\"");
   };
   read(0, row.trial);
@@ -142,21 +170,14 @@ ExperimentRow TrialTable::read_row(const std::string& line, std::size_t number) 
   row.correct = -1;
   if (!fields[8].empty()) read(8, row.correct);
   read(9, row.response_time);
-  std::uint64_t seed = 0;
-  read(12, seed);
-  if (seed != seed_) {
-    throw ValueError("participant", place(number) + ": the table was begun with another seed: expected " +
-                                        std::to_string(seed_) + ", found " + fields[12] +
-                                        "; give the seed and the code that it was begun with");
-  }
   return row;
 }
 
-TrialTable TrialTable::resume(const fs::path& file, std::vector<std::string> codes, std::uint64_t seed) {
+TrialTable TrialTable::resume(const fs::path& file, TableOwner owner) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw ValueError("resume", file.string() + " cannot be read: there is no table to continue");
   // Read only once no other run can write it, and cut only once all of it is known to be this table.
-  TrialTable table(file, std::move(codes), seed);
+  TrialTable table(file, std::move(owner));
   table.open(0);
   std::string text(std::istreambuf_iterator<char>(stream), {});
   // A row that a crash has cut off has no end of line.
@@ -178,14 +199,15 @@ TrialTable TrialTable::resume(const fs::path& file, std::vector<std::string> cod
 }
 
 void TrialTable::add(const ExperimentRow& row) {
-  const auto code = [this](std::int32_t index) { return codes_[static_cast<std::size_t>(index)]; };
+  const auto code = [this](std::int32_t index) { return owner_.codes[static_cast<std::size_t>(index)]; };
   const std::string correct = row.correct < 0 ? "" : std::to_string(row.correct);
   std::string line;
   for (const std::string& field :
        {std::to_string(row.trial), std::to_string(row.run), std::to_string(row.block), code(row.condition),
         code(row.other), number_text(row.level), std::to_string(row.comparison), std::to_string(row.response), correct,
         measured_text(row.response_time), measured_text(row.peak_first), measured_text(row.peak_second),
-        std::to_string(seed_)}) {
+        measured_text(row.limited_first), measured_text(row.limited_second), std::to_string(owner_.seed),
+        owner_.design.digest()}) {
     line += (line.empty() ? "" : ",") + field;
   }
   write(line + "\n");

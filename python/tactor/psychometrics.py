@@ -13,7 +13,8 @@ from __future__ import annotations
 import dataclasses
 import os
 import pathlib
-from typing import Any, Sequence
+import warnings
+from typing import Any, NamedTuple, Sequence
 
 import numpy
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,13 @@ from ._needs import needed
 
 SHAPES = ("weibull", "logistic")
 
+# Twice the gain in log likelihood over one share of right answers at all levels: up to here there is no slope, but what
+# the search leaves; and below the second, which chance passes once in 20 times (chi square, 1 degree), it may be chance.
+_NO_SLOPE = 1e-3
+_SLOPE_BY_CHANCE = 3.841
+# More samples of a bootstrap than this part must not fail.
+_MOST_FAILED = 0.1
+
 _Reals = NDArray[numpy.float64]
 
 
@@ -30,6 +38,30 @@ def _share(shape: str, level: _Reals, threshold: float, width: float) -> Any:
     if shape == "weibull":
         return -numpy.expm1(-numpy.maximum(level / threshold, 0) ** width)
     return 0.5 + 0.5 * numpy.tanh((level - threshold) / (2 * width))
+
+
+class FlatDataWarning(UserWarning):
+    """The answers do not get better with the level, or no more than chance may do."""
+
+
+class FailedSamplesWarning(UserWarning):
+    """Samples of a bootstrap gave no level; they are left out of the interval."""
+
+
+class _Ends(NamedTuple):
+    low: float
+    high: float
+
+
+class Interval(_Ends):
+    """The low and the high end, in the unit of the level."""
+    failed: int     # samples that gave no level
+    samples: int
+
+    def __new__(cls, low: float, high: float, failed: int, samples: int) -> Interval:
+        made = super().__new__(cls, low, high)
+        made.failed, made.samples = failed, samples
+        return made
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,34 +77,74 @@ class Psychometric:
     right: _Reals
     total: _Reals
     fixed_lapse: bool
+    most_lapse: float
+
+    @property
+    def deviance_of_slope(self) -> float:
+        """Twice the gain in log likelihood over the same share of right answers, `guess` or more, at all levels. It is
+        about chi square of 1 degree where there is no slope: below 3.84 the slope may be chance."""
+        share = numpy.clip(self.right.sum() / self.total.sum(), self.guess, 1.0)
+        wrong = self.total - self.right
+        constant = sum(numpy.sum(k[k > 0]) * numpy.log(p) for k, p in ((self.right, share), (wrong, 1 - share)) if k.sum() > 0)
+        return float(2 * (self.log_likelihood - constant))
+
+    @property
+    def has_slope(self) -> bool:
+        """False where the answers do not get better with the level: then there is no threshold."""
+        return self.deviance_of_slope > _NO_SLOPE
 
     def share_right(self, level: ArrayLike) -> Any:
         """P(right) at a level, or at each of an array of them."""
         return self.guess + (1 - self.guess - self.lapse) * _share(self.shape, numpy.asarray(level, float), self.threshold, self.width)
 
     def level_at(self, share: float) -> float:
-        """The level at which that share of the answers is right; nan where the function does not get there."""
+        """The level at which that share of the answers is right; nan where the function does not get there, and where
+        the answers do not get better with the level."""
         part = (share - self.guess) / (1 - self.guess - self.lapse)
-        if not 0 < part < 1:
+        if not (0 < part < 1 and numpy.isfinite(self.threshold)):
             return float("nan")
         if self.shape == "weibull":
             return float(self.threshold * (-numpy.log1p(-part)) ** (1 / self.width))
         return float(self.threshold + self.width * numpy.log(part / (1 - part)))
 
-    def interval(self, share: float, confidence: float = 0.95, samples: int = 1000, seed: int = 1) -> tuple[float, float]:
+    def interval(self, share: float, confidence: float = 0.95, samples: int = 1000, seed: int = 1) -> Interval:
         """The interval of `level_at(share)` by the parametric bootstrap: answers are drawn from the fitted function at
-        the levels that were presented, fitted again, and the quantiles of the levels found are taken."""
+        the levels that were presented, fitted again, and the quantiles of the levels found are taken. A sample whose
+        answers have no slope, or whose function does not get to `share`, has failed: it is counted in `failed`, warned
+        of and left out. Raises InputError where this fit has no such level, and where more than a tenth of the samples
+        fail."""
+        if not numpy.isfinite(self.level_at(share)):
+            raise InputError(f"interval: expected a fit with a level at which {share:g} of the answers are right, found none")
         random = numpy.random.default_rng(seed)
         chances = self.share_right(self.levels)
+        everywhere = _starts(self.levels, self.total, self.shape)
         found = []
         for _ in range(samples):
             drawn = random.binomial(self.total.astype(int), chances).astype(float)
-            again = _fit_counts(self.levels, drawn, self.total, self.shape, self.guess, self.lapse if self.fixed_lapse else None,
-                                0.06, [(self.threshold, self.width)])
+            # From the fit that they were drawn from, and from anywhere where that leads nowhere.
+            for starts in ([(self.threshold, self.width)], everywhere):
+                again = _fit_counts(self.levels, drawn, self.total, self.shape, self.guess, self.lapse if self.fixed_lapse else None,
+                                    self.most_lapse, starts)
+                if again.has_slope:
+                    break
             found.append(again.level_at(share))
+        failed = int(numpy.sum(~numpy.isfinite(found)))
+        if failed > _MOST_FAILED * samples:
+            raise InputError(f"interval: {failed} of {samples} samples have no level at which {share:g} of the answers are right; "
+                             "expected at most a tenth: take more trials, or levels over more of the curve")
+        if failed:
+            warnings.warn(f"{failed} of {samples} samples have no level at which {share:g} of the answers are right; the interval leaves "
+                          "them out", FailedSamplesWarning, stacklevel=2)
         tail = (1 - confidence) / 2
         low, high = numpy.nanquantile(found, [tail, 1 - tail])
-        return float(low), float(high)
+        return Interval(float(low), float(high), failed, samples)
+
+
+def _starts(levels: _Reals, total: _Reals, shape: str) -> list[tuple[float, float]]:
+    """Thresholds and widths from which the search begins."""
+    middles = numpy.quantile(numpy.repeat(levels, total.astype(int)), [0.3, 0.7])
+    widths = (1.5, 4.0) if shape == "weibull" else tuple(float(numpy.ptp(levels) * part or levels[0] * part) for part in (0.05, 0.25))
+    return [(float(m), w) for m in middles for w in widths]
 
 
 def _fit_counts(levels: _Reals, right: _Reals, total: _Reals, shape: str, guess: float, lapse: float | None, most_lapse: float,
@@ -96,14 +168,17 @@ def _fit_counts(levels: _Reals, right: _Reals, total: _Reals, shape: str, guess:
         found.append(optimize.minimize(loss, numpy.clip(x, *numpy.transpose(bounds)), method="L-BFGS-B", bounds=bounds))
     best = found[int(numpy.argmin([one.fun for one in found]))]
     threshold, width = numpy.exp(best.x[:2])
-    return Psychometric(shape, float(threshold), float(width), guess, float(best.x[2] if lapse is None else lapse), float(-best.fun),
-                        levels, right, total, lapse is not None)
+    fitted = Psychometric(shape, float(threshold), float(width), guess, float(best.x[2] if lapse is None else lapse), float(-best.fun),
+                          levels, right, total, lapse is not None, most_lapse)
+    return fitted if fitted.has_slope else dataclasses.replace(fitted, threshold=float("nan"), width=float("nan"))
 
 
 def fit(levels: ArrayLike, right: ArrayLike, total: ArrayLike | None = None, *, shape: str = "weibull", guess: float = 0.5,
         lapse: float | None = None, most_lapse: float = 0.06) -> Psychometric:
     """The function of the largest likelihood. `levels` and `right`: a row a trial (right 1 or 0), or with `total` a row a
-    level (so many right of so many). `lapse`: fixed to that value; None: fitted, between 0 and `most_lapse`."""
+    level (so many right of so many). `lapse`: fixed to that value; None: fitted, between 0 and `most_lapse`. Where the
+    answers do not get better with the level, threshold and width are nan, with a FlatDataWarning; one also warns where
+    they get better by no more than chance may do."""
     if shape not in SHAPES:
         raise InputError(f"shape: expected one of {', '.join(SHAPES)}, found {shape}")
     x, k = numpy.asarray(levels, float), numpy.asarray(right, float)
@@ -114,9 +189,13 @@ def fit(levels: ArrayLike, right: ArrayLike, total: ArrayLike | None = None, *, 
         raise InputError("expected levels above 0 and from 0 to all answers right at each; pairs have no level to fit")
     unique, place = numpy.unique(x, return_inverse=True)
     k, n = numpy.bincount(place, k).astype(float), numpy.bincount(place, n).astype(float)
-    middles = numpy.quantile(numpy.repeat(unique, n.astype(int)), [0.3, 0.7])
-    widths = (1.5, 4.0) if shape == "weibull" else tuple(numpy.ptp(unique) * part or unique[0] * part for part in (0.05, 0.25))
-    return _fit_counts(unique, k, n, shape, guess, lapse, most_lapse, [(m, w) for m in middles for w in widths])
+    fitted = _fit_counts(unique, k, n, shape, guess, lapse, most_lapse, _starts(unique, n, shape))
+    if not fitted.has_slope:
+        warnings.warn("the answers do not get better with the level: there is no threshold", FlatDataWarning, stacklevel=2)
+    elif fitted.deviance_of_slope < _SLOPE_BY_CHANCE:
+        warnings.warn(f"the answers get better with the level by no more than chance may do (deviance {fitted.deviance_of_slope:.2f}, "
+                      f"expected {_SLOPE_BY_CHANCE} or more): the threshold is not to be relied on", FlatDataWarning, stacklevel=2)
+    return fitted
 
 
 def staircase_threshold(levels: Sequence[float], right: Sequence[int], *, down: int, averaged: int, scale: str = "linear") -> float:
@@ -145,5 +224,5 @@ def trials(folder: str | os.PathLike[str]) -> Any:
     files = sorted(pathlib.Path(folder).glob("*.csv"))
     if not files:
         raise InputError(f"{folder}: expected tables of participants such as P01.csv, found none")
-    tables = [pandas.read_csv(file, dtype={"seed": str}).assign(participant=file.stem) for file in files]
+    tables = [pandas.read_csv(file, dtype={"seed": str, "design": str}).assign(participant=file.stem) for file in files]
     return pandas.concat(tables, ignore_index=True)

@@ -165,3 +165,21 @@ BOOST_FIXTURE_TEST_CASE(what_follows_it_is_told_with_what_it_skipped, Fixture) {
     BOOST_TEST(block().find(part) != std::string::npos, block());
   }
 }
+
+BOOST_AUTO_TEST_CASE(a_blind_run_shows_nothing_that_a_method_makes) {
+  Fixture f;
+  f.follower.emplace();
+  NodeInfo leads = f.info;
+  leads.sets = [](const std::vector<ParamValue>&) { return std::vector<Setting>{}; };
+  BOOST_TEST(f.block().find("sample to force") != std::string::npos);
+  f.plan.nodes.push_back({"protocol", &leads, {}, {}, {Lane::thread, "experiment", {}, {}, {}}, {}});
+  f.now.nodes.emplace_back();
+  const std::string block = f.block();
+  for (const char* told : {"sample to force", "body", "steps/s", "age p50", "collision", "reference"}) {
+    BOOST_TEST(block.find(told) == std::string::npos, told << " in " << block);
+  }
+  // Whether the device is safe and in time is shown.
+  f.has("handle", {"ramping", "37 %"});
+  f.has("wake-up", {"31", "412"});
+  f.has("ticks", {"1499", "missed 7"});
+}

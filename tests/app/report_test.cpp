@@ -230,6 +230,26 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_run_begins_with_its_headline) {
   says(failed, "Gate: ticks beyond the largest force: 3, faults: 1, dead_man: 2; engaged 90 % of the time.");
 }
 
+BOOST_AUTO_TEST_CASE(the_terminal_tells_nothing_of_the_force_of_a_blind_run) {
+  RunResult run;
+  run.graph = "study";
+  run.duration_s = run.planned_s = 1;
+  run.wall_s = 0.5;
+  run.metrics = {{rms, 0.1}, {delay, 4}, {roughness, 0.002}, {"device.engaged_share", 0.9}};
+  run.nodes.push_back({.node = "rollout", .total_s = 1});
+  EdgeResult edge;
+  edge.edge = "rollout.segment -> select.fourth";
+  edge.metrics.dropped = 3;
+  run.edges.push_back(edge);
+  for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference"}) {
+    says(headline_text(run, "report.html", false, 200), told);
+  }
+  run.blind = true;
+  const std::string text = headline_text(run, "report.html", false, 200);
+  for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "--all"}) says_not(text, told);
+  for (const char* told : {"done, 1 s", "engaged 90 % of the time", "dropped 3 messages", "blind"}) says(text, told);
+}
+
 BOOST_AUTO_TEST_CASE(a_script_comes_with_charts_alone_and_is_small) {
   const std::string plain = page("t", "<p>text</p>"), charts = page("t", "<svg data-charts=\"[]\"></svg>");
   says_not(plain, "<script");

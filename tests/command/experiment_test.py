@@ -7,7 +7,7 @@ import signal
 import subprocess
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, built, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, TACTOR, CommandTest, Terminal, built, needs_hdf5, needs_live, tactor
 from view_client import Closed, View
 
 HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
@@ -164,7 +164,12 @@ record: [device.commanded, protocol.screen]
         # The graph goes on with its own table alone.
         other = self.study("P01", *settings, "protocol.levels=[0.1, 0.3]", "protocol.resume=true")
         self.assertEqual(other.returncode, 2)
-        self.assertIn("cannot be continued", other.stderr)
+        self.assertIn("another design and cannot be continued: levels differ", other.stderr)
+        # What changes no trial that was made is another design too.
+        other = self.study("P01", *settings, "protocol.interval=0.2 s", "protocol.resume=true")
+        self.assertEqual(other.returncode, 2)
+        self.assertIn("cannot be continued: interval differ", other.stderr)
+        self.assertEqual(rows_of(file), rows)
 
     def test_a_bad_study_is_refused_with_its_place(self):
         file = self.write("study.yaml", f"""format: 2
@@ -186,7 +191,7 @@ nodes:
             self.assertRegex(result.stderr, rf"study\.yaml:{place}:\d+: .*")
             self.assertIn(text, result.stderr)
         self.assertIn("expected a number from 0 to 10, found 13", result.stderr)
-        for setting, text in (("protocol.participant=Anna", "never a name"), ("protocol.steps=[]", "expected a list of steps"),
+        for setting, text in (("protocol.participant=Anna", "never a name"), ("protocol.participant=Jan07", "one capital letter and then one to three digits"), ("protocol.steps=[]", "expected a list of steps"),
                               ("protocol.conditions.hold=select.use=first", "a letter and up to three digits"),
                               ("protocol.participant=P0 --set protocol.resume=true", "for practice")):
             result = tactor("check", SIMULATED, *words(*setting.split(" --set ")))
@@ -197,6 +202,105 @@ nodes:
         result = self.study("P01", graph=file)
         self.assertEqual(result.returncode, 2)
         self.assertRegex(result.stderr, r"stiffness_jnd\.yaml:\d+:\d+: nodes\.protocol\.conditions\.B: .*no edge ends at that input")
+
+    def test_what_would_not_be_felt_as_it_is_set_is_refused_with_both_places(self):
+        file = self.write("study.yaml", f"""format: 2
+extends: {SIMULATED}
+nodes:
+  device: {{dead_man_button: 2}}
+  gain: {{ramp: 0.8 s}}
+  protocol:
+    button_first: 1
+    button_second: 2
+    conditions:
+      A: select.use=first; coupling.k_0=500 N/m
+      B: select.use=fourth; coupling.k_0=2 N/mm
+""")
+        result = tactor("check", file)
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, r"study\.yaml:8:\d+: nodes\.protocol\.button_second: .*nodes\.device\.dead_man_button, .*study\.yaml:4:")
+        self.assertRegex(result.stderr, r"simulated\.yaml:\d+:\d+: nodes\.protocol\.change: expected at least 800 ms, the ramp of gain .*study\.yaml:5:")
+        file.write_text(file.read_text().replace("dead_man_button: 2", "dead_man_button: 3").replace("0.8 s", "0.4 s"))
+        for verb in (("check",), ("run", "--out", self.folder / "out")):
+            result = tactor(verb[0], file, *verb[1:])
+            self.assertEqual(result.returncode, 2)
+            # 2000 N/m (50 g / 100 g)^0.5 = 1414 N/m.
+            self.assertRegex(result.stderr, r"study\.yaml:11:\d+: nodes\.protocol\.conditions\.B: select\.use=fourth; coupling\.k_0=2 N/mm: .*k_device holds it at 1000")
+        # With the limit out of the way, in the same condition, it is felt.
+        file.write_text(file.read_text().replace("500 N/m", "500 N/m; coupling.k_device=1 N/mm").replace("2 N/mm", "2 N/mm; coupling.k_device=2 N/mm"))
+        self.run_ok("check", file)
+
+    def test_a_force_that_the_device_limits_is_in_the_table_and_told(self):
+        limited = (*ONE_CONDITION, "protocol.procedure=constant", "protocol.levels=[1]", "protocol.repeats=2")
+        self.assert_done(self.study("P01", *limited))
+        free = rows_of(self.tables / "P01.csv")
+        self.assertEqual({row[f"limited_{i}"] for row in free for i in "12"}, {"0"})
+        most = max(float(row[f"peak_{row['comparison']}_N"]) for row in free)
+        result = self.study("P02", *limited, f"device.force_max={0.6 * most} N")
+        self.assert_done(result)
+        for row in rows_of(self.tables / "P02.csv"):
+            # The comparison is twice the standard, which is below the limit.
+            self.assertGreater(float(row[f"limited_{row['comparison']}"]), 0)
+            self.assertEqual(row[f"limited_{3 - int(row['comparison'])}"], "0")
+            self.assertAlmostEqual(float(row[f"peak_{row['comparison']}_N"]) / (0.6 * most), 1, places=3)
+        self.assertIn("in 2 trials the device displayed less than was wanted", " ".join(result.stdout.split()))
+        self.assertEqual(json.loads((self.folder / "out_P02/summary.json").read_text())["experiment"]["limited_trials"], 2)
+
+    def test_a_run_under_the_virtual_clock_comes_out_the_same_however_often(self):
+        settings = (*SHORT, "protocol.procedure=constant", "protocol.levels=[0.25]", "protocol.repeats=2")
+        tables = []
+        for _ in range(2):
+            self.assert_done(self.study("P01", *settings))
+            tables.append((self.tables / "P01.csv").read_bytes())
+            (self.tables / "P01.csv").unlink()
+        self.assertEqual(*tables)
+
+    def test_only_a_run_writes_a_table(self):
+        """A study that moves bodies and is judged, with a real code: no other verb leaves a table, and none touches one that is there."""
+        graph = self.write("study.yaml", f"""format: 2
+extends: [{GRAPHS / "wall/scene.yaml"}, {GRAPHS / "experiments/observer.yaml"}]
+duration: 1 s
+nodes:
+  gain: {{type: interpolation.gain, factor: 0}}
+  protocol:
+    {{type: experiment.protocol, participant: P01, folder: {self.tables}, mute: gain.factor, level: gain.factor, procedure: constant,
+     levels: [0.25], repeats: 2, interval: 0.1 s, change: 0.15 s, end_run: false}}
+  observer: {{response_time: 30 ms}}
+edges:
+  - interpolation.segment -> device.segment: ~
+  - interpolation.segment -> gain.force
+  - gain.segment -> device.segment
+""")
+        study = self.write("grid.yaml", f"format: 2\ngraphs: [{graph}]\nvary: {{protocol.interval: [0.1 s, 0.12 s]}}\nseeds: 1\n")
+        verbs = [("check", "--explain", graph), ("compare", graph, graph, "--seeds", "1", "--out", self.folder / "compare"),
+                 ("lean", graph, "--budget", "0.5", "--repeats", "1", "--out", self.folder / "lean.yaml"),
+                 ("study", study, "--out", self.folder / "study")]
+        for there in (None, b"a table of somebody"):
+            if there:
+                self.tables.mkdir()
+                (self.tables / "P01.csv").write_bytes(there)
+            for number, verb in enumerate(verbs):
+                result = tactor(*verb, *(("--overwrite",) if there and number else ()), environment=self.environment)
+                self.assertEqual(result.returncode, 0, f"{verb[0]}: {result.stdout}{result.stderr}")
+                self.assertNotIn("exists", result.stderr)
+                if there:
+                    self.assertEqual((self.tables / "P01.csv").read_bytes(), there, verb[0])
+                else:
+                    self.assertFalse(self.tables.exists(), verb[0])
+        (self.tables / "P01.csv").unlink()
+        self.run_ok("run", graph, "--out", self.folder / "run")
+        self.assertGreater(len((self.tables / "P01.csv").read_text().splitlines()), 0)
+
+    @needs_live
+    def test_the_live_terminal_of_a_study_tells_no_condition(self):
+        terminal = Terminal("run", SIMULATED, "--out", self.folder / "out", "--all",
+                            *self.options("P01", *SHORT, "clock=real", "protocol.procedure=constant", "protocol.levels=[0.25]", "protocol.repeats=2",
+                                          "live.on_missing_privilege=warn"), environment=self.environment)
+        self.assertEqual(terminal.finish(), 0, terminal.text)
+        self.assertIn("wake-up", terminal.text)
+        self.assertIn("the run was blind", terminal.text)
+        for word in (*TELLING, "sample to force", "age p50", "steps/s"):
+            self.assertNotIn(word, terminal.text)
 
     @needs_live
     @needs_hdf5
@@ -240,6 +344,9 @@ class Seen(CommandTest):
             page.say(type="set", parameter="select.use", value="first")
             page.wait_for(lambda p: p.last("refused"))
             self.assertIn("blind", page.last("refused")["message"])
+            # Nor does a page confirm what the run has not set.
+            page.say(type="set", parameter="protocol.confirmed", value="99")
+            page.wait_for(lambda p: p.last("refused")["parameter"] == "protocol.confirmed")
 
             def phase(page):
                 return page.stream("experiment")[-1][1][0]
@@ -258,6 +365,15 @@ class Seen(CommandTest):
                 self.assertNotIn(word, json.dumps(told))
         row, = rows_of(tables / "P01.csv")
         self.assertEqual((row["trial"], row["response"]), ("1", "2"))
+
+
+    def test_a_button_that_holds_the_mouse_does_not_answer(self):
+        """The button that takes hold of the tool on the page is the first button of device.mouse."""
+        result = tactor("view", GRAPHS / "experiments/stiffness_jnd.yaml", "--no-open", *words("protocol.button_first=1", "protocol.button_second=2"),
+                        environment=self.environment)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("nodes.protocol.button_first", result.stderr)
+        self.assertIn("dead-man button of device.mouse (nodes.device.dead_man_button", result.stderr)
 
 
 if __name__ == "__main__":

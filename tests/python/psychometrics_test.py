@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import unittest
+import warnings
 
 import numpy
 
@@ -14,6 +15,8 @@ from package_harness import PackageTest, command, tactor
 try:
     import pandas  # noqa: F401
     import scipy.optimize
+    import scipy.special
+    import scipy.stats
     from tactor import psychometrics
 except ImportError:
     scipy = None
@@ -129,6 +132,73 @@ class Fits(PackageTest):
         right = [1, 1, 1, 0, 1, 1, 0, 1, 1]
         self.assertEqual(psychometrics.staircase_threshold(levels, right, down=2, averaged=2), 7)
         self.assertTrue(math.isnan(psychometrics.staircase_threshold(levels, right, down=2, averaged=5)))
+
+    def test_answers_that_do_not_get_better_have_no_threshold(self):
+        n = [40] * 6
+        # All alike, all right, at chance, and worse and worse: nothing rises.
+        for right in ([30] * 6, [40] * 6, [20] * 6, [39, 35, 30, 28, 25, 21]):
+            for shape in psychometrics.SHAPES:
+                with self.assertWarnsRegex(psychometrics.FlatDataWarning, "do not get better with the level"):
+                    fit = psychometrics.fit(self.LEVELS, right, n, shape=shape)
+                self.assertFalse(fit.has_slope)
+                self.assertTrue(math.isnan(fit.threshold) and math.isnan(fit.width) and math.isnan(fit.level_at(0.75)), (right, shape))
+                with self.assertRaisesRegex(tactor.InputError, "expected a fit with a level"):
+                    fit.interval(0.75, samples=10)
+        with self.assertWarns(psychometrics.FlatDataWarning):
+            self.assertFalse(psychometrics.fit([0.2], [30], [40]).has_slope)
+
+    def test_the_deviance_is_that_of_scipy_and_chance_seldom_passes_for_a_slope(self):
+        """The deviance of the slope against scipy's likelihoods of the binomial, and against its chi square where there is no slope."""
+        random = numpy.random.default_rng(3)
+        n = numpy.full(6, 40)
+        passed = 0
+        for _ in range(100):
+            right = random.binomial(40, 0.75, 6)
+            with warnings.catch_warnings(record=True) as told:
+                warnings.simplefilter("always")
+                fit = psychometrics.fit(self.LEVELS, right, n, lapse=0)
+            passed += not told
+            self.assertEqual(bool(told), fit.deviance_of_slope < scipy.stats.chi2.ppf(0.95, 1))
+        # 5 % pass at most; of 100, 12 or more with a chance of 4 in 1,000.
+        self.assertLess(passed, 12)
+        right, _ = self.drawn(weibull, (0.2, 3.0), 1)
+        fit = psychometrics.fit(self.LEVELS, right, n, lapse=0)
+        rising = scipy.stats.binom.logpmf(right, n, [weibull(x, fit.threshold, fit.width) for x in self.LEVELS]).sum()
+        constant = scipy.stats.binom.logpmf(right, n, sum(right) / 240).sum()
+        self.assertAlmostEqual(fit.deviance_of_slope, 2 * (rising - constant), places=5)
+        self.assertTrue(fit.has_slope)
+
+    def test_samples_of_a_bootstrap_that_fail_are_counted_and_too_many_refused(self):
+        good = psychometrics.fit(self.LEVELS, [20, 22, 25, 30, 38, 40], [40] * 6, lapse=0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            interval = good.interval(0.75, samples=50)
+        self.assertEqual((interval.failed, interval.samples), (0, 50))
+        low, high = interval
+        self.assertLess(low, good.level_at(0.75))
+        self.assertGreater(high, good.level_at(0.75))
+        # A slope that may be chance: every few samples have none.
+        with self.assertWarnsRegex(psychometrics.FlatDataWarning, "no more than chance"):
+            weak = psychometrics.fit(self.LEVELS, [22, 21, 24, 23, 25, 27], [40] * 6)
+        with self.assertRaisesRegex(tactor.InputError, r"\d+ of 100 samples have no level at which 0.75"):
+            weak.interval(0.75, samples=100)
+        # Between the two: each sample fails with a chance that scipy's binomial knows, as below one share is at each level. Two levels
+        # whose answers are at 0.5 and p: there is no slope where not more are right at the second.
+        n, p = 20, 0.75
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            two = psychometrics.fit([0.1, 0.3], [n // 2, p * n], [n, n], lapse=0)
+        shares = [float(two.share_right(x)) for x in (0.1, 0.3)]
+        # Not more right at the second, or no more than chance: then the model, which is at chance at least, does not rise.
+        chance = sum(scipy.stats.binom.pmf(j, n, shares[0]) * scipy.stats.binom.pmf(k, n, shares[1])
+                     for j in range(n + 1) for k in range(n + 1) if k <= max(j, n // 2))
+        samples = 400
+        self.assertLess(chance, 0.08)
+        with self.assertWarnsRegex(psychometrics.FailedSamplesWarning, "leaves them out"):
+            interval = two.interval(shares[1] - 0.01, samples=samples)
+        spread = math.sqrt(samples * chance * (1 - chance))
+        self.assertLess(abs(interval.failed - samples * chance), 4 * spread + 1)
+        self.assertGreater(interval.failed, 0)
 
     def test_what_cannot_be_fitted_is_refused(self):
         for levels, right in (([], []), ([0.1], [1, 0]), ([0.0, 0.1], [1, 0]), ([0.1, 0.2], [2, 0]), ([0.1, float("nan")], [1, 0])):

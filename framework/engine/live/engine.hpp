@@ -42,6 +42,7 @@ class LiveRun::Engine final : public ExternalInputs {
   [[nodiscard]] LiveStatus look();
   bool feed(std::size_t node, std::optional<Time> valid, const void* value);
   Time tune(std::size_t node, std::shared_ptr<const void> params);
+  [[nodiscard]] bool is_tuned(std::size_t node);
   void finish(const std::function<void()>& while_waiting);
   /// Calls `work(dispatcher)` under the lock.
   template <class Work>

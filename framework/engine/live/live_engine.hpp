@@ -30,6 +30,8 @@ class LiveEngine {
   virtual bool feed(std::size_t node, std::optional<Time> valid, const void* value) = 0;
   /// New parameters for the node, from its next step on; the time from which they hold. While it runs, any thread.
   virtual Time tune(std::size_t node, std::shared_ptr<const void> params) = 0;
+  /// True where no step of the node goes on with older parameters than it was given last. While it runs, any thread.
+  [[nodiscard]] virtual bool is_tuned(std::size_t node) = 0;
 
   /// Sets a question whose yes ends the run. It is asked about fifty times a second on a thread of the engine and does
   /// not wait for anything: it ends the run even while a disk or a terminal keeps the calling thread. Before `start`.

@@ -249,6 +249,13 @@ Time LiveRun::Engine::tune(std::size_t node, std::shared_ptr<const void> params)
   return now;
 }
 
+bool LiveRun::Engine::is_tuned(std::size_t node) {
+  const std::scoped_lock lock(mutex_);
+  if (loops_[node]) return loops_[node]->is_tuned();
+  // A node at rest takes them with its next step, whenever that is.
+  return to_tune_[node].empty() && (tuned_[node].empty() || !dispatcher_->busy(node));
+}
+
 void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
   const Time until = begun_[node].now + (costs_.empty() ? Duration{} : costs_[node].next(work));
   if (until <= dispatcher_->now()) return pass(node);
@@ -383,6 +390,10 @@ bool LiveRun::feed(std::size_t node, std::optional<Time> valid, const void* valu
 }
 Time LiveRun::tune(std::size_t node, std::shared_ptr<const void> params) {
   return engine_->tune(node, std::move(params));
+}
+
+bool LiveRun::is_tuned(std::size_t node) {
+  return engine_->is_tuned(node);
 }
 LiveStatus LiveRun::look() {
   return engine_->look();

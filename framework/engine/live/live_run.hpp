@@ -34,6 +34,7 @@ class LiveRun final : public LiveEngine {
   void remove_tap(const Tap& tap) override;
   bool feed(std::size_t node, std::optional<Time> valid, const void* value) override;
   Time tune(std::size_t node, std::shared_ptr<const void> params) override;
+  [[nodiscard]] bool is_tuned(std::size_t node) override;
   void stop_when(std::function<bool()> asked) override;
   void start() override;
   [[nodiscard]] bool is_running() override;

@@ -35,6 +35,10 @@ class RealtimeLane {
   void put(std::size_t edge, const Stamp& stamp, const void* payload);
   /// Parameters that hold from the next tick on; false where more wait than there is room for.
   [[nodiscard]] bool tune(std::shared_ptr<const void> params);
+  /// True where a tick has begun with the newest of them. One thread at a time with `tune`.
+  [[nodiscard]] bool is_tuned() const {
+    return applied_.load(std::memory_order_acquire) == tunings_ended_ + tunings_.size();
+  }
   void set_phase(Phase phase) { phase_.store(phase, std::memory_order_release); }
 
   /// Starts the thread, which ticks from `origin` on.

@@ -1,10 +1,17 @@
 // What nodes ask of their run: to set a parameter of another node, and to end it.
+#include <atomic>
 #include <boost/test/unit_test.hpp>
+#include <chrono>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "framework/core/value_error.hpp"
+#include "framework/engine/plan_nodes.hpp"
+#include "framework/engine/run_events.hpp"
 #include "framework/node/plugin.hpp"
 #include "framework/node/set_request.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
 #include "framework/session/session.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 #include "tests/framework/session/needs_live.hpp"
@@ -23,7 +30,9 @@ class Sender final : public Node {
     double k = 0;
     double rate = 1000;
   };
-  Sender(const Params& params, const NodeContext&) : params_(params) {}
+  Sender(const Params& params, const NodeContext& context) : params_(params) {
+    if (params.k > 1500 && context.notes != nullptr) context.notes->push_back("k is held at 1500");
+  }
   static NodeInfo declare() {
     return Declare<Sender>("sample.sender", "Sends its parameter.")
         .output("out", &Sender::out, "k")
@@ -39,6 +48,92 @@ class Sender final : public Node {
 
  private:
   Params params_;
+};
+
+/// Its step takes 300 ms, and begins with the k that it has by then.
+class Slow final : public Node {
+ public:
+  struct Params {
+    double k = 0;
+    double rate = 0;
+  };
+  Slow(const Params& params, const NodeContext&) : k_(params.k) {}
+  static NodeInfo declare() {
+    return Declare<Slow>("sample.slow", "Takes long.")
+        .real("k", &Slow::Params::k, {.doc = "what it has", .unit = "N/m", .default_value = 500, .min = 0, .max = 2000})
+        .tunable({"k"})
+        .rate("rate", &Slow::Params::rate, {.doc = "rate", .default_value = 3})
+        .sink()
+        .info();
+  }
+  void tune(const Params& params) { k_ = params.k; }
+  void step(StepContext&) override {
+    const double k = k_;
+    begun.fetch_add(1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    if (k == 500) old_ended = MonotonicClock::now();
+  }
+  std::atomic<int> begun{0};
+  Instant old_ended;  // the newest step with the first k
+
+ private:
+  double k_;
+};
+
+/// While a step of the slow node goes on, it asks to set k there, and then its own `confirmed`.
+class Confirmer final : public Node {
+ public:
+  struct Params {
+    std::string value;
+    int confirmed = 0;
+    double rate = 0;
+  };
+  Confirmer(const Params& params, const NodeContext&) : params_(params) {}
+  static NodeInfo declare() {
+    return Declare<Confirmer>("sample.confirmer", "Asks.")
+        .output("requests", &Confirmer::requests, "what it asks")
+        .text("value", &Params::value, "1200 N/m", "what is to be set")
+        .integer("confirmed", &Params::confirmed, {.doc = "settings that hold", .default_value = 0, .max = 100})
+        .tunable({"confirmed"})
+        .rate("rate", &Params::rate, {.doc = "rate", .default_value = 200})
+        .sets([](const Params&) { return std::vector<Setting>{}; })
+        .info();
+  }
+  void tune(const Params& params) {
+    confirmed = params.confirmed;
+    confirmed_at = MonotonicClock::now();
+  }
+  void step(StepContext& context) override {
+    if (!std::exchange(asked_, true)) {
+      requests.send(context.now(), set_request("slow.k=" + params_.value, "trial 7, interval 1"));
+      requests.send(context.now(), set_request("confirmer.confirmed=1", "trial 7, interval 1"));
+    }
+    if (confirmed == 0) return;
+    SetRequest end;
+    end.kind = RequestKind::end_run;
+    requests.send(context.now(), end);
+  }
+  Output<SetRequest> requests;
+  int confirmed = 0;
+  Instant confirmed_at;
+
+ private:
+  Params params_;
+  bool asked_ = false;
+};
+
+struct ConfirmedPlan {
+  NodeInfo slow = Slow::declare();
+  NodeInfo confirmer = Confirmer::declare();
+  Plan plan;
+  explicit ConfirmedPlan(Clock clock, const std::string& value) {
+    plan.graph.duration = Duration::from_seconds(5);
+    plan.graph.clock = clock;
+    NodeSpec slow_node{"slow", &slow, {500.0, 3.0}, {}, {}, {}};
+    slow_node.scheduling.lane = Lane::thread;
+    slow_node.scheduling.thread = "slow";
+    plan.nodes = {std::move(slow_node), {"confirmer", &confirmer, {value, std::int64_t{0}, 200.0}, {}, {}, {}}};
+  }
 };
 
 /// Asks for `text` at 20.3 ms, and for the end at 50 ms.
@@ -149,7 +244,8 @@ BOOST_AUTO_TEST_CASE(what_a_node_could_not_set_is_refused_before_the_run) {
   for (const auto& [text, part] :
        std::vector<std::pair<std::string, std::string>>{{"sender.k=666", "666 is no stiffness"},
                                                         {"sender.q=1", "did you mean \"sender.k\""},
-                                                        {"sender.k=-1", "sender.k"}}) {
+                                                        {"sender.k=-1", "sender.k"},
+                                                        {"sender.k=1800", "k is held at 1500"}}) {
     AskingPlan asking(Clock::virtual_, text);
     try {
       const Session session(asking.plan);
@@ -160,4 +256,58 @@ BOOST_AUTO_TEST_CASE(what_a_node_could_not_set_is_refused_before_the_run) {
       BOOST_TEST(said.find(part) != std::string::npos, said);
     }
   }
+}
+
+BOOST_AUTO_TEST_CASE(a_request_waits_until_the_setting_before_it_holds,
+                     *boost::unit_test::precondition(test::NeedsLive{})) {
+  ConfirmedPlan asking(Clock::real, "1200 N/m");
+  Session session(asking.plan);
+  session.start();
+  while (session.is_running()) session.advance(Duration{20 * request_ms});
+  session.finish();
+  BOOST_TEST(!session.failure().has_value());
+  const auto& slow = dynamic_cast<const Slow&>(session.nodes()[0]);
+  const auto& confirmer = dynamic_cast<const Confirmer&>(session.nodes()[1]);
+  BOOST_REQUIRE(confirmer.confirmed == 1);
+  // It was asked within the first step of the slow node, which goes on with the old value.
+  BOOST_REQUIRE(slow.begun.load() > 0);
+  BOOST_TEST((confirmer.confirmed_at >= slow.old_ended));
+}
+
+BOOST_AUTO_TEST_CASE(under_the_virtual_clock_a_confirmation_comes_at_the_same_instant_as_the_setting) {
+  ConfirmedPlan asking(Clock::virtual_, "1200 N/m");
+  Session session(asking.plan);
+  std::vector<std::pair<Time, std::string>> sets;
+  session.on_set([&sets](const Stamp& stamp, const void* value) {
+    const auto& event = *static_cast<const SetEvent*>(value);
+    sets.emplace_back(stamp.valid,
+                      std::string(event.text.begin(), event.text.begin() + static_cast<std::ptrdiff_t>(event.length)));
+  });
+  session.start();
+  session.advance(Duration{3 * request_ms});
+  session.finish();
+  BOOST_REQUIRE(sets.size() == 2U);
+  BOOST_TEST(sets[0].second == "k=1200 N/m");
+  BOOST_TEST(sets[1].second == "confirmed=1");
+  BOOST_TEST((sets[0].first == sets[1].first));
+}
+
+BOOST_AUTO_TEST_CASE(what_cannot_be_set_ends_the_run_and_says_what_it_was_for) {
+  ConfirmedPlan asking(Clock::virtual_, "-1 N/m");
+  Session session(asking.plan);
+  session.start();
+  BOOST_CHECK_EXCEPTION(session.advance(Duration::from_seconds(1)), RunError, [](const RunError& error) {
+    const std::string said = error.what();
+    return said.starts_with("trial 7, interval 1: ") && said.find("slow.k=-1 N/m") != std::string::npos;
+  });
+  BOOST_TEST(dynamic_cast<const Confirmer&>(session.nodes()[1]).confirmed == 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_setting_that_a_limit_would_change_is_refused_by_a_check_too) {
+  const AskingPlan good(Clock::virtual_, "sender.k=1500");
+  BOOST_CHECK_NO_THROW(check_nodes(good.plan));
+  const AskingPlan limited(Clock::virtual_, "sender.k=1501");
+  BOOST_CHECK_EXCEPTION(check_nodes(limited.plan), InputError, [](const InputError& error) {
+    return std::string(error.what()).find("nodes.setter.text: sender.k=1501: k is held at 1500") != std::string::npos;
+  });
 }

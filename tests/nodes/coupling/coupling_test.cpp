@@ -162,6 +162,27 @@ BOOST_AUTO_TEST_CASE(the_adaptive_stiffness_stays_within_its_bounds) {
   BOOST_CHECK_THROW(law_of<AdaptiveCoupling>(scene_of(1), p), InputError);
 }
 
+BOOST_AUTO_TEST_CASE(a_limit_that_takes_the_place_of_the_asked_stiffness_is_noted) {
+  const auto notes_of = [](double k_0, double mass) {
+    AdaptiveCoupling::Params p = test::default_params<AdaptiveCoupling>();
+    p.k_0 = k_0;
+    p.k_r_min = 1e-9, p.k_r_device = 1e9;
+    const Scene scene = scene_of(mass);
+    std::vector<std::string> notes;
+    NodeContext context = test::context_for(scene);
+    context.notes = &notes;
+    const AdaptiveCoupling node(p, context);
+    return notes;
+  };
+  // k_0 (m / 0.1 kg)^0.5 = 1000 N/m at m = 0.4 kg: at the limit, and just above it.
+  BOOST_TEST(notes_of(500, 0.39).empty());
+  BOOST_REQUIRE(notes_of(500, 0.41).size() == 1U);
+  BOOST_TEST(notes_of(500, 0.41)[0].find("k_0 asks for 1012") != std::string::npos);
+  BOOST_TEST(notes_of(500, 0.41)[0].find("k_device holds it at 1000") != std::string::npos);
+  BOOST_REQUIRE(notes_of(50, 0.1).size() == 1U);
+  BOOST_TEST(notes_of(50, 0.1)[0].find("k_min holds it at 100") != std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(a_force_is_stamped_as_the_state_it_belongs_to) {
   const Scene scene = scene_of(0.1);
   DynamicCoupling node(test::default_params<DynamicCoupling>(), test::context_for(scene));

@@ -42,9 +42,10 @@ Protocol::Params small_study() {
   return params;
 }
 
-/// A protocol that is stepped by hand.
+/// A protocol that is stepped by hand. What it asks for is made at once, while `makes` is true.
 struct Driven {
   explicit Driven(const Protocol::Params& params, bool touching = false) : node(params, context()) {
+    node.wanted.configure({QueuePolicy::drop_oldest, 64});
     node.device.configure({QueuePolicy::drop_oldest, 64});
     node.force.configure({QueuePolicy::latest, 1});
     node.answers.configure({QueuePolicy::drop_oldest, 4});
@@ -73,8 +74,15 @@ struct Driven {
   void collect() {
     for (std::size_t i = 0; i < node.requests.pending(); ++i) {
       const auto& request = sent(node.requests, i);
-      asked.push_back(request.kind == RequestKind::end_run ? "end" : std::string(text_of(request)));
+      const std::string text(text_of(request));
+      if (text.starts_with(confirms)) {
+        to_confirm = std::stoi(text.substr(std::string(confirms).size()));
+        continue;
+      }
+      asked.push_back(request.kind == RequestKind::end_run ? "end" : text);
+      abouts.emplace_back(about_of(request));
     }
+    const bool made = makes && to_confirm > confirmed;
     for (std::size_t i = 0; i < node.row.pending(); ++i) rows.push_back(sent(node.row, i));
     if (node.screen.pending() > 0) screen = sent(node.screen, node.screen.pending() - 1);
     if (node.question.pending() > 0) question = sent(node.question);
@@ -82,6 +90,14 @@ struct Driven {
     node.row.clear_pending();
     node.screen.clear_pending();
     node.question.clear_pending();
+    if (made) confirm(to_confirm);
+  }
+  /// As a session does when the settings up to that number hold.
+  void confirm(int number) {
+    Protocol::Params params = small_study();
+    params.confirmed = confirmed = number;
+    params.answer = Protocol::Answer::second;  // of an earlier `set`, which is no answer
+    node.tune(params);
   }
   [[nodiscard]] TrialPhase phase() const { return screen.phase; }
   /// Steps until that phase; false where it does not come within 10 s.
@@ -92,6 +108,7 @@ struct Driven {
   void answer(Protocol::Answer value) {
     Protocol::Params params = small_study();
     params.answer = value;
+    params.confirmed = confirmed;
     node.tune(params);
     step();
   }
@@ -113,6 +130,10 @@ struct Driven {
     }
   }
 
+  static constexpr const char* confirms = "test.confirmed=";
+  bool makes = true;
+  int to_confirm = 0, confirmed = 0;
+  std::vector<std::string> abouts;  // of what was asked
   Time now;
   std::uint64_t sequence = 0;
   Protocol node;
@@ -150,6 +171,57 @@ BOOST_AUTO_TEST_CASE(what_is_felt_changes_only_while_the_force_is_muted) {
   BOOST_TEST(d.rows.size() == 8U);
 }
 
+BOOST_AUTO_TEST_CASE(no_interval_begins_before_all_its_settings_hold) {
+  Driven d(small_study());
+  d.answer(Protocol::Answer::first);
+  d.makes = false;
+  const auto settle = [&d] {
+    for (int i = 0; i < 200; ++i) d.step();
+  };
+  settle();
+  // The two settings of the condition are asked for; the force stays muted until both hold.
+  BOOST_TEST(d.asked.size() == 3U);
+  BOOST_TEST(d.abouts[1] == "trial 1, interval 1");
+  d.confirm(2);
+  settle();
+  BOOST_TEST(d.asked.size() == 3U);
+  d.confirm(3);
+  const Time held = d.now;
+  while (d.asked.size() == 3U) d.step();
+  // They have had the time `change` since.
+  BOOST_TEST((d.now - held).seconds() >= 0.2);
+  BOOST_TEST(d.asked.back().starts_with("gain.factor=1"));
+  // And the interval waits for the force to be given back.
+  settle();
+  BOOST_TEST((d.phase() == TrialPhase::changing));
+  d.confirm(4);
+  d.step();
+  BOOST_TEST((d.phase() == TrialPhase::first));
+  // A mute that does not hold keeps the second interval shut.
+  while (d.phase() == TrialPhase::first) d.step();
+  settle();
+  BOOST_TEST(d.asked.back() == "gain.factor=0");
+  BOOST_TEST((d.phase() == TrialPhase::changing));
+}
+
+BOOST_AUTO_TEST_CASE(a_setting_that_is_not_made_ends_the_run_with_its_trial_and_the_table_keeps_the_others) {
+  const TemporaryFolder folder;
+  Protocol::Params params = small_study();
+  params.folder = folder.path().string();
+  Driven d(params);
+  d.run({1, 2}, 2);
+  d.makes = false;
+  BOOST_REQUIRE(d.rows.size() == 2U);
+  const auto says_where = [](const RunError& error) {
+    const std::string said = error.what();
+    return said.find("trial 3, interval 1: select.use=") == 0 && said.find("was not made within 5 s") != said.npos;
+  };
+  BOOST_CHECK_EXCEPTION(for (int i = 0; i < 3000; ++i) d.step(), RunError, says_where);
+  std::ifstream file(folder.path() / "P01.csv");
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  BOOST_TEST(std::count(text.begin(), text.end(), '\n') == 3);
+}
+
 BOOST_AUTO_TEST_CASE(an_interval_begins_only_where_nothing_is_touched) {
   Driven d(small_study(), true);
   d.answer(Protocol::Answer::first);
@@ -157,6 +229,8 @@ BOOST_AUTO_TEST_CASE(an_interval_begins_only_where_nothing_is_touched) {
   for (int i = 0; i < 200; ++i) d.step();
   BOOST_TEST((d.phase() == TrialPhase::lift));
   d.touch(0.04);
+  d.step();
+  BOOST_TEST(d.asked.back().starts_with("gain.factor=1"));
   d.step();
   BOOST_TEST((d.phase() == TrialPhase::first));
 }
@@ -238,6 +312,33 @@ BOOST_AUTO_TEST_CASE(the_largest_force_of_each_interval_is_kept) {
   BOOST_TEST(d.rows[0].peak_second == 0.3);
 }
 
+BOOST_AUTO_TEST_CASE(a_device_that_displays_less_than_was_wanted_is_told) {
+  Driven d(small_study());
+  d.answer(Protocol::Answer::first);
+  const auto feel = [&](double wanted, double displayed) {
+    const Wrench as_wanted{{0, 0, wanted}, {}}, as_displayed{{0, 0, displayed}, {}};
+    d.node.wanted.push({d.now, d.now, d.sequence++}, &as_wanted);
+    d.node.felt.push({d.now, d.now, d.sequence++}, &as_displayed);
+    d.step();
+  };
+  feel(9, 3);  // before the interval
+  feel(0, 0);
+  BOOST_TEST(d.until(TrialPhase::first));
+  for (int i = 0; i < 4; ++i) feel(i == 0 ? 4 : 2, i == 0 ? 3 : 2);
+  feel(0, 0);
+  BOOST_TEST(d.until(TrialPhase::second));
+  feel(3, 2.98);  // what rounding and a small vibration make
+  feel(0, 0);
+  BOOST_TEST(d.until(TrialPhase::answering));
+  d.answer(Protocol::Answer::first);
+  BOOST_REQUIRE(d.rows.size() == 1U);
+  BOOST_TEST(d.rows[0].limited_first == 0.2);
+  BOOST_TEST(d.rows[0].limited_second == 0);
+  const Report report = report_of(d.node);
+  BOOST_REQUIRE(report.remarks().size() == 1U);
+  BOOST_TEST(report.remarks()[0].find("in 1 trials the device displayed less than was wanted") != std::string::npos);
+}
+
 BOOST_AUTO_TEST_CASE(a_continued_run_makes_the_trials_that_were_left) {
   const std::vector<int> answers{1, 2, 2, 1, 2, 1, 1, 2};
   Driven whole(small_study());
@@ -272,13 +373,64 @@ BOOST_AUTO_TEST_CASE(a_continued_run_makes_the_trials_that_were_left) {
 }
 
 BOOST_AUTO_TEST_CASE(a_table_is_not_continued_by_another_design) {
+  using P = Protocol::Params;
   const TemporaryFolder folder;
-  Protocol::Params params = small_study();
+  P params = small_study();
   params.folder = folder.path().string();
   Driven(params).run({1, 2, 1}, 3);
   params.resume = true;
-  params.levels = {0.25, 0.75};
-  BOOST_CHECK_THROW(Driven{params}, InputError);
+  const auto refused = [&](const std::string& names, const auto& change) {
+    P other = params;
+    change(other);
+    BOOST_CHECK_EXCEPTION(Driven{other}, InputError, [&](const InputError& error) {
+      return std::string(error.what()).find("cannot be continued: " + names + " differ") != std::string::npos;
+    });
+  };
+  refused("levels", [](P& p) { p.levels = {0.25, 0.75}; });
+  // None of these changes a trial that was made.
+  refused("conditions", [](P& p) { p.conditions[1].second = "select.use=third; coupling.k_0=800 N/m"; });
+  refused("interval", [](P& p) { p.interval = Duration::from_seconds(0.2); });
+  refused("change, standard", [](P& p) { p.standard = 2, p.change = Duration::from_seconds(0.3); });
+  refused("order", [](P& p) { p.order = ConditionOrder::as_listed; });
+  refused("mute, level", [](P& p) { p.mute = p.level = "other.factor"; });
+  refused("repeats", [](P& p) { p.repeats = 3; });
+  // What makes no difference to anybody: spaces, and the parameters of another procedure.
+  params.conditions[0].second = " select.use=first ;coupling.k_0=500 N/m;";
+  params.reversals = 99;
+  BOOST_CHECK_NO_THROW(Driven{params});
+}
+
+BOOST_AUTO_TEST_CASE(a_table_of_a_staircase_is_not_continued_by_another_rule) {
+  using P = Protocol::Params;
+  const TemporaryFolder folder;
+  P params = small_study();
+  params.folder = folder.path().string();
+  params.procedure = Procedure::staircase;
+  params.steps = {0.1}, params.least = 0.1, params.start = 0.5, params.most = 1, params.reversals = 20;
+  params.averaged = 2;
+  Driven(params).run({}, 1);
+  params.resume = true;
+  const std::vector<std::pair<std::string, void (*)(P&)>> changes{{"start", [](P& p) { p.start = 0.6; }},
+                                                                  {"steps",
+                                                                   [](P& p) {
+                                                                     p.steps = {0.1, 0.05};
+                                                                   }},
+                                                                  {"down", [](P& p) { p.down = 3; }},
+                                                                  {"down_to_up", [](P& p) { p.down_to_up = 0.5; }},
+                                                                  {"least", [](P& p) { p.least = 0.05; }},
+                                                                  {"most", [](P& p) { p.most = 2; }},
+                                                                  {"reversals", [](P& p) { p.reversals = 30; }},
+                                                                  {"averaged", [](P& p) { p.averaged = 4; }},
+                                                                  {"most_trials", [](P& p) { p.most_trials = 7; }},
+                                                                  {"unit", [](P& p) { p.unit = "N"; }}};
+  for (const auto& [name, change] : changes) {
+    P other = params;
+    change(other);
+    BOOST_CHECK_EXCEPTION(Driven{other}, InputError, [&name = name](const InputError& error) {
+      return std::string(error.what()).find("cannot be continued: " + name + " differ") != std::string::npos;
+    });
+  }
+  BOOST_CHECK_NO_THROW(Driven{params});
 }
 
 BOOST_AUTO_TEST_CASE(the_table_tells_codes_and_neither_settings_nor_names) {
@@ -316,6 +468,7 @@ BOOST_AUTO_TEST_CASE(a_study_that_makes_no_sense_is_refused_with_the_parameter) 
   using P = Protocol::Params;
   BOOST_CHECK_NO_THROW(Protocol::check(small_study()));
   refused("participant", [](P& p) { p.participant = "Anna"; });
+  refused("participant", [](P& p) { p.participant = "Jan07"; });
   refused("conditions.local", [](P& p) { p.conditions[0].first = "local"; });
   refused("conditions.B", [](P& p) { p.conditions[1].second = "select.use=fourth"; });
   refused("conditions.A", [](P& p) { p.conditions[0].second += "; " + p.mute + "=1"; });
