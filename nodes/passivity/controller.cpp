@@ -55,7 +55,8 @@ Wrench PassivityController::limit(const Wrench& whole) const noexcept {
   const double length = square(d, lever);
   const double size = std::sqrt(square(whole, lever));
   // What the handle may do meanwhile is foreseen where its state comes late, and else not.
-  const double energy = energy_then(0) - farther(ahead() - 1, 0) * size;
+  const Foretold foretold{d};
+  const double energy = energy_then(foretold) - farther(foretold, ahead() - 1) * size;
   // No more than can be taken back.
   const double along = size > 0 ? work(whole, d) / size : 0;
   const double ramp = size > 0 ? ramp_down(whole, along) : 0;

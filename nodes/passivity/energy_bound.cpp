@@ -11,9 +11,9 @@ NodeInfo EnergyBound::declare() {
   node.details(
       "Stands between an interpolation and the device. An observer counts the energy E that the hand has given through "
       "the handle. The wrench W wanted at the next tick is scaled by s, the largest 0 <= s <= 1 with "
-      "s (W . d + |W| r) + the way down to zero at the gate's slew limits <= E - (F . d + |F| q): d is the way of a "
-      "tick at the velocity that the device shows, F what is commanded now, q and r the most by which the ways of this "
-      "tick and the next differ from d where the handle is accelerated by no more than `acceleration`. Where the "
+      "s (W . d + |W| r) + the way down to zero at the gate's slew limits <= E - (F . d + |F| q): d is the way of the "
+      "last tick, F what is commanded now, q and r the most by which the ways of this tick and the next differ from d "
+      "where the handle is accelerated by no more than `acceleration`, and an encoder step. Where the "
       "device's state comes late, wrenches on their way to the device are taken off like F. So what is commanded stays "
       "within what is there, whatever a hand within that acceleration does, and nothing is added to it.");
   declare_stage(node);
@@ -34,10 +34,16 @@ EnergyBound::EnergyBound(const Params& params, const NodeContext& context)
 Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   const double size = std::sqrt(square(wanted, params().lever));
   if (!(size > 0)) return wanted;
-  const double energy = std::max(0.0, energy_then(0.5));
-  // The way from tick n to n+1 is v T + (n + 1/2) a T^2 at most, with the velocity v at tick 0.
-  // m, the most that a tick may go with the wrench
-  const double along = work(wanted, way()) / size + farther(ahead(), 0.5);
+  // By the way of the last tick, since the shown velocity is late. With |acceleration| <= a the way from tick n to n+1
+  // differs from it by (n + 1) a T^2 at most, and by (n + 1/2 + k/2) a T^2 from that of a tick in the mean over the
+  // last k. A step of the encoder hides as much as its size.
+  const Twist& mean = port().mean_velocity();
+  const Foretold foretold{{tick() * mean.v, tick() * mean.w},
+                          0.5 + 0.5 * port().mean_over() / tick(),
+                          std::max(params().encoder_step, params().lever * params().encoder_step_angle)};
+  const double energy = std::max(0.0, energy_then(foretold));
+  // m, the most that a tick may go with the wrench.
+  const double along = work(wanted, foretold.along) / size + farther(foretold, ahead());
   // Where states come late, a tick may be missed too: then the wrench is held for two.
   const int ticks = ahead() > 1 ? 2 : 1;
   const double given = ticks * size * std::max(0.0, along);

@@ -47,6 +47,8 @@ void PortEnergy::take_state(const Stamped<DeviceState>& state) {
     energy_ += options_.damping * (dot(way.x, way.x) + options_.lever * options_.lever * dot(way.r, way.r)) / dt;
     energy_ = std::min(energy_ - work(held(), way), most());
     least_ = std::min(least_, energy_);
+    mean_velocity_ = {(1 / dt) * way.x, (1 / dt) * way.r};
+    mean_over_ = dt;
   }
   started_ = true;
   at_ = state.stamp.valid;

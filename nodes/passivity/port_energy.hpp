@@ -73,8 +73,11 @@ class PortEnergy {
   [[nodiscard]] Wrench held() const { return without_weight(held_); }
   /// The part of a wrench whose energy is counted: without the tool's weight; zero stays zero.
   [[nodiscard]] Wrench without_weight(const Wrench& wrench) const;
-  /// Of the handle, m/s and rad/s.
+  /// Of the handle as the device shows it, which filters and is late; m/s and rad/s.
   [[nodiscard]] const Twist& velocity() const { return velocity_; }
+  /// The mean velocity from the state before to the newest, by their positions, and the time between them (s).
+  [[nodiscard]] const Twist& mean_velocity() const { return mean_velocity_; }
+  [[nodiscard]] double mean_over() const { return mean_over_; }
 
  private:
   void take_state(const Stamped<DeviceState>& state);
@@ -89,7 +92,8 @@ class PortEnergy {
   bool started_ = false;
   Time at_;  // of the newest state
   Pose X_WD_;
-  Twist velocity_;
+  Twist velocity_, mean_velocity_;
+  double mean_over_ = 0;
   Wrench held_;
   double energy_ = 0;
   double least_ = 0;

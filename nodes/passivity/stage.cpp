@@ -98,12 +98,11 @@ Wrench PassivityStage::on_its_way(Time tick) const {
   return port_.held();
 }
 
-double PassivityStage::energy_then(double share) const {
-  const SmallMotion d = way();
+double PassivityStage::energy_then(const Foretold& foretold) const {
   double energy = port_.energy();
   for (int i = 0; i < ahead_; ++i) {
     const Wrench wrench = i == 0 ? port_.held() : on_its_way(port_.at() + tick_ * i);
-    energy -= work(wrench, d) + farther(i, share) * std::sqrt(square(wrench, params_.lever));
+    energy -= work(wrench, foretold.along) + farther(foretold, i) * std::sqrt(square(wrench, params_.lever));
   }
   return energy;
 }

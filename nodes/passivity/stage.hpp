@@ -61,14 +61,20 @@ class PassivityStage : public Node {
   [[nodiscard]] SmallMotion way() const { return {tick() * port_.velocity().v, tick() * port_.velocity().w}; }
   /// Ticks from the newest state to the command that is decided on: 1 or more.
   [[nodiscard]] int ahead() const { return ahead_; }
-  /// m, by which the way of the n-th tick after the newest state may go beyond `way()`: (n + share) of what the
-  /// greatest acceleration brings in a tick.
-  [[nodiscard]] double farther(int n, double share) const {
-    return (n + share) * params_.acceleration * tick() * tick();
+  /// How the handle is foretold to go: over each tick the way `along`, in the n-th one after the newest state up to
+  /// `beyond` + (n + share) times what the greatest acceleration brings in a tick farther.
+  struct Foretold {
+    SmallMotion along;
+    double share = 0;
+    double beyond = 0;  // m
+  };
+  /// m.
+  [[nodiscard]] double farther(const Foretold& foretold, int n) const {
+    return foretold.beyond + (n + foretold.share) * params_.acceleration * tick() * tick();
   }
   /// J, that are left when the wrench that is decided on is commanded: the port's energy less what the wrench held now
-  /// and those on their way to the device give until then, each over a tick that goes `farther`.
-  [[nodiscard]] double energy_then(double share) const;
+  /// and those on their way to the device give until then at most.
+  [[nodiscard]] double energy_then(const Foretold& foretold) const;
   /// J, that the gate's slew limits give after the tick at which the wrench is commanded, where it comes down to zero
   /// at once and the handle goes `along` m with it in that tick, and goes faster with the greatest acceleration from
   /// then on. That of s times the wrench, 0 <= s <= 1, is s^2 of it at most.
