@@ -25,11 +25,18 @@ NodeInfo EnergyBound::declare() {
              .default_value = 0,
              .min = 0,
              .max = 1000})
+      .real(
+          "bound_share", &Params::bound_share,
+          {.doc = "share of the strict bound, max |F| D + max |F . dx| over the ticks so far, that may be given before "
+                  "the hand has given it: what a rounding and a tick can bring in any case",
+           .default_value = 0.5,
+           .min = 0,
+           .max = 1})
       .info();
 }
 
 EnergyBound::EnergyBound(const Params& params, const NodeContext& context)
-    : PassivityStage(params, context, params.device_damping) {}
+    : PassivityStage(params, context, params.device_damping), bound_share_(params.bound_share) {}
 
 Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   const double size = std::sqrt(square(wanted, params().lever));
@@ -41,7 +48,7 @@ Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   const Foretold foretold{{tick() * mean.v, tick() * mean.w},
                           0.5 + 0.5 * port().mean_over() / tick(),
                           std::max(params().encoder_step, params().lever * params().encoder_step_angle)};
-  const double energy = std::max(0.0, energy_then(foretold));
+  const double energy = std::max(0.0, energy_then(foretold) + bound_share_ * port().strict_bound());
   // m, the most that a tick may go with the wrench.
   const double along = work(wanted, foretold.along) / size + farther(foretold, ahead());
   // Where states come late, a tick may be missed too: then the wrench is held for two.

@@ -10,12 +10,15 @@ class EnergyBound final : public PassivityStage {
  public:
   struct Params : StageParams {
     double device_damping = 0;  ///< N s/m
+    double bound_share = 0;     ///< of the strict bound
   };
   EnergyBound(const Params& params, const NodeContext& context);
   static NodeInfo declare();
 
  private:
   [[nodiscard]] Wrench limit(const Wrench& wanted) const noexcept override;
+
+  double bound_share_;
 };
 
 }  // namespace tactor

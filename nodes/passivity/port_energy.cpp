@@ -35,6 +35,9 @@ void PortEnergy::hold(const Wrench& wrench) {
              (options_.step * one_norm(change.force) + options_.step_angle * one_norm(change.torque));
   held_ = wrench;
   if (!options_.torque) held_.torque = {};
+  const Wrench counted = held();
+  of_rounding_ =
+      std::max(of_rounding_, options_.step * norm(counted.force) + options_.step_angle * norm(counted.torque));
 }
 
 void PortEnergy::take_state(const Stamped<DeviceState>& state) {
@@ -45,7 +48,9 @@ void PortEnergy::take_state(const Stamped<DeviceState>& state) {
     if (options_.torque) way.r = to_rotation_vector(X.R * inverse(X_WD_.R));
     const double dt = (state.stamp.valid - at_).seconds();
     energy_ += options_.damping * (dot(way.x, way.x) + options_.lever * options_.lever * dot(way.r, way.r)) / dt;
-    energy_ = std::min(energy_ - work(held(), way), most());
+    const double given = work(held(), way);
+    energy_ = std::min(energy_ - given, most());
+    of_tick_ = std::max(of_tick_, std::abs(given));
     least_ = std::min(least_, energy_);
     mean_velocity_ = {(1 / dt) * way.x, (1 / dt) * way.r};
     mean_over_ = dt;

@@ -69,6 +69,8 @@ class PortEnergy {
   [[nodiscard]] double energy() const { return energy_; }
   /// The least that it has been.
   [[nodiscard]] double least() const { return least_; }
+  /// J, the strict bound so far: max |F| D + max |F . dx| over the ticks.
+  [[nodiscard]] double strict_bound() const { return of_rounding_ + of_tick_; }
   /// Commanded now, without the tool's weight.
   [[nodiscard]] Wrench held() const { return without_weight(held_); }
   /// The part of a wrench whose energy is counted: without the tool's weight; zero stays zero.
@@ -97,6 +99,7 @@ class PortEnergy {
   Wrench held_;
   double energy_ = 0;
   double least_ = 0;
+  double of_rounding_ = 0, of_tick_ = 0;  // J, the two parts of the strict bound
 };
 
 }  // namespace tactor

@@ -199,14 +199,14 @@ void declare_stage(Declare<N>& node) {
         .min = 0,
         .max = 10,
         .above_min = true});
-  real("acceleration", &StageParams::acceleration,
-       {.doc =
-            "greatest acceleration of the handle that is reckoned with: at least the device's force_max on the mass of "
-            "the handle, more where a hand pushes harder than the device",
-        .unit = "m/s^2",
-        .default_value = 80,
-        .min = 0,
-        .max = 1e4});
+  real(
+      "acceleration", &StageParams::acceleration,
+      {.doc = "greatest acceleration of the handle that is reckoned with: the device's force_max on the mass of handle "
+              "and finger, more where a hand pushes harder than the device",
+       .unit = "m/s^2",
+       .default_value = 60,
+       .min = 0,
+       .max = 1e4});
   node.boolean("tool_weight", static_cast<bool P::*>(&P::tool_weight), true,
                "the method displays the tool's weight: its part of the energy is the hand's own. false for a proxy and "
                "for a force field")
