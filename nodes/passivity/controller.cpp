@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace tactor {
 
@@ -41,6 +42,8 @@ NodeInfo PassivityController::declare() {
            .default_value = 0.3,
            .min = 0,
            .max = 0.6})
+      .unread_when({"encoder_step", "encoder_step_angle"},
+                   [](const Params& p, const ParamUse&) { return std::string(p.rounding > 0 ? "" : "rounding is 0"); })
       .info();
 }
 
