@@ -60,7 +60,9 @@ std::string verdict_text(const RunResult& result) {
     text = fmt::format("done, {} s", pretty(result.duration_s));
     if (result.reference_interrupted) text += "; its reference run was interrupted, so no error is told";
   }
-  if (const std::string stability = stability_text(result); !stability.empty()) text += "; " + stability;
+  // Of a blind run it would tell how hard the walls were.
+  const std::string stability = result.blind ? "" : stability_text(result);
+  if (!stability.empty()) text += "; " + stability;
   return text;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "app/output.hpp"
+#include "app/run/experiment.hpp"
 #include "app/run/record.hpp"
 #include "app/view/judge.hpp"
 #include "app/view/mouse_graph.hpp"
@@ -68,7 +69,9 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   }
   if (follower) follower->finish(reference_patience);
   if (recorder) recorder->close();
-  view.tell_end(failure ? *failure : "the run was ended");
+  // The page of an experiment is what the participant sees, and a failure may name the condition.
+  const bool blind = experiment_of(session.plan()).has_value();
+  view.tell_end(!failure ? "the run was ended" : blind ? "the run has failed; call the experimenter" : *failure);
   if (session.is_abandoned()) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     options.note(*failure);

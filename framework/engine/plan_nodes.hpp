@@ -25,8 +25,9 @@ class PlanNodes {
   void step(std::size_t index, StepContext& context);
 
   [[nodiscard]] const Plan& plan() const { return plan_; }
-  /// What the nodes said of their input while they were made.
+  /// What the nodes said of their input while they were made, and what `note` added.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+  void note(std::string text) { notes_.push_back(std::move(text)); }
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
   [[nodiscard]] Node& operator[](std::size_t index) { return *nodes_[index]; }
   [[nodiscard]] const Node& operator[](std::size_t index) const { return *nodes_[index]; }

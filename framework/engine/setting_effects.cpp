@@ -1,10 +1,13 @@
 #include "framework/engine/setting_effects.hpp"
 
 #include <algorithm>
-#include <map>
+#include <cctype>
+#include <deque>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "framework/engine/plan_nodes.hpp"
@@ -13,82 +16,206 @@ namespace tactor {
 
 namespace {
 
+using Values = std::vector<ParamValue>;
+
+/// A parameter of the node in question that is set.
+struct Step {
+  std::size_t param = 0;
+  ParamValue value;
+  std::string text;
+};
+
+/// Settings that are made together, one after the other.
+struct Group {
+  std::string path;         // of the setter's parameter that says so
+  std::string text;         // of all of them
+  std::vector<Step> steps;  // of those that concern the node
+};
+
+/// Groups that set the same parameters of the node, so that one takes the place of another.
+using Turns = std::vector<Group>;
+
+/// What the node's parameters are after these groups.
+struct State {
+  Values params;
+  std::vector<const Group*> made;  // of each of the turns its newest; null before the first
+};
+
+/// The settings of a path in their order, cut where a parameter comes up again: `mute=0` and `mute=1` are two groups.
+std::vector<std::pair<std::string, std::vector<std::string>>> groups_of(const NodeSpec& setter) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  std::set<std::string> names;
+  for (const Setting& setting : setter.info->sets(setter.params)) {
+    const std::string name = setting.text.substr(0, setting.text.find('='));
+    if (groups.empty() || groups.back().first != setting.path || names.contains(name)) {
+      groups.push_back({setting.path, {}});
+      names.clear();
+    }
+    names.insert(name);
+    groups.back().second.push_back(setting.text);
+  }
+  return groups;
+}
+
+/// True where `text` has `word`, and not as a part of a longer name.
+bool has_word(std::string_view text, std::string_view word) {
+  const auto in_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
+  for (std::size_t at = text.find(word); at != std::string_view::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || !in_name(text[at - 1])) && (end == text.size() || !in_name(text[end]))) return true;
+  }
+  return false;
+}
+
+/// What one setter does to one node.
 class EffectCheck {
  public:
-  EffectCheck(const Plan& plan, const NodeSpec& setter) : plan_(plan), setter_(setter) {}
+  EffectCheck(const Plan& plan, const NodeSpec& setter, const NodeSpec& node, Diagnostics& diagnostics)
+      : plan_(plan), setter_(setter), node_(node), diagnostics_(diagnostics) {
+    for (const auto& [path, texts] : groups_of(setter)) add(path, texts);
+  }
 
-  void check(Diagnostics& diagnostics) {
-    for (const Setting& setting : setter_.info->sets(setter_.params)) {
-      const std::string name = setting.text.substr(0, setting.text.find('='));
-      if (setting.path != path_ || names_.contains(name)) end_group(diagnostics);
-      path_ = setting.path;
-      names_.insert(name);
-      texts_ += (texts_.empty() ? "" : "; ") + setting.text;
-      make(name, setting.text.substr(std::min(name.size() + 1, setting.text.size())));
+  void check() {
+    if (turns_.empty()) return;
+    // As the run comes to them first: from the values of the graph, in the order of the list.
+    std::vector<State> states{{node_.params, std::vector<const Group*>(turns_.size())}};
+    for (std::size_t turn = 0; turn < turns_.size(); ++turn) {
+      std::vector<State> next;
+      for (const State& state : states) {
+        for (const Group& group : turns_[turn]) {
+          if (auto made = make(state, turn, group)) next.push_back(std::move(*made));
+        }
+      }
+      states = std::move(next);
     }
-    end_group(diagnostics);
+    // And from each to each.
+    for (const State& state : states) {
+      check_notes(state);
+      for (std::size_t turn = 0; turn < turns_.size(); ++turn) {
+        for (const Group& group : turns_[turn]) static_cast<void>(make(state, turn, group));
+      }
+    }
   }
 
  private:
-  /// Changes the node that has the parameter. What cannot be set is refused elsewhere.
-  void make(const std::string& name, const std::string& value) {
-    const std::size_t dot = std::min(name.find('.'), name.size());
-    for (const NodeSpec& node : plan_.nodes) {
-      if (node.name != std::string_view(name).substr(0, dot)) continue;
-      const auto param = node.info->param(std::string_view(name).substr(std::min(dot + 1, name.size())));
-      if (!param) return;
-      NodeSpec& changed = changed_.try_emplace(node.name, node).first->second;
-      changed.params[*param] = parse_parameter(changed, *param, value, name);
+  void add(const std::string& path, const std::vector<std::string>& texts) {
+    Group group{path, {}, {}};
+    std::set<std::size_t> params;
+    for (const std::string& text : texts) {
+      group.text += (group.text.empty() ? "" : "; ") + text;
+      const std::size_t dot = text.find('.'), equals = text.find('=');
+      // What cannot be set is refused elsewhere.
+      if (equals == std::string::npos || dot > equals || text.substr(0, dot) != node_.name) continue;
+      const auto param = node_.info->param(text.substr(dot + 1, equals - dot - 1));
+      if (!param) continue;
+      group.steps.push_back({*param, parse_parameter(node_, *param, text.substr(equals + 1), path), text});
+      params.insert(*param);
     }
+    if (group.steps.empty()) return;
+    for (std::size_t i = 0; i < turns_.size(); ++i) {
+      if (set_by_[i] == params) return turns_[i].push_back(std::move(group));
+    }
+    turns_.push_back({std::move(group)});
+    set_by_.push_back(std::move(params));
   }
 
-  /// What the node says of its parameters.
-  [[nodiscard]] std::vector<std::string> notes_of(const NodeSpec& node) const {
+  /// Why the node refuses these values, and what it notes of them.
+  struct Said {
+    std::string refusal;
     std::vector<std::string> notes;
-    check_node(plan_.graph, node, &notes);
-    return notes;
-  }
-
-  [[nodiscard]] std::string why_not(const NodeSpec& changed) const {
+  };
+  const Said& said_of(const Values& params) {
+    const auto known = std::find_if(said_.begin(), said_.end(), [&](const auto& one) { return one.first == params; });
+    if (known != said_.end()) return known->second;
+    NodeSpec changed = node_;
+    changed.params = params;
+    Said& said = said_.emplace_back(params, Said{}).second;
     try {
-      const NodeSpec& node = *std::find_if(plan_.nodes.begin(), plan_.nodes.end(),
-                                           [&](const NodeSpec& spec) { return spec.name == changed.name; });
-      const std::vector<std::string> before = notes_of(node);
-      for (const std::string& note : notes_of(changed)) {
-        if (std::find(before.begin(), before.end(), note) == before.end()) {
-          return note + "; other settings would feel alike";
-        }
-      }
+      check_node(plan_.graph, changed, &said.notes);
     } catch (const InputError& error) {
-      return error.what();
+      said.refusal = error.what();
     }
-    return {};
+    return said;
   }
 
-  void end_group(Diagnostics& diagnostics) {
-    const std::string path = "nodes." + setter_.name + "." + path_;
-    for (const auto& [name, changed] : changed_) {
-      const std::string why = why_not(changed);
-      if (!why.empty()) diagnostics.error(plan_.graph.place_of(path), path + ": " + texts_ + ": " + why);
+  void refuse(const std::string& where, const std::string& text, const std::string& why) {
+    // One error a place.
+    if (!refused_.insert(where).second) return;
+    const std::string path = "nodes." + setter_.name + "." + where;
+    diagnostics_.error(plan_.graph.place_of(path), path + ": " + text + ": " + why);
+  }
+
+  /// Sets the group's parameters one after the other, as the run does; none where the node refuses one.
+  std::optional<State> make(const State& from, std::size_t turn, const Group& group) {
+    State state = from;
+    for (const Step& step : group.steps) {
+      state.params[step.param] = step.value;
+      const std::string& why = said_of(state.params).refusal;
+      if (why.empty()) continue;
+      for (const Step& other : group.steps) state.params[other.param] = other.value;
+      const bool order = said_of(state.params).refusal.empty();
+      refuse(group.path, group.text,
+             why + (order ? "; so it is when " + step.text + " is set after " + after(from) +
+                                ", because settings are made one by one; give them in another order"
+                          : ""));
+      return std::nullopt;
     }
-    changed_.clear();
-    names_.clear();
-    texts_.clear();
+    state.made[turn] = &group;
+    return state;
+  }
+
+  static std::string after(const State& state) {
+    std::string text;
+    for (const Group* group : state.made) {
+      if (group != nullptr) text += (text.empty() ? "" : " and ") + group->path;
+    }
+    return text.empty() ? "the values of the graph" : text;
+  }
+
+  /// Refuses a state in which other values would feel alike.
+  void check_notes(const State& state) {
+    std::string text;
+    for (const Group* group : state.made) text += (text.empty() ? "" : "; ") + group->text;
+    for (const std::string& note : said_of(state.params).notes) {
+      if (!is_limited(note)) continue;
+      refuse(state.made.front()->path, text, note + "; other settings would feel alike");
+    }
+  }
+
+  /// The note begins with the parameter that does not get what it asks for (see setting_effects.hpp).
+  bool is_limited(const std::string& note) {
+    const std::string begin = "node " + node_.name + ": ";
+    const std::string_view rest = std::string_view(note).substr(note.starts_with(begin) ? begin.size() : 0);
+    const std::string_view first = rest.substr(0, rest.find(' '));
+    bool names_limit = false;
+    for (const std::set<std::size_t>& params : set_by_) {
+      for (const std::size_t param : params) {
+        const std::string& name = node_.info->params[param].name;
+        if (name == first) return true;
+        names_limit = names_limit || has_word(rest, name);
+      }
+    }
+    const std::vector<std::string>& before = said_of(node_.params).notes;
+    return !names_limit && std::find(before.begin(), before.end(), note) == before.end();
   }
 
   const Plan& plan_;
   const NodeSpec& setter_;
-  std::string path_, texts_;  // of the settings that are made together
-  std::set<std::string> names_;
-  std::map<std::string, NodeSpec> changed_;
+  const NodeSpec& node_;
+  Diagnostics& diagnostics_;
+  std::vector<Turns> turns_;
+  std::vector<std::set<std::size_t>> set_by_;  // what each of turns_ sets
+  std::deque<std::pair<Values, Said>> said_;
+  std::set<std::string> refused_;
 };
 
 }  // namespace
 
 void check_effects(const Plan& plan) {
   Diagnostics diagnostics;
-  for (const NodeSpec& node : plan.nodes) {
-    if (node.info->sets) EffectCheck(plan, node).check(diagnostics);
+  for (const NodeSpec& setter : plan.nodes) {
+    if (!setter.info->sets) continue;
+    for (const NodeSpec& node : plan.nodes) EffectCheck(plan, setter, node, diagnostics).check();
   }
   diagnostics.throw_if_any();
 }

@@ -35,23 +35,26 @@ std::string why_not_settable(const GraphSpec& graph, const Kept& kept, const std
   return "the graph has no such parameter" + did_you_mean(full, tunable);
 }
 
-/// The value of a real parameter; none where the node has no such.
-std::optional<double> real_of(const NodeSpec& node, std::string_view name) {
+/// The value of a parameter that is a time, s; none where the node has no such.
+std::optional<double> time_of(const NodeSpec& node, std::string_view name) {
   const auto param = node.info->param(name);
-  if (!param || node.info->params[*param].kind != ParamKind::real) return std::nullopt;
+  if (!param || node.info->params[*param].kind != ParamKind::real || node.info->params[*param].unit != "s") {
+    return std::nullopt;
+  }
   return std::get<double>(node.params[*param]);
 }
 
-/// A node that reaches what is set along a `ramp` has to be there before the setter, which gives everything the time
-/// `change`, goes on.
+/// A node that reaches what is set along a ramp has to be there before the setter, which gives everything the time
+/// `change`, goes on. By name and unit: the setter is a node with NodeInfo::sets that has a parameter `change` in
+/// seconds; a ramp is a parameter `ramp` in seconds, of a node that it sets.
 void check_ramps(const GraphSpec& graph, const NodeSpec& setter, Diagnostics& diagnostics) {
-  const std::optional<double> change = real_of(setter, "change");
+  const std::optional<double> change = time_of(setter, "change");
   if (!change) return;
   std::set<std::string> told;
   for (const Setting& setting : setter.info->sets(setter.params)) {
     const std::string name = setting.text.substr(0, setting.text.find('.'));
     const NodeSpec* node = graph.node(name);
-    const std::optional<double> ramp = node != nullptr ? real_of(*node, "ramp") : std::nullopt;
+    const std::optional<double> ramp = node != nullptr ? time_of(*node, "ramp") : std::nullopt;
     if (!ramp || *ramp <= *change || !told.insert(name).second) continue;
     const std::string path = "nodes." + setter.name + ".change";
     diagnostics.error(graph.place_of(path),
@@ -62,18 +65,19 @@ void check_ramps(const GraphSpec& graph, const NodeSpec& setter, Diagnostics& di
 }
 
 /// Whoever lets go of the dead-man button must not answer by that: a parameter of the setter that names a button of a
-/// device, `button_first` say, names another one than the device's own `dead_man_button`.
+/// device, `button_first` say, names another one than the device's own `dead_man_button`. By name: an integer parameter
+/// `button_...` of a node with NodeInfo::sets that reads the state of a device with an integer `dead_man_button`.
 void check_buttons(const GraphSpec& graph, const NodeSpec& setter, Diagnostics& diagnostics) {
   for (const EdgeSpec& edge : graph.edges) {
     const NodeSpec* device = edge.to_node == setter.name ? graph.node(edge.from_node) : nullptr;
     const InputInfo* input = device != nullptr ? setter.info->input(edge.to_port) : nullptr;
     if (input == nullptr || !same_type(*input->type, message_type<DeviceState>())) continue;
     const auto dead_man = device->info->param("dead_man_button");
-    if (!dead_man) continue;
+    if (!dead_man || device->info->params[*dead_man].kind != ParamKind::integer) continue;
     const auto button = std::get<std::int64_t>(device->params[*dead_man]);
     for (std::size_t p = 0; p < setter.params.size(); ++p) {
       const ParamInfo& param = setter.info->params[p];
-      if (button == 0 || !param.name.starts_with("button") || param.kind != ParamKind::integer ||
+      if (button == 0 || !param.name.starts_with("button_") || param.kind != ParamKind::integer ||
           std::get<std::int64_t>(setter.params[p]) != button) {
         continue;
       }

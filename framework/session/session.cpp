@@ -82,11 +82,15 @@ TunableParameter find_tunable(const Plan& plan, std::string_view name) {
   throw InputError("the run has no parameter " + asked + did_you_mean(asked, tunable));
 }
 
-/// The plan whose nodes write no files of their own.
-Plan without_tables(Plan plan) {
+/// The plan whose nodes write no files of their own. What that changes is noted.
+Plan without_tables(Plan plan, std::vector<std::string>& notes) {
   for (NodeSpec& node : plan.nodes) {
     for (std::size_t p = 0; p < node.params.size(); ++p) {
-      if (const auto& value = node.info->params[p].in_replay) node.params[p] = *value;
+      const auto& value = node.info->params[p].in_replay;
+      if (!value || *value == node.params[p]) continue;
+      node.params[p] = *value;
+      notes.push_back("node " + node.name + ": " + node.info->params[p].name +
+                      " is left empty, because this run writes no tables");
     }
   }
   return plan;
@@ -117,7 +121,7 @@ PlannedOutput find_output(const Plan& plan, std::string_view name) {
 class Session::Run {
  public:
   Run(Plan p, const SessionOptions& o)
-      : plan(o.keeps_tables ? std::move(p) : without_tables(std::move(p))), options(o) {
+      : plan(o.keeps_tables ? std::move(p) : without_tables(std::move(p), notes)), options(o) {
     for (const NodeSpec& node : plan.nodes) params.push_back(node.params);
     if (options.replay != nullptr) {
       replay = std::make_unique<ReplayClock>(plan, *options.replay);
@@ -257,6 +261,7 @@ class Session::Run {
     }
   }
 
+  std::vector<std::string> notes;  // of what is left empty
   const Plan plan;
   const SessionOptions options;
   std::vector<std::vector<ParamValue>> params;  // by node, as they were set last
@@ -281,14 +286,17 @@ Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_uniq
     if (!node.info->sets) continue;
     for (const Setting& setting : node.info->sets(node.params)) {
       try {
-        static_cast<void>(checked(setting.text));
+        static_cast<void>(parsed(setting.text));
       } catch (const InputError& error) {
         const std::string path = "nodes." + node.name + "." + setting.path;
         throw YamlError({{run_->plan.graph.place_of(path), path + ": " + error.what()}});
       }
     }
   }
-  if (options.replay == nullptr) check_effects(run_->plan);
+  if (options.replay == nullptr) {
+    for (const std::string& note : run_->notes) nodes().note(note);
+    check_effects(run_->plan);
+  }
   run_->take_requests([this](const SetRequest& request) -> std::optional<std::size_t> {
     if (!is_running()) return std::nullopt;
     if (request.kind == RequestKind::end_run) {
@@ -429,7 +437,7 @@ bool Session::Feed::send(const void* value, std::optional<Time> valid) {
   return true;
 }
 
-Session::Change Session::checked(std::string_view text) {
+Session::Change Session::parsed(std::string_view text) {
   const std::size_t equals = std::min(text.find('='), text.size());
   const std::string_view parameter = text.substr(0, equals);
   const std::string_view value = text.substr(std::min(equals + 1, text.size()));
@@ -439,7 +447,6 @@ Session::Change Session::checked(std::string_view text) {
   changed.params = run_->params[at.node];
   changed.params[at.param] = parse_parameter(changed, at.param, std::string(value),
                                              "set " + std::string(parameter) + "=" + std::string(value));
-  check_node(plan().graph, changed);
   std::shared_ptr<const void> typed = info.typed(changed.params);
   if (const std::string why = info.refuses ? info.refuses(nodes()[at.node], typed.get()) : ""; !why.empty()) {
     throw InputError("set " + std::string(parameter) + "=" + std::string(value) + ": " + why);
@@ -447,6 +454,14 @@ Session::Change Session::checked(std::string_view text) {
   std::string event = info.params[at.param].name + "=" + std::string(value);
   if (event.size() > SetEvent::most_text) throw InputError("set " + std::string(parameter) + ": the value is too long");
   return {at.node, std::move(changed.params), std::move(typed), std::move(event)};
+}
+
+Session::Change Session::checked(std::string_view text) {
+  Change change = parsed(text);
+  NodeSpec changed = plan().nodes[change.node];
+  changed.params = change.params;
+  check_node(plan().graph, changed);
+  return change;
 }
 
 void Session::set(std::string_view parameter, std::string_view value) {

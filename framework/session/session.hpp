@@ -28,7 +28,8 @@ struct SessionOptions {
   /// Under the virtual clock: seconds of the run for a second of wall time; 0: as fast as it goes.
   double pace = 0;
   /// Its nodes may write files of their own, such as the table of an experiment. Without it they get the parameters of
-  /// a replay (Declare::in_replay), so that a run which only measures or draws a graph leaves no trace.
+  /// a replay (Declare::in_replay), so that a run which only measures or draws a graph leaves no trace. Outside
+  /// a replay a note (PlanNodes::notes) says which value of the graph is left out so.
   bool keeps_tables = false;
 };
 
@@ -171,14 +172,16 @@ class Session {
   [[nodiscard]] const LiveStatus& last_status() const;
 
  private:
-  /// A parameter that is to change, checked.
+  /// A parameter that is to change.
   struct Change {
     std::size_t node = 0;
     std::vector<ParamValue> params;     // of the node, all of them
     std::shared_ptr<const void> typed;  // the same as its struct
     std::string event;                  // as SetEvent has it
   };
-  /// Of `coupling.k_0=1200 N/m`. Throws as `set`.
+  /// Of `coupling.k_0=1200 N/m`: a value that the parameter may have. What the node says of it together with its other
+  /// parameters, `checked` asks. Both throw as `set`.
+  [[nodiscard]] Change parsed(std::string_view text);
   [[nodiscard]] Change checked(std::string_view text);
   void end_tap(const Tap& tap);
 

@@ -21,8 +21,13 @@ constexpr Duration most_wait{5'000'000'000};
 constexpr double faded = 0.1;
 constexpr double lever = 0.05;  // m
 
-/// A device that displays less than this part of what is wanted, and by more than `faded` less, limits it.
+/// A device that displays less than this part of a force that is wanted, and by more than `faded` less, limits it; a
+/// torque likewise, where `faded` at the lever is 5 mN m.
 constexpr double limited_below = 0.99;
+
+bool is_less(double shown, double asked, double least) {
+  return shown < limited_below * asked && shown < asked - least;
+}
 
 /// The force, or what makes the torque at the lever, whichever is larger, N.
 double size_of(const Wrench& wrench) {
@@ -50,7 +55,6 @@ Protocol::Protocol(const Params& params, const NodeContext& context)
       participant_(participant_code(params.participant)),
       seed_(derive_seed(context.seed, participant_.text)),
       schedule_(design(params), derive_seed(context.seed, "conditions"), participant_.number, seed_) {
-  asked_settings_ = confirmed_ = params.confirmed;
   for (const auto& [code, text] : params.conditions) {
     codes_.push_back(code);
     settings_.push_back(split_settings(text));
@@ -89,6 +93,11 @@ void Protocol::resume_table() {
 }
 
 void Protocol::start(StepContext& context) {
+  // Not in check(), which also judges what the run itself sets.
+  if (params_.confirmed != 0) {
+    throw ValueError("confirmed", "confirmed: expected 0, because the run alone sets it, found " +
+                                      std::to_string(params_.confirmed));
+  }
   if (!params_.folder.empty() && participant_.number > 0) {
     const std::filesystem::path file = std::filesystem::path(params_.folder) / (participant_.text + ".csv");
     const TableOwner owner{codes_, seed_, study_design(params_)};
@@ -193,8 +202,9 @@ bool Protocol::is_limited(const Stamped<Wrench>& shown) {
   }
   is_compared_ = wanted_newest_ && wanted_newest_->stamp.valid == shown.stamp.valid;
   if (!is_compared_) return false;
-  const double most = norm(wanted_newest_->value.force), is = norm(shown.value.force);
-  return is < limited_below * most && is < most - faded;
+  const Wrench& asked = wanted_newest_->value;
+  return is_less(norm(shown.value.force), norm(asked.force), faded) ||
+         is_less(norm(shown.value.torque), norm(asked.torque), faded * lever);
 }
 
 void Protocol::feel() {

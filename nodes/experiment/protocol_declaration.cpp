@@ -1,8 +1,6 @@
 #include "nodes/experiment/protocol.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <limits>
 #include <set>
 
@@ -10,15 +8,11 @@
 #include "framework/core/text.hpp"
 #include "framework/core/value_error.hpp"
 #include "framework/node/declare.hpp"
+#include "nodes/experiment/number_text.hpp"
 
 namespace tactor {
 
 namespace {
-
-std::string shortest(double value) {
-  std::array<char, 32> digits{};
-  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
-}
 
 bool has_level(const Protocol::Params& params) {
   return params.procedure != Procedure::pairs;

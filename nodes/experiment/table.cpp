@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -16,6 +15,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/value_error.hpp"
+#include "nodes/experiment/number_text.hpp"
 
 namespace tactor {
 
@@ -26,21 +26,15 @@ namespace {
 constexpr std::string_view table_header =
     "trial,run,block,condition,other,level,comparison,response,correct,response_time_s,peak_1_N,peak_2_N,limited_1,"
     "limited_2,seed,design\n";
+/// What the heading of each version began with.
+constexpr std::string_view every_version = "trial,run,block,condition,other,level,";
 constexpr std::size_t table_columns = 16;
 constexpr std::size_t seed_column = 14;
 constexpr std::size_t design_column = 15;
 
-/// The shortest text that reads back to the same number; empty for what is no number.
-std::string number_text(double value) {
-  if (!std::isfinite(value)) return {};
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  return {digits.data(), end.ptr};
-}
-
-/// What was measured, to a millionth.
+/// What was measured, to a millionth; empty where nothing was.
 std::string measured_text(double value) {
-  return number_text(std::round(value * 1e6) / 1e6);
+  return std::isfinite(value) ? shortest(std::round(value * 1e6) / 1e6) : "";
 }
 
 std::vector<std::string> fields_of(const std::string& line) {
@@ -182,6 +176,11 @@ TrialTable TrialTable::resume(const fs::path& file, TableOwner owner) {
   std::string text(std::istreambuf_iterator<char>(stream), {});
   // A row that a crash has cut off has no end of line.
   text.resize(text.find_last_of('\n') + 1);
+  if (!text.empty() && !text.starts_with(table_header) && text.starts_with(every_version)) {
+    throw ValueError("participant", table.place(1) +
+                                        ": the table is of an earlier version of Tactor, which had other columns, and "
+                                        "cannot be continued; another code begins a new one");
+  }
   if (!text.empty() && !text.starts_with(table_header)) {
     throw ValueError("participant", table.place(1) + ": expected the heading of a table of trials, found another file");
   }
@@ -204,7 +203,7 @@ void TrialTable::add(const ExperimentRow& row) {
   std::string line;
   for (const std::string& field :
        {std::to_string(row.trial), std::to_string(row.run), std::to_string(row.block), code(row.condition),
-        code(row.other), number_text(row.level), std::to_string(row.comparison), std::to_string(row.response), correct,
+        code(row.other), shortest(row.level), std::to_string(row.comparison), std::to_string(row.response), correct,
         measured_text(row.response_time), measured_text(row.peak_first), measured_text(row.peak_second),
         measured_text(row.limited_first), measured_text(row.limited_second), std::to_string(owner_.seed),
         owner_.design.digest()}) {

@@ -14,7 +14,7 @@ import dataclasses
 import os
 import pathlib
 import warnings
-from typing import Any, NamedTuple, Sequence
+from typing import Any, Iterator, Sequence
 
 import numpy
 from numpy.typing import ArrayLike, NDArray
@@ -24,11 +24,12 @@ from ._needs import needed
 
 SHAPES = ("weibull", "logistic")
 
-# Twice the gain in log likelihood over one share of right answers at all levels: up to here there is no slope, but what
-# the search leaves; and below the second, which chance passes once in 20 times (chi square, 1 degree), it may be chance.
+# The deviance of the slope is twice the gain in log likelihood over one share of right answers at all levels. Up to the
+# first value there is no slope: the search finds its optimum no better than that. Below the second the slope may be
+# chance: without a slope the deviance is above it once in 20 times (chi square, 1 degree of freedom).
 _NO_SLOPE = 1e-3
 _SLOPE_BY_CHANCE = 3.841
-# More samples of a bootstrap than this part must not fail.
+# At most this part of the samples of a bootstrap may fail.
 _MOST_FAILED = 0.1
 
 _Reals = NDArray[numpy.float64]
@@ -45,23 +46,20 @@ class FlatDataWarning(UserWarning):
 
 
 class FailedSamplesWarning(UserWarning):
-    """Samples of a bootstrap gave no level; they are left out of the interval."""
+    """Samples of a bootstrap gave no level; the interval is wider for them, or open."""
 
 
-class _Ends(NamedTuple):
+@dataclasses.dataclass(frozen=True)
+class Interval:
+    """The low and the high end, in the unit of the level; -inf and inf where the interval is open. It unpacks into the
+    two: `low, high = interval`."""
     low: float
     high: float
-
-
-class Interval(_Ends):
-    """The low and the high end, in the unit of the level."""
     failed: int     # samples that gave no level
     samples: int
 
-    def __new__(cls, low: float, high: float, failed: int, samples: int) -> Interval:
-        made = super().__new__(cls, low, high)
-        made.failed, made.samples = failed, samples
-        return made
+    def __iter__(self) -> Iterator[float]:
+        return iter((self.low, self.high))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -109,10 +107,11 @@ class Psychometric:
 
     def interval(self, share: float, confidence: float = 0.95, samples: int = 1000, seed: int = 1) -> Interval:
         """The interval of `level_at(share)` by the parametric bootstrap: answers are drawn from the fitted function at
-        the levels that were presented, fitted again, and the quantiles of the levels found are taken. A sample whose
-        answers have no slope, or whose function does not get to `share`, has failed: it is counted in `failed`, warned
-        of and left out. Raises InputError where this fit has no such level, and where more than a tenth of the samples
-        fail."""
+        the levels that were presented, fitted again, and the quantiles of the levels found are taken, without
+        interpolation. A sample whose answers have no slope, or whose function does not get to `share`, has failed: it
+        is counted in `failed` and warned of. Its level may be anywhere, so it counts as below the low end and as above
+        the high one. Where more fail than either tail holds, (1 - confidence) / 2 of the samples, both ends are open.
+        Raises InputError where this fit has no such level, and where more than a tenth of the samples fail."""
         if not numpy.isfinite(self.level_at(share)):
             raise InputError(f"interval: expected a fit with a level at which {share:g} of the answers are right, found none")
         random = numpy.random.default_rng(seed)
@@ -132,12 +131,14 @@ class Psychometric:
         if failed > _MOST_FAILED * samples:
             raise InputError(f"interval: {failed} of {samples} samples have no level at which {share:g} of the answers are right; "
                              "expected at most a tenth: take more trials, or levels over more of the curve")
-        if failed:
-            warnings.warn(f"{failed} of {samples} samples have no level at which {share:g} of the answers are right; the interval leaves "
-                          "them out", FailedSamplesWarning, stacklevel=2)
         tail = (1 - confidence) / 2
-        low, high = numpy.nanquantile(found, [tail, 1 - tail])
-        return Interval(float(low), float(high), failed, samples)
+        low = float(numpy.quantile(numpy.nan_to_num(found, nan=-numpy.inf), tail, method="lower"))
+        high = float(numpy.quantile(numpy.nan_to_num(found, nan=numpy.inf), 1 - tail, method="higher"))
+        if failed:
+            is_open = "open" if not numpy.isfinite(high - low) else "wider for them"
+            warnings.warn(f"{failed} of {samples} samples have no level at which {share:g} of the answers are right; the interval is "
+                          f"{is_open}", FailedSamplesWarning, stacklevel=2)
+        return Interval(low, high, failed, samples)
 
 
 def _starts(levels: _Reals, total: _Reals, shape: str) -> list[tuple[float, float]]:

@@ -10,6 +10,7 @@
 #include "app/run/headline.hpp"
 #include "app/study/report/study_report.hpp"
 #include "app/study/report/verdict.hpp"
+#include "framework/core/stability.hpp"
 
 using namespace tactor;
 
@@ -236,17 +237,19 @@ BOOST_AUTO_TEST_CASE(the_terminal_tells_nothing_of_the_force_of_a_blind_run) {
   run.duration_s = run.planned_s = 1;
   run.wall_s = 0.5;
   run.metrics = {{rms, 0.1}, {delay, 4}, {roughness, 0.002}, {"device.engaged_share", 0.9}};
+  run.metrics.emplace_back("stability.verdict", static_cast<double>(StabilityVerdict::limit_cycle));
   run.nodes.push_back({.node = "rollout", .total_s = 1});
   EdgeResult edge;
   edge.edge = "rollout.segment -> select.fourth";
   edge.metrics.dropped = 3;
   run.edges.push_back(edge);
-  for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference"}) {
+  for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "limit cycle"}) {
     says(headline_text(run, "report.html", false, 200), told);
   }
   run.blind = true;
   const std::string text = headline_text(run, "report.html", false, 200);
-  for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "--all"}) says_not(text, told);
+  for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "limit cycle", "--all"})
+    says_not(text, told);
   for (const char* told : {"done, 1 s", "engaged 90 % of the time", "dropped 3 messages", "blind"}) says(text, told);
 }
 

@@ -230,6 +230,76 @@ nodes:
         file.write_text(file.read_text().replace("500 N/m", "500 N/m; coupling.k_device=1 N/mm").replace("2 N/mm", "2 N/mm; coupling.k_device=2 N/mm"))
         self.run_ok("check", file)
 
+    def check_of(self, *lines, nodes=""):
+        """`tactor check` of the simulated study with these lines of its protocol; the first two lines of conditions are A and B."""
+        file = self.write("study.yaml", f"format: 2\nextends: {SIMULATED}\nnodes:\n{nodes}  protocol:\n" + "".join(f"    {line}\n" for line in lines))
+        return tactor("check", file)
+
+    def test_levels_that_a_limit_makes_alike_in_one_condition_are_refused(self):
+        level = ("level: coupling.k_0", "unit: N/m", "standard: 500", "procedure: constant", "levels: [100, 700]")
+        # At the tool's mass the coupling has 0.7071 k_0: 849 N/m at the largest level.
+        good = self.check_of(*level, "conditions:", "  A: select.use=first; coupling.k_device=850 N/m",
+                             "  B: select.use=fourth; coupling.k_device=900 N/m")
+        self.assertEqual(good.returncode, 0, good.stderr)
+        bad = self.check_of(*level, "conditions:", "  A: select.use=first; coupling.k_device=900 N/m",
+                            "  B: select.use=fourth; coupling.k_device=840 N/m")
+        self.assertEqual(bad.returncode, 2)
+        self.assertRegex(bad.stderr, r"study\.yaml:12:\d+: nodes\.protocol\.conditions\.B: select\.use=fourth; coupling\.k_device=840 N/m; "
+                                     r"coupling\.k_0=1200 N/m: .*k_device holds it at 840")
+        self.assertNotIn("conditions.A:", bad.stderr)
+
+    def test_settings_that_one_order_of_the_conditions_cannot_make_are_refused(self):
+        low, high = ("coupling.k_min=100 N/m", "coupling.k_device=300 N/m"), ("coupling.k_device=600 N/m", "coupling.k_min=500 N/m")
+        zeta = ("coupling.k_0=300 N/m", "coupling.k_0=800 N/m")
+
+        def conditions(a, b):
+            return "conditions:", f"  A: {'; '.join(a)}; {zeta[0]}", f"  B: {'; '.join(b)}; {zeta[1]}"
+        good = self.check_of(*conditions(low, high))
+        self.assertEqual(good.returncode, 0, good.stderr)
+        # From B to A: its k_device would be below the k_min of B, which still holds.
+        bad = self.check_of(*conditions(low[::-1], high))
+        self.assertEqual(bad.returncode, 2)
+        self.assertRegex(bad.stderr, r"study\.yaml:6:\d+: nodes\.protocol\.conditions\.A: .*k_min \(500\.0+\) is above k_device \(300\.0+\).*"
+                                     r"coupling\.k_device=300 N/m is set after conditions\.B, .*another order")
+        self.assertNotIn("conditions.B: coupling", bad.stderr)
+        # From A to B.
+        bad = self.check_of(*conditions(low, high[::-1]))
+        self.assertRegex(bad.stderr, r"study\.yaml:7:\d+: nodes\.protocol\.conditions\.B: .*coupling\.k_min=500 N/m is set after conditions\.A")
+        # What no order makes is refused as it is.
+        bad = self.check_of(*conditions(low, ("coupling.k_device=600 N/m", "coupling.k_min=700 N/m")))
+        self.assertEqual(bad.returncode, 2)
+        self.assertNotIn("another order", bad.stderr)
+        # And what is said to work does, whichever condition comes first.
+        for participant in ("P01", "P02"):
+            self.conditions_of_a_run(participant, conditions(low, high))
+        first, second = (rows_of(self.tables / f"{code}.csv")[0]["condition"] for code in ("P01", "P02"))
+        self.assertEqual({first, second}, {"A", "B"})
+
+    def conditions_of_a_run(self, participant, conditions):
+        self.assertEqual(self.check_of(*conditions).returncode, 0)
+        self.assert_done(self.study(participant, *SHORT, "protocol.procedure=constant", "protocol.levels=[0.25]", "protocol.repeats=2",
+                                    graph=self.folder / "study.yaml"))
+
+    def test_a_limit_that_is_noted_in_the_graph_is_refused_where_the_value_it_holds_is_set(self):
+        stiff = "  coupling: {k_0: 2 N/mm}\n"
+        # 2 N/mm asks for 1414 N/m, which k_device holds at 1000: as 1.5 N/mm would be, which asks for 1061.
+        bad = self.check_of("conditions:", "  A: coupling.k_0=2 N/mm", "  B: coupling.k_0=1 N/mm", nodes=stiff)
+        self.assertEqual(bad.returncode, 2)
+        self.assertRegex(bad.stderr, r"study\.yaml:7:\d+: nodes\.protocol\.conditions\.A: coupling\.k_0=2 N/mm: .*k_device holds it at 1000")
+        self.assertNotIn("conditions.B:", bad.stderr)
+        # The limit itself is felt as it is set.
+        good = self.check_of("conditions:", "  A: coupling.k_device=0.8 N/mm", "  B: coupling.k_device=1 N/mm", nodes=stiff)
+        self.assertEqual(good.returncode, 0, good.stderr)
+        # And what is neither, and asks for more than the limit.
+        bad = self.check_of("conditions:", "  A: coupling.m_0=1 g", "  B: coupling.m_0=100 g")
+        self.assertEqual(bad.returncode, 2)
+        self.assertRegex(bad.stderr, r"conditions\.A: coupling\.m_0=1 g: .*k_device holds it at 1000")
+
+    def test_what_the_run_alone_sets_is_refused(self):
+        result = self.study("P01", *SHORT, "protocol.confirmed=2147483647")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("confirmed: expected 0, because the run alone sets it", result.stderr)
+
     def test_a_force_that_the_device_limits_is_in_the_table_and_told(self):
         limited = (*ONE_CONDITION, "protocol.procedure=constant", "protocol.levels=[1]", "protocol.repeats=2")
         self.assert_done(self.study("P01", *limited))
@@ -366,6 +436,35 @@ class Seen(CommandTest):
         row, = rows_of(tables / "P01.csv")
         self.assertEqual((row["trial"], row["response"]), ("1", "2"))
 
+    def test_a_page_is_not_told_why_a_run_fails_and_the_terminal_is(self):
+        """A force that muting does not take away: the protocol looks at that of the scene, and the tool is held in the wall."""
+        graph = self.write("unmuted.yaml", f"""format: 2
+extends: {GRAPHS / "experiments/stiffness_jnd.yaml"}
+edges:
+  - device.commanded -> protocol.felt: ~
+  - coupling.force -> protocol.felt
+""")
+        with View(TACTOR, graph, *words("protocol.change=0.15 s")) as view:
+            page = view.page()
+            x, y, z = page.hello["device"]["start"][:3]
+            page.cursor([x, y, z], False)
+            for step in range(40):
+                page.cursor([x, y, z - 0.022 * step / 40], True)
+                page.take_for(0.016)
+            pressing = ([x, y, z - 0.022], True)
+            # Its force is felt nowhere, so that the handle gets all the way.
+            page.wait_for(lambda p: p.stream("handle")[-1][1][2] < z - 0.02, cursor=pressing)
+            page.say(type="set", parameter="protocol.answer", value="first")
+            try:
+                page.wait_for(lambda p: p.last("ended"), cursor=pressing)
+            except (Closed, BrokenPipeError, ConnectionResetError):
+                pass  # the server ends right after its last word
+            self.assertEqual(page.last("ended")["why"], "the run has failed; call the experimenter")
+            self.assertNotIn("gain", json.dumps([text for text in page.texts if text["type"] not in ("hello", "refused")]))
+            page.close()
+            _, said = view.process.communicate(timeout=30)
+            self.assertEqual(view.process.returncode, 1)
+            self.assertIn("trial 1, interval 1: gain.factor=0 does not take the force away", said)
 
     def test_a_button_that_holds_the_mouse_does_not_answer(self):
         """The button that takes hold of the tool on the page is the first button of device.mouse."""

@@ -1,9 +1,12 @@
 """Fits of psychometric functions against closed forms and a search of the likelihood that knows nothing of the package."""
 import contextlib
+import copy
+import dataclasses
 import io
 import math
 import os
 import pathlib
+import pickle
 import re
 import unittest
 import warnings
@@ -118,12 +121,13 @@ class Fits(PackageTest):
             for program in programs:
                 exec(program.replace("samples=200", "samples=30"), names)  # pylint: disable=exec-used
         lines = said.getvalue().splitlines()
-        self.assertEqual(len(lines), 7)
+        self.assertEqual(len(lines), 8)
+        self.assertEqual(lines[6], "3 of 3 people")
         exact = 0.2 * math.log(2) ** (1 / 3)
         found = [float(re.search(r": ([0-9.]+),", line)[1]) for line in lines[:6]]
         self.assertLess(abs(numpy.mean(found) / exact - 1), 0.15)
         # The observer knows no condition: the factor is one.
-        low, high = map(float, re.search(r"from ([0-9.]+) to ([0-9.]+)", lines[6]).groups())
+        low, high = map(float, re.search(r"from ([0-9.]+) to ([0-9.]+)", lines[7]).groups())
         self.assertLess(low, 1)
         self.assertGreater(high, 1)
 
@@ -194,11 +198,26 @@ class Fits(PackageTest):
                      for j in range(n + 1) for k in range(n + 1) if k <= max(j, n // 2))
         samples = 400
         self.assertLess(chance, 0.08)
-        with self.assertWarnsRegex(psychometrics.FailedSamplesWarning, "leaves them out"):
+        # More than a tail of 2.5 %: the interval of 95 % is open.
+        self.assertGreater(chance, 0.03)
+        with self.assertWarnsRegex(psychometrics.FailedSamplesWarning, "the interval is open"):
             interval = two.interval(shares[1] - 0.01, samples=samples)
+        self.assertEqual(tuple(interval), (-math.inf, math.inf))
         spread = math.sqrt(samples * chance * (1 - chance))
         self.assertLess(abs(interval.failed - samples * chance), 4 * spread + 1)
         self.assertGreater(interval.failed, 0)
+        # A wider tail than what fails, 20 %, and the ends are those of any level that a failed sample may have.
+        with self.assertWarnsRegex(psychometrics.FailedSamplesWarning, "the interval is wider for them"):
+            interval = two.interval(shares[1] - 0.01, confidence=0.6, samples=samples)
+        self.assertTrue(0 < interval.low < two.level_at(shares[1] - 0.01) < interval.high < math.inf)
+
+    def test_an_interval_is_copied_and_pickled(self):
+        interval = psychometrics.Interval(0.1, 0.3, 2, 100)
+        for again in (copy.copy(interval), copy.deepcopy(interval), pickle.loads(pickle.dumps(interval))):
+            self.assertEqual(again, interval)
+            self.assertEqual((*again, again.failed, again.samples), (0.1, 0.3, 2, 100))
+        with self.assertRaises(dataclasses.FrozenInstanceError):
+            interval.low = 0.2
 
     def test_what_cannot_be_fitted_is_refused(self):
         for levels, right in (([], []), ([0.1], [1, 0]), ([0.0, 0.1], [1, 0]), ([0.1, 0.2], [2, 0]), ([0.1, float("nan")], [1, 0])):

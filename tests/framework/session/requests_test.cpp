@@ -173,6 +173,25 @@ class Setter final : public Node {
   int asked_ = 0;
 };
 
+/// Has a folder to write to, as the table of an experiment.
+class Writer final : public Node {
+ public:
+  struct Params {
+    std::string folder;
+    double rate = 0;
+  };
+  Writer(const Params& params, const NodeContext&) : folder(params.folder) {}
+  static NodeInfo declare() {
+    return Declare<Writer>("sample.writer", "Writes.")
+        .text("folder", &Params::folder, "", "where")
+        .in_replay("folder", std::string())
+        .rate("rate", &Params::rate, {.doc = "rate", .default_value = 10})
+        .info();
+  }
+  void step(StepContext&) override {}
+  std::string folder;
+};
+
 struct AskingPlan {
   NodeInfo sender = Sender::declare();
   NodeInfo setter = Setter::declare();
@@ -271,6 +290,7 @@ BOOST_AUTO_TEST_CASE(a_request_waits_until_the_setting_before_it_holds,
   BOOST_REQUIRE(confirmer.confirmed == 1);
   // It was asked within the first step of the slow node, which goes on with the old value.
   BOOST_REQUIRE(slow.begun.load() > 0);
+  BOOST_REQUIRE(slow.old_ended.ns > 0);
   BOOST_TEST((confirmer.confirmed_at >= slow.old_ended));
 }
 
@@ -310,4 +330,23 @@ BOOST_AUTO_TEST_CASE(a_setting_that_a_limit_would_change_is_refused_by_a_check_t
   BOOST_CHECK_EXCEPTION(check_nodes(limited.plan), InputError, [](const InputError& error) {
     return std::string(error.what()).find("nodes.setter.text: sender.k=1501: k is held at 1500") != std::string::npos;
   });
+}
+
+BOOST_AUTO_TEST_CASE(a_session_that_keeps_no_tables_says_whose_it_leaves_out) {
+  const NodeInfo writer = Writer::declare();
+  const auto made = [&writer](const std::string& folder, bool keeps) {
+    Plan plan;
+    plan.graph.duration = Duration::from_seconds(1);
+    plan.graph.clock = Clock::virtual_;
+    plan.nodes = {{"writer", &writer, {folder, 10.0}, {}, {}, {}}};
+    Session session(plan, {.keeps_tables = keeps});
+    return std::pair{dynamic_cast<const Writer&>(session.nodes()[0]).folder, session.nodes().notes()};
+  };
+  BOOST_TEST(made("out", true).first == "out");
+  BOOST_TEST(made("out", true).second.empty());
+  const auto [folder, notes] = made("out", false);
+  BOOST_TEST(folder.empty());
+  BOOST_REQUIRE(notes.size() == 1U);
+  BOOST_TEST(notes[0] == "node writer: folder is left empty, because this run writes no tables");
+  BOOST_TEST(made("", false).second.empty());
 }

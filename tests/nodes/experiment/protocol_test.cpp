@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -337,6 +338,43 @@ BOOST_AUTO_TEST_CASE(a_device_that_displays_less_than_was_wanted_is_told) {
   const Report report = report_of(d.node);
   BOOST_REQUIRE(report.remarks().size() == 1U);
   BOOST_TEST(report.remarks()[0].find("in 1 trials the device displayed less than was wanted") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_device_that_displays_less_torque_than_was_wanted_is_told) {
+  Driven d(small_study());
+  d.answer(Protocol::Answer::first);
+  const auto feel = [&](double wanted, double displayed) {
+    const Wrench as_wanted{{0, 0, 1}, {0, wanted, 0}}, as_displayed{{0, 0, 1}, {0, displayed, 0}};
+    d.node.wanted.push({d.now, d.now, d.sequence++}, &as_wanted);
+    d.node.felt.push({d.now, d.now, d.sequence++}, &as_displayed);
+    d.step();
+  };
+  const auto fade = [&] {
+    const Wrench none;
+    d.node.wanted.push({d.now, d.now, d.sequence++}, &none);
+    d.node.felt.push({d.now, d.now, d.sequence++}, &none);
+    d.step();
+  };
+  fade();
+  BOOST_TEST(d.until(TrialPhase::first));
+  feel(0.04, 0.034);  // 6 mN m less
+  feel(0.04, 0.036);  // 4 mN m less
+  fade();
+  BOOST_TEST(d.until(TrialPhase::second));
+  feel(1, 0.994);  // 6 mN m, but a part of 0.006
+  fade();
+  BOOST_TEST(d.until(TrialPhase::answering));
+  d.answer(Protocol::Answer::first);
+  BOOST_REQUIRE(d.rows.size() == 1U);
+  BOOST_TEST(d.rows[0].limited_first == 1.0 / 3, boost::test_tools::tolerance(1e-12));
+  BOOST_TEST(d.rows[0].limited_second == 0);
+}
+
+BOOST_AUTO_TEST_CASE(what_the_run_alone_sets_is_refused_in_a_graph) {
+  Protocol::Params params = small_study();
+  params.confirmed = std::numeric_limits<int>::max();
+  BOOST_CHECK_EXCEPTION(Driven{params}, ValueError,
+                        [](const ValueError& error) { return error.path() == "confirmed"; });
 }
 
 BOOST_AUTO_TEST_CASE(a_continued_run_makes_the_trials_that_were_left) {

@@ -179,8 +179,18 @@ BOOST_AUTO_TEST_CASE(a_table_of_another_study_is_not_continued) {
       TrialTable::resume(file, owner_of(42, {"A", "B"}, "0.1 0.3")), ValueError, [](const ValueError& error) {
         return std::string(error.what()).find("another design and cannot be continued: levels") != std::string::npos;
       });
-  std::ofstream(file, std::ios::binary) << "t,x\n1,2\n";
-  BOOST_CHECK_THROW(TrialTable::resume(file, owner_of()), ValueError);
+  const auto refused = [&file](const std::string& text, const std::string& why) {
+    std::ofstream(file, std::ios::binary) << text;
+    BOOST_CHECK_EXCEPTION(TrialTable::resume(file, owner_of()), ValueError, [&why](const ValueError& error) {
+      return std::string(error.what()).find(why) != std::string::npos;
+    });
+    BOOST_TEST(text_of_file(file) == text);
+  };
+  refused("t,x\n1,2\n", "found another file");
+  refused(
+      "trial,run,block,condition,other,level,comparison,response,correct,response_time_s,peak_1_N,peak_2_N,seed\n"
+      "1,1,1,A,A,0.1,1,1,1,0.25,1.5,1.2,42\n",
+      "of an earlier version");
 }
 
 BOOST_AUTO_TEST_CASE(a_digest_names_the_parts_that_differ_and_tells_none) {
