@@ -108,44 +108,21 @@ void Waves::start(StepContext& context) {
   parameters.send(context.now(), {.b_t = params_.impedance, .force_max = no_limit, .torque_max = no_limit});
 }
 
-void Waves::take_state(const Stamped<DeviceState>& sample) {
-  const bool finite = is_finite(sample.value.X_WD.p) && is_finite(sample.value.V_WD.v);
-  if (!finite || (started_ && sample.stamp.valid <= shown_.stamp.valid)) return;
+void Waves::take_sample(const Stamped<DeviceState>& sample) {
   const Vec3& p = sample.value.X_WD.p;
-  if (started_) {
-    end_.advance(sample.stamp.valid, p - shown_.value.X_WD.p, held_);
-  } else {
-    end_.start(sample.stamp.valid, p);
-    begin_ = sent_ = p;
-    sent_at_ = sample.stamp.valid;
-    started_ = true;
+  if (samples_.started()) {
+    end_.advance(sample.stamp.valid, p - samples_.newest().value.X_WD.p, held_);
+    return;
   }
-  shown_ = sample;
-}
-
-void Waves::hold_until(const Time* end) {
-  // A command of the time of a state is held from that state on.
-  for (;;) {
-    if (!has_next_) has_next_ = new_commands_.next(commanded, next_);
-    if (!has_next_ || (end != nullptr && next_.stamp.valid >= *end)) return;
-    if (is_finite(next_.value)) held_ = next_.value.force;
-    has_next_ = false;
-  }
-}
-
-void Waves::take_ticks() {
-  Stamped<DeviceState> sample;
-  while (new_states_.next(device, sample)) {
-    hold_until(&sample.stamp.valid);
-    take_state(sample);
-  }
-  hold_until(nullptr);
+  end_.start(sample.stamp.valid, p);
+  begin_ = sent_ = p;
+  sent_at_ = sample.stamp.valid;
 }
 
 /// One a step, however many samples it took: the mean of several takes energy away, and adds none.
 void Waves::send_wave() {
-  const Time at = shown_.stamp.valid;
-  DeviceState out = shown_.value;
+  const Time at = samples_.newest().stamp.valid;
+  DeviceState out = samples_.newest().value;
   out.X_WD.p = end_.outgoing();
   out.V_WD = {};
   const double dt = (at - sent_at_).seconds();
@@ -171,14 +148,16 @@ void Waves::take_result(Time now) {
 }
 
 void Waves::step(StepContext& context) {
-  take_ticks();
-  if (!started_) return;
+  samples_.take(
+      device, commanded, [this](const Wrench& wrench) { held_ = wrench.force; },
+      [this](const Stamped<DeviceState>& sample) { take_sample(sample); });
+  if (!samples_.started()) return;
   send_wave();
   take_result(context.now());
   if (!has_result_) return;
   // The device ticks next a tick after its newest sample, or after now where it is late.
-  const Time next = std::max(shown_.stamp.valid, context.now() - tick_) + tick_;
-  const Vec3 wanted = end_.force(next, shown_.value.V_WD.v, held_);
+  const Time next = std::max(samples_.newest().stamp.valid, context.now() - tick_) + tick_;
+  const Vec3 wanted = end_.force(next, samples_.newest().value.V_WD.v, held_);
   ++ticks_;
   if (end_.was_cut()) ++cut_;
   const Vec3 lag = end_.arrived() - end_.incoming();

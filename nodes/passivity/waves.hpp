@@ -4,6 +4,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/passivity/port_samples.hpp"
 #include "nodes/passivity/wave_end.hpp"
 
 namespace tactor {
@@ -39,9 +40,7 @@ class Waves final : public Node {
   Output<ForceSegment> segment;
 
  private:
-  void take_ticks();
-  void take_state(const Stamped<DeviceState>& sample);
-  void hold_until(const Time* end);
+  void take_sample(const Stamped<DeviceState>& sample);
   void send_wave();
   void take_result(Time now);
 
@@ -49,14 +48,9 @@ class Waves final : public Node {
   Duration tick_, period_min_;
   Vec3 weight_W_;  // N, of the tool
   WaveEnd end_;
-  NewMessages<DeviceState> new_states_;
-  NewMessages<Wrench> new_commands_;
+  PortSamples samples_;
   NewMessages<PhysicsState> new_results_;
-  Stamped<Wrench> next_;  // the next command to be held, where `has_next_`
-  bool has_next_ = false;
-  bool started_ = false;
-  Stamped<DeviceState> shown_;  // the newest sample of the handle
-  Vec3 held_;                   // N, commanded now
+  Vec3 held_;  // N, commanded now
   bool has_sent_ = false;
   Vec3 sent_;     // m, the outgoing wave that was sent last
   Time sent_at_;  // its time
