@@ -14,6 +14,11 @@ namespace {
 /// A damper that acts some ticks late on a mass m is stable up to this share of m / tick.
 constexpr double damping_share = 0.25;
 
+Vec3 weight_of_tool(const Scene& scene) {
+  const Body* tool = scene.tool();
+  return tool == nullptr ? Vec3{} : tool->mass * scene.gravity_W;
+}
+
 void check(const Waves::Params& params, const NodeContext& context) {
   if (context.torque) {
     throw InputError(
@@ -96,10 +101,9 @@ Waves::Waves(const Params& params, const NodeContext& context)
     : params_(params),
       tick_(Duration::from_rate(params.rate)),
       period_min_(Duration::from_seconds(params.period_min)),
+      weight_W_(weight_of_tool(*context.scene)),
       end_(params.impedance, tick_.seconds(), params.catch_up) {
   check(params, context);
-  const Body* tool = context.scene->tool();
-  if (tool != nullptr) weight_W_ = tool->mass * context.scene->gravity_W;
 }
 
 void Waves::start(StepContext& context) {
@@ -115,21 +119,26 @@ void Waves::take_sample(const Stamped<DeviceState>& sample) {
     return;
   }
   end_.start(sample.stamp.valid, p);
-  begin_ = sent_ = p;
-  sent_at_ = sample.stamp.valid;
+  sent_ = p;
+  begin_ = sent_at_ = sample.stamp.valid;
+}
+
+/// m, by which the far end's handle has gone on by then to hold the tool against its weight.
+Vec3 Waves::hoist(Time at) const {
+  return (-(at - begin_).seconds() / params_.impedance) * weight_W_;
 }
 
 /// One a step, however many samples it took: the mean of several takes energy away, and adds none.
 void Waves::send_wave() {
   const Time at = samples_.newest().stamp.valid;
   DeviceState out = samples_.newest().value;
-  out.X_WD.p = end_.outgoing();
+  out.X_WD.p = end_.outgoing() + hoist(at);
   out.V_WD = {};
   const double dt = (at - sent_at_).seconds();
-  if (dt > 0) out.V_WD.v = (1 / dt) * (end_.outgoing() - sent_);
+  if (dt > 0) out.V_WD.v = (1 / dt) * (out.X_WD.p - sent_);
   if (dt > 0 || !has_sent_) wave.send(at, out);
   has_sent_ = true;
-  sent_ = end_.outgoing();
+  sent_ = out.X_WD.p;
   sent_at_ = at;
 }
 
@@ -140,29 +149,54 @@ void Waves::take_result(Time now) {
     if (!is_finite(s.X_WT.p) || !is_finite(s.X_WD.p)) continue;
     // The places of a later result have all that went before.
     if (result.stamp.valid < end_.result().at + period_min_) continue;
-    // What the tool's weight has given on its way comes back beside what left.
-    const double by_weight = dot(weight_W_, s.X_WT.p - begin_);
-    force.send(result.stamp.valid, {end_.arrive({result.stamp.valid, s.X_WT.p, s.X_WD.p}, now, by_weight), {}});
+    const Time at = result.stamp.valid;
+    force.send(at, {end_.arrive({at, s.X_WT.p, s.X_WD.p - hoist(at)}, now) + weight_W_, {}});
     has_result_ = true;
   }
 }
 
+/// What the device commands at a tick that it has not shown yet.
+Vec3 Waves::on_its_way(Time tick) const {
+  // From the newest back to the one that the device commands by then.
+  for (std::size_t back = 0; back < most_ahead; ++back) {
+    const Sent& sent = forces_[(newest_force_ + most_ahead - back) % most_ahead];
+    if (sent.from <= tick) return sent.force;
+  }
+  return held_;
+}
+
+void Waves::send_force(Time now) {
+  const Stamped<DeviceState>& newest = samples_.newest();
+  const std::int64_t since = std::max<std::int64_t>(0, (now - newest.stamp.valid).ns);
+  const auto ahead = static_cast<std::size_t>(std::min<std::int64_t>(since / tick_.ns + 1, most_ahead));
+  const Time next = newest.stamp.valid + tick_ * static_cast<int>(ahead);
+  Vec3 wanted = -1 * weight_W_;
+  if (ahead < most_ahead) {
+    std::array<Vec3, most_ahead> acting;
+    acting[0] = held_;
+    for (std::size_t i = 1; i < ahead; ++i) {
+      acting[i] = on_its_way(newest.stamp.valid + tick_ * static_cast<int>(i));
+    }
+    wanted = end_.force({acting.data(), ahead}, newest.value.V_WD.v);
+    if (end_.was_cut()) ++cut_;
+  }
+  ++ticks_;
+  const Vec3 lag = end_.arrived() - end_.incoming();
+  lag_sum_ += dot(lag, lag);
+  // A second one for the same tick takes the place of the first.
+  if (forces_[newest_force_].from != next) newest_force_ = (newest_force_ + 1) % most_ahead;
+  forces_[newest_force_] = {next, wanted};
+  segment.send(end_.result().at, constant_segment(next, {wanted + weight_W_, {}}));
+}
+
 void Waves::step(StepContext& context) {
   samples_.take(
-      device, commanded, [this](const Wrench& wrench) { held_ = wrench.force; },
+      device, commanded, [this](const Wrench& w) { held_ = w.force == Vec3{} ? Vec3{} : w.force - weight_W_; },
       [this](const Stamped<DeviceState>& sample) { take_sample(sample); });
   if (!samples_.started()) return;
   send_wave();
   take_result(context.now());
-  if (!has_result_) return;
-  // The device ticks next a tick after its newest sample, or after now where it is late.
-  const Time next = std::max(samples_.newest().stamp.valid, context.now() - tick_) + tick_;
-  const Vec3 wanted = end_.force(next, samples_.newest().value.V_WD.v, held_);
-  ++ticks_;
-  if (end_.was_cut()) ++cut_;
-  const Vec3 lag = end_.arrived() - end_.incoming();
-  lag_sum_ += dot(lag, lag);
-  segment.send(end_.result().at, constant_segment(next, {wanted, {}}));
+  if (has_result_) send_force(context.now());
 }
 
 void Waves::report(Report& report) const {

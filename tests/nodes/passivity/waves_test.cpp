@@ -1,6 +1,7 @@
 // The node of the wave line: what it sends, refuses, and leaves to the heap.
 #include <boost/test/unit_test.hpp>
 #include <cmath>
+#include <utility>
 
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
@@ -37,6 +38,14 @@ struct Loop {
     sent = 0;
     if (steps) step();
     now = now + tick;
+  }
+  /// A tick of both in lanes of their own: neither hears in it what the other sends.
+  void tick_of_both(const Vec3& p, const Vec3& v) {
+    const ForceSegment before = shown;
+    step();
+    const ForceSegment later = std::exchange(shown, before);
+    device_tick(p, v, false);
+    shown = later;
   }
   void result() {
     PhysicsState state;
@@ -119,6 +128,49 @@ BOOST_AUTO_TEST_CASE(a_force_is_stamped_as_the_result_that_it_comes_from_and_non
   }
   // No force acted, so that the far end went with 0.1 m/s past a tool that stood.
   BOOST_TEST(std::abs(loop.force.x + 0.1 * b) < 1e-9);
+}
+
+BOOST_AUTO_TEST_CASE(in_lanes_the_force_is_that_of_the_tick_at_which_the_device_commands_it) {
+  Loop one, lanes;
+  double largest = 0;
+  for (int i = 0; i < 200; ++i) {
+    // The handle goes a way and stands. From then on all is foreseen, so that lanes make no difference.
+    const Vec3 p{-2e-3 * std::min(i, 20) / 20, 0, 0};
+    const Vec3 v{i > 0 && i <= 20 ? -0.1 : 0, 0, 0};
+    one.device_tick(p, v);
+    lanes.tick_of_both(p, v);
+    BOOST_TEST(norm(one.commanded.force - lanes.commanded.force) < 1e-12);
+    largest = std::max(largest, norm(lanes.commanded.force));
+    if (i < 25 || i % 12 != 0) continue;
+    // Of what had left when the handle had just come to stand, and on from there.
+    PhysicsState state;
+    state.X_WD.p = {-2e-3 - 1e-4 * (i - 25) / 12, 0, 0};
+    for (Loop* loop : {&one, &lanes}) {
+      const Stamp stamp{Time{} + tick * (i - 4), loop->now, loop->n};
+      loop->waves.state.push(stamp, &state);
+    }
+  }
+  BOOST_TEST(largest > 1);
+  for (int i = 0; i < 30; ++i) {
+    lanes.tick_of_both({}, {});
+    BOOST_TEST((lanes.shown.begin == lanes.now));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_force_of_a_tick_that_the_device_has_not_shown_is_reckoned_with) {
+  // Where a tick of the line is missed the device commands on what it has.
+  Loop loop;
+  for (int i = 0; i < 40; ++i) loop.device_tick({-1e-4 * std::min(i, 20), 0, 0}, {i < 20 ? -0.1 : 0, 0, 0});
+  loop.result();
+  loop.device_tick({-2e-3, 0, 0}, {});
+  for (int i = 1; i < 16; ++i) {
+    loop.step();
+    BOOST_TEST((loop.shown.begin == loop.now));
+    if (i < 10) BOOST_TEST(norm(evaluate(loop.shown, loop.now).force) > 0.1);
+    loop.now = loop.now + tick;
+  }
+  loop.step();
+  BOOST_TEST(norm(evaluate(loop.shown, loop.now).force) == 0, "nothing is known of the handle by now");
 }
 
 BOOST_AUTO_TEST_CASE(of_several_samples_at_once_one_wave_leaves_and_nothing_is_lost) {
