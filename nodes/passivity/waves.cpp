@@ -44,9 +44,10 @@ NodeInfo Waves::declare() {
       "v_out = v - F / b leaves with each tick, made of the force that was commanded and of the way that the encoder "
       "showed; physics gets it as its handle. What returns for a result is 2 p_WT - p_WD. It is played over the "
       "result's period by F = b (v_in - v), from the energy that results have brought, so that the port never gives "
-      "more energy than went into the line. At rest the handle feels a spring of b / D, with D half the time from the "
-      "handle to physics and back, in series with the contact; moved freely it feels a mass of b D. Its dynamics needs "
-      "mass: not dynamics.quasistatic. Forces only, no torques.");
+      "more energy than went into the line. The tool's weight does not go through the line: it is added at the handle. "
+      "At rest the handle feels a spring of b / D, with D half the time from the handle to physics and back, in series "
+      "with the contact; moved freely it feels a mass of b D. Its dynamics needs mass, not dynamics.quasistatic, and "
+      "start_at_device: true. Forces only, no torques.");
   const Queue every{QueuePolicy::drop_oldest, 64};
   return node.realtime_safe()
       .input("device", &Waves::device, {.doc = "every sample of the handle", .trigger = Trigger::yes, .queue = every})
@@ -155,6 +156,11 @@ void Waves::take_result(Time now) {
   }
 }
 
+/// N, of a force that is commanded: what goes into the line.
+Vec3 Waves::without_weight(const Vec3& f) const {
+  return f == Vec3{} ? f : f - weight_W_;
+}
+
 /// What the device commands at a tick that it has not shown yet.
 Vec3 Waves::on_its_way(Time tick) const {
   // From the newest back to the one that the device commands by then.
@@ -170,14 +176,14 @@ void Waves::send_force(Time now) {
   const std::int64_t since = std::max<std::int64_t>(0, (now - newest.stamp.valid).ns);
   const auto ahead = static_cast<std::size_t>(std::min<std::int64_t>(since / tick_.ns + 1, most_ahead));
   const Time next = newest.stamp.valid + tick_ * static_cast<int>(ahead);
-  Vec3 wanted = -1 * weight_W_;
+  Vec3 wanted;
   if (ahead < most_ahead) {
     std::array<Vec3, most_ahead> acting;
     acting[0] = held_;
     for (std::size_t i = 1; i < ahead; ++i) {
       acting[i] = on_its_way(newest.stamp.valid + tick_ * static_cast<int>(i));
     }
-    wanted = end_.force({acting.data(), ahead}, newest.value.V_WD.v);
+    wanted = end_.force({acting.data(), ahead}, newest.value.V_WD.v) + weight_W_;
     if (end_.was_cut()) ++cut_;
   }
   ++ticks_;
@@ -185,13 +191,13 @@ void Waves::send_force(Time now) {
   lag_sum_ += dot(lag, lag);
   // A second one for the same tick takes the place of the first.
   if (forces_[newest_force_].from != next) newest_force_ = (newest_force_ + 1) % most_ahead;
-  forces_[newest_force_] = {next, wanted};
-  segment.send(end_.result().at, constant_segment(next, {wanted + weight_W_, {}}));
+  forces_[newest_force_] = {next, without_weight(wanted)};
+  segment.send(end_.result().at, constant_segment(next, {wanted, {}}));
 }
 
 void Waves::step(StepContext& context) {
   samples_.take(
-      device, commanded, [this](const Wrench& w) { held_ = w.force == Vec3{} ? Vec3{} : w.force - weight_W_; },
+      device, commanded, [this](const Wrench& wrench) { held_ = without_weight(wrench.force); },
       [this](const Stamped<DeviceState>& sample) { take_sample(sample); });
   if (!samples_.started()) return;
   send_wave();

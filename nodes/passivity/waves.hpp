@@ -63,6 +63,7 @@ class Waves final : public Node {
 
   void take_sample(const Stamped<DeviceState>& sample);
   void send_wave();
+  [[nodiscard]] Vec3 without_weight(const Vec3& f) const;
   [[nodiscard]] Vec3 on_its_way(Time tick) const;
   [[nodiscard]] Vec3 hoist(Time at) const;
   void take_result(Time now);
