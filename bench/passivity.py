@@ -42,15 +42,14 @@ SCENES = ("duck", "wall", "bunny", "block_pushed", "peg_in_hole")
 Cell = collections.namedtuple("Cell", "hand method stiffness of_hand seed zeta stage")
 
 
-def run(graph, method, stage, settings):
-    """The summary, the forces and torques commanded (N, N m) and the true position (m), a row a tick."""
+def run(graph, over, settings):
+    """With these files of graphs/ over it: the summary, the forces and torques commanded (N, N m) and the true position (m), a row a tick."""
     import h5py
 
     with tempfile.TemporaryDirectory() as out:
-        command = [TACTOR, "run", graph, "--over", GRAPHS / f"methods/{method}.yaml"]
-        if stage:
-            command += ["--over", GRAPHS / f"passivity/{stage}.yaml"]
-        command += ["--overwrite", "--out", out]
+        command = [TACTOR, "run", graph, "--overwrite", "--out", out]
+        for file in over:
+            command += ["--over", GRAPHS / file]
         for setting in ("record=[device.truth, device.commanded]", "metrics=~", *settings):
             command += ["--set", setting]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -62,12 +61,19 @@ def run(graph, method, stage, settings):
     return summary, commanded["force"][:ticks], commanded["torque"][:ticks], p[:ticks]
 
 
-def energy(force, p):
-    """J: the most net energy given at a time, and what one tick and one step of the encoder may bring."""
+def energy(force, p, weight=0.0):
+    """J: the most net energy given at a time, and what one tick and one step of the encoder may bring. What a displayed weight (N, along z) gives
+    while there is a force is not counted."""
     import numpy
 
     given = (force[:-1] * numpy.diff(p, axis=0)).sum(axis=1)
-    return max(0.0, numpy.cumsum(given).max()), numpy.linalg.norm(force, axis=1).max() * STEP + numpy.abs(given).max()
+    of_weight = weight * numpy.diff(p[:, 2]) * force[:-1].any(axis=1)
+    return max(0.0, numpy.cumsum(given - of_weight).max()), numpy.linalg.norm(force, axis=1).max() * STEP + numpy.abs(given).max()
+
+
+def overlays(method, stage):
+    """The files of a method, and of a stage where there is one."""
+    return (f"methods/{method}.yaml", *((f"passivity/{stage}.yaml",) if stage else ()))
 
 
 def measure(cell, *more):
@@ -77,7 +83,7 @@ def measure(cell, *more):
     settings = [f"coupling.k_t={cell.stiffness} N/m", "scene.bodies.wall.material.stiffness=100 N/mm",
                 "scene.bodies.tool.material.stiffness=100 N/mm", f"coupling.zeta={cell.zeta}", f"seed={cell.seed}",
                 *HANDS[cell.hand][cell.of_hand], *more]
-    summary, force, _, p = run(GRAPHS / "wall/closed_loop.yaml", cell.method, cell.stage, settings)
+    summary, force, _, p = run(GRAPHS / "wall/closed_loop.yaml", overlays(cell.method, cell.stage), settings)
     rms = float(numpy.sqrt((force ** 2).sum(axis=1).mean()))
     return cell, *energy(force, p), rms, summary.get("passivity", {}).get("change_rms_N", 0.0)
 
@@ -146,7 +152,7 @@ def open_loop(scene, seconds=10):
     for method in ("local", "hold"):
         plain = None
         for stage in STAGES:
-            _, force, torque, _ = run(GRAPHS / f"{scene}/scene.yaml", method, stage, [f"duration={seconds} s"])
+            _, force, torque, _ = run(GRAPHS / f"{scene}/scene.yaml", overlays(method, stage), [f"duration={seconds} s"])
             if stage is None:
                 plain = force, torque
                 continue
@@ -160,7 +166,7 @@ def cost_rows(repeats=5):
     """Of each stage, in one run with the rest: us a step, and its time over that of the device and over that of the interpolation."""
     for scene in ("wall", "bunny"):
         for stage in STAGES[1:]:
-            runs = [run(GRAPHS / f"{scene}/scene.yaml", "local", stage, ["duration=10 s"])[0]["cost_us"] for _ in range(repeats)]
+            runs = [run(GRAPHS / f"{scene}/scene.yaml", overlays("local", stage), ["duration=10 s"])[0]["cost_us"] for _ in range(repeats)]
             best = min(runs, key=lambda cost: cost["passivity"]["total_s"])
             of = {name: 1e6 * best[name]["total_s"] / best[name]["steps"] for name in ("passivity", "device", "rollout")}
             yield [scene, named(stage), best["passivity"]["median"], best["passivity"]["p99"], of["passivity"], of["passivity"] / of["device"],

@@ -8,27 +8,26 @@ import argparse
 import collections
 import concurrent.futures
 import itertools
-import json
 import os
 import pathlib
-import subprocess
 import sys
-import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "bench"))
-from passivity import GRAPHS, HANDS, STEP, STIFFNESSES, STUDIED, TACTOR, energy  # noqa: E402
+from passivity import GRAPHS, HANDS, LIVE_STIFFNESSES, STIFFNESSES, energy, run  # noqa: E402
 from run_time import table  # noqa: E402
 
 STAGES = ("none", "energy_bound", "waves")
 OVER = {"none": ("methods/hold.yaml",), "energy_bound": ("methods/hold.yaml", "passivity/energy_bound.yaml"), "waves": ("passivity/waves.yaml",)}
 DELAYS = (0, 10, 50, 100)  # ms each way, as in graphs/passivity/delay_*.yaml
+LIVE_DELAYS = (10, 50)
 UNEVEN = ((1001, "10 %"), (1002, "30 %"))  # seed, and jitter of collision's cost
 WALL = GRAPHS / "wall/closed_loop.yaml"
 TOUCH, MATERIAL = 4e-3, 1e5  # m, where the sphere touches; N/m, of wall and of tool
 PERIOD, TICK = 11.7e-3, 1e-3  # s, of the scene's physics in contact, and of the device
 IMPEDANCE_MOST = 25  # N s/m, a quarter of the handle's 0.1 kg by 1 kHz
 FIRM = next(iter(HANDS)), 1
+GRAMS, HEAVY_STIFFNESSES = (50, 200, 500), (200, 3200)  # g of the tool, N/m
 SHOWN = (50, 200, 800, 3200, 6400)  # N/m
 Cell = collections.namedtuple("Cell", "hand of_hand stiffness delay jitter seed stage")
 Found = collections.namedtuple("Found", "cell given allowed stiffness ripple error")
@@ -46,25 +45,6 @@ def impedance(stiffness, delay):
     return min(IMPEDANCE_MOST, stiffness * half_loop(delay))
 
 
-def run(graph, over, settings):
-    """The summary, and the forces commanded (N) and the true positions (m), a row a tick."""
-    import h5py
-
-    with tempfile.TemporaryDirectory() as out:
-        command = [TACTOR, "run", graph]
-        for file in over:
-            command += ["--over", GRAPHS / file]
-        for setting in ("record=[device.truth, device.commanded]", "metrics=~", *settings):
-            command += ["--set", setting]
-        subprocess.run([*command, "--overwrite", "--out", out], check=True, stdout=subprocess.DEVNULL)
-        summary = json.loads((pathlib.Path(out) / "summary.json").read_text())
-        with h5py.File(pathlib.Path(out) / "recording.h5") as file:
-            force = file["streams/device.commanded/data"]["force"][:]
-            p = file["streams/device.truth/data"]["p_WD"][:]
-    ticks = min(len(force), len(p))
-    return summary, force[:ticks], p[:ticks]
-
-
 def overlays(stage, delay):
     return (*OVER[stage], *((f"passivity/delay_{delay}ms.yaml",) if delay else ()))
 
@@ -76,16 +56,16 @@ def ideal(stiffness, p):
     return numpy.maximum(0, TOUCH - p[:, 2]) / (1 / stiffness + 2 / MATERIAL)
 
 
-def measure(cell):
+def measure(cell, *more, weight=0.0):
     import numpy
 
     settings = [f"scene.bodies.{body}.material.stiffness={MATERIAL} N/m" for body in ("wall", "tool")]
-    settings += [f"collision.cost.jitter={cell.jitter}", f"seed={cell.seed}", *HANDS[cell.hand][cell.of_hand]]
+    settings += [f"collision.cost.jitter={cell.jitter}", f"seed={cell.seed}", *HANDS[cell.hand][cell.of_hand], *more]
     # The coupling's k_t, or the line that is as stiff.
     settings.append(f"coupling.impedance={impedance(cell.stiffness, cell.delay)} N s/m" if cell.stage == "waves" else
                     f"coupling.k_t={cell.stiffness} N/m")
-    _, force, p = run(WALL, overlays(cell.stage, cell.delay), settings)
-    given, allowed = energy(force, p)
+    _, force, _, p = run(WALL, overlays(cell.stage, cell.delay), settings)
+    given, allowed = energy(force, p, weight)
     rest, pressed = force[-1000:, 2], TOUCH - p[-1000:, 2].mean()
     wanted = ideal(cell.stiffness, p)
     error = numpy.sqrt(((force[:, 2] - wanted) ** 2).sum() / (wanted ** 2).sum())
@@ -93,9 +73,12 @@ def measure(cell):
     return Found(cell, given, allowed, float(rest.mean() / pressed) if rests else None, float(rest.std()), float(100 * error))
 
 
+def all_hands():
+    return [(hand, i) for hand, settings in HANDS.items() for i in range(len(settings))]
+
+
 def cells():
-    hands = [(hand, i) for hand, settings in HANDS.items() for i in range(len(settings))]
-    for (hand, i), stiffness, delay, (seed, jitter), stage in itertools.product(hands, STIFFNESSES, DELAYS, UNEVEN, STAGES):
+    for (hand, i), stiffness, delay, (seed, jitter), stage in itertools.product(all_hands(), STIFFNESSES, DELAYS, UNEVEN, STAGES):
         yield Cell(hand, i, stiffness, delay, jitter, seed, stage)
 
 
@@ -103,13 +86,41 @@ def named(stage):
     return {"none": "`hold`", "energy_bound": "`hold`, `energy_bound`", "waves": "`waves`"}[stage]
 
 
+def energy_row(first, of):
+    """Of how many cells, how many keep the bound, and the worst."""
+    worst = max(of, key=lambda f: f.given / f.allowed)
+    return [*first, f"{sum(f.given <= f.allowed for f in of)} of {len(of)}", 1e3 * max(f.given for f in of), worst.given / worst.allowed,
+            f"{worst.cell.hand}, {worst.cell.stiffness} N/m" if worst.given > 0 else None]
+
+
 def energy_rows(found):
-    """A row a delay and stage: of how many cells, how many keep the bound, and the worst."""
+    """A row a delay and stage."""
     for delay, stage in itertools.product(DELAYS, STAGES):
-        of = [f for f in found if f.cell.delay == delay and f.cell.stage == stage]
-        worst = max(of, key=lambda f: f.given / f.allowed)
-        yield [delay, named(stage), f"{sum(f.given <= f.allowed for f in of)} of {len(of)}", 1e3 * max(f.given for f in of),
-               worst.given / worst.allowed, f"{worst.cell.hand}, {worst.cell.stiffness} N/m" if worst.given > 0 else None]
+        yield energy_row([delay, named(stage)], [f for f in found if f.cell.delay == delay and f.cell.stage == stage])
+
+
+def live_rows():
+    """A row a delay and stage: the same scene in real time, one run after the other, by each coupling."""
+    hand, (seed, jitter) = next(iter(HANDS)), UNEVEN[0]
+    for delay, stage in itertools.product(LIVE_DELAYS, STAGES):
+        of = [measure(Cell(hand, 0, stiffness, delay, jitter, seed, stage), "clock=real") for stiffness in LIVE_STIFFNESSES]
+        yield energy_row([delay, named(stage)], of)
+
+
+def heavy_cells():
+    for delay, grams, (hand, i), stiffness in itertools.product(DELAYS[1:], GRAMS, all_hands(), HEAVY_STIFFNESSES):
+        yield grams, Cell(hand, i, stiffness, delay, UNEVEN[0][1], UNEVEN[0][0], "waves")
+
+
+def measure_heavy(cell):
+    grams, of = cell
+    return grams, measure(of, "scene.gravity=[0, 0, -9.81]", f"scene.bodies.tool.mass={grams} g", weight=-9.81e-3 * grams)
+
+
+def heavy_rows(found):
+    """A row a delay and tool."""
+    for delay, grams in itertools.product(DELAYS[1:], GRAMS):
+        yield energy_row([delay, grams], [f for of_grams, f in found if of_grams == grams and f.cell.delay == delay])
 
 
 def firm(found, delay, stiffness):
@@ -144,14 +155,21 @@ def cost_rows(repeats=5):
 
 def tables(jobs):
     """The generated section on waves of docs/passivity.md."""
-    costs = list(cost_rows())
+    costs, live = list(cost_rows()), list(live_rows())
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         found = list(pool.map(measure, cells(), chunksize=8))
+        weighed = list(pool.map(measure_heavy, heavy_cells(), chunksize=8))
     headings = [f"{named(stage)}: {what}" for stage in STAGES for what in ("N/m", "ripple, N")]
     return "\n".join([
         "### Energy, with physics away\n\nAll hands of the tables above, 50 to 6400 N/m, the cost of collision uneven by 10 % and by 30 %. "
         f"The impedance is the coupling's stiffness by half the time there and back, {IMPEDANCE_MOST} N s/m at most.\n",
         table(["delay each way, ms", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], energy_rows(found)),
+        "### Energy of a heavy tool, with physics away\n\nThe line of waves with gravity, all hands, couplings of "
+        f"{' and '.join(map(str, HEAVY_STIFFNESSES))} N/m. What the tool's weight gives on the way of the handle is not counted.\n",
+        table(["delay each way, ms", "tool, g", "cells within the bound", "energy, most, mJ", "share, worst", "there"], heavy_rows(weighed)),
+        "### Energy, live, with physics away\n\nIn real time, with the light one of the study's hands, at couplings of "
+        f"{', '.join(map(str, LIVE_STIFFNESSES))} N/m.\n",
+        table(["delay each way, ms", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], live),
         "### How stiff the wall is, with physics away\n\nThe study's firm hand at rest in the wall: mean force over mean depth of the last "
         "second, and the standard deviation of the force. No stiffness: the handle is pushed out, or swings.\n",
         table(["delay each way, ms", "coupling, N/m", "b, N s/m", "b / D and contact, N/m", *headings], rest_rows(found)),

@@ -46,6 +46,12 @@ void DynamicsNode::step(StepContext& context) {
                    " moves bodies of mass, and the coupling's tool has none; use dynamics.quasistatic, or a "
                    "coupling with a damper");
   }
+  if (!begun_ && !params_.start_at_device && spring.k_t == 0 && spring.b_t > 0) {
+    throw RunError(type_ +
+                   ": start_at_device is false, and the coupling is a damper without a spring (a line of waves): it "
+                   "never draws the tool to the handle, so that the scene would be felt in the wrong place; use "
+                   "start_at_device: true, or a coupling with a spring");
+  }
   if (massless_) spring.massless = 1;
   bodies_.massless = spring.massless;
   const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;

@@ -94,7 +94,8 @@ NodeInfo Impact::declare() {
       "A wall rendered as a spring feels like foam: the force begins at zero. Hard things are known by the vibration "
       "of "
       "the first milliseconds, so that is played back open-loop. When contact begins, the handle gets the acceleration "
-      "v a(t) away from the surface besides, v being its speed of approach along the surface's force and\n"
+      "v a(t) away from the surface besides, v being its speed of approach along the surface's force, at the time of "
+      "the sample that led to the contact, and\n"
       "a(t) = amplitude exp(-t / decay) sin(2 pi frequency t), or the rows of `profile`, m/s^2 a m/s of impact.\n"
       "The forces for it come from the inverse of the device: masses, grip, damper and spring of the hand, amplifier "
       "and mode of vibration, tick by tick, by least squares. They are those of the graph's device where it has such "
@@ -194,9 +195,10 @@ Impact::Impact(const Params& params, const NodeContext&)
 /// `displayed`: N, of the force that comes in.
 void Impact::begin(Time now, const Touch& touch, double displayed) {
   const double size = norm(touch.force_W);
-  if (!(size > 0) || !is_finite(touch.v_WD)) return;
+  const Vec3 v_WD = speeds_.by(touch.at);
+  if (!(size > 0) || !is_finite(v_WD)) return;
   const Vec3 n = touch.force_W / size;
-  double speed = -dot(touch.v_WD, n);
+  double speed = -dot(v_WD, n);
   if (!(speed >= least_speed_)) return;
   const auto free = std::find_if(voices_.begin(), voices_.end(), [](const Voice& v) { return !v.sounds; });
   if (free == voices_.end()) return;
@@ -223,6 +225,7 @@ Vec3 Impact::sum(int later) const {
 
 void Impact::step(StepContext& context) {
   const Time now = context.now();
+  speeds_.take(device);
   if (!stage_.take(base)) return;
   if (!stage_.is_usable(now)) return stage_.pass_on(segment);
   const Vec3 force = stage_.force(now);

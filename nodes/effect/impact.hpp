@@ -11,12 +11,13 @@
 namespace tactor {
 
 /// When contact begins (touch_of, ContactOnset), and the handle approaches along the surface's force with the speed v
-/// (m/s), the handle is to move, besides what that force makes of it, with the acceleration v a(t) along it, away from
-/// the surface. a(t) is a decaying sinusoid, or a profile that was recorded. The forces for it are computed once, by
-/// inversion of the linear device (match_acceleration), scaled by v, and added tick by tick. They fade out behind it.
-/// Each transient is made small enough that its peak and the force at its begin stay below `force_max`, and its steps,
-/// the last to zero too, below four fifths of what `force_slew` allows a tick; later on the sum is cut at `force_max`.
-/// Throws InputError where the profile's times do not rise from 0, or a hand in a grip has no mass.
+/// (m/s) at the time of the sample that led to the contact, the handle is to move, besides what that force makes of it,
+/// with the acceleration v a(t) along it, away from the surface. a(t) is a decaying sinusoid, or a profile that was
+/// recorded. The forces for it are computed once, by inversion of the linear device (match_acceleration), scaled by v,
+/// and added tick by tick. They fade out behind it. Each transient is made small enough that its peak and the force at
+/// its begin stay below `force_max`, and its steps, the last to zero too, below four fifths of what `force_slew` allows
+/// a tick; later on the sum is cut at `force_max`. Throws InputError where the profile's times do not rise from 0, or a
+/// hand in a grip has no mass.
 class Impact final : public Node {
  public:
   struct Params : DeviceDynamics {
@@ -58,6 +59,7 @@ class Impact final : public Node {
   Duration tick_;
   EffectStage stage_;
   ContactOnset onset_;
+  HandleSpeeds speeds_;
   AccelerationMatch match_;         // for 1 m/s
   double peak_ = 0, steepest_ = 0;  // N, of that: its largest force, and step
   std::array<Voice, 4> voices_;

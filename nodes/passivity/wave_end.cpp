@@ -37,7 +37,7 @@ void WaveEnd::advance(Time at, const Vec3& way, const Vec3& force) {
   }
 }
 
-/// J that had left by then, and what is kept for it is let go. Later times ask later.
+/// J that had left by then. It drops the entries up to that time, so the next call must not be for an earlier time.
 double WaveEnd::energy_out_by(Time at) {
   for (; left_count_ > 0 && left_[left_begin_].at <= at; --left_count_) {
     energy_out_there_ = left_[left_begin_].energy;
@@ -46,13 +46,13 @@ double WaveEnd::energy_out_by(Time at) {
   return energy_out_there_;
 }
 
-Vec3 WaveEnd::arrive(const Result& result, Time now, double by_weight) {
+Vec3 WaveEnd::arrive(const Result& result, Time now) {
   const double period = (result.at - result_.at).seconds();
   const Vec3 out = result.handle - result_.handle, tool = result.tool - result_.tool;
   const Vec3 pull = (impedance_ / period) * (out - tool);  // of the damper, on the tool
   const double before = energy_out_there_;
   const double there = energy_out_by(result.at);
-  energy_brought_ = std::min(energy_brought_ + (there - before) - dot(pull, tool), there + by_weight);
+  energy_brought_ = std::min(energy_brought_ + (there - before) - dot(pull, tool), there);
   rate_ = (1 / period) * (2 * tool - out);
   period_ = period;
   from_ = now;
@@ -60,13 +60,17 @@ Vec3 WaveEnd::arrive(const Result& result, Time now, double by_weight) {
   return -1 * pull;
 }
 
-Vec3 WaveEnd::force(Time begin, const Vec3& velocity, const Vec3& held) {
-  const double since = (begin - from_).seconds() - tick_;
-  // Where the tick before `begin` leads.
-  const Vec3 in = velocity + (1 / impedance_) * held;
-  const Vec3 place = incoming_ + tick_ * in;
-  const double left = energy_brought_ - energy_played_ - energy_of(tick_ * in, tick_);
+Vec3 WaveEnd::force(std::span<const Vec3> acting, const Vec3& velocity) {
+  // Where the ticks until then lead.
+  Vec3 place = incoming_;
+  double left = energy_brought_ - energy_played_;
+  for (const Vec3& held : acting) {
+    const Vec3 way = tick_ * velocity + (tick_ / impedance_) * held;
+    place += way;
+    left -= energy_of(way, tick_);
+  }
 
+  const double since = (at_ - from_).seconds() + tick_ * (static_cast<double>(acting.size()) - 1);
   const Vec3 rate = since < 2 * period_ ? rate_ : Vec3{};
   const Vec3 due = arrived() - std::max(0.0, period_ - since - tick_) * rate_;
   Vec3 wanted = rate + (1 / catch_up_) * (due - place - tick_ * rate);

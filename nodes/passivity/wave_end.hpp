@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "framework/core/spatial.hpp"
 #include "framework/core/time.hpp"
@@ -24,8 +25,8 @@ namespace tactor {
 /// exactly.
 ///
 /// Energy that a result brings: what left by its time, less what the mean force of its period gave to the tool,
-/// b (d_out - d_T) . d_T / P with the ways of that period P. In all it brings no more than had left by its time, but
-/// for what the tool's weight gave. The mean alone would lose what the waves of the period differ from it.
+/// b (d_out - d_T) . d_T / P with the ways of that period P. In all it brings no more than had left by its time. The
+/// mean alone would lose what the waves of the period differ from it.
 ///
 /// Playing: a result says how far the incoming wave goes in its period. It is played at that rate, and on at that rate
 /// for another period at most, where the next result is late. What is due and has not been played (or has been played
@@ -52,12 +53,13 @@ class WaveEnd {
   void start(Time at, const Vec3& p_WD);
   /// The handle has gone by `way` (m) since the last time, which is before `at`, while `force` (N, on it) was held.
   void advance(Time at, const Vec3& way, const Vec3& force);
-  /// At `now` comes a result that is later than the one before. The tool's weight has given `by_weight` J since the
-  /// start. Returns the mean force of the period, on the line's far end, N.
-  Vec3 arrive(const Result& result, Time now, double by_weight);
-  /// N on the handle, to be held for the tick that begins at `begin`, a tick after the last `advance`. In the tick
-  /// before it `held` acts. In both the handle is taken to go on with `velocity` (m/s).
-  [[nodiscard]] Vec3 force(Time begin, const Vec3& velocity, const Vec3& held);
+  /// At `now` comes a result that is later than the one before. Returns the mean force of its period, on the line's far
+  /// end, N.
+  Vec3 arrive(const Result& result, Time now);
+  /// N on the handle, to be held for a tick. Before that tick lie the ticks since the last `advance`, in which the
+  /// forces `acting` (N) act, one each; the first is the one held now. In all of them the handle is taken to go on with
+  /// `velocity` (m/s).
+  [[nodiscard]] Vec3 force(std::span<const Vec3> acting, const Vec3& velocity);
 
   /// m, the wave that has left.
   [[nodiscard]] const Vec3& outgoing() const { return outgoing_; }

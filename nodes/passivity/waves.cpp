@@ -14,6 +14,11 @@ namespace {
 /// A damper that acts some ticks late on a mass m is stable up to this share of m / tick.
 constexpr double damping_share = 0.25;
 
+Vec3 displayed_weight(const Scene& scene) {
+  const Body* tool = scene.tool();
+  return tool == nullptr ? Vec3{} : tool->mass * scene.gravity_W;
+}
+
 void check(const Waves::Params& params, const NodeContext& context) {
   if (context.torque) {
     throw InputError(
@@ -39,9 +44,10 @@ NodeInfo Waves::declare() {
       "v_out = v - F / b leaves with each tick, made of the force that was commanded and of the way that the encoder "
       "showed; physics gets it as its handle. What returns for a result is 2 p_WT - p_WD. It is played over the "
       "result's period by F = b (v_in - v), from the energy that results have brought, so that the port never gives "
-      "more energy than went into the line. At rest the handle feels a spring of b / D, with D half the time from the "
-      "handle to physics and back, in series with the contact; moved freely it feels a mass of b D. Its dynamics needs "
-      "mass: not dynamics.quasistatic. Forces only, no torques.");
+      "more energy than went into the line. The tool's weight does not go through the line: it is added at the handle. "
+      "At rest the handle feels a spring of b / D, with D half the time from the handle to physics and back, in series "
+      "with the contact; moved freely it feels a mass of b D. Its dynamics needs mass, not dynamics.quasistatic, and "
+      "start_at_device: true. Forces only, no torques.");
   const Queue every{QueuePolicy::drop_oldest, 64};
   return node.realtime_safe()
       .input("device", &Waves::device, {.doc = "every sample of the handle", .trigger = Trigger::yes, .queue = every})
@@ -96,10 +102,9 @@ Waves::Waves(const Params& params, const NodeContext& context)
     : params_(params),
       tick_(Duration::from_rate(params.rate)),
       period_min_(Duration::from_seconds(params.period_min)),
+      weight_W_(displayed_weight(*context.scene)),
       end_(params.impedance, tick_.seconds(), params.catch_up) {
   check(params, context);
-  const Body* tool = context.scene->tool();
-  if (tool != nullptr) weight_W_ = tool->mass * context.scene->gravity_W;
 }
 
 void Waves::start(StepContext& context) {
@@ -108,51 +113,33 @@ void Waves::start(StepContext& context) {
   parameters.send(context.now(), {.b_t = params_.impedance, .force_max = no_limit, .torque_max = no_limit});
 }
 
-void Waves::take_state(const Stamped<DeviceState>& sample) {
-  const bool finite = is_finite(sample.value.X_WD.p) && is_finite(sample.value.V_WD.v);
-  if (!finite || (started_ && sample.stamp.valid <= shown_.stamp.valid)) return;
+void Waves::take_sample(const Stamped<DeviceState>& sample) {
   const Vec3& p = sample.value.X_WD.p;
-  if (started_) {
-    end_.advance(sample.stamp.valid, p - shown_.value.X_WD.p, held_);
-  } else {
-    end_.start(sample.stamp.valid, p);
-    begin_ = sent_ = p;
-    sent_at_ = sample.stamp.valid;
-    started_ = true;
+  if (samples_.started()) {
+    end_.advance(sample.stamp.valid, p - samples_.newest().value.X_WD.p, held_);
+    return;
   }
-  shown_ = sample;
+  end_.start(sample.stamp.valid, p);
+  sent_ = p;
+  begin_ = sent_at_ = sample.stamp.valid;
 }
 
-void Waves::hold_until(const Time* end) {
-  // A command of the time of a state is held from that state on.
-  for (;;) {
-    if (!has_next_) has_next_ = new_commands_.next(commanded, next_);
-    if (!has_next_ || (end != nullptr && next_.stamp.valid >= *end)) return;
-    if (is_finite(next_.value)) held_ = next_.value.force;
-    has_next_ = false;
-  }
-}
-
-void Waves::take_ticks() {
-  Stamped<DeviceState> sample;
-  while (new_states_.next(device, sample)) {
-    hold_until(&sample.stamp.valid);
-    take_state(sample);
-  }
-  hold_until(nullptr);
+/// m, by which the far end's handle has gone on by then to hold the tool against its weight.
+Vec3 Waves::hoist(Time at) const {
+  return (-(at - begin_).seconds() / params_.impedance) * weight_W_;
 }
 
 /// One a step, however many samples it took: the mean of several takes energy away, and adds none.
 void Waves::send_wave() {
-  const Time at = shown_.stamp.valid;
-  DeviceState out = shown_.value;
-  out.X_WD.p = end_.outgoing();
+  const Time at = samples_.newest().stamp.valid;
+  DeviceState out = samples_.newest().value;
+  out.X_WD.p = end_.outgoing() + hoist(at);
   out.V_WD = {};
   const double dt = (at - sent_at_).seconds();
-  if (dt > 0) out.V_WD.v = (1 / dt) * (end_.outgoing() - sent_);
+  if (dt > 0) out.V_WD.v = (1 / dt) * (out.X_WD.p - sent_);
   if (dt > 0 || !has_sent_) wave.send(at, out);
   has_sent_ = true;
-  sent_ = end_.outgoing();
+  sent_ = out.X_WD.p;
   sent_at_ = at;
 }
 
@@ -163,27 +150,59 @@ void Waves::take_result(Time now) {
     if (!is_finite(s.X_WT.p) || !is_finite(s.X_WD.p)) continue;
     // The places of a later result have all that went before.
     if (result.stamp.valid < end_.result().at + period_min_) continue;
-    // What the tool's weight has given on its way comes back beside what left.
-    const double by_weight = dot(weight_W_, s.X_WT.p - begin_);
-    force.send(result.stamp.valid, {end_.arrive({result.stamp.valid, s.X_WT.p, s.X_WD.p}, now, by_weight), {}});
+    const Time at = result.stamp.valid;
+    force.send(at, {end_.arrive({at, s.X_WT.p, s.X_WD.p - hoist(at)}, now) + weight_W_, {}});
     has_result_ = true;
   }
 }
 
-void Waves::step(StepContext& context) {
-  take_ticks();
-  if (!started_) return;
-  send_wave();
-  take_result(context.now());
-  if (!has_result_) return;
-  // The device ticks next a tick after its newest sample, or after now where it is late.
-  const Time next = std::max(shown_.stamp.valid, context.now() - tick_) + tick_;
-  const Vec3 wanted = end_.force(next, shown_.value.V_WD.v, held_);
+/// N, of a force that is commanded: what goes into the line.
+Vec3 Waves::without_weight(const Vec3& f) const {
+  return f == Vec3{} ? f : f - weight_W_;
+}
+
+/// What the device commands at a tick that it has not shown yet.
+Vec3 Waves::on_its_way(Time tick) const {
+  // From the newest back to the one that the device commands by then.
+  for (std::size_t back = 0; back < most_ahead; ++back) {
+    const Sent& sent = forces_[(newest_force_ + most_ahead - back) % most_ahead];
+    if (sent.from <= tick) return sent.force;
+  }
+  return held_;
+}
+
+void Waves::send_force(Time now) {
+  const Stamped<DeviceState>& newest = samples_.newest();
+  const std::int64_t since = std::max<std::int64_t>(0, (now - newest.stamp.valid).ns);
+  const auto ahead = static_cast<std::size_t>(std::min<std::int64_t>(since / tick_.ns + 1, most_ahead));
+  const Time next = newest.stamp.valid + tick_ * static_cast<int>(ahead);
+  Vec3 wanted;
+  if (ahead < most_ahead) {
+    std::array<Vec3, most_ahead> acting;
+    acting[0] = held_;
+    for (std::size_t i = 1; i < ahead; ++i) {
+      acting[i] = on_its_way(newest.stamp.valid + tick_ * static_cast<int>(i));
+    }
+    wanted = end_.force({acting.data(), ahead}, newest.value.V_WD.v) + weight_W_;
+    if (end_.was_cut()) ++cut_;
+  }
   ++ticks_;
-  if (end_.was_cut()) ++cut_;
   const Vec3 lag = end_.arrived() - end_.incoming();
   lag_sum_ += dot(lag, lag);
+  // A second one for the same tick takes the place of the first.
+  if (forces_[newest_force_].from != next) newest_force_ = (newest_force_ + 1) % most_ahead;
+  forces_[newest_force_] = {next, without_weight(wanted)};
   segment.send(end_.result().at, constant_segment(next, {wanted, {}}));
+}
+
+void Waves::step(StepContext& context) {
+  samples_.take(
+      device, commanded, [this](const Wrench& wrench) { held_ = without_weight(wrench.force); },
+      [this](const Stamped<DeviceState>& sample) { take_sample(sample); });
+  if (!samples_.started()) return;
+  send_wave();
+  take_result(context.now());
+  if (has_result_) send_force(context.now());
 }
 
 void Waves::report(Report& report) const {

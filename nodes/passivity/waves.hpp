@@ -1,9 +1,13 @@
 // passivity.waves: a line of wave variables in place of the coupling, passive whatever the delay to physics and back.
 #pragma once
 
+#include <array>
+#include <cstdint>
+
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/passivity/port_samples.hpp"
 #include "nodes/passivity/wave_end.hpp"
 
 namespace tactor {
@@ -11,6 +15,17 @@ namespace tactor {
 /// Stands where the coupling stands, on the device's side of the delays (see WaveEnd for the equations). `wave` tells
 /// physics where the handle's end of the tool's damper is, `parameters` the damper, and `state` brings back where both
 /// are: the returning wave of a result at its time is 2 p_WT - p_WD. Both ways may delay as they like, evenly or not.
+///
+/// The tool's weight w does not go through the line: the line carries F - w, and w is added at the handle. What the
+/// line makes of F - w leaves with the velocity -w / b on top, by which the damper holds the tool against its weight.
+/// So the wave that physics gets is still that of v - F / b, the line needs no energy of the weight, and what it keeps
+/// passive is the port without the weight on the way of the handle. No force commanded is no weight displayed: zero
+/// goes into the line as zero.
+///
+/// The device commands what is sent now at the first tick after now. In a real-time lane of a live run the newest
+/// sample is a tick old by then, or more. The forces that were sent for the ticks between, and are not shown yet, are
+/// reckoned with as if the device commanded them. After `most_ahead` ticks without a sample nothing is known of the
+/// handle, and zero is sent.
 ///
 /// A step allocates, locks and waits for nothing.
 class Waves final : public Node {
@@ -39,29 +54,35 @@ class Waves final : public Node {
   Output<ForceSegment> segment;
 
  private:
-  void take_ticks();
-  void take_state(const Stamped<DeviceState>& sample);
-  void hold_until(const Time* end);
+  /// A force that was sent, and from which of its ticks on the device commands it.
+  struct Sent {
+    Time from{INT64_MAX};
+    Vec3 force;  // N, without the weight
+  };
+  static constexpr std::size_t most_ahead = 16;
+
+  void take_sample(const Stamped<DeviceState>& sample);
   void send_wave();
+  [[nodiscard]] Vec3 without_weight(const Vec3& f) const;
+  [[nodiscard]] Vec3 on_its_way(Time tick) const;
+  [[nodiscard]] Vec3 hoist(Time at) const;
   void take_result(Time now);
+  void send_force(Time now);
 
   Params params_;
   Duration tick_, period_min_;
   Vec3 weight_W_;  // N, of the tool
   WaveEnd end_;
-  NewMessages<DeviceState> new_states_;
-  NewMessages<Wrench> new_commands_;
+  PortSamples samples_;
   NewMessages<PhysicsState> new_results_;
-  Stamped<Wrench> next_;  // the next command to be held, where `has_next_`
-  bool has_next_ = false;
-  bool started_ = false;
-  Stamped<DeviceState> shown_;  // the newest sample of the handle
-  Vec3 held_;                   // N, commanded now
+  Vec3 held_;   // N, commanded now, without the weight
+  Time begin_;  // of the line
   bool has_sent_ = false;
   Vec3 sent_;     // m, the outgoing wave that was sent last
   Time sent_at_;  // its time
   bool has_result_ = false;
-  Vec3 begin_;  // m, where the line began
+  std::array<Sent, most_ahead> forces_;  // a ring, the newest at `newest_force_`
+  std::size_t newest_force_ = 0;
   std::uint64_t ticks_ = 0, cut_ = 0;
   double lag_sum_ = 0;  // m^2
 };

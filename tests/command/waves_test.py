@@ -85,6 +85,26 @@ class Waves(CommandTest):
                 expected = 1 / (half / b + 2 / 1e5)
                 self.assertAlmostEqual(force.mean() / (4e-3 - p.mean()), expected, delta=0.1 * expected)
 
+    @needs_hdf5
+    def test_a_heavy_tool_is_felt_and_its_weight_gives_no_more_than_on_the_way_of_the_handle(self):
+        # A hand that stands, goes up and comes down to the wall.
+        points = "[{t: 0 s, z: 40 mm}, {t: 1.2 s, z: 40 mm}, {t: 1.6 s, z: 60 mm}, {t: 3 s, z: 60 mm}, {t: 4 s, z: 0 mm}, {t: 6 s, z: 0 mm}]"
+        for mass, ms in ((0.05, 50), (0.2, 10), (0.2, 50), (0.5, 100)):
+            with self.subTest(mass=mass, ms=ms):
+                found, summary = self.played((*WAVES, *away(ms)), *STIFF, "scene.gravity=[0, 0, -9.81]", f"scene.bodies.tool.mass={mass} kg",
+                                             f"trajectory.points={points}", "duration=6 s", "device.hand_stiffness=400 N/m")
+                port = summary["port"]
+                self.assertLessEqual(port["energy_generated_J"], port["energy_allowed_J"])
+                self.assertEqual(summary["stability"]["passive"], 1)
+                weight = -9.81 * mass
+                self.assertAlmostEqual(found["device.commanded"]["force"][2500:3000, 2].mean(), weight, delta=-0.15 * weight)
+
+    def test_a_tool_that_starts_away_from_the_handle_is_refused(self):
+        out = self.folder / "out"
+        result = tactor("run", WALL, *WAVES, "--set", "dynamics.start_at_device=false", "--out", out)
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("start_at_device is false, and the coupling is a damper without a spring", result.stderr)
+
     def test_the_line_takes_the_place_of_the_coupling_whatever_the_method(self):
         for over in ((), ("--over", GRAPHS / "methods/hold.yaml"), ("--over", GRAPHS / "methods/blend.yaml")):
             with self.subTest(over=over):

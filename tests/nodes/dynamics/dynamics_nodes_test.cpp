@@ -221,6 +221,26 @@ BOOST_AUTO_TEST_CASE(a_massless_law_stops_a_node_whose_bodies_have_mass) {
   });
 }
 
+BOOST_AUTO_TEST_CASE(a_damper_alone_stops_a_node_whose_tool_does_not_start_at_the_handle) {
+  RigidDynamics::Params p = default_params<RigidDynamics>();
+  for (const bool at_device : {true, false}) {
+    p.start_at_device = at_device;
+    Rig rig(p);
+    rig.coupling.k_t = 0;
+    rig.coupling.b_t = 20;
+    rig.push_law();
+    rig.device(1, {});
+    rig.contacts(1);
+    if (at_device) {
+      BOOST_TEST(rig.step(1) == 1U);
+    } else {
+      BOOST_CHECK_EXCEPTION(rig.step(1), RunError, [](const RunError& e) {
+        return std::string(e.what()).find("dynamics.rigid: start_at_device is false") == 0;
+      });
+    }
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_quasistatic_tool_is_the_handle_where_nothing_touches) {
   NodeRig<QuasistaticDynamics> rig(default_params<QuasistaticDynamics>(), scene_of(Motion::rigid));
   for (int ms = 0; ms <= 100; ++ms) {

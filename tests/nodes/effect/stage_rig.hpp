@@ -19,7 +19,7 @@ class StageRig {
     node.device.configure({QueuePolicy::latest, 1});
   }
   /// Physics tells from now on that the tool touches, pushed by `force` (N), or that it does not, where that is zero;
-  /// the handle had the velocity `v` (m/s) then.
+  /// what physics took for its handle had the velocity `v` (m/s) then.
   void touch(int n, const Vec3& force, const Vec3& v) {
     if (!node.contact.connected()) node.contact.configure({QueuePolicy::latest, 1});
     PhysicsState state;

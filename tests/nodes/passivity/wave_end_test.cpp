@@ -1,4 +1,5 @@
 // The device's end of a wave line, with far ends whose answers are known in closed form.
+#include <array>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <deque>
@@ -36,11 +37,11 @@ struct Line {
     handle = out;
     if (n % every == 0) under_way.push_back({at_tick(n), tool, out});
     if (!under_way.empty() && under_way.front().at <= at_tick(n - delay)) {
-      far_force = end.arrive(under_way.front(), at_tick(n), 0);
+      far_force = end.arrive(under_way.front(), at_tick(n));
       under_way.pop_front();
     }
     acting = next;
-    next = end.force(at_tick(n + 1), v, acting);
+    next = end.force(std::array{acting}, v);
     return next;
   }
 
@@ -86,7 +87,7 @@ BOOST_AUTO_TEST_CASE(a_line_whose_tool_stands_keeps_all_that_leaves) {
     // Uneven results. All of the wave turns back, whatever it was within the period.
     next += 1 + static_cast<int>(draw.uniform(3, 25));
     out_by = end.energy_out();
-    end.arrive({at_tick(n), {}, end.outgoing()}, at_tick(n), 0);
+    end.arrive({at_tick(n), {}, end.outgoing()}, at_tick(n));
     BOOST_TEST(std::abs(end.energy_brought() - out_by) < 1e-12 * out_by);
   }
 }
@@ -186,27 +187,14 @@ BOOST_AUTO_TEST_CASE(a_far_end_that_gives_energy_cannot_give_more_than_left) {
     most = std::max(most, given);
     allowed = std::max(allowed, std::abs(dot(acting, way)));
     if (n % 12 == 0) {
-      end.arrive({at_tick(n), {0.02 * std::sin(5 * phase), 0, 0.01 * draw.normal()}, end.outgoing()}, at_tick(n), 0);
+      end.arrive({at_tick(n), {0.02 * std::sin(5 * phase), 0, 0.01 * draw.normal()}, end.outgoing()}, at_tick(n));
       BOOST_TEST(end.energy_brought() <= end.energy_out());
     }
     acting = next;
-    next = end.force(at_tick(n + 1), v, acting);
+    next = end.force(std::array{acting}, v);
   }
   BOOST_TEST(end.energy_brought() > 0.9 * end.energy_out(), "it would give more if it could");
   BOOST_TEST(most <= allowed, most << " J of " << allowed);
-}
-
-BOOST_AUTO_TEST_CASE(the_weight_of_the_tool_may_come_back_beside_what_left) {
-  // A tool of 1 N goes down on its own by 1 m/s, with a hand that stands: b/4 |v_in|^2 of what comes back.
-  constexpr double b = 10;
-  WaveEnd with(b, T, 0.05), without(b, T, 0.05);
-  for (WaveEnd* end : {&with, &without}) {
-    end->start(at_tick(0), {});
-    end->advance(at_tick(1), {}, {});
-    end->arrive({at_tick(1), {0, 0, -T}, {}}, at_tick(1), end == &with ? T : 0);
-  }
-  BOOST_TEST(without.energy_brought() == 0);
-  BOOST_TEST(std::abs(with.energy_brought() - T) < 1e-15);
 }
 
 BOOST_AUTO_TEST_CASE(a_result_is_played_once_and_then_leaves_the_damper) {
@@ -215,18 +203,18 @@ BOOST_AUTO_TEST_CASE(a_result_is_played_once_and_then_leaves_the_damper) {
   end.start(at_tick(0), {});
   // Against the damper, so that nothing is played before.
   for (int n = 1; n <= 10; ++n) end.advance(at_tick(n), {1e-4, 0, 0}, {-1, 0, 0});
-  end.arrive({at_tick(10), {}, end.outgoing()}, at_tick(10), 0);
+  end.arrive({at_tick(10), {}, end.outgoing()}, at_tick(10));
   const double brought = end.energy_brought();
   BOOST_TEST(std::abs(brought - 10 * b * 1e-8 / T) < 1e-12);
-  Vec3 acting, next = end.force(at_tick(11), {}, {});
+  Vec3 acting, next = end.force(std::array{Vec3{}}, {});
   for (int n = 11; n < 200; ++n) {
     end.advance(at_tick(n), {}, acting);  // the handle stands
     acting = next;
-    next = end.force(at_tick(n + 1), {}, acting);
+    next = end.force(std::array{acting}, {});
     BOOST_TEST(end.energy_played() <= brought * (1 + 1e-12));
     // The tool stands, so the wave turns round: 2 N, but for a quarter of a period that is kept in reserve.
     if (n > 11 && n < 18) BOOST_TEST(std::abs(acting.x + 2 / std::sqrt(1.25)) < 1e-9);
   }
   BOOST_TEST(norm(next) < 1e-3);
-  BOOST_TEST(std::abs(end.force(at_tick(200), {0, 0.1, 0}, {}).y + 0.1 * b) < 1e-3);
+  BOOST_TEST(std::abs(end.force(std::array{Vec3{}}, {0, 0.1, 0}).y + 0.1 * b) < 1e-3);
 }
