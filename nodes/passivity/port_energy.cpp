@@ -11,11 +11,6 @@ double one_norm(const Vec3& a) {
   return std::abs(a.x) + std::abs(a.y) + std::abs(a.z);
 }
 
-bool is_finite_state(const DeviceState& s) {
-  const Quat& R = s.X_WD.R;
-  return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(R.w + R.x + R.y + R.z);
-}
-
 }  // namespace
 
 Wrench PortEnergy::without_weight(const Wrench& wrench) const {
@@ -29,7 +24,6 @@ double PortEnergy::most() const {
 }
 
 void PortEnergy::hold(const Wrench& wrench) {
-  if (!is_finite(wrench)) return;
   const Wrench change = wrench - held_;
   energy_ -= 0.5 * options_.pessimism *
              (options_.step * one_norm(change.force) + options_.step_angle * one_norm(change.torque));
@@ -41,12 +35,12 @@ void PortEnergy::hold(const Wrench& wrench) {
 }
 
 void PortEnergy::take_state(const Stamped<DeviceState>& state) {
-  if (!is_finite_state(state.value) || (started_ && state.stamp.valid <= at_)) return;
-  const Pose& X = state.value.X_WD;
-  if (started_) {
-    SmallMotion way{X.p - X_WD_.p, {}};
-    if (options_.torque) way.r = to_rotation_vector(X.R * inverse(X_WD_.R));
-    const double dt = (state.stamp.valid - at_).seconds();
+  if (started()) {
+    const Pose& X = state.value.X_WD;
+    const Pose& before = samples_.newest().value.X_WD;
+    SmallMotion way{X.p - before.p, {}};
+    if (options_.torque) way.r = to_rotation_vector(X.R * inverse(before.R));
+    const double dt = (state.stamp.valid - at()).seconds();
     energy_ += options_.damping * (dot(way.x, way.x) + options_.lever * options_.lever * dot(way.r, way.r)) / dt;
     const double given = work(held(), way);
     energy_ = std::min(energy_ - given, most());
@@ -55,29 +49,14 @@ void PortEnergy::take_state(const Stamped<DeviceState>& state) {
     mean_velocity_ = {(1 / dt) * way.x, (1 / dt) * way.r};
     mean_over_ = dt;
   }
-  started_ = true;
-  at_ = state.stamp.valid;
-  X_WD_ = X;
   velocity_ = state.value.V_WD;
   if (!options_.torque) velocity_.w = {};
 }
 
 void PortEnergy::take(Input<DeviceState>& device, Input<Wrench>& commanded) {
-  // A command of the time of a state is held from that state on.
-  const auto hold_until = [&](const Time* end) {
-    for (;;) {
-      if (!has_next_) has_next_ = new_commands_.next(commanded, next_);
-      if (!has_next_ || (end != nullptr && next_.stamp.valid >= *end)) return;
-      hold(next_.value);
-      has_next_ = false;
-    }
-  };
-  Stamped<DeviceState> state;
-  while (new_states_.next(device, state)) {
-    hold_until(&state.stamp.valid);
-    take_state(state);
-  }
-  hold_until(nullptr);
+  samples_.take(
+      device, commanded, [this](const Wrench& wrench) { hold(wrench); },
+      [this](const Stamped<DeviceState>& state) { take_state(state); });
 }
 
 }  // namespace tactor

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "framework/core/messages.hpp"
-#include "framework/node/new_messages.hpp"
+#include "nodes/passivity/port_samples.hpp"
 
 namespace tactor {
 
@@ -62,9 +62,9 @@ class PortEnergy {
   void take(Input<DeviceState>& device, Input<Wrench>& commanded);
 
   /// True when a state has come.
-  [[nodiscard]] bool started() const { return started_; }
+  [[nodiscard]] bool started() const { return samples_.started(); }
   /// Of the newest state.
-  [[nodiscard]] Time at() const { return at_; }
+  [[nodiscard]] Time at() const { return samples_.newest().stamp.valid; }
   /// J, at the newest state.
   [[nodiscard]] double energy() const { return energy_; }
   /// The least that it has been.
@@ -87,13 +87,7 @@ class PortEnergy {
   [[nodiscard]] double most() const;
 
   PortEnergyOptions options_;
-  NewMessages<DeviceState> new_states_;
-  NewMessages<Wrench> new_commands_;
-  Stamped<Wrench> next_;  // the next command to be held, where `has_next_`
-  bool has_next_ = false;
-  bool started_ = false;
-  Time at_;  // of the newest state
-  Pose X_WD_;
+  PortSamples samples_;
   Twist velocity_, mean_velocity_;
   double mean_over_ = 0;
   Wrench held_;
