@@ -120,6 +120,7 @@ void PassivityStage::step(StepContext& context) {
   if (newest == nullptr || !port_.started()) return;
   const std::int64_t since = std::max<std::int64_t>(0, (context.now() - port_.at()).ns);
   ahead_ = static_cast<int>(std::min<std::int64_t>(since / tick_.ns + 1, most_ahead));
+  most_seen_ahead_ = std::max(most_seen_ahead_, ahead_);
   const Time next = port_.at() + tick_ * ahead_;
   Wrench wanted = evaluate(newest->value, next);
   if (!torque_) wanted.torque = {};
@@ -155,6 +156,7 @@ void PassivityStage::report(Report& report) const {
   const auto steps = static_cast<double>(std::max<std::uint64_t>(steps_, 1));
   report.set("passivity.changed_share", static_cast<double>(changed_) / steps);
   report.set("passivity.change_rms_N", std::sqrt(change_sum_ / steps));
+  report.set("passivity.ahead_most", most_seen_ahead_);
   report.set("passivity.least_energy_J", port_.least());
 }
 

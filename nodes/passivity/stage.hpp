@@ -40,7 +40,7 @@ struct StageParams {
 class PassivityStage : public Node {
  public:
   void step(StepContext& context) final;
-  /// passivity.changed_share, passivity.change_rms_N, passivity.least_energy_J.
+  /// passivity.changed_share, passivity.change_rms_N, passivity.ahead_most, passivity.least_energy_J.
   void report(Report& report) const override;
 
   Input<ForceSegment> segment;
@@ -109,6 +109,7 @@ class PassivityStage : public Node {
   bool was_changed_ = false;  // the device has been sent another wrench than was wanted
   std::uint64_t passed_ = 0;  // sequence of the segment that went through last, where `passed_any_`
   std::uint64_t steps_ = 0, changed_ = 0;
+  int most_seen_ahead_ = 0;
   double change_sum_ = 0;  // N^2
 };
 
@@ -213,6 +214,10 @@ void declare_stage(Declare<N>& node) {
       .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second"})
       .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower)
       .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower)
+      .metric("passivity.ahead_most", "1",
+              "most ticks from the newest state of the device to the command decided on: 1 under the virtual clock, 2 "
+              "in a lane of its own; more where something was late",
+              Better::lower)
       .metric("passivity.least_energy_J", "J", "least energy of the port, as the stage counts it", Better::higher);
 }
 
