@@ -87,15 +87,11 @@ Wrench PassivityStage::within_energy(const Wrench& wanted) const {
 }
 
 Wrench PassivityStage::on_its_way(Time tick) const {
-  // From the newest back to the one that the device commands by then.
-  for (std::size_t back = 0; back < sent_.size(); ++back) {
-    const Sent& sent = sent_[(newest_sent_ + sent_.size() - back) % sent_.size()];
-    if (sent.from > tick) continue;
-    Wrench wrench = evaluate(sent.segment, tick);
-    if (!torque_) wrench.torque = {};
-    return is_finite(wrench) ? port_.without_weight(wrench) : Wrench{};
-  }
-  return port_.held();
+  const ForceSegment* sent = sent_.at(tick);
+  if (sent == nullptr) return port_.held();
+  Wrench wrench = evaluate(*sent, tick);
+  if (!torque_) wrench.torque = {};
+  return is_finite(wrench) ? port_.without_weight(wrench) : Wrench{};
 }
 
 double PassivityStage::energy_then(const Foretold& foretold) const {
@@ -108,9 +104,7 @@ double PassivityStage::energy_then(const Foretold& foretold) const {
 }
 
 void PassivityStage::send(Time valid, Time from, const ForceSegment& sent) {
-  // A second one for the same tick takes the place of the first.
-  if (sent_[newest_sent_].from != from) newest_sent_ = (newest_sent_ + 1) % sent_.size();
-  sent_[newest_sent_] = {from, sent};
+  sent_.send(from, sent);
   limited.send(valid, sent);
 }
 
@@ -118,8 +112,7 @@ void PassivityStage::step(StepContext& context) {
   port_.take(device, commanded);
   const Stamped<ForceSegment>* newest = segment.latest();
   if (newest == nullptr || !port_.started()) return;
-  const std::int64_t since = std::max<std::int64_t>(0, (context.now() - port_.at()).ns);
-  ahead_ = static_cast<int>(std::min<std::int64_t>(since / tick_.ns + 1, most_ahead));
+  ahead_ = ticks_ahead(port_.at(), context.now(), tick_);
   most_seen_ahead_ = std::max(most_seen_ahead_, ahead_);
   const Time next = port_.at() + tick_ * ahead_;
   Wrench wanted = evaluate(newest->value, next);

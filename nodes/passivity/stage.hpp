@@ -1,10 +1,9 @@
 // What the stages between an interpolation and a device have in common: ports, the port's energy, what is passed on.
 #pragma once
 
-#include <array>
-
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
+#include "nodes/passivity/on_its_way.hpp"
 #include "nodes/passivity/port_energy.hpp"
 
 namespace tactor {
@@ -86,13 +85,6 @@ class PassivityStage : public Node {
   [[nodiscard]] const StageParams& params() const { return params_; }
 
  private:
-  /// What the device was sent, and from which of its ticks on it commands that.
-  struct Sent {
-    Time from{INT64_MAX};
-    ForceSegment segment;
-  };
-  static constexpr int most_ahead = 16;
-
   [[nodiscard]] Wrench within_energy(const Wrench& wanted) const;
   void send(Time valid, Time from, const ForceSegment& sent);
   /// What the device commands at a tick that it has not shown yet.
@@ -102,8 +94,7 @@ class PassivityStage : public Node {
   bool torque_;
   Duration tick_;
   PortEnergy port_;
-  std::array<Sent, most_ahead> sent_;  // a ring, the newest at `newest_sent_`
-  std::size_t newest_sent_ = 0;
+  OnItsWay<ForceSegment> sent_;
   int ahead_ = 1;
   bool passed_any_ = false;
   bool was_changed_ = false;  // the device has been sent another wrench than was wanted

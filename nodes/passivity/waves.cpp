@@ -1,6 +1,7 @@
 #include "nodes/passivity/waves.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -161,37 +162,25 @@ Vec3 Waves::without_weight(const Vec3& f) const {
   return f == Vec3{} ? f : f - weight_W_;
 }
 
-/// What the device commands at a tick that it has not shown yet.
-Vec3 Waves::on_its_way(Time tick) const {
-  // From the newest back to the one that the device commands by then.
-  for (std::size_t back = 0; back < most_ahead; ++back) {
-    const Sent& sent = forces_[(newest_force_ + most_ahead - back) % most_ahead];
-    if (sent.from <= tick) return sent.force;
-  }
-  return held_;
-}
-
 void Waves::send_force(Time now) {
   const Stamped<DeviceState>& newest = samples_.newest();
-  const std::int64_t since = std::max<std::int64_t>(0, (now - newest.stamp.valid).ns);
-  const auto ahead = static_cast<std::size_t>(std::min<std::int64_t>(since / tick_.ns + 1, most_ahead));
-  const Time next = newest.stamp.valid + tick_ * static_cast<int>(ahead);
+  const int ahead = ticks_ahead(newest.stamp.valid, now, tick_);
+  const Time next = newest.stamp.valid + tick_ * ahead;
   Vec3 wanted;
   if (ahead < most_ahead) {
     std::array<Vec3, most_ahead> acting;
     acting[0] = held_;
-    for (std::size_t i = 1; i < ahead; ++i) {
-      acting[i] = on_its_way(newest.stamp.valid + tick_ * static_cast<int>(i));
+    for (int i = 1; i < ahead; ++i) {
+      const Vec3* sent = forces_.at(newest.stamp.valid + tick_ * i);
+      acting[static_cast<std::size_t>(i)] = sent == nullptr ? held_ : *sent;
     }
-    wanted = end_.force({acting.data(), ahead}, newest.value.V_WD.v) + weight_W_;
+    wanted = end_.force({acting.data(), static_cast<std::size_t>(ahead)}, newest.value.V_WD.v) + weight_W_;
     if (end_.was_cut()) ++cut_;
   }
   ++ticks_;
   const Vec3 lag = end_.arrived() - end_.incoming();
   lag_sum_ += dot(lag, lag);
-  // A second one for the same tick takes the place of the first.
-  if (forces_[newest_force_].from != next) newest_force_ = (newest_force_ + 1) % most_ahead;
-  forces_[newest_force_] = {next, without_weight(wanted)};
+  forces_.send(next, without_weight(wanted));
   segment.send(end_.result().at, constant_segment(next, {wanted, {}}));
 }
 

@@ -1,12 +1,12 @@
 // passivity.waves: a line of wave variables in place of the coupling, passive whatever the delay to physics and back.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/passivity/on_its_way.hpp"
 #include "nodes/passivity/port_samples.hpp"
 #include "nodes/passivity/wave_end.hpp"
 
@@ -54,17 +54,9 @@ class Waves final : public Node {
   Output<ForceSegment> segment;
 
  private:
-  /// A force that was sent, and from which of its ticks on the device commands it.
-  struct Sent {
-    Time from{INT64_MAX};
-    Vec3 force;  // N, without the weight
-  };
-  static constexpr std::size_t most_ahead = 16;
-
   void take_sample(const Stamped<DeviceState>& sample);
   void send_wave();
   [[nodiscard]] Vec3 without_weight(const Vec3& f) const;
-  [[nodiscard]] Vec3 on_its_way(Time tick) const;
   [[nodiscard]] Vec3 hoist(Time at) const;
   void take_result(Time now);
   void send_force(Time now);
@@ -81,8 +73,7 @@ class Waves final : public Node {
   Vec3 sent_;     // m, the outgoing wave that was sent last
   Time sent_at_;  // its time
   bool has_result_ = false;
-  std::array<Sent, most_ahead> forces_;  // a ring, the newest at `newest_force_`
-  std::size_t newest_force_ = 0;
+  OnItsWay<Vec3> forces_;  // N, without the weight
   std::uint64_t ticks_ = 0, cut_ = 0;
   double lag_sum_ = 0;  // m^2
 };
