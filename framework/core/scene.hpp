@@ -16,6 +16,7 @@ enum class Motion {
   fixed,        ///< it stays where it is
   translation,  ///< it moves and keeps its orientation: 3 degrees of freedom, no torque is computed
   rigid,        ///< 6 degrees of freedom
+  deformable,   ///< it deforms as an elastic solid, see Deformable; it has no pose of its own beyond the start
 };
 
 /// Contact properties of a body's surface. Two bodies in contact: stiffnesses in series, damping of the softer,
@@ -56,16 +57,60 @@ struct PlaneShape {
 };
 using Shape = std::variant<MeshShape, SphereShape, CapsuleShape, BoxShape, PlaneShape>;
 
+/// All points of a box whose edges are along the axes.
+struct BoxRegion {
+  Vec3 low, high;  ///< m
+  bool operator==(const BoxRegion&) const = default;
+};
+/// All points on a plane and behind it: dot(n, x - p) <= 0.
+struct HalfSpaceRegion {
+  Vec3 p;  ///< m
+  Vec3 n;  ///< of any length above zero
+  bool operator==(const HalfSpaceRegion&) const = default;
+};
+/// The faces that a volume mesh names.
+struct NamedFaces {
+  std::string name;
+  bool operator==(const NamedFaces&) const = default;
+};
+/// Which points of a deformable body do not move, in the frame of the body.
+using FixedRegion = std::variant<BoxRegion, HalfSpaceRegion, NamedFaces>;
+
+/// A ball of another stiffness inside a deformable body.
+struct Inclusion {
+  Vec3 p;             ///< m, its centre in the frame of the body
+  double radius = 0;  ///< m
+  double young = 0;   ///< Pa
+  bool operator==(const Inclusion&) const = default;
+};
+
+/// An elastic solid of uniform material but for its inclusions.
+struct Deformable {
+  double young = 20e3;     ///< Pa
+  double poisson = 0.45;   ///< below 0.5
+  double density = 1000;   ///< kg/m^3
+  double damping = 0.005;  ///< s, stress per rate of strain over the stiffness (Rayleigh's beta)
+  double drag = 0;         ///< 1/s, force per velocity over the mass (Rayleigh's alpha)
+  int tetrahedra = 3000;   ///< about so many; not used where `cell_size` is given or a file holds tetrahedra
+  double cell_size = 0;    ///< m, length of edges; 0: by `tetrahedra`
+  std::vector<FixedRegion> fixed;
+  std::vector<Inclusion> inclusions;
+  bool operator==(const Deformable&) const = default;
+};
+
 /// A body.
 struct Body {
   std::string name;
   Shape shape;
   Pose X_WB;  ///< the body in the world at the start
   Motion motion = Motion::fixed;
-  double mass = 0.1;            ///< kg, of a moving body
+  double mass = 0.1;            ///< kg, of a body that moves as a whole
   std::optional<Vec3> inertia;  ///< kg m^2, principal, in the body frame; from the shape when absent
   Material material;
+  Deformable deformable;  ///< of a deformable body
 
+  /// True where it moves as a whole.
+  [[nodiscard]] bool moves() const { return motion == Motion::translation || motion == Motion::rigid; }
   [[nodiscard]] const MeshShape* mesh() const { return std::get_if<MeshShape>(&shape); }
 };
 
@@ -86,12 +131,20 @@ struct Scene {
   std::vector<Body> bodies;
   std::string tool_name;  ///< the moving body that hangs on the device; empty: the first one that moves
 
-  /// Indices of the bodies that move, the tool first, the others in their order.
+  /// Indices of the bodies that move as a whole, the tool first, the others in their order.
   [[nodiscard]] std::vector<std::size_t> moving() const {
     std::vector<std::size_t> indices;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-      if (bodies[i].motion == Motion::fixed) continue;
+      if (!bodies[i].moves()) continue;
       indices.insert(bodies[i].name == tool_name ? indices.begin() : indices.end(), i);
+    }
+    return indices;
+  }
+  /// Indices of the bodies that deform, in their order.
+  [[nodiscard]] std::vector<std::size_t> deformable() const {
+    std::vector<std::size_t> indices;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      if (bodies[i].motion == Motion::deformable) indices.push_back(i);
     }
     return indices;
   }
