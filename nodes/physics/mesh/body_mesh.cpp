@@ -107,7 +107,7 @@ SizeVerdict judge_size(double length, bool has_scale) {
 
 TriangleMesh load_body_mesh(const Body& body, Notes* notes) {
   TriangleMesh mesh = scaled_mesh(body, notes);
-  if (body.motion != Motion::fixed) {
+  if (body.moves()) {
     const Vec3 center = solid_properties(body, mesh).center;
     for (Vec3& v : mesh.vertices) v -= center;
   }
