@@ -227,7 +227,7 @@ void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Po
   const double length = 2 * std::sqrt(area);
   const double wanted = rigid.spacing > 0 ? std::ceil(length / rigid.spacing * (1 - 1e-12)) : 1;
   const int n = std::max(static_cast<int>(std::min(wanted, most_parts)), rigid.least_parts);
-  if (n > 3) {
+  if (n > 2) {
     // A signed distance changes by no more than the way moved.
     const Vec3 middle = third * (a + b + c);
     const double reach =
@@ -237,17 +237,20 @@ void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Po
     hint = near.face;
     if (near.distance * (1 - 1e-9) - reach >= margin_) return;
   }
-  const double weight = area / (0.5 * n * (n + 1)) / material.patch_area;
-  for (int j = 0; j < n; ++j) {
+  const double weight = area / (static_cast<double>(n) * n) / material.patch_area;
+  for (int row = 0; row < 2 * n - 1; ++row) {
     side.work();
-    const double v = (j + third) / n;
+    // Triangles that stand as the face does, and between them those that are turned by half a turn.
+    const int j = row / 2;
+    const double at_third = row % 2 == 0 ? third : 2 * third, v = (j + at_third) / n;
+    const int count = n - j - row % 2;
     const auto [low, high] = inside(box, a + v * ac, ab);
-    const double from = std::max(0.0, std::ceil(low * n - third - 1e-9)),
-                 to = std::min(n - 1.0 - j, std::floor(high * n - third + 1e-9));
+    const double from = std::max(0.0, std::ceil(low * n - at_third - 1e-9)),
+                 to = std::min(count - 1.0, std::floor(high * n - at_third + 1e-9));
     for (double i = from; i <= to; ++i) {
       if (side.over()) return;
       side.work();
-      const double u = (i + third) / n;
+      const double u = (i + at_third) / n;
       const Nearest near = distance.nearest(a + u * ab + v * ac, hint);
       hint = near.face;
       if (!(near.distance < margin_)) continue;
@@ -262,10 +265,8 @@ void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Po
       contact.distance = near.distance;
       contact.weight = counts * weight;
       side.extents[deformable][0] += contact.weight * (margin_ - contact.distance);
-      add(contact, rigid, number, false,
-          (static_cast<std::uint64_t>(face) << 12U) | (static_cast<std::uint64_t>(j) << 6U) |
-              static_cast<std::uint64_t>(i),
-          place, side);
+      const auto sample = static_cast<std::uint64_t>(row * 64) + static_cast<std::uint64_t>(i);
+      add(contact, rigid, number, false, static_cast<std::uint64_t>(face) << 13U | sample, place, side);
     }
   }
 }

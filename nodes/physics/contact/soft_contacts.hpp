@@ -44,8 +44,8 @@ struct SoftContactOptions {
 ///
 /// Samples of the surface. Each stands for an area of the surface at rest, and its weight is area / patch area of the
 /// combined material. So the pressure is (stiffness / patch area) * depth, however fine the faces are. A face of area
-/// a at rest has n (n + 1) / 2 samples of equal areas, at the shares
-///   ((i + 1/3), (j + 1/3), (n - i - j - 2/3)) / n,   i + j < n,   n = ceil(2 sqrt(a) / spacing), at most 64.
+/// a at rest is cut into n^2 triangles of equal areas, whose middles are the samples:
+///   n = ceil(2 sqrt(a) / spacing), at most 64.
 /// 2 sqrt(a) is the longest side of a right triangle with two equal sides, so neighbours are no farther apart than the
 /// spacing on faces no more slender than that. n goes by the area at rest, so it does not change as the face deforms.
 /// Only the samples in the rigid body's box and the margin about it are made. Where no spacing is given it is a third
