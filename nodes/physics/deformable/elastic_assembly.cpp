@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <type_traits>
 
+#include <Eigen/LU>
+
 #include "framework/core/check.hpp"
 #include "nodes/physics/deformable/elastic_law.hpp"
 #include "nodes/physics/deformable/elastic_model.hpp"
@@ -273,7 +275,7 @@ double ElasticModel::smallest_ratio(const Eigen::VectorXd& x) const {
     for (int point = 0; point < points<size>; ++point) {
       corner_values(at, point, y);
       deformation(y, elements_[e].gradient, F);
-      const double ratio = F.col(0).dot(F.col(1).cross(F.col(2)));
+      const double ratio = F.determinant();
       least = e == 0 && point == 0 ? ratio : std::min(least, ratio);
     }
   }
