@@ -15,36 +15,6 @@ namespace tactor {
 
 namespace {
 
-void check_body(const SoftBody& body, std::size_t number) {
-  const auto refuse = [&](const std::string& what) {
-    throw InputError(fmt::format("deformable body {}: {}", number, what));
-  };
-  if (body.mesh.tets.empty()) refuse("expected a mesh of tetrahedra, found none");
-  if (body.young.size() != body.mesh.tets.size()) {
-    refuse(fmt::format("expected Young's modulus of each of {} tetrahedra, found {}", body.mesh.tets.size(),
-                       body.young.size()));
-  }
-  if (body.fixed.size() != body.mesh.nodes.size()) {
-    refuse(fmt::format("expected of each of {} nodes whether it is fixed, found {}", body.mesh.nodes.size(),
-                       body.fixed.size()));
-  }
-  if (!(body.poisson > -1 && body.poisson < 0.5)) {
-    refuse(fmt::format("expected Poisson's ratio above -1 and below 0.5, found {}", body.poisson));
-  }
-  if (!(body.density > 0 && std::isfinite(body.density)))
-    refuse(fmt::format("expected a density above 0 kg/m^3, found {}", body.density));
-  for (std::size_t t = 0; t < body.young.size(); ++t) {
-    if (!(body.young[t] > 0 && std::isfinite(body.young[t]))) {
-      refuse(fmt::format("expected Young's modulus of tetrahedron {} above 0 Pa, found {}", t, body.young[t]));
-    }
-    for (const int node : body.mesh.tets[t]) {
-      if (node < 0 || static_cast<std::size_t>(node) >= body.mesh.nodes.size()) {
-        refuse(fmt::format("tetrahedron {} names node {}; expected 0 to {}", t, node, body.mesh.nodes.size() - 1));
-      }
-    }
-  }
-}
-
 /// A tetrahedron's corners, ascending, so that all its pairs of nodes are ordered as their unknowns are.
 std::array<int, 4> ascending(std::array<int, 4> tet) {
   std::sort(tet.begin(), tet.end());
@@ -70,7 +40,7 @@ double mass_share(int nodes, int a, int b) {
 
 ElasticModel::ElasticModel(std::vector<SoftBody> bodies, Elasticity law, ElementOrder order)
     : bodies_(std::move(bodies)), law_(law), order_(order), size_(order == ElementOrder::linear ? 4 : 10) {
-  for (std::size_t b = 0; b < bodies_.size(); ++b) check_body(bodies_[b], b);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) check_soft_body(bodies_[b], b);
   number_nodes();
   make_elements();
   make_pattern();
@@ -145,24 +115,11 @@ void ElasticModel::make_elements() {
       Eigen::Matrix3d edges;
       const auto corner = [&](std::size_t c) { return rest_.segment<3>(3 * (first_node_[b] + tet[c])); };
       for (std::size_t c = 1; c < 4; ++c) edges.col(static_cast<int>(c) - 1) = corner(c) - corner(0);
-      Eigen::Matrix3d as_listed;
-      for (std::size_t c = 1; c < 4; ++c) {
-        const auto place = [&](std::size_t k) { return rest_.segment<3>(3 * (first_node_[b] + body.mesh.tets[t][k])); };
-        as_listed.col(static_cast<int>(c) - 1) = place(c) - place(0);
-      }
-      const double volume = as_listed.determinant() / 6;
-      const double length = edges.colwise().norm().maxCoeff();
-      if (!(volume > 1e-12 * length * length * length)) {
-        throw InputError(
-            fmt::format("deformable body {}: tetrahedron {} has a volume of {:.3g} m^3 with an edge of {:.3g} m; "
-                        "expected a mesh without flat or inverted tetrahedra",
-                        b, t, volume, length));
-      }
       const Eigen::Matrix3d inverse = edges.inverse();
       const Lame moduli = lame(body.young[t], body.poisson);
       Element element;
       for (std::size_t c = 0; c < 3; ++c) element.gradient[c] = inverse.row(static_cast<int>(c)).transpose();
-      element.volume = volume;
+      element.volume = std::abs(edges.determinant()) / 6;
       element.mu = moduli.mu;
       element.lambda = moduli.lambda;
       elements_.push_back(element);

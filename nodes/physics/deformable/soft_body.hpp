@@ -1,6 +1,7 @@
 // What an elastic solid is made of.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "nodes/physics/mesh/tet_mesh.hpp"
@@ -17,6 +18,10 @@ struct SoftBody {
   double drag = 0;            ///< 1/s, Rayleigh's alpha: and this times the mass
   std::vector<char> fixed;    ///< 1 where a node does not move, one a node
 };
+
+/// Throws InputError, beginning with "deformable body NUMBER", where lists do not fit the mesh, a material parameter is
+/// out of its bounds, or a tetrahedron is flat or inverted.
+void check_soft_body(const SoftBody& body, std::size_t number);
 
 enum class Elasticity {
   corotational,  ///< linear elasticity in a frame that turns with the material
