@@ -75,6 +75,7 @@ NodeInfo LocalPredictor::declare() {
              {.doc = "of the same result, what deforms around the tool, as dynamics.deformable sends it",
               .required = false})
       .needed_when(something_deforms)
+      .unneeded_when(nothing_deforms)
       .input("used", &LocalPredictor::used,
              {.doc = "the contacts that dynamics uses, for the fit; without, it goes by `contacts`. Meant for dynamics "
                      "with `advance_to: contacts`",

@@ -37,4 +37,8 @@ std::string something_deforms(const Scene& scene) {
   return soft.empty() ? std::string() : "body '" + scene.bodies[soft.front()].name + "' deforms";
 }
 
+std::string nothing_deforms(const Scene& scene) {
+  return scene.deformable().empty() ? "nothing in the scene deforms" : std::string();
+}
+
 }  // namespace tactor

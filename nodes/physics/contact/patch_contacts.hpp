@@ -26,6 +26,9 @@ std::unique_ptr<SoftContactSource> patch_contacts(const PatchOptions& options, c
 /// Why a scene needs a patch; empty where nothing deforms.
 std::string something_deforms(const Scene& scene);
 
+/// Why a scene has no patch; empty where something deforms.
+std::string nothing_deforms(const Scene& scene);
+
 /// Adds SoftOptions to the declaration of N. `shared`: they are as in dynamics unless a graph gives them.
 template <class N>
 void declare_soft_contacts(Declare<N>& node, std::int32_t most_contacts, bool shared) {
