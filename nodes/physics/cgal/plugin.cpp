@@ -3,6 +3,7 @@
 #include "nodes/physics/cgal/exact_distance.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
 #include "nodes/physics/cgal/mesh_rework.hpp"
+#include "nodes/physics/cgal/volume_mesh.hpp"
 #include "nodes/physics/mesh/cgal_plugin.hpp"
 #include "tactor_abi.hpp"
 
@@ -16,6 +17,7 @@ extern "C" const tactor::CgalPlugin* tactor_cgal_plugin() {
       },
       tactor::reworked_solid,
       tactor::decimated_solid,
+      tactor::volume_mesh,
   };
   return &plugin;
 }

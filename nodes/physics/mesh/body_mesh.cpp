@@ -14,11 +14,6 @@ namespace tactor {
 
 namespace {
 
-void add_once(Notes* notes, std::string note) {
-  if (notes == nullptr || std::find(notes->begin(), notes->end(), note) != notes->end()) return;
-  notes->push_back(std::move(note));
-}
-
 std::string joined(const std::vector<std::string>& phrases) {
   std::string text;
   for (const std::string& phrase : phrases) text += (text.empty() ? "" : ", ") + phrase;
@@ -34,12 +29,6 @@ std::string size_path(const Body& body) {
   return body.mesh()->scale ? "scene.bodies." + body.name + ".scale" : mesh_path(body);
 }
 
-void check_size(const Body& body, const TriangleMesh& mesh, const std::string& name, Notes* notes) {
-  const SizeVerdict verdict = judge_size(bounds_of(mesh).longest(), body.mesh()->scale.has_value());
-  if (!verdict.refusal.empty()) throw ValueError(size_path(body), name + ": " + verdict.refusal);
-  if (!verdict.warning.empty()) add_once(notes, name + ": warning: " + verdict.warning);
-}
-
 TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
   TACTOR_DEMAND(body.mesh() != nullptr);
   SolidFile solid = [&] {
@@ -53,7 +42,7 @@ TriangleMesh scaled_mesh(const Body& body, Notes* notes) {
   if (const auto scale = body.mesh()->scale) {
     for (Vec3& v : solid.mesh.vertices) v *= *scale;
   }
-  check_size(body, solid.mesh, name, notes);
+  check_body_size(body, bounds_of(solid.mesh).longest(), notes);
   if (!solid.report.repairs.empty()) add_once(notes, name + ": repaired: " + joined(solid.report.repairs));
   for (const std::string& warning : solid.report.warnings) add_once(notes, name + ": warning: " + warning);
   for (std::string& note : solid.notes) add_once(notes, std::move(note));
@@ -103,6 +92,19 @@ SizeVerdict judge_size(double length, bool has_scale) {
           " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
           "be 1 mm to 10 m long",
       {}};
+}
+
+void add_once(Notes* notes, std::string note) {
+  if (notes == nullptr || std::find(notes->begin(), notes->end(), note) != notes->end()) return;
+  notes->push_back(std::move(note));
+}
+
+void check_body_size(const Body& body, double length, Notes* notes) {
+  TACTOR_DEMAND(body.mesh() != nullptr);
+  const std::string name = "body '" + body.name + "': " + body.mesh()->file.string();
+  const SizeVerdict verdict = judge_size(length, body.mesh()->scale.has_value());
+  if (!verdict.refusal.empty()) throw ValueError(size_path(body), name + ": " + verdict.refusal);
+  if (!verdict.warning.empty()) add_once(notes, name + ": warning: " + verdict.warning);
 }
 
 TriangleMesh load_body_mesh(const Body& body, Notes* notes) {

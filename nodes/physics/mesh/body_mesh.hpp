@@ -24,8 +24,15 @@ struct SizeVerdict {
 };
 SizeVerdict judge_size(double length, bool has_scale);
 
+/// Adds a note where it is not there yet and `notes` is not null.
+void add_once(Notes* notes, std::string note);
+
+/// Refuses or notes the size of a body whose mesh is so long (m), as judge_size says, with the path of what decides it.
+void check_body_size(const Body& body, double length, Notes* notes);
+
 /// Loads the body's mesh as a solid (solid_file.hpp) and applies its scale. A moving body's frame has its origin at the
-/// centre of mass of uniform density and keeps the axes of the file; a fixed body keeps the frame of the file.
+/// centre of mass of uniform density and keeps the axes of the file; a fixed or deformable body keeps the frame of the
+/// file.
 /// Adds to `notes`, each once, beginning with the name of the body, where it is not null.
 /// Throws InputError, beginning with the name of the body, where the file describes no solid, or where the solid is
 /// longer than 10 m or shorter than 1 mm and the body says no scale: the file is in another unit then. With a scale it

@@ -8,6 +8,8 @@
 #include "nodes/physics/mesh/mesh_change.hpp"
 #include "nodes/physics/mesh/mesh_report.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
+#include "nodes/physics/mesh/tet_mesh.hpp"
+#include "nodes/physics/mesh/volume_fineness.hpp"
 
 namespace tactor {
 
@@ -21,6 +23,8 @@ struct CgalPlugin {
   /// nodes/physics/cgal/mesh_rework.hpp
   MeshChange (*reworked_solid)(PolygonSoup soup, const std::string& file, const RepairOptions& options);
   MeshChange (*decimated_solid)(const TriangleMesh& solid, std::size_t faces, const std::string& file);
+  /// nodes/physics/cgal/volume_mesh.hpp
+  TetMesh (*volume_mesh)(const TriangleMesh& solid, const VolumeFineness& fineness, const std::string& file);
 };
 
 /// Whether the plugin is installed; does not load it.

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 
 #include "framework/core/check.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/input_file.hpp"
+#include "nodes/physics/mesh/byte_lists.hpp"
 #include "nodes/physics/mesh/make_solid.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
 
@@ -35,43 +34,6 @@ std::string read_whole(const fs::path& path) {
   return bytes;
 }
 
-void put_number(std::string& out, std::uint64_t n) {
-  out.append(reinterpret_cast<const char*>(&n), sizeof n);
-}
-
-template <class Container>
-void put(std::string& out, const Container& data) {
-  static_assert(std::is_trivially_copyable_v<typename Container::value_type>);
-  put_number(out, data.size());
-  out.append(reinterpret_cast<const char*>(data.data()), data.size() * sizeof(data[0]));
-}
-
-/// Takes what was put; after there was less than that, `ok` is false.
-struct Taker {
-  std::string_view rest;
-  bool ok = true;
-
-  void bytes(void* to, std::uint64_t size) {
-    if (size > rest.size()) ok = false;
-    if (!ok || size == 0) return;
-    std::memcpy(to, rest.data(), size);
-    rest.remove_prefix(size);
-  }
-  std::uint64_t number() {
-    std::uint64_t n = 0;
-    bytes(&n, sizeof n);
-    return n;
-  }
-  template <class Container>
-  void take(Container& data) {
-    const std::uint64_t n = number();
-    if (n > rest.size() / sizeof(data[0])) ok = false;
-    if (!ok) return;
-    data.resize(n);
-    bytes(data.data(), n * sizeof(data[0]));
-  }
-};
-
 /// Whether every index and number may be used as it is; closed and without cuts is what made the entry.
 bool is_in_range(const TriangleMesh& mesh) {
   const auto corner = [&](int i) { return i >= 0 && static_cast<std::size_t>(i) < mesh.vertices.size(); };
@@ -86,22 +48,22 @@ bool is_in_range(const TriangleMesh& mesh) {
 
 std::string to_bytes(const SolidFile& solid) {
   std::string out;
-  put(out, solid.mesh.vertices);
-  put(out, solid.mesh.faces);
+  put_list(out, solid.mesh.vertices);
+  put_list(out, solid.mesh.faces);
   for (const std::vector<std::string>* texts : {&solid.report.repairs, &solid.report.warnings}) {
     put_number(out, texts->size());
-    for (const std::string& text : *texts) put(out, text);
+    for (const std::string& text : *texts) put_list(out, text);
   }
   return out;
 }
 
 std::optional<SolidFile> solid_from_bytes(std::string_view bytes) {
   SolidFile solid;
-  Taker taker{bytes};
-  taker.take(solid.mesh.vertices);
-  taker.take(solid.mesh.faces);
+  ByteTaker taker{bytes};
+  taker.list(solid.mesh.vertices);
+  taker.list(solid.mesh.faces);
   for (std::vector<std::string>* texts : {&solid.report.repairs, &solid.report.warnings}) {
-    for (std::uint64_t n = taker.number(); n > 0 && taker.ok; --n) taker.take(texts->emplace_back());
+    for (std::uint64_t n = taker.number(); n > 0 && taker.ok; --n) taker.list(texts->emplace_back());
   }
   if (!taker.ok || !taker.rest.empty() || !is_in_range(solid.mesh)) return std::nullopt;
   return solid;
