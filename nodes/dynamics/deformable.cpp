@@ -68,18 +68,21 @@ NodeInfo DeformableDynamics::declare() {
   d.output("surfaces", &DeformableDynamics::surfaces, "where the surfaces are, for those who show them");
   declare_integrator(d);
   declare_soft_contacts(d, ContactSet::capacity, false);
-  d.choice("law", &Params::law, {{"corotational", Elasticity::corotational}, {"neo_hookean", Elasticity::neo_hookean}},
-           Elasticity::corotational, "the elastic law")
-      .choice("elements", &Params::elements, {{"linear", ElementOrder::linear}, {"quadratic", ElementOrder::quadratic}},
-              ElementOrder::linear, "the order of the tetrahedra: 4 or 10 nodes each")
-      .choice("solver", &Params::solver,
-              {{"auto", FactorKind::automatic},
-               {"eigen", FactorKind::eigen},
-               {"simplicial", FactorKind::simplicial},
-               {"supernodal", FactorKind::supernodal}},
-              FactorKind::automatic,
-              "what factors the equations; eigen and simplicial give the same numbers on all processors, supernodal is "
-              "the fastest; auto: eigen below 1,000 tetrahedra, else supernodal")
+  d.choice<Elasticity>("law", &Params::law,
+                       {{"corotational", Elasticity::corotational}, {"neo_hookean", Elasticity::neo_hookean}},
+                       Elasticity::corotational, "the elastic law")
+      .choice<ElementOrder>("elements", &Params::elements,
+                            {{"linear", ElementOrder::linear}, {"quadratic", ElementOrder::quadratic}},
+                            ElementOrder::linear, "the order of the tetrahedra: 4 or 10 nodes each")
+      .choice<FactorKind>(
+          "solver", &Params::solver,
+          {{"auto", FactorKind::automatic},
+           {"eigen", FactorKind::eigen},
+           {"simplicial", FactorKind::simplicial},
+           {"supernodal", FactorKind::supernodal}},
+          FactorKind::automatic,
+          "what factors the equations; eigen and simplicial give the same numbers on all processors, supernodal is "
+          "the fastest; auto: eigen below 1,000 tetrahedra, else supernodal")
       .integer("newton_iterations", &Params::newton_iterations,
                {.doc = "Newton iterations of the elastic equations a step, at most; then the step is damped, and "
                        "counted",
@@ -223,7 +226,7 @@ void DeformableDynamics::send() {
     }
   }
   if (surfaces.wanted()) {
-    const auto nodes = surface_pool_->make(soft_->shown_nodes.size(), [&](std::span<SurfacePoint> to) {
+    const auto nodes = surface_pool_->make(soft_->shown_nodes.size(), [&](std::span<ShownPoint> to) {
       for (std::size_t i = 0; i < to.size(); ++i) {
         const Eigen::Vector3f p = step_->x().segment<3>(3 * soft_->shown_nodes[i]).cast<float>();
         to[i] = {{p.x(), p.y(), p.z()}};

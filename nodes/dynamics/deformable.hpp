@@ -59,7 +59,7 @@ class DeformableDynamics final : public Node {
   std::unique_ptr<SoftContacts> soft_contacts_;
   std::optional<DeformableStep> step_;
   std::optional<Condensation> condensation_;
-  std::optional<ArrayPool<SurfacePoint>> surface_pool_;
+  std::optional<ArrayPool<ShownPoint>> surface_pool_;
   BodyStates bodies_;
   Stamped<DeviceState> used_;    // the last sample the bodies were moved to
   Stamped<DeviceState> newest_;  // the newest one in time

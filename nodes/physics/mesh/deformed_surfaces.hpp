@@ -7,20 +7,19 @@
 namespace tactor {
 
 /// A place of a node, in single precision: it is looked at, not computed with.
-struct SurfacePoint {
+struct ShownPoint {
   std::array<float, 3> p_W{};  ///< m
 };
 
 /// The surface nodes of all deformable bodies, in the order of Scene::deformable(); of a body, those that its boundary
 /// faces use, in the order of its mesh.
 struct DeformedSurfaces {
-  SharedArray<SurfacePoint> nodes;
+  SharedArray<ShownPoint> nodes;
 };
 
 template <>
-inline const MessageType& message_type<SurfacePoint>() {
-  static const MessageType type =
-      Describe<SurfacePoint>("SurfacePoint", "W").field("p_W", "m", &SurfacePoint::p_W).type();
+inline const MessageType& message_type<ShownPoint>() {
+  static const MessageType type = Describe<ShownPoint>("ShownPoint", "W").field("p_W", "m", &ShownPoint::p_W).type();
   return type;
 }
 
