@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t face_count = 2600;
 
-/// Negative inside. The organ lies on its hollow side with the dome along +z; the large lobe is at -x, the edge with the
-/// notch between the lobes at -y. No part is thinner than about 10 mm. Lengths in m.
+/// Negative inside. The organ lies on its hollow side with the dome along +z; the large lobe is at -x, the edge with
+/// the notch between the lobes at -y. No part is thinner than about 10 mm. Lengths in m.
 double liver(const Vec3& p) {
   const double dome = ellipsoid(p, {-0.027, 0.010, 0.000}, {0.042, 0.041, 0.029});
   const double lower = ellipsoid(p, {-0.034, -0.019, -0.005}, {0.030, 0.033, 0.020});
