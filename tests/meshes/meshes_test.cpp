@@ -35,8 +35,9 @@ double regular_polygon(double radius) {
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(every_mesh_has_its_exact_count_and_is_solid) {
-  for (const auto& [name, faces, characteristic] : {std::tuple{"duck", 13926U, 2L}, std::tuple{"bunny", 20990U, 2L},
-                                                    std::tuple{"peg", 168U, 2L}, std::tuple{"plate", 188U, 0L}}) {
+  for (const auto& [name, faces, characteristic] :
+       {std::tuple{"duck", 13926U, 2L}, std::tuple{"bunny", 20990U, 2L}, std::tuple{"liver", 2600U, 2L},
+        std::tuple{"peg", 168U, 2L}, std::tuple{"plate", 188U, 0L}}) {
     const TriangleMesh mesh = made(name);
     BOOST_TEST(mesh.faces.size() == faces);
     BOOST_TEST(euler(mesh) == characteristic);
@@ -47,6 +48,14 @@ BOOST_AUTO_TEST_CASE(duck_and_bunny_are_sized_in_metres) {
   const Vec3 duck = bounds_of(made("duck")).size();
   BOOST_TEST(duck.x == 0.1, tt::tolerance(0.15));
   BOOST_TEST(bounds_of(made("bunny")).size().y == 0.15, tt::tolerance(1e-9));
+}
+
+BOOST_AUTO_TEST_CASE(the_liver_is_140_by_105_by_55_mm) {
+  const Vec3 size = bounds_of(made("liver")).size();
+  BOOST_TEST(size.x == 0.141, tt::tolerance(0.02));
+  BOOST_TEST(size.y == 0.104, tt::tolerance(0.02));
+  BOOST_TEST(size.z == 0.055, tt::tolerance(0.02));
+  BOOST_TEST(mass_properties(made("liver")).volume == 3.5e-4, tt::tolerance(0.03));
 }
 
 BOOST_AUTO_TEST_CASE(peg_and_plate_have_the_volume_of_their_polygons) {

@@ -41,37 +41,55 @@ struct UnitSolid {
   double length;
 };
 
-/// Fills the solid with tetrahedra whose circumscribed balls have radii of at most `radius`.
-Complex filled(const TriangleMesh& mesh, double radius, std::size_t most_vertices) {
-  namespace parameters = CGAL::parameters;
-  constexpr double sharp = std::numbers::pi / 4, smallest_angle = 25, longest_to_shortest = 2.5;
-  // The surface may lie off by this much of the radius; a line of sharp edges is kept from this many radii on.
-  constexpr double off_surface = 0.12, long_line = 12;
-  CGAL::get_default_random() = CGAL::Random(1);
-  // The domain refers to its surface.
-  const SurfaceMesh surface = surface_of(mesh);
-  Domain domain(surface, &CGAL::get_default_random());
-  std::vector<std::vector<Point>> lines;
-  for (const std::vector<int>& line : sharp_lines(mesh, sharp, long_line * radius)) {
-    lines.emplace_back();
-    for (const int v : line) {
-      const Vec3& p = mesh.vertices[static_cast<std::size_t>(v)];
-      lines.back().emplace_back(p.x, p.y, p.z);
+/// Fills one solid with tetrahedra of any size.
+class Filler {
+ public:
+  /// `radius`: about that of the circumscribed balls to come.
+  Filler(const TriangleMesh& mesh, double radius)
+      : surface_(surface_of(mesh)), domain_(surface_, &CGAL::get_default_random()) {
+    // Lines of sharp edges are kept where they are longer than so many radii.
+    constexpr double sharp = std::numbers::pi / 4, long_line = 12;
+    std::vector<std::vector<Point>> lines;
+    for (const std::vector<int>& line : sharp_lines(mesh, sharp, long_line * radius)) {
+      lines.emplace_back();
+      for (const int v : line) {
+        const Vec3& p = mesh.vertices[static_cast<std::size_t>(v)];
+        lines.back().emplace_back(p.x, p.y, p.z);
+      }
     }
+    domain_.add_features(lines.begin(), lines.end());
   }
-  domain.add_features(lines.begin(), lines.end());
-  const Criteria criteria(parameters::edge_size = 1.4 * radius, parameters::facet_angle = smallest_angle,
-                          parameters::facet_size = radius, parameters::facet_distance = off_surface * radius,
-                          parameters::cell_radius_edge_ratio = longest_to_shortest, parameters::cell_size = radius);
-  return CGAL::make_mesh_3<Complex>(domain, criteria, parameters::no_exude(), parameters::no_perturb(),
-                                    parameters::manifold(),
-                                    parameters::mesh_3_options(parameters::maximal_number_of_vertices = most_vertices));
-}
 
-void improve(Complex& complex) {
-  // No limits of time: the same mesh must come about on every machine.
-  CGAL::exude_mesh_3(complex);
-}
+  /// Tetrahedra whose circumscribed balls have radii of at most `radius`.
+  Complex filled(double radius, std::size_t most_vertices) {
+    namespace parameters = CGAL::parameters;
+    // The surface may lie off by this much of the radius.
+    constexpr double off_surface = 0.12, smallest_angle = 25, radius_to_edge = 2.5;
+    // The domain and the mesher draw from it.
+    CGAL::get_default_random() = CGAL::Random(1);
+    const Criteria criteria(parameters::edge_size = 1.4 * radius, parameters::facet_angle = smallest_angle,
+                            parameters::facet_size = radius, parameters::facet_distance = off_surface * radius,
+                            parameters::cell_radius_edge_ratio = radius_to_edge, parameters::cell_size = radius);
+    return CGAL::make_mesh_3<Complex>(
+        domain_, criteria, parameters::no_exude(), parameters::no_perturb(), parameters::manifold(),
+        parameters::mesh_3_options(parameters::maximal_number_of_vertices = most_vertices));
+  }
+
+  /// Takes out slivers. There is no limit of time, so that the same mesh comes about on every machine; a bound of the
+  /// angle (in degrees) keeps the time short.
+  void improve(Complex& complex) {
+    namespace parameters = CGAL::parameters;
+    constexpr double enough = 15;
+    CGAL::get_default_random() = CGAL::Random(1);
+    CGAL::perturb_mesh_3(complex, domain_, parameters::sliver_bound = enough);
+    CGAL::exude_mesh_3(complex, parameters::sliver_bound = enough);
+  }
+
+ private:
+  // The domain refers to its surface.
+  SurfaceMesh surface_;
+  Domain domain_;
+};
 
 double mean_edge(const Complex& complex) {
   const Triangulation& triangulation = complex.triangulation();
@@ -124,13 +142,14 @@ TetMesh volume_mesh(const TriangleMesh& solid, const VolumeFineness& fineness, c
                           : std::cbrt(6 * std::numbers::sqrt2 * volume / static_cast<double>(fineness.tetrahedra));
   const auto expected = static_cast<std::size_t>(6 * std::numbers::sqrt2 * volume / (edge * edge * edge));
   double radius = 0.85 * edge;
+  Filler filler(unit.mesh, radius);
   Complex best;
   double best_error = std::numeric_limits<double>::infinity();
   constexpr int most_tries = 8;
   // 3 % in length are 10 % in the count; exudation changes that little.
   constexpr double near_enough = 0.02;
   for (int tries = 0; tries < most_tries && best_error > near_enough; ++tries) {
-    Complex complex = filled(unit.mesh, radius, 10'000 + 2 * expected);
+    Complex complex = filler.filled(radius, 10'000 + 2 * expected);
     const double ratio = too_long(complex);
     const double error = std::abs(std::log(ratio));
     if (error < best_error) {
@@ -144,7 +163,7 @@ TetMesh volume_mesh(const TriangleMesh& solid, const VolumeFineness& fineness, c
     throw InputError(file +
                      ": no tetrahedra came about in the surface; ask for more tetrahedra or a smaller cell_size");
   }
-  improve(best);
+  filler.improve(best);
   return tetrahedra_of(best, unit);
 }
 

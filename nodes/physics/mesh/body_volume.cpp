@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <numbers>
 #include <string>
 
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
 #include "framework/core/value_error.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
 #include "nodes/physics/mesh/box_volume.hpp"
@@ -15,6 +18,7 @@
 #include "nodes/physics/mesh/mass_properties.hpp"
 #include "nodes/physics/mesh/tet_quality.hpp"
 #include "nodes/physics/mesh/tet_topology.hpp"
+#include "nodes/physics/mesh/volume_formats.hpp"
 
 namespace tactor {
 
@@ -153,6 +157,28 @@ TetMesh fill(const Body& body, Notes* notes) {
   return mesh;
 }
 
+TetMesh read(const Body& body, Notes* notes) {
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 30U;
+  const std::filesystem::path& path = body.mesh()->file;
+  VolumeSoup soup;
+  TetMesh mesh = [&] {
+    try {
+      return within_memory(path, [&] {
+        soup = read_volume(path.string(), volume_format(path.string()), read_input_file(path, most_bytes));
+        for (Vec3& p : soup.nodes) p *= body.mesh()->scale.value_or(1);
+        return make_volume(soup, path.string());
+      });
+    } catch (const InputError& error) {
+      refuse(body, "mesh", error.what());
+    }
+  }();
+  check_body_size(body, bounds_of_nodes(mesh).longest(), notes);
+  for (const std::string& note : soup.notes)
+    add_once(notes, "body '" + body.name + "': " + path.string() + ": " + note);
+  note_quality(body, mesh, 0, notes);
+  return mesh;
+}
+
 TetMesh mesh_of(const Body& body, Notes* notes) {
   if (const auto* box = std::get_if<BoxShape>(&body.shape)) {
     TetMesh mesh = box_of(body, *box);
@@ -160,7 +186,7 @@ TetMesh mesh_of(const Body& body, Notes* notes) {
     note_count(body, mesh, notes);
     return mesh;
   }
-  if (body.mesh() != nullptr) return fill(body, notes);
+  if (body.mesh() != nullptr) return is_volume_file(body.mesh()->file.string()) ? read(body, notes) : fill(body, notes);
   const bool is_ball = std::holds_alternative<SphereShape>(body.shape);
   const std::string shape = is_ball ? "sphere" : std::holds_alternative<CapsuleShape>(body.shape) ? "capsule" : "plane";
   refuse(body, shape, "a " + shape + " is not filled with tetrahedra; a deformable body is a mesh or a box");
@@ -256,6 +282,10 @@ BodyVolume load_body_volume(const Body& body, Notes* notes) {
   volume.young = stiffnesses(body, volume.mesh);
   volume.fixed = fixed_nodes(body, volume.mesh);
   return volume;
+}
+
+TriangleMesh load_body_surface(const Body& body, Notes* notes) {
+  return body.motion == Motion::deformable ? surface_of(mesh_of(body, notes)) : load_body_mesh(body, notes);
 }
 
 }  // namespace tactor

@@ -5,6 +5,7 @@
 #include "framework/core/check.hpp"
 #include "nodes/physics/mesh/mesh_formats.hpp"
 #include "nodes/physics/mesh/mesh_words.hpp"
+#include "nodes/physics/mesh/volume_formats.hpp"
 
 namespace tactor {
 
@@ -20,6 +21,10 @@ MeshFormat mesh_format(const std::string& file, std::string_view bytes) {
   if (ending == ".stl") return MeshFormat::stl;
   if (ending == ".ply") return MeshFormat::ply;
   if (first == "solid") return MeshFormat::stl;
+  if (is_volume_file(file)) {
+    throw InputError(file +
+                     ": a file of tetrahedra is for a body with `motion: deformable`; others are OFF, OBJ, STL or PLY");
+  }
   throw InputError(file +
                    ": neither the name nor the content tells the format of this mesh; expected OFF, OBJ, STL or PLY "
                    "with the ending .off, .obj, .stl or .ply");
