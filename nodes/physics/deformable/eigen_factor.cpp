@@ -17,13 +17,26 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 /// Nodes of the graph in the order of elimination.
 std::vector<int> least_degree_first(const NodeGraph& graph) {
+  // With the diagonal: Eigen puts nodes without it last, as dense ones.
   Eigen::SparseMatrix<double> pattern(graph.size(), graph.size());
-  pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.to.size()));
-  std::copy(graph.first.begin(), graph.first.end(), pattern.outerIndexPtr());
-  std::copy(graph.to.begin(), graph.to.end(), pattern.innerIndexPtr());
+  pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.to.size()) + graph.size());
+  int at = 0;
+  for (int node = 0; node < graph.size(); ++node) {
+    pattern.outerIndexPtr()[node] = at;
+    bool has_diagonal = false;
+    for (int k = graph.first[static_cast<std::size_t>(node)]; k < graph.first[static_cast<std::size_t>(node) + 1];
+         ++k) {
+      const int other = graph.to[static_cast<std::size_t>(k)];
+      if (other > node && !has_diagonal) pattern.innerIndexPtr()[at++] = node;
+      has_diagonal |= other > node;
+      pattern.innerIndexPtr()[at++] = other;
+    }
+    if (!has_diagonal) pattern.innerIndexPtr()[at++] = node;
+  }
+  pattern.outerIndexPtr()[graph.size()] = at;
   std::fill_n(pattern.valuePtr(), pattern.nonZeros(), 1.0);
   Eigen::AMDOrdering<int>::PermutationType order;
-  if (graph.size() > 0) Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), order);
+  if (graph.size() > 0) Eigen::AMDOrdering<int>()(pattern, order);
   return {order.indices().data(), order.indices().data() + order.indices().size()};
 }
 

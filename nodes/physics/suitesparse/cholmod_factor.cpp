@@ -8,7 +8,7 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/physics/deformable/elimination.hpp"
-#include "nodes/physics/suitesparse/blas_threads.hpp"
+#include "nodes/physics/suitesparse/one_thread.hpp"
 
 namespace tactor {
 
@@ -80,6 +80,7 @@ class CholmodFactor : public SparseFactor {
     double beta[2] = {0, 0};
     // The matrix stands as the factorisation reads it, so that CHOLMOD makes no copy of it.
     if (supernodal_) {
+      const WithoutOpenMp one_thread;
       cholmod_super_numeric(&view, nullptr, beta, factor_, &common_);
     } else {
       cholmod_factorize_p(&view, beta, nullptr, 0, factor_, &common_);
