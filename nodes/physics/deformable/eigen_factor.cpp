@@ -43,6 +43,7 @@ std::vector<int> least_degree_first(const NodeGraph& graph) {
 }  // namespace
 
 struct EigenFactor::Impl {
+  EliminationOrder order;
   ReorderedMatrix reordered;
   Eigen::SimplicialLLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>> llt;
   Eigen::Index last = 0;  ///< unknowns of the last nodes
@@ -54,13 +55,7 @@ EigenFactor::EigenFactor() : impl_(std::make_unique<Impl>()) {}
 EigenFactor::~EigenFactor() = default;
 
 void EigenFactor::analyze(const Sparse& A, std::span<const int> last_nodes) {
-  const NodeGraph graph = node_graph(A);
-  const std::vector<int> before = nodes_before(graph.size(), last_nodes);
-  std::vector<int> order;
-  for (const int place : least_degree_first(part_of(graph, before)))
-    order.push_back(before[static_cast<std::size_t>(place)]);
-  order.insert(order.end(), last_nodes.begin(), last_nodes.end());
-  impl_->reordered.analyze(A, std::move(order), ReorderedMatrix::Triangle::upper);
+  impl_->reordered.analyze(A, impl_->order.of(A, last_nodes, least_degree_first), ReorderedMatrix::Triangle::upper);
   impl_->llt.analyzePattern(impl_->reordered.matrix());
   impl_->last = 3 * static_cast<Eigen::Index>(last_nodes.size());
   impl_->ordered.resize(A.rows());

@@ -59,23 +59,28 @@ double stored(double a, double b, double mu, double lambda) {
   return psi - rest;
 }
 
+/// The stretch across at which free sides have no stress: d stored / d b = 0.
+double side_of(double along, double mu, double lambda) {
+  double low = 0.5, high = 1.5;
+  for (int i = 0; i < 60; ++i) {
+    const double b = 0.5 * (low + high), h = 1e-6;
+    (stored(along, b + h, mu, lambda) > stored(along, b - h, mu, lambda) ? high : low) = b;
+  }
+  return low;
+}
+
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(a_stretched_bar_with_free_sides_stores_the_energy_of_uniaxial_stress) {
   for (const ElementOrder order : {ElementOrder::linear, ElementOrder::quadratic}) {
     for (const double poisson : {0.0, 0.3, 0.45}) {
       for (const double stretch : {1.1, 1.02}) {
-        // Sides: d stored / d b = 0, found by bisection of its slope by differences of the closed form.
         const double lame_mu = young / (2 * (1 + poisson)),
                      lame_lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
         const double mu = 4.0 / 3 * lame_mu, lambda = lame_lambda + 5.0 / 6 * lame_mu;
-        double low = 0.8, high = 1.2;
-        for (int i = 0; i < 60; ++i) {
-          const double b = 0.5 * (low + high), h = 1e-6;
-          (stored(stretch, b + h, mu, lambda) > stored(stretch, b - h, mu, lambda) ? high : low) = b;
-        }
+        const double side = side_of(stretch, mu, lambda);
         const double h = 1e-5;
-        const double stress = (stored(stretch + h, low, mu, lambda) - stored(stretch - h, low, mu, lambda)) / (2 * h);
+        const double stress = (stored(stretch + h, side, mu, lambda) - stored(stretch - h, side, mu, lambda)) / (2 * h);
         // A quarter of a bar: planes through its axis hold it, by fixed nodes on the axis and a start in the solution's
         // shape.
         const TetMesh mesh = box_of_tets(4, 2, 2, {0.04, 0.02, 0.02});
@@ -89,10 +94,32 @@ BOOST_AUTO_TEST_CASE(a_stretched_bar_with_free_sides_stores_the_energy_of_uniaxi
         const Balance balance = settle(model, model.rest(), {}, outer);
         BOOST_TEST_CONTEXT("poisson " << poisson << ", stretch " << stretch) {
           BOOST_TEST(balance.converged);
-          BOOST_TEST(model.energy(balance.x) == model.volume() * stored(stretch, low, mu, lambda), tt::tolerance(1e-6));
-          BOOST_TEST(model.smallest_volume_ratio(balance.x) == stretch * low * low, tt::tolerance(1e-6));
+          BOOST_TEST(model.energy(balance.x) == model.volume() * stored(stretch, side, mu, lambda),
+                     tt::tolerance(1e-6));
+          BOOST_TEST(model.smallest_volume_ratio(balance.x) == stretch * side * side, tt::tolerance(1e-6));
         }
       }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(uniform_stretch_is_in_balance_with_its_tractions) {
+  // Compressed bars too, which a free end would let turn round.
+  for (const ElementOrder order : {ElementOrder::linear, ElementOrder::quadratic}) {
+    for (const double stretch : {0.7, 0.9, 1.5}) {
+      const double poisson = 0.4, lame_mu = young / (2 * (1 + poisson)),
+                   lame_lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+      const double mu = 4.0 / 3 * lame_mu, lambda = lame_lambda + 5.0 / 6 * lame_mu;
+      const double b = side_of(stretch, mu, lambda), h = 1e-5;
+      const double stress = (stored(stretch + h, b, mu, lambda) - stored(stretch - h, b, mu, lambda)) / (2 * h);
+      const TetMesh mesh = box_of_tets(3, 2, 2, {0.03, 0.02, 0.02});
+      const ElasticModel model({soft_body(mesh, young, poisson, [](const Vec3& p) { return p.x < 1e-9; })},
+                               Elasticity::neo_hookean, order);
+      Eigen::VectorXd x = model.rest(), f;
+      for (int node = 0; node < model.nodes(); ++node) x.segment<3>(3 * node).array() *= Eigen::Array3d(stretch, b, b);
+      model.force(x, f);
+      BOOST_TEST(model.energy(x) == model.volume() * stored(stretch, b, mu, lambda), tt::tolerance(1e-9));
+      BOOST_TEST((f + traction_at_end(model, mesh, 0.03, {stress, 0, 0})).norm() < 1e-6 * f.norm());
     }
   }
 }
