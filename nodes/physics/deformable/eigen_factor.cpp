@@ -17,19 +17,33 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 /// Nodes of the graph in the order of elimination.
 std::vector<int> least_degree_first(const NodeGraph& graph) {
+  // With the diagonal: Eigen puts nodes without it last, as dense ones.
   Eigen::SparseMatrix<double> pattern(graph.size(), graph.size());
-  pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.to.size()));
-  std::copy(graph.first.begin(), graph.first.end(), pattern.outerIndexPtr());
-  std::copy(graph.to.begin(), graph.to.end(), pattern.innerIndexPtr());
+  pattern.resizeNonZeros(static_cast<Eigen::Index>(graph.to.size()) + graph.size());
+  int at = 0;
+  for (int node = 0; node < graph.size(); ++node) {
+    pattern.outerIndexPtr()[node] = at;
+    bool has_diagonal = false;
+    for (int k = graph.first[static_cast<std::size_t>(node)]; k < graph.first[static_cast<std::size_t>(node) + 1];
+         ++k) {
+      const int other = graph.to[static_cast<std::size_t>(k)];
+      if (other > node && !has_diagonal) pattern.innerIndexPtr()[at++] = node;
+      has_diagonal |= other > node;
+      pattern.innerIndexPtr()[at++] = other;
+    }
+    if (!has_diagonal) pattern.innerIndexPtr()[at++] = node;
+  }
+  pattern.outerIndexPtr()[graph.size()] = at;
   std::fill_n(pattern.valuePtr(), pattern.nonZeros(), 1.0);
   Eigen::AMDOrdering<int>::PermutationType order;
-  if (graph.size() > 0) Eigen::AMDOrdering<int>()(pattern.selfadjointView<Eigen::Lower>(), order);
+  if (graph.size() > 0) Eigen::AMDOrdering<int>()(pattern, order);
   return {order.indices().data(), order.indices().data() + order.indices().size()};
 }
 
 }  // namespace
 
 struct EigenFactor::Impl {
+  EliminationOrder order;
   ReorderedMatrix reordered;
   Eigen::SimplicialLLT<Sparse, Eigen::Upper, Eigen::NaturalOrdering<int>> llt;
   Eigen::Index last = 0;  ///< unknowns of the last nodes
@@ -41,13 +55,7 @@ EigenFactor::EigenFactor() : impl_(std::make_unique<Impl>()) {}
 EigenFactor::~EigenFactor() = default;
 
 void EigenFactor::analyze(const Sparse& A, std::span<const int> last_nodes) {
-  const NodeGraph graph = node_graph(A);
-  const std::vector<int> before = nodes_before(graph.size(), last_nodes);
-  std::vector<int> order;
-  for (const int place : least_degree_first(part_of(graph, before)))
-    order.push_back(before[static_cast<std::size_t>(place)]);
-  order.insert(order.end(), last_nodes.begin(), last_nodes.end());
-  impl_->reordered.analyze(A, std::move(order), ReorderedMatrix::Triangle::upper);
+  impl_->reordered.analyze(A, impl_->order.of(A, last_nodes, least_degree_first), ReorderedMatrix::Triangle::upper);
   impl_->llt.analyzePattern(impl_->reordered.matrix());
   impl_->last = 3 * static_cast<Eigen::Index>(last_nodes.size());
   impl_->ordered.resize(A.rows());

@@ -33,33 +33,28 @@ NodeGraph node_graph(const Eigen::SparseMatrix<double>& A) {
   return graph;
 }
 
-std::vector<int> nodes_before(int nodes, std::span<const int> last) {
-  std::vector<char> is_last(static_cast<std::size_t>(nodes), 0);
+std::vector<int> EliminationOrder::of(const Eigen::SparseMatrix<double>& A, std::span<const int> last,
+                                      const std::function<std::vector<int>(const NodeGraph&)>& find) {
+  const std::span<const int> outer(A.outerIndexPtr(), static_cast<std::size_t>(A.cols()) + 1);
+  const std::span<const int> inner(A.innerIndexPtr(), static_cast<std::size_t>(A.nonZeros()));
+  if (!std::ranges::equal(outer, outer_) || !std::ranges::equal(inner, inner_)) {
+    order_ = find(node_graph(A));
+    outer_.assign(outer.begin(), outer.end());
+    inner_.assign(inner.begin(), inner.end());
+  }
+  std::vector<char> is_last(order_.size(), 0);
   for (const int node : last) {
-    TACTOR_DEMAND(node >= 0 && node < nodes && is_last[static_cast<std::size_t>(node)] == 0);
+    TACTOR_DEMAND(node >= 0 && static_cast<std::size_t>(node) < order_.size() &&
+                  is_last[static_cast<std::size_t>(node)] == 0);
     is_last[static_cast<std::size_t>(node)] = 1;
   }
-  std::vector<int> before;
-  for (int node = 0; node < nodes; ++node) {
-    if (is_last[static_cast<std::size_t>(node)] == 0) before.push_back(node);
+  std::vector<int> order;
+  order.reserve(order_.size());
+  for (const int node : order_) {
+    if (is_last[static_cast<std::size_t>(node)] == 0) order.push_back(node);
   }
-  return before;
-}
-
-NodeGraph part_of(const NodeGraph& graph, const std::vector<int>& nodes) {
-  std::vector<int> place(static_cast<std::size_t>(graph.size()), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i) place[static_cast<std::size_t>(nodes[i])] = static_cast<int>(i);
-  NodeGraph part;
-  part.first.push_back(0);
-  for (const int node : nodes) {
-    for (int k = graph.first[static_cast<std::size_t>(node)]; k < graph.first[static_cast<std::size_t>(node) + 1];
-         ++k) {
-      const int other = place[static_cast<std::size_t>(graph.to[static_cast<std::size_t>(k)])];
-      if (other >= 0) part.to.push_back(other);
-    }
-    part.first.push_back(static_cast<int>(part.to.size()));
-  }
-  return part;
+  order.insert(order.end(), last.begin(), last.end());
+  return order;
 }
 
 void ReorderedMatrix::analyze(const Eigen::SparseMatrix<double>& A, std::vector<int> order, Triangle triangle) {
@@ -67,11 +62,14 @@ void ReorderedMatrix::analyze(const Eigen::SparseMatrix<double>& A, std::vector<
   TACTOR_DEMAND(3 * static_cast<Eigen::Index>(order_.size()) == A.rows());
   std::vector<int> place(order_.size());
   for (std::size_t k = 0; k < order_.size(); ++k) place[static_cast<std::size_t>(order_[k])] = static_cast<int>(k);
+  const auto size = static_cast<std::size_t>(A.rows());
   struct Entry {
-    int column, row, from;
+    int row, column, from;
   };
-  std::vector<Entry> entries;
+  // Sorted by row and then by column, each by counting.
+  std::vector<Entry> entries, by_row;
   entries.reserve(static_cast<std::size_t>(A.nonZeros()));
+  std::vector<int> rows(size + 1, 0), columns(size + 1, 0);
   for (int column = 0; column < A.cols(); ++column) {
     for (int k = A.outerIndexPtr()[column]; k < A.outerIndexPtr()[column + 1]; ++k) {
       const int row = A.innerIndexPtr()[k];
@@ -79,22 +77,27 @@ void ReorderedMatrix::analyze(const Eigen::SparseMatrix<double>& A, std::vector<
       int i = 3 * place[static_cast<std::size_t>(row / 3)] + row % 3,
           j = 3 * place[static_cast<std::size_t>(column / 3)] + column % 3;
       if ((triangle == Triangle::lower) != (i >= j)) std::swap(i, j);
-      entries.push_back({j, i, k});
+      entries.push_back({i, j, k});
+      ++rows[static_cast<std::size_t>(i) + 1];
+      ++columns[static_cast<std::size_t>(j) + 1];
     }
   }
-  std::sort(entries.begin(), entries.end(),
-            [](const Entry& a, const Entry& b) { return a.column != b.column ? a.column < b.column : a.row < b.row; });
+  for (std::size_t k = 0; k < size; ++k) {
+    rows[k + 1] += rows[k];
+    columns[k + 1] += columns[k];
+  }
+  by_row.resize(entries.size());
+  for (const Entry& entry : entries)
+    by_row[static_cast<std::size_t>(rows[static_cast<std::size_t>(entry.row)]++)] = entry;
   matrix_.resize(A.rows(), A.cols());
   matrix_.resizeNonZeros(static_cast<Eigen::Index>(entries.size()));
+  std::copy(columns.begin(), columns.end(), matrix_.outerIndexPtr());
   from_.resize(entries.size());
-  std::fill_n(matrix_.outerIndexPtr(), A.cols() + 1, 0);
-  for (std::size_t k = 0; k < entries.size(); ++k) {
-    ++matrix_.outerIndexPtr()[entries[k].column + 1];
-    matrix_.innerIndexPtr()[k] = entries[k].row;
-    from_[k] = entries[k].from;
+  for (const Entry& entry : by_row) {
+    const int at = columns[static_cast<std::size_t>(entry.column)]++;
+    matrix_.innerIndexPtr()[at] = entry.row;
+    from_[static_cast<std::size_t>(at)] = entry.from;
   }
-  for (int column = 0; column < A.cols(); ++column)
-    matrix_.outerIndexPtr()[column + 1] += matrix_.outerIndexPtr()[column];
   take(A);
 }
 

@@ -2,6 +2,7 @@
 // elimination.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,11 +20,18 @@ struct NodeGraph {
 /// The graph of a matrix that is given by its lower triangle.
 NodeGraph node_graph(const Eigen::SparseMatrix<double>& A);
 
-/// The nodes that are not among `last`, ascending.
-std::vector<int> nodes_before(int nodes, std::span<const int> last);
+/// An order in which nodes are eliminated: found once for a pattern, and changed where other nodes have to come last.
+class EliminationOrder {
+ public:
+  /// `find` gives the nodes of a graph in an order of elimination that keeps the factor sparse. It is called where A
+  /// has another pattern than before. Returns that order, but with the nodes `last` at the end in their own order.
+  std::vector<int> of(const Eigen::SparseMatrix<double>& A, std::span<const int> last,
+                      const std::function<std::vector<int>(const NodeGraph&)>& find);
 
-/// The graph of some of the nodes, which become 0, 1, ... in their order.
-NodeGraph part_of(const NodeGraph& graph, const std::vector<int>& nodes);
+ private:
+  std::vector<int> outer_, inner_;  ///< of the pattern
+  std::vector<int> order_;
+};
 
 /// A matrix in another order of its nodes, as the triangle that a factorisation reads.
 class ReorderedMatrix {

@@ -16,7 +16,8 @@ class SparseFactor {
   virtual ~SparseFactor() = default;
 
   /// Chooses the order of elimination by the pattern of A and makes room for the factor. The nodes `last_nodes`, all
-  /// different, are eliminated last, in that order.
+  /// different, are eliminated last, in that order. Called again with the same pattern and other last nodes, it keeps
+  /// the order of the rest, and so takes less time.
   virtual void analyze(const Eigen::SparseMatrix<double>& A, std::span<const int> last_nodes) = 0;
   /// A has the pattern of the matrix that was analysed. False where it is not positive definite; there is no factor
   /// then.

@@ -9,9 +9,14 @@ namespace tactor {
 
 namespace {
 
-/// The factor of K, or where that is singular of K and just enough of the mass. False where nothing helps.
-bool factor_with_shift(SparseFactor& factor, Eigen::SparseMatrix<double>& K, const Eigen::SparseMatrix<double>& mass) {
+/// The factor of the exact Hessian where that is positive definite, else of the projected one, else of that and just
+/// enough of the mass. False where nothing helps.
+bool factor_stiffness(const ElasticModel& model, const Eigen::VectorXd& x, SparseFactor& factor,
+                      Eigen::SparseMatrix<double>& K, Eigen::VectorXd& elastic) {
   if (factor.factor(K)) return true;
+  model.assemble(x, ElasticModel::Tangent::projected, K, elastic);
+  if (factor.factor(K)) return true;
+  const Eigen::SparseMatrix<double>& mass = model.mass();
   const double unit = K.diagonal().maxCoeff() / mass.diagonal().maxCoeff();
   double added = 0;
   for (double share = 1e-10; share < 1; share *= 100) {
@@ -58,30 +63,30 @@ Balance settle(const ElasticModel& model, const Eigen::VectorXd& start, const Ve
   const std::unique_ptr<SparseFactor> factor = make_factor(options.factor, model.elements());
   factor->analyze(model.mass(), {});
   for (;; ++balance.steps) {
-    model.assemble(balance.x, ElasticModel::Tangent::projected, K, elastic);
+    model.assemble(balance.x, ElasticModel::Tangent::exact, K, elastic);
     const double forces = elastic.norm() + outer.norm();
     const double left = (elastic + outer).norm();
     // What rounding of the positions makes of forces, where there are none.
-    const double rounding = 1e-15 * K.diagonal().maxCoeff() * balance.x.cwiseAbs().maxCoeff() *
+    const double rounding = 1e-15 * K.diagonal().maxCoeff() * model.rest().cwiseAbs().maxCoeff() *
                             std::sqrt(static_cast<double>(model.unknowns()));
     balance.residual = forces > 0 ? left / forces : 0;
     balance.converged = left <= options.tolerance * forces || left <= rounding;
     if (balance.converged || balance.steps == options.most_steps) return balance;
-    if (!factor_with_shift(*factor, K, model.mass())) return balance;
+    if (!factor_stiffness(model, balance.x, *factor, K, elastic)) return balance;
     step = elastic + outer;
-    const Eigen::VectorXd slope = step;
     factor->solve(step);
-    const double decrease = slope.dot(step);
-    const double before = model.energy(balance.x) - work_of(model, outer, balance.x);
+    // Along the step the energy falls by this a unit at first.
+    const double slope = step.dot(elastic + outer);
+    const double stored = model.energy(balance.x), done = work_of(model, outer, balance.x);
+    const double rounding_of_energy = 1e-11 * (std::abs(stored) + std::abs(done));
     bool found = false;
     for (double share = 1; share > 1e-12 && !found; share *= 0.5) {
       displace(model, balance.x, step, share, tried);
-      const double after = model.energy(tried) - work_of(model, outer, tried);
-      found = std::isfinite(after) && after <= before - 1e-4 * share * decrease;
-      if (!found && share > 0.1) {
-        model.force(tried, tried_force);
-        found = (tried_force + outer).norm() < 0.5 * left && std::abs(after - before) <= 1e-9 * std::abs(before);
-      }
+      const double change = model.energy(tried) - stored - (work_of(model, outer, tried) - done);
+      found = std::isfinite(change) && change <= -1e-4 * share * slope;
+      if (found || !(change <= rounding_of_energy)) continue;
+      model.force(tried, tried_force);
+      found = std::abs(step.dot(tried_force + outer)) <= 0.9 * slope;
     }
     if (!found) return balance;
     balance.x.swap(tried);

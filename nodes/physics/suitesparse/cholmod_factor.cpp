@@ -8,14 +8,14 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/physics/deformable/elimination.hpp"
-#include "nodes/physics/suitesparse/blas_threads.hpp"
+#include "nodes/physics/suitesparse/one_thread.hpp"
 
 namespace tactor {
 
 namespace {
 
 /// From so many nodes on, METIS orders them better than minimum degree does.
-constexpr int least_for_dissection = 900;
+constexpr int least_for_dissection = 600;
 
 /// A matrix of ours as CHOLMOD sees it; `triangle`: 1 the upper, -1 the lower.
 cholmod_sparse seen(const Eigen::SparseMatrix<double>& A, int triangle) {
@@ -56,11 +56,7 @@ class CholmodFactor : public SparseFactor {
   CholmodFactor& operator=(const CholmodFactor&) = delete;
 
   void analyze(const Eigen::SparseMatrix<double>& A, std::span<const int> last_nodes) override {
-    const NodeGraph graph = node_graph(A);
-    const std::vector<int> before = nodes_before(graph.size(), last_nodes);
-    std::vector<int> order;
-    for (const int place : ordered(part_of(graph, before))) order.push_back(before[static_cast<std::size_t>(place)]);
-    order.insert(order.end(), last_nodes.begin(), last_nodes.end());
+    std::vector<int> order = order_.of(A, last_nodes, [this](const NodeGraph& graph) { return ordered(graph); });
     reordered_.analyze(A, std::move(order),
                        supernodal_ ? ReorderedMatrix::Triangle::lower : ReorderedMatrix::Triangle::upper);
     cholmod_free_factor(&factor_, &common_);
@@ -80,6 +76,7 @@ class CholmodFactor : public SparseFactor {
     double beta[2] = {0, 0};
     // The matrix stands as the factorisation reads it, so that CHOLMOD makes no copy of it.
     if (supernodal_) {
+      const WithoutOpenMp one_thread;
       cholmod_super_numeric(&view, nullptr, beta, factor_, &common_);
     } else {
       cholmod_factorize_p(&view, beta, nullptr, 0, factor_, &common_);
@@ -189,6 +186,7 @@ class CholmodFactor : public SparseFactor {
   bool supernodal_;
   mutable cholmod_common common_;
   cholmod_factor* factor_ = nullptr;
+  EliminationOrder order_;
   ReorderedMatrix reordered_;
   Eigen::Index last_ = 0;  ///< unknowns of the last nodes
   mutable Eigen::VectorXd ordered_, rest_;

@@ -1,13 +1,17 @@
 // Forces and stiffness of elastic bodies against differences of their energy, and what rigid motion does.
 #include <boost/test/unit_test.hpp>
 
+#include <algorithm>
+#include <cstring>
 #include <string>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "framework/core/check.hpp"
+#include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/deformable/elastic_model.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
 using namespace tactor;
@@ -246,4 +250,57 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_a_body_is_refused) {
   refused([](SoftBody& b) { b.mesh.tets[2][1] = 8; }, "names node 8");
   refused([](SoftBody& b) { std::swap(b.mesh.tets[4][0], b.mesh.tets[4][1]); }, "tetrahedron 4");
   refused([](SoftBody& b) { b.mesh.tets[5][0] = b.mesh.tets[5][1]; }, "tetrahedron 5");
+}
+
+BOOST_AUTO_TEST_CASE(energy_force_and_assembly_do_not_call_the_heap_again,
+                     *boost::unit_test::precondition(heap_is_counted)) {
+  for (const Kind& kind : kinds) {
+    BOOST_TEST_CONTEXT(told(kind)) {
+      const ElasticModel model = small_box(kind);
+      const Eigen::VectorXd x = deformed(model, 1);
+      Eigen::SparseMatrix<double> K;
+      Eigen::VectorXd f;
+      model.assemble(x, Tangent::warped, K, f);
+      const auto before = thread_heap_calls();
+      for (const Tangent tangent : {Tangent::warped, Tangent::projected, Tangent::exact})
+        model.assemble(x, tangent, K, f);
+      model.force(x, f);
+      const double energy = model.energy(x), ratio = model.smallest_volume_ratio(x);
+      BOOST_TEST(thread_heap_calls() - before == 0);
+      BOOST_TEST((energy > 0 && ratio < 1));
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_same_positions_give_the_same_bytes) {
+  for (const Kind& kind : kinds) {
+    const ElasticModel one = small_box(kind), other = small_box(kind);
+    const Eigen::VectorXd x = deformed(one, 1);
+    Eigen::SparseMatrix<double> K, L;
+    Eigen::VectorXd f, g;
+    one.assemble(x, Tangent::projected, K, f);
+    other.assemble(one.rest(), Tangent::exact, L, g);
+    other.assemble(x, Tangent::projected, L, g);
+    BOOST_TEST(std::memcmp(K.valuePtr(), L.valuePtr(), sizeof(double) * static_cast<std::size_t>(K.nonZeros())) == 0);
+    BOOST_TEST(std::memcmp(f.data(), g.data(), sizeof(double) * static_cast<std::size_t>(f.size())) == 0);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(mass_and_stiffness_have_the_same_pattern) {
+  for (const Kind& kind : kinds) {
+    const ElasticModel model = small_box(kind);
+    Eigen::SparseMatrix<double> K;
+    Eigen::VectorXd f;
+    model.assemble(model.rest(), Tangent::warped, K, f);
+    const Eigen::SparseMatrix<double>& M = model.mass();
+    BOOST_TEST(std::equal(K.outerIndexPtr(), K.outerIndexPtr() + K.cols() + 1, M.outerIndexPtr(),
+                          M.outerIndexPtr() + M.cols() + 1));
+    BOOST_TEST(std::equal(K.innerIndexPtr(), K.innerIndexPtr() + K.nonZeros(), M.innerIndexPtr(),
+                          M.innerIndexPtr() + M.nonZeros()));
+    for (int column = 0; column < K.cols(); ++column) {
+      BOOST_TEST(std::is_sorted(K.innerIndexPtr() + K.outerIndexPtr()[column],
+                                K.innerIndexPtr() + K.outerIndexPtr()[column + 1]));
+      BOOST_TEST(K.innerIndexPtr()[K.outerIndexPtr()[column]] == column);
+    }
+  }
 }

@@ -8,10 +8,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "framework/core/check.hpp"
+#include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/deformable/elastic_model.hpp"
 #include "nodes/physics/deformable/sparse_factor.hpp"
 #include "nodes/physics/deformable/suitesparse_plugin.hpp"
+#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
 using namespace tactor;
@@ -160,4 +161,25 @@ BOOST_AUTO_TEST_CASE(small_bodies_are_factored_by_eigen) {
   BOOST_TEST(std::string(make_factor(FactorKind::automatic, least_for_supernodal - 1)->name()) == "Eigen");
   BOOST_TEST(std::string(make_factor(FactorKind::automatic, least_for_supernodal)->name()) ==
              (has_suitesparse_plugin() ? "CHOLMOD supernodal" : "Eigen"));
+}
+
+BOOST_AUTO_TEST_CASE(solving_and_the_factor_by_supernodes_do_not_call_the_heap,
+                     *boost::unit_test::precondition(heap_is_counted)) {
+  const Eigen::SparseMatrix<double> A = step_matrix(8, 8, 8);
+  for (const FactorKind kind : kinds()) {
+    const std::unique_ptr<SparseFactor> factor = make_factor(kind, 0);
+    BOOST_TEST_CONTEXT(factor->name()) {
+      factor->analyze(A, {});
+      BOOST_TEST(factor->factor(A));
+      Eigen::VectorXd b = Eigen::VectorXd::Ones(A.rows());
+      factor->solve(b);
+      const auto before = thread_heap_calls();
+      factor->solve(b);
+      BOOST_TEST(thread_heap_calls() - before == 0);
+      const auto before_factor = thread_heap_calls();
+      factor->factor(A);
+      BOOST_TEST_MESSAGE(factor->name() << ": " << thread_heap_calls() - before_factor
+                                        << " calls of the heap in a factor");
+    }
+  }
 }

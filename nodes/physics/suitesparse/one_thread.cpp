@@ -1,4 +1,4 @@
-#include "nodes/physics/suitesparse/blas_threads.hpp"
+#include "nodes/physics/suitesparse/one_thread.hpp"
 
 #include <dlfcn.h>
 
@@ -18,7 +18,24 @@ void* linked_function(const char* name) {
   return found;
 }
 
+using GetLevels = int (*)();
+using SetLevels = void (*)(int);
+
+/// OpenMP's own functions, or null where CHOLMOD is built without it. From level 0 on, none of its regions is parallel.
+const GetLevels get_levels = reinterpret_cast<GetLevels>(linked_function("omp_get_max_active_levels"));
+const SetLevels set_levels = reinterpret_cast<SetLevels>(linked_function("omp_set_max_active_levels"));
+
 }  // namespace
+
+WithoutOpenMp::WithoutOpenMp() {
+  if (get_levels == nullptr || set_levels == nullptr) return;
+  levels_ = get_levels();
+  set_levels(0);
+}
+
+WithoutOpenMp::~WithoutOpenMp() {
+  if (get_levels != nullptr && set_levels != nullptr) set_levels(levels_);
+}
 
 void use_one_blas_thread() {
   if (void* const set = linked_function("openblas_set_num_threads")) reinterpret_cast<void (*)(int)>(set)(1);
