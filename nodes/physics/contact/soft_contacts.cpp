@@ -224,7 +224,7 @@ void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Po
   const double doubled = norm(across);
   if (!(doubled > 0) || !std::isfinite(doubled)) return;
   const Vec3 facing = across / doubled;
-  const double length = 2 * std::sqrt(area);
+  const double length = 4 * third * std::sqrt(area);
   const double wanted = rigid.spacing > 0 ? std::ceil(length / rigid.spacing * (1 - 1e-12)) : 1;
   const int n = std::max(static_cast<int>(std::min(wanted, most_parts)), rigid.least_parts);
   if (n > 2) {

@@ -45,9 +45,9 @@ struct SoftContactOptions {
 /// Samples of the surface. Each stands for an area of the surface at rest, and its weight is area / patch area of the
 /// combined material. So the pressure is (stiffness / patch area) * depth, however fine the faces are. A face of area
 /// a at rest is cut into n^2 triangles of equal areas, whose middles are the samples:
-///   n = ceil(2 sqrt(a) / spacing), at most 64.
-/// 2 sqrt(a) is the longest side of a right triangle with two equal sides, so neighbours are no farther apart than the
-/// spacing on faces no more slender than that. n goes by the area at rest, so it does not change as the face deforms.
+///   n = ceil(4/3 sqrt(a) / spacing), at most 64.
+/// Neighbours are no farther apart than the spacing on faces whose medians are no longer than 2 sqrt(a). n goes by the
+/// area at rest, so it does not change as the face deforms.
 /// Only the samples in the rigid body's box and the margin about it are made. Where no spacing is given it is a third
 /// of the radius of a ball or a capsule and a sixteenth of the longest side of a box or a mesh; a fixed body meets at
 /// least three samples of a face. The rigid body's signed distance phi at the sample x gives
