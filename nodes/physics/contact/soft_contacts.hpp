@@ -56,17 +56,20 @@ struct SoftContactOptions {
 ///   clamp(4 dot(n_W, normal of the face), 0, 1).
 /// Else the far side of a thin body, or a surface that a body has sunk in by more than half, would pull it inwards.
 ///
-/// Deep balls. A sphere, or a ball of a capsule (see shape_samples), whose centre is nearer to the surface than a
-/// quarter of its radius r, or inside, is also pushed by one contact with the nearest face. Its normal leads out of the
-/// surface, its distance is d - r, d being the signed distance of the centre to the surface, and its weight is
-///   weight of the ball * max(1, r^2 / patch area) * clamp(1 - 4 d / r, 0, 1).
-/// The samples' push fades as the centre comes near the surface (that of a flat surface is
-/// pi stiffness / patch area * (r - depth) depth^2); this one grows in its place.
+/// Deep balls. A sphere, or a ball of a capsule (see shape_samples), whose centre c is nearer to the surface than a
+/// quarter of its radius r, or inside, is also pushed by one contact with the nearest point p of the surface:
+///   n_W = the mean normal about p, out of the surface,   distance = dot(n_W, c - p) - r,   p_TC = c - r n_W,
+///   weight = that of the ball * max(1, r^2 / patch area) * clamp(1 - 4 d / r, 0, 1),
+/// d being the signed distance of c to the surface. The samples' push fades as the centre comes near the surface (that
+/// of a flat surface is pi stiffness / patch area * (r - depth) depth^2); this one grows in its place. The mean normal
+/// is that of MovingSurface over r, or over three times the root of the mean area of the faces where that is less: the
+/// force turns continuously as p goes from face to face.
 ///
 /// Samples of boxes and meshes. Where they are nearer to the surface than the margin, or inside, each makes a contact
-/// with the nearest face. Its weight is its area over the patch area; at an edge or corner of the body the area is
-/// area_towards the surface. The body's samples and the surface's share the contact in proportion to
-///   e = sum(weight * (margin - distance)),
+/// with the nearest point of the surface, with a mean normal over an eighth of the body's longest side, likewise. Its
+/// weight is its area over the patch area; at an edge or corner of the body the area is area_towards the surface. The
+/// body's samples and the surface's share the contact in proportion to
+///   e = sum(weight * (margin - signed distance)),
 /// as BodyPair has it, so that both together count once, and it stays continuous as samples come and go.
 ///
 /// Sign: see MovingSurface. A point beyond the rim of an open surface makes none of the deep contacts.
@@ -109,6 +112,11 @@ class SoftContacts {
     SoftSampleTree samples;          // of boxes and meshes
     std::vector<std::int32_t> hint;  // of each ball: the face that was nearest last time
   };
+  /// A face in the frame of a rigid body: a corner, the ways to the others and the normal; m, unit.
+  struct TurnedFace {
+    std::int32_t face;
+    Vec3 a, ab, ac, facing;
+  };
   /// Where on the surface a contact is.
   struct Place {
     std::int32_t face;
@@ -127,6 +135,7 @@ class SoftContacts {
     std::vector<std::size_t> order;
     ContactReduction reduction;
     std::vector<std::array<double, 2>> extents;  // of each deformable body: e of the surface's and the body's samples
+    double smoothing = 0;                        // m, how far normals of faces are averaged at most
     std::int32_t last_face = -1;                 // that was nearest to a ball
     int* left = nullptr;                         // steps of work, or null
     [[nodiscard]] bool over() const { return left != nullptr && *left < 0; }
@@ -135,8 +144,9 @@ class SoftContacts {
     }
   };
   void look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
-  void look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, std::int32_t face, std::int32_t& hint,
-                    Side& side);
+  void look_at_faces(const Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
+  void look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, const Bounds& box,
+                    const TurnedFace& turned, std::int32_t& hint, Side& side);
   void look_at_balls(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void look_at_samples(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void share_out(std::size_t first, Side& side) const;
