@@ -56,6 +56,13 @@ Contact of_material(const Material& material) {
   return {.stiffness = material.stiffness, .damping = material.damping, .friction = material.friction};
 }
 
+/// m, how far normals of faces are averaged at most: about two of their edges.
+double smoothing_of(std::span<const double> areas) {
+  double sum = 0;
+  for (const double area : areas) sum += std::isfinite(area) ? std::max(area, 0.0) : 0;
+  return areas.empty() ? 0 : 3 * std::sqrt(sum / static_cast<double>(areas.size()));
+}
+
 /// The box about a box at that pose.
 Bounds box_at(const Pose& X, const Bounds& box) {
   Bounds all;
@@ -138,6 +145,7 @@ void SoftContacts::set_surface(SoftSurface surface, std::span<const Vec3> nodes_
   all_.body = whole_.body;
   all_.area = whole_.area;
   all_.last_face = -1;
+  all_.smoothing = smoothing_of(whole_.area);
 }
 
 void SoftContacts::find(std::span<const Vec3> nodes_W, const BodyStates& bodies, std::vector<SoftContact>& found) {
@@ -173,6 +181,7 @@ bool SoftContacts::find_on(std::span<const std::array<std::int32_t, 3>> faces, s
   }
   patch_.body = body;
   patch_.area = areas;
+  patch_.smoothing = smoothing_of(areas);
   patch_.contacts.clear();
   patch_.places.clear();
   int left = most_work_;
@@ -191,52 +200,70 @@ void SoftContacts::look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side
   const std::size_t first = side.contacts.contact.size();
   std::fill(side.extents.begin(), side.extents.end(), std::array<double, 2>{});
   side.surface.faces_in(larger(box_at(X_WT, rigid.body.box), margin_), side.near);
-  std::int32_t hint = -1;
-  for (const std::int32_t face : side.near) {
-    look_at_face(rigid, number, X_WT, face, hint, side);
-    if (side.over()) return;
-  }
+  look_at_faces(rigid, number, X_WT, side);
+  if (side.over()) return;
   if (has_balls(rigid.body)) return look_at_balls(rigid, number, X_WT, side);
   look_at_samples(rigid, number, X_WT, side);
   if (side.over()) return;
   share_out(first, side);
 }
 
-/// The samples of a face.
-void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, std::int32_t face,
-                                std::int32_t& hint, Side& side) {
-  side.work();
+/// The samples of the faces that are near, eight faces at a time: where the middle of a face is too far, it has none.
+void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side) {
+  constexpr float rounding = 1e-6F;  // of lengths
+  const SignedDistance& distance = *rigid.body.distance;
+  const Pose X_TW = inverse(X_WT);
+  const Bounds box = larger(rigid.body.box, margin_);
+  std::int32_t hint = -1;
+  std::array<TurnedFace, 8> eight;
+  Points8 middles;
+  std::array<float, 8> reach, bound;
+  std::size_t count = 0;
+  const auto look_at_eight = [&] {
+    distance.lower_bounds(middles, (1U << count) - 1U, bound);
+    for (std::size_t k = 0; k < count && !side.over(); ++k) {
+      if (!(bound[k] - reach[k] < margin_)) continue;
+      look_at_face(rigid, number, X_WT, box, eight[k], hint, side);
+    }
+    count = 0;
+  };
+  for (const std::int32_t face : side.near) {
+    if (side.over()) return;
+    side.work();
+    const double area = side.area[static_cast<std::size_t>(face)];
+    if (!(area > 0) || !std::isfinite(area)) continue;
+    const Vec3 a = transform(X_TW, side.surface.corner(face, 0)), b = transform(X_TW, side.surface.corner(face, 1)),
+               c = transform(X_TW, side.surface.corner(face, 2)), ab = b - a, ac = c - a;
+    Bounds of_face;
+    for (const Vec3& corner : {a, b, c}) of_face.add(corner);
+    if (!boxes_meet(of_face, box)) continue;
+    const Vec3 across = cross(ab, ac);
+    const double doubled = norm(across);
+    if (!(doubled > 0) || !std::isfinite(doubled)) continue;
+    eight[count] = {face, a, ab, ac, across / doubled};
+    const Vec3 middle = third * (a + b + c);
+    middles.x[count] = static_cast<float>(middle.x);
+    middles.y[count] = static_cast<float>(middle.y);
+    middles.z[count] = static_cast<float>(middle.z);
+    const double squared =
+        std::max({dot(a - middle, a - middle), dot(b - middle, b - middle), dot(c - middle, c - middle)});
+    reach[count] = static_cast<float>(std::sqrt(squared) + norm(middle) * rounding) * (1 + rounding);
+    if (++count == 8) look_at_eight();
+  }
+  if (count > 0) look_at_eight();
+}
+
+/// The samples of a face, which is in the frame of the rigid body.
+void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, const Bounds& box,
+                                const TurnedFace& turned, std::int32_t& hint, Side& side) {
+  const auto& [face, a, ab, ac, facing] = turned;
   const auto at = static_cast<std::size_t>(face);
   const double area = side.area[at];
-  if (!(area > 0) || !std::isfinite(area)) return;
   const auto deformable = static_cast<std::size_t>(side.body[at]);
   const Material& material = rigid.material[deformable];
   const SignedDistance& distance = *rigid.body.distance;
-  const Pose X_TW = inverse(X_WT);
-  // In the frame of the rigid body.
-  const Vec3 a = transform(X_TW, side.surface.corner(face, 0)), b = transform(X_TW, side.surface.corner(face, 1)),
-             c = transform(X_TW, side.surface.corner(face, 2)), ab = b - a, ac = c - a;
-  const Bounds box = larger(rigid.body.box, margin_);
-  Bounds of_face;
-  for (const Vec3& corner : {a, b, c}) of_face.add(corner);
-  if (!boxes_meet(of_face, box)) return;
-  const Vec3 across = cross(ab, ac);
-  const double doubled = norm(across);
-  if (!(doubled > 0) || !std::isfinite(doubled)) return;
-  const Vec3 facing = across / doubled;
-  const double length = 2 * std::sqrt(area);
-  const double wanted = rigid.spacing > 0 ? std::ceil(length / rigid.spacing * (1 - 1e-12)) : 1;
+  const double wanted = rigid.spacing > 0 ? std::ceil(4 * third * std::sqrt(area) / rigid.spacing * (1 - 1e-12)) : 1;
   const int n = std::max(static_cast<int>(std::min(wanted, most_parts)), rigid.least_parts);
-  if (n > 2) {
-    // A signed distance changes by no more than the way moved.
-    const Vec3 middle = third * (a + b + c);
-    const double reach =
-        std::sqrt(std::max({dot(a - middle, a - middle), dot(b - middle, b - middle), dot(c - middle, c - middle)}));
-    const Nearest near = distance.nearest(middle, hint);
-    side.work();
-    hint = near.face;
-    if (near.distance * (1 - 1e-9) - reach >= margin_) return;
-  }
   const double weight = area / (static_cast<double>(n) * n) / material.patch_area;
   for (int row = 0; row < 2 * n - 1; ++row) {
     side.work();
@@ -293,10 +320,10 @@ void SoftContacts::look_at_balls(Rigid& rigid, std::size_t number, const Pose& X
     if (!near.judged) continue;
     const Material& material = rigid.material[static_cast<std::size_t>(side.body[static_cast<std::size_t>(near.face)])];
     Contact contact = of_material(material);
-    contact.n_W = near.n;
+    contact.n_W = side.surface.mean_normal(near, std::min(r, side.smoothing), side.near, side.left);
     contact.p_WC = near.p;
-    contact.p_TC = samples.points[i].p - r * rotate(inverse(X_WT.R), near.n);
-    contact.distance = near.distance - r;
+    contact.p_TC = samples.points[i].p - r * rotate(inverse(X_WT.R), contact.n_W);
+    contact.distance = dot(contact.n_W, centre - near.p) - r;
     contact.weight = samples.weights[i] * std::max(1.0, r * r / material.patch_area) *
                      std::clamp(1 - near.distance / reach, 0.0, 1.0);
     add(contact, rigid, number, true, i, {near.face, near.share}, side);
@@ -309,6 +336,7 @@ void SoftContacts::look_at_samples(Rigid& rigid, std::size_t number, const Pose&
   rigid.samples.find(side.surface, X_WT, margin_, side.left, side.own);
   if (side.over()) return;
   const ContactSamples& samples = rigid.body.samples;
+  const double smoothing = std::min(rigid.body.box.longest() / 8, side.smoothing);
   for (const NearSoftSample& own : side.own) {
     const SurfaceSample& sample = samples.points[static_cast<std::size_t>(own.sample)];
     const auto deformable = static_cast<std::size_t>(side.body[static_cast<std::size_t>(own.at.face)]);
@@ -316,14 +344,15 @@ void SoftContacts::look_at_samples(Rigid& rigid, std::size_t number, const Pose&
     Contact contact = of_material(material);
     contact.p_TC = sample.p;
     contact.p_WC = own.at.p;
-    contact.n_W = own.at.n;
-    contact.distance = own.at.distance;
+    contact.n_W = side.surface.mean_normal(own.at, smoothing, side.near, side.left);
+    if (side.over()) return;
+    contact.distance = dot(contact.n_W, transform(X_WT, sample.p) - own.at.p);
     // The normal leads from the surface to the rigid body.
     const double area = sample.crease < 0 ? sample.area
                                           : area_towards(samples.creases[static_cast<std::size_t>(sample.crease)],
-                                                         rotate(inverse(X_WT.R), -own.at.n));
+                                                         rotate(inverse(X_WT.R), -contact.n_W));
     contact.weight = area / material.patch_area;
-    side.extents[deformable][1] += contact.weight * (margin_ - contact.distance);
+    side.extents[deformable][1] += contact.weight * (margin_ - own.at.distance);
     add(contact, rigid, number, true, static_cast<std::uint64_t>(own.sample), {own.at.face, own.at.share}, side);
   }
 }

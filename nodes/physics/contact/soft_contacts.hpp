@@ -35,9 +35,9 @@ struct SoftContactOptions {
 /// Samples of the surface. Each stands for an area of the surface at rest, and its weight is area / patch area of the
 /// combined material. So the pressure is (stiffness / patch area) * depth, however fine the faces are. A face of area
 /// a at rest is cut into n^2 triangles of equal areas, whose middles are the samples:
-///   n = ceil(2 sqrt(a) / spacing), at most 64.
-/// 2 sqrt(a) is the longest side of a right triangle with two equal sides, so neighbours are no farther apart than the
-/// spacing on faces no more slender than that. n goes by the area at rest, so it does not change as the face deforms.
+///   n = ceil(4/3 sqrt(a) / spacing), at most 64.
+/// Neighbours are no farther apart than the spacing on faces whose medians are no longer than 2 sqrt(a). n goes by the
+/// area at rest, so it does not change as the face deforms.
 /// Only the samples in the rigid body's box and the margin about it are made. Where no spacing is given it is a third
 /// of the radius of a ball or a capsule and a sixteenth of the longest side of a box or a mesh; a fixed body meets at
 /// least three samples of a face. The rigid body's signed distance phi at the sample x gives
@@ -46,17 +46,20 @@ struct SoftContactOptions {
 ///   clamp(4 dot(n_W, normal of the face), 0, 1).
 /// Else the far side of a thin body, or a surface that a body has sunk in by more than half, would pull it inwards.
 ///
-/// Deep balls. A sphere, or a ball of a capsule (see shape_samples), whose centre is nearer to the surface than a
-/// quarter of its radius r, or inside, is also pushed by one contact with the nearest face. Its normal leads out of the
-/// surface, its distance is d - r, d being the signed distance of the centre to the surface, and its weight is
-///   weight of the ball * max(1, r^2 / patch area) * clamp(1 - 4 d / r, 0, 1).
-/// The samples' push fades as the centre comes near the surface (that of a flat surface is
-/// pi stiffness / patch area * (r - depth) depth^2); this one grows in its place.
+/// Deep balls. A sphere, or a ball of a capsule (see shape_samples), whose centre c is nearer to the surface than a
+/// quarter of its radius r, or inside, is also pushed by one contact with the nearest point p of the surface:
+///   n_W = the mean normal about p, out of the surface,   distance = dot(n_W, c - p) - r,   p_TC = c - r n_W,
+///   weight = that of the ball * max(1, r^2 / patch area) * clamp(1 - 4 d / r, 0, 1),
+/// d being the signed distance of c to the surface. The samples' push fades as the centre comes near the surface (that
+/// of a flat surface is pi stiffness / patch area * (r - depth) depth^2); this one grows in its place. The mean normal
+/// is that of MovingSurface over r, or over three times the root of the mean area of the faces where that is less: the
+/// force turns continuously as p goes from face to face.
 ///
 /// Samples of boxes and meshes. Where they are nearer to the surface than the margin, or inside, each makes a contact
-/// with the nearest face. Its weight is its area over the patch area; at an edge or corner of the body the area is
-/// area_towards the surface. The body's samples and the surface's share the contact in proportion to
-///   e = sum(weight * (margin - distance)),
+/// with the nearest point of the surface, with a mean normal over an eighth of the body's longest side, likewise. Its
+/// weight is its area over the patch area; at an edge or corner of the body the area is area_towards the surface. The
+/// body's samples and the surface's share the contact in proportion to
+///   e = sum(weight * (margin - signed distance)),
 /// as BodyPair has it, so that both together count once, and it stays continuous as samples come and go.
 ///
 /// Sign: see MovingSurface. A point beyond the rim of an open surface makes none of the deep contacts.
@@ -99,6 +102,11 @@ class SoftContacts {
     SoftSampleTree samples;          // of boxes and meshes
     std::vector<std::int32_t> hint;  // of each ball: the face that was nearest last time
   };
+  /// A face in the frame of a rigid body: a corner, the ways to the others and the normal; m, unit.
+  struct TurnedFace {
+    std::int32_t face;
+    Vec3 a, ab, ac, facing;
+  };
   /// Where on the surface a contact is.
   struct Place {
     std::int32_t face;
@@ -117,6 +125,7 @@ class SoftContacts {
     std::vector<std::size_t> order;
     ContactReduction reduction;
     std::vector<std::array<double, 2>> extents;  // of each deformable body: e of the surface's and the body's samples
+    double smoothing = 0;                        // m, how far normals of faces are averaged at most
     std::int32_t last_face = -1;                 // that was nearest to a ball
     int* left = nullptr;                         // steps of work, or null
     [[nodiscard]] bool over() const { return left != nullptr && *left < 0; }
@@ -125,8 +134,9 @@ class SoftContacts {
     }
   };
   void look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
-  void look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, std::int32_t face, std::int32_t& hint,
-                    Side& side);
+  void look_at_faces(const Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
+  void look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, const Bounds& box,
+                    const TurnedFace& turned, std::int32_t& hint, Side& side);
   void look_at_balls(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void look_at_samples(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void share_out(std::size_t first, Side& side) const;

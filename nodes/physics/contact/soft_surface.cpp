@@ -308,4 +308,26 @@ SurfacePoint MovingSurface::nearest(const Vec3& x, std::int32_t hint, int* left)
   return point;
 }
 
+Vec3 MovingSurface::mean_normal(const SurfacePoint& at, double radius, std::vector<std::int32_t>& scratch,
+                                int* left) const {
+  Bounds about;
+  about.add(at.p);
+  faces_in(larger(about, radius), scratch);
+  Vec3 sum;
+  for (const std::int32_t face : scratch) {
+    if (left != nullptr) --*left;
+    const Vec3 &a = corner(face, 0), &b = corner(face, 1), &c = corner(face, 2);
+    const double inside = 1 - nearest_on_face(a, b, c, at.p).squared / (radius * radius);
+    if (!(inside > 0)) continue;
+    const Vec3 across = cross(b - a, c - a);
+    const double doubled = norm(across);
+    if (!(doubled > 0)) continue;
+    const Vec3 n = across / doubled;
+    const double towards = std::clamp(1 + 2 * dot(n, at.n), 0.0, 1.0);
+    sum += inside * inside * std::min(0.5 * doubled, radius * radius) * towards * n;
+  }
+  const Vec3 mean = direction(sum);
+  return dot(mean, at.n) > 0.2 ? mean : at.n;
+}
+
 }  // namespace tactor

@@ -91,6 +91,13 @@ class MovingSurface {
   /// it, or -1; it changes nothing but the time. `left`: where not null, a step of work is taken for each leaf of the
   /// tree that was looked at.
   [[nodiscard]] SurfacePoint nearest(const Vec3& x, std::int32_t hint = -1, int* left = nullptr) const;
+  /// Unit: the mean of the faces' normals n_f about `at`, which turns continuously as the point moves over the edges:
+  ///   sum(k_f min(area_f, radius^2) n_f),   k_f = (1 - (d_f / radius)^2)^2,
+  /// over the faces whose distance d_f from the point is less than `radius` (m). Those that face away from at.n, as the
+  /// other side of a thin body does, count less, by clamp(1 + 2 dot(n_f, at.n), 0, 1). It is at.n where the mean has no
+  /// direction or one across it. `scratch` is overwritten; `left`: a step of work for each face.
+  [[nodiscard]] Vec3 mean_normal(const SurfacePoint& at, double radius, std::vector<std::int32_t>& scratch,
+                                 int* left = nullptr) const;
 
  private:
   struct Node {
