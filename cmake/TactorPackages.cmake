@@ -1,4 +1,4 @@
-# Debian packages, by `cpack` in a build of the preset `package`: tactor, tactor-cgal, libtactor-dev, python3-tactor.
+# Debian packages, by `cpack` in a build of the preset `package`: tactor, tactor-cgal, tactor-suitesparse, libtactor-dev, python3-tactor.
 # scripts/packages makes them, and asks lintian.
 # Who made the packages, as Debian writes it; -DTACTOR_MAINTAINER says otherwise.
 if(NOT TACTOR_MAINTAINER)
@@ -11,8 +11,8 @@ file(TIMESTAMP ${CMAKE_SOURCE_DIR}/cmake/debian/changes.txt changed "%a, %d %b %
 file(STRINGS cmake/debian/changes.txt changes)
 list(TRANSFORM changes PREPEND "  * ")
 list(JOIN changes "\n" changes)
-set(components runtime cgal dev python)
-set(packages tactor tactor-cgal libtactor-dev python3-tactor)
+set(components runtime cgal suitesparse dev python)
+set(packages tactor tactor-cgal tactor-suitesparse libtactor-dev python3-tactor)
 foreach(package component IN ZIP_LISTS packages components)
   set(folder ${CMAKE_BINARY_DIR}/debian/${package})
   file(CONFIGURE OUTPUT ${folder}/changelog CONTENT
@@ -23,13 +23,21 @@ ${changes}
  -- ${TACTOR_MAINTAINER}  ${changed}
 ")
   execute_process(COMMAND ${TACTOR_GZIP} -9nfk ${folder}/changelog COMMAND_ERROR_IS_FATAL ANY)
-  set(cgal_licence)
+  set(plugin_licence)
   if(package STREQUAL "tactor-cgal")
-    set(cgal_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_cgal.so
+    set(plugin_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_cgal.so
 Copyright: the Tactor developers; the CGAL Project
 License: GPL-3+
  This plugin includes headers of CGAL. It is free software: you can redistribute it and modify it under the terms of the GNU
  General Public License, version 3 or later. On Debian systems its text is in /usr/share/common-licenses/GPL-3.
+")
+  elseif(package STREQUAL "tactor-suitesparse")
+    set(plugin_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_suitesparse.so
+Copyright: the Tactor developers; Timothy A. Davis and others (SuiteSparse)
+License: GPL-2+
+ This plugin is linked with the supernodal part of CHOLMOD. It is free software: you can redistribute it and modify it under the
+ terms of the GNU General Public License, version 2 or later. With Tactor, which is under the Apache License 2.0, that is version 3
+ or later. On Debian systems the texts are in /usr/share/common-licenses/GPL-2 and /usr/share/common-licenses/GPL-3.
 ")
   endif()
   configure_file(cmake/debian/copyright.in ${folder}/copyright @ONLY)
@@ -70,7 +78,7 @@ set(same "tactor (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME tactor)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/triggers)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal, tactor-suitesparse")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "gnuplot-nox | gnuplot-qt | gnuplot-x11")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "chromium | firefox-esr, libtactor-dev, python3-tactor")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Smooth force feedback from slow physics
@@ -98,6 +106,17 @@ if(TACTOR_WITH_CGAL)
 The plugin that checks and repairs meshes by CGAL, and collision.exact.
 A program that loads it is under the GNU General Public License as a whole.
 Without it Tactor takes meshes as they are.")
+endif()
+if(TACTOR_WITH_SUITESPARSE)
+  list(APPEND CPACK_COMPONENTS_ALL suitesparse)
+  set(CPACK_DEBIAN_SUITESPARSE_PACKAGE_NAME tactor-suitesparse)
+  set(CPACK_DEBIAN_SUITESPARSE_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_SUITESPARSE_PACKAGE_DEPENDS "${same}")
+  set(CPACK_DEBIAN_SUITESPARSE_PACKAGE_RECOMMENDS "libopenblas0-serial | libopenblas0 | libblis4")
+  set(CPACK_COMPONENT_SUITESPARSE_DESCRIPTION "Fast factors for elastic bodies in Tactor (GPL-2+)
+The plugin that factors the matrices of elastic bodies by CHOLMOD.
+A program that loads it is under the GNU General Public License as a whole.
+Without it Eigen factors them, which takes several times as long.")
 endif()
 if(TACTOR_WITH_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)

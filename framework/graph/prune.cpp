@@ -72,6 +72,7 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
     const NodeSpec& reader = graph.nodes[wires[e].to];
     const InputInfo& input = reader.info->inputs[wires[e].input];
     if (input.ignored) edge_reasons[e] = input.ignored(reader.params);
+    if (edge_reasons[e].empty() && input.unneeded) edge_reasons[e] = input.unneeded(graph.scene);
     if (!edge_reasons[e].empty() || !kept.nodes[wires[e].from] || !kept.nodes[wires[e].to]) kept.edges[e] = false;
   }
 

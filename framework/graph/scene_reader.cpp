@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "framework/graph/deformable_reader.hpp"
 #include "framework/graph/readers.hpp"
 #include "framework/graph/values.hpp"
 
@@ -139,9 +140,32 @@ void read_shape(Body& body, const TreeEntry& entry, const std::string& path, con
   }
 }
 
+/// What only a deformable body has, and what one has not.
+void read_deformation(Body& body, const Tree& tree, const std::string& path, Diagnostics& diagnostics) {
+  if (body.motion == Motion::deformable) {
+    body.deformable = read_deformable(tree, path, diagnostics);
+    for (const char* key : {"mass", "inertia"}) {
+      if (const Tree* value = tree.value(key)) {
+        diagnostics.error(value->place,
+                          path + "." + key + ": the density of a deformable body gives its mass; expected none");
+      }
+    }
+    return;
+  }
+  for (const std::string& key : deformable_keys()) {
+    if (const Tree* value = tree.value(key)) {
+      diagnostics.error(value->place, path + "." + key + ": only a body with motion: deformable has it");
+    }
+  }
+}
+
 Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder& files, Diagnostics& diagnostics) {
-  static const std::vector<std::string> keys{"mesh", "sphere", "capsule", "box",     "plane",   "scale",
-                                             "pose", "motion", "mass",    "inertia", "material"};
+  static const std::vector<std::string> keys = [] {
+    std::vector<std::string> all{"mesh", "sphere", "capsule", "box",     "plane",   "scale",
+                                 "pose", "motion", "mass",    "inertia", "material"};
+    all.insert(all.end(), deformable_keys().begin(), deformable_keys().end());
+    return all;
+  }();
   Body body;
   body.name = entry.key;
   const Tree& tree = entry.value;
@@ -157,13 +181,16 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
   read_shape(body, entry, path, files, diagnostics);
   if (const Tree* pose = tree.value("pose")) body.X_WB = read_pose(*pose, path + ".pose", diagnostics);
   if (const Tree* motion = tree.value("motion")) {
-    const auto text = read_choice(*motion, path + ".motion", {"static", "translation", "rigid"}, diagnostics);
+    const auto text =
+        read_choice(*motion, path + ".motion", {"static", "translation", "rigid", "deformable"}, diagnostics);
+    if (text == "deformable") body.motion = Motion::deformable;
     if (text == "translation") body.motion = Motion::translation;
     if (text == "rigid") body.motion = Motion::rigid;
     if (body.motion != Motion::fixed && std::holds_alternative<PlaneShape>(body.shape)) {
       diagnostics.error(motion->place, path + ".motion: a plane has no end and cannot move; expected static");
     }
   }
+  read_deformation(body, tree, path, diagnostics);
   set_number(body.mass, tree, "mass", path, {.unit = "kg", .min = 0, .above_min = true}, diagnostics);
   if (const Tree* inertia = tree.value("inertia")) {
     body.inertia =
@@ -235,7 +262,7 @@ Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnos
     const std::string path = "scene.bodies." + entry.key;
     check_name(entry, path, diagnostics);
     scene.bodies.push_back(read_body(entry, path, files, diagnostics));
-    if (scene.bodies.back().motion == Motion::fixed) continue;
+    if (!scene.bodies.back().moves()) continue;
     moving.push_back(entry.key);
     last = entry.place;
   }

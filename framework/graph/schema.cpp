@@ -115,6 +115,30 @@ Json or_nothing(Json schema) {
   return {{"anyOf", {std::move(schema), {{"type", "null"}}}}};
 }
 
+Json whole_number(int min, int max) {
+  return {{"type", "integer"}, {"minimum", min}, {"maximum", max}};
+}
+
+/// What only deformable bodies have.
+void add_deformable(Json& properties) {
+  Json region = closed({{"box", closed({{"low", list(number("m"), 3)}, {"high", list(number("m"), 3)}})},
+                        {"behind", closed({{"p", list(number("m"), 3)}, {"n", list(number("1"), 3)}})},
+                        {"faces", {{"type", "string"}}}});
+  region["minProperties"] = 1;
+  region["maxProperties"] = 1;
+  Json inclusion = closed({{"p", list(number("m"), 3)}, {"radius", above_zero("m")}, {"young", above_zero("Pa")}});
+  inclusion["required"] = {"p", "radius", "young"};
+  properties["young"] = above_zero("Pa");
+  properties["poisson"] = number("1", 0, 0.495, false);
+  properties["density"] = above_zero("kg/m^3");
+  properties["damping"] = not_negative("s");
+  properties["drag"] = not_negative("1/s");
+  properties["tetrahedra"] = whole_number(6, 2'000'000);
+  properties["cell_size"] = above_zero("m");
+  properties["fixed"] = {{"anyOf", {region, {{"type", "array"}, {"items", region}}}}};
+  properties["inclusions"] = {{"type", "object"}, {"additionalProperties", or_nothing(inclusion)}};
+}
+
 Json scene_schema() {
   const Json pose = closed(
       {{"p", list(number("m"), 3)}, {"rpy", list(number("rad"), 3)}, {"quaternion", list({{"type", "number"}}, 4)}});
@@ -135,10 +159,11 @@ Json scene_schema() {
                       {"plane", closed(Json::object())},
                       {"scale", above_zero("1")},
                       {"pose", pose},
-                      {"motion", {{"enum", {"static", "translation", "rigid"}}}},
+                      {"motion", {{"enum", {"static", "translation", "rigid", "deformable"}}}},
                       {"mass", above_zero("kg")},
                       {"inertia", list(above_zero("kg m^2"), 3)},
                       {"material", material}});
+  add_deformable(body["properties"]);
   for (auto& [key, schema] : body["properties"].items()) schema = or_nothing(schema);
   body["type"] = {"object", "null"};
   return closed({{"gravity", list(number("m/s^2"), 3)},
@@ -155,10 +180,6 @@ Json cost_schema() {
   // A file that extends another may name the jitter alone, so no key is required.
   const Json trace = closed({{"trace", {{"type", "string"}}}});
   return {{"anyOf", {{{"const", "none"}}, constant, per_contact, trace}}};
-}
-
-Json whole_number(int min, int max) {
-  return {{"type", "integer"}, {"minimum", min}, {"maximum", max}};
 }
 
 Json live_schema() {

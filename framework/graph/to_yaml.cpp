@@ -80,7 +80,51 @@ std::string write_cost(const CostModel& cost) {
 }
 
 std::string motion_word(Motion motion) {
-  return motion == Motion::fixed ? "static" : motion == Motion::rigid ? "rigid" : "translation";
+  switch (motion) {
+    case Motion::fixed:
+      return "static";
+    case Motion::translation:
+      return "translation";
+    case Motion::rigid:
+      return "rigid";
+    case Motion::deformable:
+      break;
+  }
+  return "deformable";
+}
+
+std::string write_region(const FixedRegion& region) {
+  if (const auto* box = std::get_if<BoxRegion>(&region)) {
+    return "{box: {low: " + list(box->low) + ", high: " + list(box->high) + "}}";
+  }
+  if (const auto* half = std::get_if<HalfSpaceRegion>(&region)) {
+    return "{behind: {p: " + list(half->p) + ", n: " + list(half->n) + "}}";
+  }
+  return "{faces: " + quote(std::get<NamedFaces>(region).name) + "}";
+}
+
+template <class Line>
+void write_deformable(const Deformable& d, const Line& line) {
+  line("young", number_text(d.young));
+  line("poisson", number_text(d.poisson));
+  line("density", number_text(d.density));
+  line("damping", number_text(d.damping));
+  line("drag", number_text(d.drag));
+  if (d.cell_size > 0) {
+    line("cell_size", number_text(d.cell_size));
+  } else {
+    line("tetrahedra", std::to_string(d.tetrahedra));
+  }
+  std::string fixed;
+  for (const FixedRegion& region : d.fixed) fixed += (fixed.empty() ? "" : ", ") + write_region(region);
+  if (!fixed.empty()) line("fixed", "[" + fixed + "]");
+  std::string inclusions;
+  for (std::size_t i = 0; i < d.inclusions.size(); ++i) {
+    const Inclusion& one = d.inclusions[i];
+    inclusions += (i == 0 ? "inclusion_" : ", inclusion_") + std::to_string(i + 1) + ": {p: " + list(one.p) +
+                  ", radius: " + number_text(one.radius) + ", young: " + number_text(one.young) + "}";
+  }
+  if (!inclusions.empty()) line("inclusions", "{" + inclusions + "}");
 }
 
 std::string write_body(const Body& body) {
@@ -109,7 +153,11 @@ std::string write_body(const Body& body) {
   const Quat& R = body.X_WB.R;
   line("pose", "{p: " + list(body.X_WB.p) + ", quaternion: " + list(std::vector<double>{R.w, R.x, R.y, R.z}) + "}");
   line("motion", motion_word(body.motion));
-  line("mass", number_text(body.mass));
+  if (body.motion == Motion::deformable) {
+    write_deformable(body.deformable, line);
+  } else {
+    line("mass", number_text(body.mass));
+  }
   if (body.inertia) line("inertia", list(*body.inertia));
   const Material& m = body.material;
   line("material", "{stiffness: " + number_text(m.stiffness) + ", damping: " + number_text(m.damping) +
@@ -198,6 +246,9 @@ std::string overlay_node(const GraphSpec& graph, const NodeSpec& from, const Nod
 std::string overlay_body(const Body& from, const Body& to) {
   std::string text;
   if (from.motion != to.motion) text += "      motion: " + motion_word(to.motion) + "\n";
+  if (from.deformable.tetrahedra != to.deformable.tetrahedra) {
+    text += "      tetrahedra: " + std::to_string(to.deformable.tetrahedra) + "\n";
+  }
   std::string material;
   const auto part = [&material](const char* key, double before, double after) {
     if (before == after) return;

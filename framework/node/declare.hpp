@@ -159,7 +159,8 @@ class Declare {
     };
     return *this;
   }
-  /// The value that the parameter `name` takes where a recorded run is made again: a replay writes no file.
+  /// The value that the parameter `name` takes where a run writes no file: a replay, and a session that keeps no
+  /// tables.
   Declare& in_replay(std::string_view name, ParamValue value) {
     for (ParamInfo& param : info_.params) {
       if (param.name != name) continue;
@@ -249,6 +250,11 @@ class Declare {
   /// The input just declared is required by scenes for which `reason(scene)` is not empty.
   Declare& needed_when(std::function<std::string(const Scene&)> reason) {
     info_.inputs.back().needed = std::move(reason);
+    return *this;
+  }
+  /// The input just declared is left out, with its edges, in scenes for which `reason(scene)` is not empty.
+  Declare& unneeded_when(std::function<std::string(const Scene&)> reason) {
+    info_.inputs.back().unneeded = std::move(reason);
     return *this;
   }
   /// The input `name` does not take what an output of that kind sends; `why` says what to do instead.

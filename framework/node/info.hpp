@@ -100,7 +100,7 @@ struct ParamInfo {
   std::string doc;                         ///< one line
   std::string former;                      ///< what it was called before; empty: always so
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
-  std::optional<ParamValue> in_replay;     ///< the value this parameter takes where a recorded run is made again
+  std::optional<ParamValue> in_replay;     ///< the value this parameter takes where a run writes no file
   bool tunable = false;                    ///< it may be set while a session runs
   std::optional<Role> as_in;               ///< where a graph gives none, the value that its node of that role has
   std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
@@ -136,6 +136,8 @@ struct InputInfo {
   std::function<InputBase&(Node&)> access;
   /// Why a scene makes the input required that others are not, or empty where it does not.
   std::function<std::string(const Scene&)> needed{};
+  /// Why a scene has nothing to send there, or empty where it has.
+  std::function<std::string(const Scene&)> unneeded{};
   /// A kind of messages (see OutputInfo) that the input does not take, and what to do instead.
   std::string refused_kind{}, refused_why{};
   std::string former{};  ///< what it was called before; empty: always so

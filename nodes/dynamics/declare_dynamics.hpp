@@ -6,14 +6,16 @@
 #include "framework/node/declare.hpp"
 #include "nodes/dynamics/dynamics_node.hpp"
 #include "nodes/physics/mechanics/declare_integrator.hpp"
+#include "nodes/physics/mechanics/local_patch.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 
-/// Adds the ports, the parameters and the metrics that all kinds have to the declaration of dynamics N.
+/// Adds the ports, the parameters and the metrics that all kinds have to the declaration of dynamics N. `substep`: the
+/// default of the longest sub-step, s.
 template <class N>
-void declare_dynamics(Declare<N>& declaration) {
+void declare_moving(Declare<N>& declaration, double substep) {
   using P = typename N::Params;
   using AdvanceTo = DynamicsParams::AdvanceTo;
   // The template arguments let pointers to the members of the base classes convert.
@@ -30,11 +32,15 @@ void declare_dynamics(Declare<N>& declaration) {
       .formerly("coupling", "law")
       .template output<PhysicsState>("state", &N::state, "tool and handle at the time of the last sample used")
       .template output<BodyStates>("bodies", &N::bodies, "all moving bodies at that time, the tool first")
+      .template output<LocalPatch>("patch", &N::patch,
+                                   "what deforms around the tool, condensed onto a few nodes; nothing where nothing "
+                                   "deforms; computed where it is read")
       .template output<BodyStates>("expected", &N::expected,
                                    "where they are by the newest sample of the handle, in a few steps: the place for "
                                    "the next contact query; computed where it is read")
-      .template real<double>("substep", &P::substep,
-                             {.doc = "longest sub-step", .unit = "s", .default_value = 0.001, .min = 1e-6, .max = 0.02})
+      .template real<double>(
+          "substep", &P::substep,
+          {.doc = "longest sub-step", .unit = "s", .default_value = substep, .min = 1e-6, .max = 0.1})
       .template integer<std::int32_t>(
           "iterations", &P::iterations,
           {.doc = "Newton iterations a sub-step, at most; then a damped step is taken, and counted",
@@ -68,7 +74,14 @@ void declare_dynamics(Declare<N>& declaration) {
       .metric("dynamics_contacts_left_out", "1", "contacts that could not be used", Better::lower)
       .summed()
       .metric("dynamics_rejected_samples", "1", "samples of the handle that were not finite", Better::lower)
-      .summed()
+      .summed();
+}
+
+/// The same, with the metrics of the energy that rigid bodies make and lose.
+template <class N>
+void declare_dynamics(Declare<N>& declaration) {
+  declare_moving(declaration, 0.001);
+  declaration
       .metric("dynamics_energy_generated_J", "J", "energy that steps and new contacts made out of nothing",
               Better::lower)
       .metric("dynamics_energy_generated_max_J", "J", "most energy that one step or new contact made out of nothing",

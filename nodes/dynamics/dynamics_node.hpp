@@ -5,6 +5,7 @@
 
 #include "framework/node/node.hpp"
 #include "nodes/dynamics/passivity.hpp"
+#include "nodes/physics/mechanics/local_patch.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
 namespace tactor {
@@ -46,6 +47,7 @@ class DynamicsNode : public Node {
   Input<DeviceState> device;
   Input<CouplingParameters> coupling;
   Output<PhysicsState> state;
+  Output<LocalPatch> patch;  // nothing: nothing deforms here
   Output<BodyStates> bodies;
   Output<BodyStates> expected;
 

@@ -19,6 +19,10 @@ void check_static_scene(std::string_view type, const Scene& scene) {
     throw InputError(name + ": the force is looked up by the handle's position, and the tool '" + scene.tool()->name +
                      "' rotates" + instead);
   }
+  if (const std::vector<std::size_t> soft = scene.deformable(); !soft.empty()) {
+    throw InputError(name + ": the force is looked up by the handle's position, and body '" +
+                     scene.bodies[soft.front()].name + "' deforms" + instead);
+  }
   if (scene.bodies.size() == 1) throw InputError(name + ": the scene has nothing to hit" + instead);
 }
 

@@ -111,6 +111,7 @@ NodeInfo Rollout::declare() {
       .haptic_rate(&Params::rate, {.doc = "ticks a second"});
   declare_rollout(node);
   declare_surface(node, 2000);
+  declare_patch_contacts(node);
   node.choice<Params::Restart>(
           "restart", &Params::restart,
           {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
@@ -153,7 +154,8 @@ Rollout::Rollout(const Params& params, const NodeContext& context)
       torque_(context.torque),
       tick_(Duration::from_rate(params.rate)),
       surface_(surface_contacts(params, context)),
-      rollout_(rollout_model("interpolation.rollout", params, context), surface_.get()),
+      soft_(patch_contacts(params, context)),
+      rollout_(rollout_model("interpolation.rollout", params, context), surface_.get(), soft_.get()),
       carried_(tick_, torque_),
       blended_(tick_, params.blend_time),
       trust_(params.trust_time),
@@ -162,7 +164,7 @@ Rollout::Rollout(const Params& params, const NodeContext& context)
 /// Whether the tool stays where the rollout has it though a result has come.
 bool Rollout::keeps_tool() const {
   return params_.restart == Params::Restart::on_disagreement && running_ && !failed_ && source_ == Source::rollout &&
-         rollout_.on_surface() && rollout_.model().bodies.count == 1;
+         rollout_.on_surface() && rollout_.model().bodies.count == 1 && soft_ == nullptr;
 }
 
 /// Where the rollout had the tool at a sample; null where it was not there or it is too long ago.

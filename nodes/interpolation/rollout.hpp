@@ -8,6 +8,7 @@
 #include "nodes/interpolation/blended_force.hpp"
 #include "nodes/interpolation/error_estimate.hpp"
 #include "nodes/interpolation/handle_track.hpp"
+#include "nodes/physics/contact/patch_contacts.hpp"
 #include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
@@ -35,7 +36,7 @@ namespace tactor {
 /// contact, it is displayed, and counted.
 class Rollout final : public Node {
  public:
-  struct Params : SurfaceOptions {
+  struct Params : SurfaceOptions, PatchOptions {
     Duration blend_time;
     Duration trust_time;
     Duration trust_time_max;
@@ -93,6 +94,7 @@ class Rollout final : public Node {
   bool torque_;
   Duration tick_;
   std::unique_ptr<ContactSource> surface_;
+  std::unique_ptr<SoftContactSource> soft_;  // null where nothing deforms
   LocalRollout rollout_;
   CarriedForce carried_;
   BlendedForce blended_;

@@ -11,6 +11,9 @@ namespace tactor {
 
 namespace {
 
+/// Models that edges and their readers hold at the same time.
+constexpr std::size_t most_models = 32;
+
 void declare_metrics(Declare<LocalPredictor>& node) {
   node.metric("prediction.resimulated_steps", "1", "steps from a result to now, mean of a result", Better::neither)
       .metric("prediction.rejected_results", "1", "physics results that were not usable", Better::lower)
@@ -68,6 +71,11 @@ NodeInfo LocalPredictor::declare() {
              {.doc = "the moving bodies of a physics result, as dynamics sends them", .trigger = Trigger::yes})
       .input("contacts", &LocalPredictor::contacts,
              {.doc = "the contacts around them; without, nothing touches", .required = false})
+      .input("patch", &LocalPredictor::patch,
+             {.doc = "of the same result, what deforms around the tool, as dynamics.deformable sends it",
+              .required = false})
+      .needed_when(something_deforms)
+      .unneeded_when(nothing_deforms)
       .input("used", &LocalPredictor::used,
              {.doc = "the contacts that dynamics uses, for the fit; without, it goes by `contacts`. Meant for dynamics "
                      "with `advance_to: contacts`",
@@ -107,13 +115,17 @@ NodeInfo LocalPredictor::declare() {
       .unneeded(nothing_moves)
       .role(Role::prediction);
   declare_rollout(node);
+  declare_patch_contacts(node);
   declare_metrics(node);
   return node.formerly("coupling", "law").coarser("curvature", {false}).coarser("resimulate", {false}).info();
 }
 
 LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
     : params_(params),
-      rollout_(rollout_model("prediction.local", params, context)),
+      soft_(patch_contacts(params, context)),
+      rollout_(rollout_model("prediction.local", params, context), nullptr, soft_.get()),
+      modes_(soft_ == nullptr ? nullptr
+                              : std::make_unique<ArrayPool<PatchMode>>(most_models, 3 * LocalPatch::capacity)),
       fit_(rollout_.tool_rotates(), params.stick_velocity,
            {.scale_all = params.stiffness_scale, .friction_scale_all = params.friction_scale}) {}
 
@@ -144,6 +156,30 @@ void LocalPredictor::take_contacts() {
   }
 }
 
+/// Puts what deforms into the start. False where it is not there, or not of the result of that time.
+bool LocalPredictor::take_patch(Time result) {
+  if (soft_ == nullptr) return true;
+  const Stamped<LocalPatch>* newest = patch.latest();
+  if (newest == nullptr || newest->stamp.valid != result) return false;
+  start_.patch = newest->value;
+  return true;
+}
+
+/// Sends where the rollout is; false where readers hold all arrays.
+bool LocalPredictor::send(Time result) {
+  if (!params_.resimulate || rollout_.patch() == nullptr) {
+    model.send(result, params_.resimulate ? rollout_.model() : start_);
+    return true;
+  }
+  const auto modes =
+      modes_->make(start_.patch.modes.size(), [&](std::span<PatchMode> to) { rollout_.patch()->write(to); });
+  if (!modes) return false;
+  LocalModel moved = rollout_.model();
+  moved.patch.modes = *modes;
+  model.send(result, moved);
+  return true;
+}
+
 /// The age of the sample to step to from where the rollout is; `age` is above zero, that of the last one.
 std::size_t LocalPredictor::next_age(std::size_t age) const {
   --age;
@@ -166,7 +202,8 @@ const ContactSet* LocalPredictor::contacts_of(Time result) const {
 void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
   start_.correction = fit_.correction();
   start_.law_error = 0;
-  if (!params_.fit || !state.connected()) return;
+  // Of the contact force, what deforms has its part, which no plane explains.
+  if (!params_.fit || !state.connected() || soft_ != nullptr) return;
   const Stamped<PhysicsState>* physics = state.latest();
   if (physics == nullptr || physics->stamp.valid != result.stamp.valid || physics->value.damped != 0) {
     ++left_out_of_fit_;
@@ -208,7 +245,7 @@ void LocalPredictor::step(StepContext&) {
                                           .V_WD = start_.device.V_WD},
                                          rollout_.tool_rotates());
   take_contacts();
-  if (!rollout_.accepts(start_)) {
+  if (!take_patch(result->stamp.valid) || !rollout_.accepts(start_)) {
     ++rejected_results_;
     return;
   }
@@ -228,8 +265,11 @@ void LocalPredictor::step(StepContext&) {
     start_.time = track_[0].stamp.valid;
     start_.device = track_[0].value;
   }
-  ++results_;
-  model.send(result->stamp.valid, params_.resimulate ? rollout_.model() : start_);
+  if (send(result->stamp.valid)) {
+    ++results_;
+  } else {
+    ++rejected_results_;
+  }
 }
 
 void LocalPredictor::report(Report& report) const {

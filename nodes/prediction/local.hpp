@@ -1,9 +1,12 @@
 // prediction.local: goes back to the stamp of each physics result and simulates from there to now.
 #pragma once
 
+#include <memory>
+
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
+#include "nodes/physics/contact/patch_contacts.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
@@ -13,11 +16,12 @@ namespace tactor {
 
 /// For each physics result: puts the bodies where it has them, moves them through the device samples since its stamp
 /// against the contacts around them (LocalRollout), and sends what to go on from. A step is `min_step` long at least,
-/// but for the last, so that a device of a higher rate does not make a result cost more. With physics' own contact
-/// force it learns how stiff and how rough these are (ContactFit), and corrects them before they are used.
+/// but for the last, so that a device of a higher rate does not make a result cost more. What deforms around the tool
+/// is moved together with it. With physics' own contact force it learns how stiff and how rough these are (ContactFit),
+/// and corrects them before they are used.
 class LocalPredictor final : public Node {
  public:
-  struct Params {
+  struct Params : PatchOptions {
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
     Integrator integrator = Integrator::implicit_euler;
@@ -41,6 +45,7 @@ class LocalPredictor final : public Node {
 
   Input<BodyStates> bodies;
   Input<LocalContacts> contacts;
+  Input<LocalPatch> patch;
   Input<ContactSet> used;
   Input<PhysicsState> state;
   Input<CouplingParameters> coupling;
@@ -50,12 +55,16 @@ class LocalPredictor final : public Node {
  private:
   void take_samples();
   void take_contacts();
+  [[nodiscard]] bool take_patch(Time result);
+  bool send(Time result);
   [[nodiscard]] std::size_t next_age(std::size_t age) const;
   [[nodiscard]] const ContactSet* contacts_of(Time result) const;
   void fit_contacts(const Stamped<BodyStates>& result);
 
   Params params_;
+  std::unique_ptr<SoftContactSource> soft_;  // null where nothing deforms
   LocalRollout rollout_;
+  std::unique_ptr<ArrayPool<PatchMode>> modes_;
   ContactFit fit_;
   std::array<Stamped<ContactSet>, 8> sets_;  // that dynamics may have used, in a ring
   std::size_t sets_taken_ = 0;

@@ -36,6 +36,7 @@ class Includes(unittest.TestCase):
         self.assert_only(r"caf/", "framework/engine/live")
         self.assert_only(r"(hdf5|H5)", "framework/record")
         self.assert_only(r"CGAL/", "nodes/physics/cgal", "meshes")
+        self.assert_only(r"(suitesparse/|cholmod)", "nodes/physics/suitesparse")
         self.assert_only(r"yaml-cpp/", "framework/yaml")
         self.assert_only(r"modbus", "devices/modbus")
         self.assert_only(r"libusb", "devices/usb")
@@ -76,6 +77,9 @@ class Includes(unittest.TestCase):
             "nodes/physics/geometry": ("framework/core", "nodes/physics/mesh", "nodes/physics/geometry"),
             "nodes/physics/contact": ("framework/core", "framework/node", "nodes/physics/mesh", "nodes/physics/geometry",
                                       "nodes/physics/contact"),
+            "nodes/physics/deformable": ("framework/core", "framework/node", "nodes/physics/mesh", "nodes/physics/geometry",
+                                         "nodes/physics/contact", "nodes/physics/deformable"),
+            "nodes/physics/suitesparse": ("framework/core", "framework/node/abi.hpp", "nodes/physics/deformable", "nodes/physics/suitesparse"),
             "nodes/physics/cgal": ("framework/core", "framework/node/abi.hpp", "nodes/physics/mesh", "nodes/physics/geometry", "nodes/physics/cgal"),
             "nodes/collision": ("framework/core", "framework/node", "nodes/collision", "nodes/physics/mesh",
                                 "nodes/physics/geometry", "nodes/physics/contact"),

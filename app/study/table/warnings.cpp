@@ -82,6 +82,7 @@ std::string scene_difference(const Scene& scene, const Scene& of_other, const st
     if (mine->motion != theirs.motion) what.emplace_back("motion");
     if (mine->mass != theirs.mass || mine->inertia != theirs.inertia) what.emplace_back("mass");
     if (!same(mine->material, theirs.material)) what.emplace_back("material");
+    if (mine->deformable != theirs.deformable) what.emplace_back("elasticity");
     if (!what.empty()) parts.push_back(fmt::format("has another {} of {}", fmt::join(what, " and "), theirs.name));
   }
   for (const Body& mine : scene.bodies) {

@@ -15,7 +15,9 @@ constexpr std::size_t usual_contacts = 4096;
 
 /// Two bodies of the scene that are looked at as a pair.
 bool is_pair(const Body& a, const Body& b) {
-  return &a != &b && (a.motion != Motion::fixed || b.motion != Motion::fixed);
+  // Contacts of deformable bodies are those of SoftContacts.
+  if (a.motion == Motion::deformable || b.motion == Motion::deformable) return false;
+  return &a != &b && (a.moves() || b.moves());
 }
 
 /// How far from the body's surface other bodies are sampled when they are within the margin: the largest ball that may

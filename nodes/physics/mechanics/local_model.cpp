@@ -16,6 +16,7 @@ const MessageType& message_type<LocalModel>() {
                                       .field("coupling", &LocalModel::coupling)
                                       .field("contacts", &LocalModel::contacts)
                                       .field("correction", &LocalModel::correction)
+                                      .field("patch", &LocalModel::patch)
                                       .type();
   return type;
 }

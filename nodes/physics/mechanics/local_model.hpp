@@ -4,6 +4,7 @@
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/contact_correction.hpp"
+#include "nodes/physics/mechanics/local_patch.hpp"
 
 namespace tactor {
 
@@ -20,6 +21,7 @@ struct LocalModel {
   CouplingParameters coupling;
   LocalContacts contacts;        ///< as declared
   ContactCorrection correction;  ///< of those and of all that are found later
+  LocalPatch patch;              ///< what deforms around the tool, at `time`; empty where nothing does
 };
 
 template <>

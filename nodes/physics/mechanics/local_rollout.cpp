@@ -123,14 +123,23 @@ bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count
   return std::none_of(pairs.begin(), pairs.end(), foreign);
 }
 
+LocalRollout::LocalRollout(const SystemModel& model, ContactSource* surface, SoftContactSource* soft)
+    : bodies_(model.count), step_(model, soft == nullptr ? 0 : LocalPatch::capacity), surface_(surface), soft_(soft) {
+  if (soft == nullptr) return;
+  patch_.emplace(model.integrator);
+  touched_.reserve(ContactSet::capacity);
+}
+
 bool LocalRollout::accepts(const LocalModel& model) const {
   return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.coupling) &&
-         usable(model.correction) && is_finite(model.p_WT_result) && is_finite(model.wrench_result);
+         usable(model.correction) && is_finite(model.p_WT_result) && is_finite(model.wrench_result) &&
+         (patch_ || model.patch.nodes.empty()) && is_usable(model.patch);
 }
 
 bool LocalRollout::restart(const LocalModel& model) {
   if (!accepts(model)) return false;
   local_ = model;
+  if (patch_) patch_->restart(model.patch);
   last_ = {};
   return true;
 }
@@ -169,12 +178,29 @@ bool LocalRollout::advance(const Stamped<DeviceState>& sample) {
   const double h = (sample.stamp.valid - local_.time).seconds();
   if (h <= 0) return true;
   const Twist V0 = local_.bodies.V_WB[0];
-  last_ = step_.advance(local_.coupling, local_.device, sample.value, planes_now(), h, local_.bodies);
+  const ContactPlanes planes = planes_now();
+  last_ = patch() == nullptr ? step_.advance(local_.coupling, local_.device, sample.value, planes, h, local_.bodies)
+                             : advance_with_patch(sample.value, planes, h);
   const Twist& V1 = local_.bodies.V_WB[0];
   acceleration_ = {(1 / h) * (V1.v - V0.v), (1 / h) * (V1.w - V0.w)};
   local_.device = sample.value;
   local_.time = sample.stamp.valid;
   return last_.outcome == StepOutcome::converged;
+}
+
+StepResult LocalRollout::advance_with_patch(const DeviceState& device, const ContactPlanes& planes, double h) {
+  StepResult result{.outcome = StepOutcome::stopped};
+  // Without its contacts the tool would go through the patch.
+  if (!soft_->find_on(patch_->faces(), patch_->nodes_W(), local_.bodies.X_WB[0], touched_)) return result;
+  if (touched_.empty()) {
+    patch_->coast(h);
+    return step_.advance(local_.coupling, local_.device, device, planes, h, local_.bodies);
+  }
+  X_WB_ = local_.bodies.X_WB;
+  const SoftPatch patch = patch_->begin(h, touched_, std::span(X_WB_).first(static_cast<std::size_t>(bodies_)));
+  result = step_.advance(patch, local_.coupling, local_.device, device, planes, h, local_.bodies, patch_->motion());
+  if (result.outcome == StepOutcome::converged) patch_->end(h);
+  return result;
 }
 
 PhysicsState LocalRollout::state() const {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -9,6 +11,7 @@
 #include "nodes/physics/contact/contact_source.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
+#include "nodes/physics/mechanics/patch_motion.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
 namespace tactor {
@@ -29,14 +32,15 @@ Contact contact_now(const LocalContacts& contacts, std::size_t i, const BodyStat
 bool is_scene(const LocalContacts& contacts, const BodyStates& bodies, int count);
 
 /// The local rollout: dynamics' own step (RigidStep), from device sample to device sample, on the contacts that a
-/// source finds where the bodies are, or else on the planes of contact_now. Allocates nothing and throws nothing; its
-/// work is bounded by contacts and iterations.
+/// source finds where the bodies are, or else on the planes of contact_now. Where something deforms, the patch around
+/// the tool (PatchMotion) is stepped together with the tool, and their contacts are found where both are. Allocates
+/// nothing and throws nothing; its work is bounded by contacts, nodes and iterations.
 class LocalRollout {
  public:
   /// `surface`: where contacts are found anew at each step; null: those of the model serve. It must outlive the
   /// rollout.
-  explicit LocalRollout(const SystemModel& model, ContactSource* surface = nullptr)
-      : bodies_(model.count), step_(model), surface_(surface) {}
+  /// `soft`: where contacts with what deforms are found, likewise; null in a scene where nothing does.
+  explicit LocalRollout(const SystemModel& model, ContactSource* surface = nullptr, SoftContactSource* soft = nullptr);
 
   /// False where the model is not of this scene, or has bodies, a handle, a spring, a correction or a result that are
   /// not finite or out of range.
@@ -50,7 +54,9 @@ class LocalRollout {
   /// step did not converge: then the bodies are where a damped step has them, or where they were.
   bool advance(const Stamped<DeviceState>& sample);
 
+  /// Where the rollout is, but for its patch, of which `patch` tells.
   [[nodiscard]] const LocalModel& model() const { return local_; }
+  [[nodiscard]] const PatchMotion* patch() const { return patch_ && !patch_->empty() ? &*patch_ : nullptr; }
   [[nodiscard]] bool tool_rotates() const { return step_.model().body[0].rotates; }
   /// The tool and the handle, with the contacts' force of the last step.
   [[nodiscard]] PhysicsState state() const;
@@ -67,12 +73,16 @@ class LocalRollout {
   [[nodiscard]] Eigen::Matrix<double, 6, 6> jacobian();
 
  private:
+  StepResult advance_with_patch(const DeviceState& device, const ContactPlanes& planes, double h);
   ContactPlanes planes_now();
   ContactPlanes anchored_planes();
 
   int bodies_;  // moving ones
   RigidStep step_;
   ContactSource* surface_;
+  SoftContactSource* soft_;
+  std::optional<PatchMotion> patch_;  // of scenes where something deforms
+  std::vector<SoftContact> touched_;  // what of it the tool is near to
   bool on_surface_ = false;
   ContactSet found_;
   LocalModel local_;

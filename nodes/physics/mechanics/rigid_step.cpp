@@ -38,6 +38,12 @@ BodyStates halfway(const BodyStates& start, const BodyStates& end) {
 
 }  // namespace
 
+RigidStep::RigidStep(const SystemModel& model, int patch_nodes) : model_(model) {
+  TACTOR_DEMAND(patch_nodes <= most_patch_nodes);
+  const auto dofs = static_cast<std::size_t>(6 * model.count + 3 * patch_nodes);
+  if (patch_nodes > 0) matrix_.resize(dofs * dofs);
+}
+
 StepResult RigidStep::advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                               const ContactPlanes& contacts, double h, BodyStates& bodies) {
   return advance(coupling, before, device, contacts, h, most_halvings, bodies);
@@ -105,7 +111,7 @@ StepResult RigidStep::advance_once(const CouplingParameters& coupling, const Dev
 /// The usable planes as the step over h seconds sees them. `ahead`: where the bodies are at the middle of the step that
 /// the levers are for; null: where they are.
 std::span<RigidStep::Plane> RigidStep::prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
-                                                      const ContactPlanes& contacts, double h) {
+                                                      const ContactPlanes& contacts, double h, const SoftPatch* patch) {
   const BodyStates& at = ahead != nullptr ? *ahead : bodies;
   std::size_t count = 0;
   for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
@@ -126,7 +132,75 @@ std::span<RigidStep::Plane> RigidStep::prepare_planes(const BodyStates& bodies, 
     p.friction = c.friction;
     p.bound = 0;
   }
+  if (patch != nullptr) count = add_soft_planes(at, bodies, massless, *patch, h, count);
   return std::span(planes_).first(count);
+}
+
+/// Adds the usable contacts with the patch, with levers for the bodies at `at`; returns how many planes there are then.
+std::size_t RigidStep::add_soft_planes(const BodyStates& at, const BodyStates& bodies, bool massless,
+                                       const SoftPatch& patch, double h, std::size_t count) {
+  for (const SoftContact& soft : patch.contacts) {
+    const Contact& c = soft.contact;
+    if (soft.body >= model_.count || count == planes_.size() || !is_finite(c.p_TC) || !is_finite(c.n_W) ||
+        !std::isfinite(c.distance)) {
+      continue;
+    }
+    Plane& p = planes_[count++];
+    const double k = c.stiffness * c.weight;
+    p.body = std::max(soft.body, ContactPair::fixed);
+    p.other = Plane::on_patch;
+    p.node = soft.node;
+    p.share = soft.share;
+    p.n = c.n_W;
+    p.r_body = {};
+    // From where the contact was found to the start of the step.
+    Vec3 moved;
+    if (p.body >= 0) {
+      const auto body = static_cast<std::size_t>(p.body);
+      p.r_body = transform(at.X_WB[body], c.p_TC) - at.X_WB[body].p;
+      moved = transform(bodies.X_WB[body], c.p_TC) - transform(patch.query_X_WB[body], c.p_TC);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (soft.node[i] < 0) continue;
+      const auto node = static_cast<std::size_t>(soft.node[i]);
+      moved -= soft.share[i] * (patch.p_W[node] - patch.query_p_W[node]);
+    }
+    p.push = -k * (c.distance + dot(c.n_W, moved));
+    p.spring = h * k;
+    p.damping = massless ? 0 : c.damping * c.weight;
+    p.friction = c.friction;
+    p.bound = 0;
+  }
+  return count;
+}
+
+StepResult RigidStep::advance(const SoftPatch& patch, const CouplingParameters& coupling, const DeviceState& before,
+                              const DeviceState& device, const ContactPlanes& contacts, double h, BodyStates& bodies,
+                              SoftPatchMotion motion) {
+  TACTOR_ASSERT(patch.p_W.size() <= most_patch_nodes && contacts.planes.size() <= ContactSet::capacity);
+  const BodyStates start = bodies;
+  StepResult result;
+  if (model_.integrator == Integrator::midpoint && coupling.massless == 0) {
+    const DeviceState middle = handle_between(before, device, 0.5, model_.body[0].rotates);
+    result = solve<Eigen::Dynamic, Integrator::midpoint, most_patch_nodes>(coupling, middle, contacts, h / 2, bodies,
+                                                                           &patch, &motion);
+    result.work = 2 * handle_work(model_, coupling, before, middle, halfway(start, bodies));
+  } else {
+    result = solve<Eigen::Dynamic, Integrator::implicit_euler, most_patch_nodes>(coupling, device, contacts, h, bodies,
+                                                                                 &patch, &motion);
+    result.work = handle_work(model_, coupling, before, device, bodies);
+  }
+  if (result.outcome == StepOutcome::converged && finite(bodies, model_.count) && is_finite(result.contact_T_W) &&
+      motion.velocity.allFinite() && motion.force.allFinite()) {
+    return result;
+  }
+  bodies = start;
+  for (Twist& V : bodies.V_WB) V = {};
+  motion.velocity.setZero();
+  motion.force.setZero();
+  result = {.outcome = StepOutcome::stopped, .left_out = result.left_out, .iterations = result.iterations};
+  result.work = handle_work(model_, coupling, before, device, bodies);
+  return result;
 }
 
 }  // namespace tactor

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
+#include "nodes/physics/mechanics/soft_patch.hpp"
 #include "nodes/physics/mechanics/system.hpp"
 
 namespace tactor {
@@ -64,19 +66,34 @@ struct StepResult {
 /// step is taken instead, with all planes that overlap as springs and dampers of both signs and the friction viscous,
 /// if total energy is then no larger than before plus the handle's work; else the bodies stay at rest where they are.
 /// No state is ever made that is not finite. Throws nothing, allocates nothing.
+///
+/// **With a patch** of deforming surfaces the velocities of its nodes are unknowns too, and the convex function has the
+/// term |u - u_free|^2 / 2 in the patch's inertia. The contact point of a face moves with the shares of its nodes. A
+/// step that is not converged leaves all at rest.
 class RigidStep {
  public:
-  explicit RigidStep(const SystemModel& model) : model_(model) {}
+  /// `patch_nodes`: the most that a patch will have.
+  explicit RigidStep(const SystemModel& model, int patch_nodes = 0);
   [[nodiscard]] const SystemModel& model() const { return model_; }
 
   /// `before` and `device`: the handle at the start and the end of the step.
   StepResult advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                      const ContactPlanes& contacts, double h, BodyStates& bodies);
+  /// The most nodes of a patch.
+  static constexpr int most_patch_nodes = 96;
+  /// The same with a patch, of no more nodes than the constructor was told. Nothing is halved here, however far a body
+  /// turns.
+  StepResult advance(const SoftPatch& patch, const CouplingParameters& coupling, const DeviceState& before,
+                     const DeviceState& device, const ContactPlanes& contacts, double h, BodyStates& bodies,
+                     SoftPatchMotion motion);
 
   /// A contact plane as a step sees it.
   struct Plane {
-    int body = 0, other = 0;  // other: -1 for what does not move
-    Vec3 r_body, r_other;     // m, levers
+    static constexpr int on_patch = -2;
+    int body = 0, other = 0;        // -1 for what does not move
+    std::array<int, 3> node{};      // of the patch, where `other` is on it
+    std::array<double, 3> share{};  // of these
+    Vec3 r_body, r_other;           // m, levers
     Vec3 n;
     double push = 0;      // N, the normal force at zero velocity; negative where apart
     double spring = 0;    // N s/m, stiffness times the time that is solved for
@@ -96,14 +113,17 @@ class RigidStep {
   template <Integrator integrator>
   StepResult solve_by(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
                       double h, BodyStates& bodies);
-  template <int Dofs, Integrator integrator>
+  template <int Dofs, Integrator integrator, int Nodes = 0>
   StepResult solve(const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts,
-                   double h, BodyStates& bodies);
+                   double h, BodyStates& bodies, const SoftPatch* patch = nullptr, SoftPatchMotion* motion = nullptr);
   std::span<Plane> prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
-                                  const ContactPlanes& contacts, double h);
+                                  const ContactPlanes& contacts, double h, const SoftPatch* patch = nullptr);
+  std::size_t add_soft_planes(const BodyStates& at, const BodyStates& bodies, bool massless, const SoftPatch& patch,
+                              double h, std::size_t count);
 
   SystemModel model_;
-  std::array<Plane, ContactSet::capacity> planes_;
+  std::array<Plane, 2 * ContactSet::capacity> planes_;
+  std::vector<double> matrix_;  // of the equations with a patch
 };
 
 }  // namespace tactor

@@ -6,9 +6,11 @@ namespace tactor {
 template StepResult RigidStep::solve<6, Integrator::implicit_euler>(const CouplingParameters& coupling,
                                                                     const DeviceState& device,
                                                                     const ContactPlanes& contacts, double h,
-                                                                    BodyStates& bodies);
+                                                                    BodyStates& bodies, const SoftPatch* patch,
+                                                                    SoftPatchMotion* motion);
 template StepResult RigidStep::solve<6, Integrator::midpoint>(const CouplingParameters& coupling,
                                                               const DeviceState& device, const ContactPlanes& contacts,
-                                                              double h, BodyStates& bodies);
+                                                              double h, BodyStates& bodies, const SoftPatch* patch,
+                                                              SoftPatchMotion* motion);
 
 }  // namespace tactor

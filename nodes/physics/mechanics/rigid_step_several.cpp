@@ -3,13 +3,13 @@
 
 namespace tactor {
 
-template StepResult RigidStep::solve<Eigen::Dynamic, Integrator::implicit_euler>(const CouplingParameters& coupling,
-                                                                                 const DeviceState& device,
-                                                                                 const ContactPlanes& contacts,
-                                                                                 double h, BodyStates& bodies);
+template StepResult RigidStep::solve<Eigen::Dynamic, Integrator::implicit_euler>(
+    const CouplingParameters& coupling, const DeviceState& device, const ContactPlanes& contacts, double h,
+    BodyStates& bodies, const SoftPatch* patch, SoftPatchMotion* motion);
 template StepResult RigidStep::solve<Eigen::Dynamic, Integrator::midpoint>(const CouplingParameters& coupling,
                                                                            const DeviceState& device,
                                                                            const ContactPlanes& contacts, double h,
-                                                                           BodyStates& bodies);
+                                                                           BodyStates& bodies, const SoftPatch* patch,
+                                                                           SoftPatchMotion* motion);
 
 }  // namespace tactor

@@ -41,13 +41,13 @@ double line_search(const Slope& slope, double at_zero) {
 
 /// Newton's method from the velocities of now. Returns the iterations, or -1 where they did not do.
 template <class E>
-int newton(E& equations, int most, typename E::Vector& v) {
+int newton(E& equations, int most, typename E::Vector& v, double* workspace) {
   v = equations.start();
   if constexpr (E::midpoint) equations.set_velocities(v, &RigidStep::Plane::u_start);
   equations.set_velocities(v, &RigidStep::Plane::u);
   bool held = false;
   typename E::Vector left;
-  typename E::Matrix H;
+  auto H = equations.matrix(workspace);
   for (int i = 0; i < most; ++i) {
     if (!held) held = equations.follow() || i >= following;
     equations.residual(v, left);
@@ -79,34 +79,37 @@ inline BodyStates moved_freely(const SystemModel& model, const BodyStates& bodie
 
 }  // namespace step_solve
 
-template <int Dofs, Integrator integrator>
+template <int Dofs, Integrator integrator, int Nodes>
 StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceState& device,
-                            const ContactPlanes& contacts, double h, BodyStates& bodies) {
-  using E = StepEquations<Dofs, integrator>;
+                            const ContactPlanes& contacts, double h, BodyStates& bodies, const SoftPatch* patch,
+                            SoftPatchMotion* motion) {
+  using E = StepEquations<Dofs, integrator, Nodes>;
   std::span<Plane> planes;
   if constexpr (E::midpoint) {
     const BodyStates ahead = step_solve::moved_freely(model_, bodies, h);
-    planes = prepare_planes(bodies, &ahead, false, contacts, h);
+    planes = prepare_planes(bodies, &ahead, false, contacts, h, patch);
   } else {
-    planes = prepare_planes(bodies, nullptr, coupling.massless != 0, contacts, h);
+    planes = prepare_planes(bodies, nullptr, coupling.massless != 0, contacts, h, patch);
   }
   StepResult result;
-  result.left_out = static_cast<int>(contacts.planes.size() - planes.size());
+  const std::size_t known = contacts.planes.size() + (patch == nullptr ? 0 : patch->contacts.size());
+  result.left_out = static_cast<int>(known - planes.size());
 
   const BodyStates before = bodies;
-  E equations(model_, coupling, device, h, before, planes);
+  E equations(model_, coupling, device, h, before, planes, patch);
   typename E::Vector v;
-  result.iterations = step_solve::newton(equations, model_.iterations, v);
+  result.iterations = step_solve::newton(equations, model_.iterations, v, matrix_.data());
   result.outcome = StepOutcome::converged;
   if (result.iterations < 0) {
     result.iterations = model_.iterations;
-    result.outcome = StepOutcome::damped;
+    result.outcome = Nodes > 0 ? StepOutcome::stopped : StepOutcome::damped;
+    if constexpr (Nodes > 0) return result;
     // The caller takes a step of implicit Euler instead.
     if constexpr (E::midpoint) return result;
     v.setZero(equations.dofs());
     equations.set_velocities(v, &RigidStep::Plane::u);
     typename E::Vector left;
-    typename E::Matrix H;
+    auto H = equations.matrix(matrix_.data());
     equations.damped_residual(v, left);
     equations.derivative(H, equations.damped());
     const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
@@ -118,6 +121,7 @@ StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceStat
     equations.set_velocities(v, &RigidStep::Plane::u);
     equations.damped_residual(v, left);
   }
+  if constexpr (Nodes > 0) equations.finish_patch(v, *motion);
   result.turn = equations.finish(v, bodies);
   for (const Plane& p : planes) {
     if (p.body != 0 && p.other != 0) continue;

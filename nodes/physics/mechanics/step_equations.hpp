@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <type_traits>
 
 #include <Eigen/LU>
 
@@ -17,8 +18,9 @@ namespace tactor {
 
 /// The equations of one step. The unknown is the velocity of all bodies, linear before angular: at the end of the step
 /// of h seconds by implicit Euler, in the middle of the step of 2 h seconds by the midpoint rule. `device`: the handle
-/// at that time. Dofs: 3 for one body that does not rotate, 6 for one that does, else Eigen::Dynamic.
-template <int Dofs, Integrator integrator>
+/// at that time. Dofs: 3 for one body that does not rotate, 6 for one that does, else Eigen::Dynamic. Nodes: how many a
+/// patch of deforming surfaces may have, whose velocities follow those of the bodies; then Dofs is Eigen::Dynamic.
+template <int Dofs, Integrator integrator, int Nodes = 0>
 class StepEquations {
   using Matrix3d = Eigen::Matrix3d;
   using Vector3d = Eigen::Vector3d;
@@ -26,20 +28,25 @@ class StepEquations {
   static constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
   static constexpr double whole = integrator == Integrator::midpoint ? 2 : 1;  // the step, in h
   static constexpr bool one = Dofs != Eigen::Dynamic;
-  static constexpr int most = one ? Dofs : 6 * static_cast<int>(max_moving_bodies);
+  static constexpr bool soft = Nodes > 0;
+  static_assert(!(soft && one));
+  static constexpr int small = 6 * static_cast<int>(max_moving_bodies);
+  static constexpr int most = one ? Dofs : small + 3 * Nodes;
 
  public:
   static constexpr bool midpoint = integrator == Integrator::midpoint;
   using Vector = Eigen::Matrix<double, Dofs, 1, 0, most, 1>;
-  using Matrix = Eigen::Matrix<double, Dofs, Dofs, 0, most, most>;
+  using Matrix = std::conditional_t<soft, Eigen::MatrixXd,
+                                    Eigen::Matrix<double, Dofs, Dofs, 0, one ? most : small, one ? most : small>>;
 
   StepEquations(const SystemModel& model, const CouplingParameters& coupling, const DeviceState& device, double h,
-                const BodyStates& bodies, std::span<Plane> planes)
+                const BodyStates& bodies, std::span<Plane> planes, const SoftPatch* patch = nullptr)
       : model_(model),
         device_(device),
         h_(h),
         bodies_(bodies),
         planes_(planes),
+        patch_(patch),
         massless_(coupling.massless != 0),
         k_t_(h * coupling.k_t),
         k_r_(h * coupling.k_r),
@@ -51,6 +58,11 @@ class StepEquations {
       dofs_ += rotates(i) ? 6 : 3;
       prepare(i, b);
     }
+    if constexpr (soft) {
+      patch_offset_ = dofs_;
+      dofs_ += 3 * static_cast<int>(patch_->p_W.size());
+      patch_scale_ = (inertia() * patch_->free_velocity).norm();
+    }
   }
 
   /// Where Newton's method begins: the velocities of now, which at rest are the solution.
@@ -61,15 +73,19 @@ class StepEquations {
       linear(v, i) = balance ? Vector3d::Zero() : eigen(bodies_.V_WB[index(i)].v);
       if (rotates(i)) angular(v, i) = balance ? Vector3d::Zero() : eigen(body_[index(i)].free.w_WB);
     }
+    if constexpr (soft) of_patch(v) = patch_->velocity;
     return v;
   }
 
   /// Sets the relative velocities of the planes for body velocities v.
   void set_velocities(const Vector& v, Vec3 Plane::*target) const {
     for (Plane& p : planes_) {
-      Vec3 u = velocity_at(v, p.body, p.r_body);
+      Vec3 u = moves(p) ? velocity_at(v, p.body, p.r_body) : Vec3{};
       if constexpr (!one) {
         if (p.other >= 0) u -= velocity_at(v, p.other, p.r_other);
+        if constexpr (soft) {
+          if (p.other == Plane::on_patch) u -= velocity_on_patch(v, p);
+        }
       }
       p.*target = u;
     }
@@ -88,12 +104,14 @@ class StepEquations {
       }
     }
     add_coupling(v, left);
+    if constexpr (soft) {
+      const Patch momentum = inertia() * of_patch(v);
+      patch_terms_ = momentum.norm() + patch_scale_;
+      of_patch(left) = momentum - inertia() * patch_->free_velocity;
+    }
     for (Plane& p : planes_) {
       p.force = force(p, p.u);
-      apply(p, p.body, p.r_body, -h_, left);
-      if constexpr (!one) {
-        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
-      }
+      apply_both(p, left);
     }
   }
 
@@ -104,13 +122,14 @@ class StepEquations {
       if (!(linear(left, i).norm() <= model_.tolerance * b.linear_terms)) return false;
       if (rotates(i) && !(angular(left, i).norm() <= model_.tolerance * b.angular_terms)) return false;
     }
+    if constexpr (soft) return of_patch(left).norm() <= model_.tolerance * patch_terms_;
     return true;
   }
 
   /// The derivative of the residual by v: the masses, the coupling, and the planes by `slopes(plane)`.
-  template <class Slopes>
-  void derivative(Matrix& H, Slopes slopes) const {
-    H.setZero(dofs_, dofs_);
+  template <class M, class Slopes>
+  void derivative(M& H, Slopes slopes) const {
+    H.setZero();
     for (int i = 0; i < count(); ++i) {
       const Body& b = body_[index(i)];
       const bool tool = i == 0;
@@ -119,11 +138,18 @@ class StepEquations {
       H.template block<3, 3>(b.offset + 3, b.offset + 3) = b.inertia;
       if (tool) H.template block<3, 3>(b.offset + 3, b.offset + 3).diagonal().array() += h_ * (k_r_ + b_r_);
     }
+    if constexpr (soft) {
+      const auto n = static_cast<Eigen::Index>(3 * patch_->p_W.size());
+      H.block(patch_offset_, patch_offset_, n, n) = patch_->inertia;
+    }
     Matrix3d S;
     for (const Plane& p : planes_) {
       if (!slopes(p, S)) continue;
       S *= h_;
-      add(H, S, p.body, p.r_body, p.body, p.r_body);
+      if (moves(p)) add(H, S, p.body, p.r_body, p.body, p.r_body);
+      if constexpr (soft) {
+        if (p.other == Plane::on_patch) add_on_patch(H, S, p);
+      }
       if constexpr (!one) {
         if (p.other < 0) continue;
         add(H, S, p.other, p.r_other, p.other, p.r_other);
@@ -135,6 +161,15 @@ class StepEquations {
           add(H, opposite, p.other, p.r_other, p.body, p.r_body);
         }
       }
+    }
+  }
+
+  /// Of the size that `derivative` fills. One with a patch is too large for the stack: it lies in `workspace`.
+  [[nodiscard]] auto matrix(double* workspace) const {
+    if constexpr (soft) {
+      return Eigen::Map<Eigen::MatrixXd>(workspace, dofs_, dofs_);
+    } else {
+      return Matrix(dofs_, dofs_);
     }
   }
 
@@ -220,10 +255,7 @@ class StepEquations {
       if (p.push <= 0) continue;
       const double speed = dot(p.n, p.u);
       p.force = (p.push - (p.spring + p.damping) * speed) * p.n - viscosity(p) * (p.u - speed * p.n);
-      apply(p, p.body, p.r_body, -h_, left);
-      if constexpr (!one) {
-        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
-      }
+      apply_both(p, left);
     }
   }
 
@@ -234,12 +266,7 @@ class StepEquations {
     double turn = 0;
     Vector left(dofs_);
     left.setZero();
-    for (Plane& p : planes_) {
-      apply(p, p.body, p.r_body, -h_, left);
-      if constexpr (!one) {
-        if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
-      }
-    }
+    for (Plane& p : planes_) apply_both(p, left);
     add_coupling(v, left);
     for (int i = 0; i < count(); ++i) {
       const Body& b = body_[index(i)];
@@ -271,9 +298,23 @@ class StepEquations {
     return normal * p.n - rub(p.friction * normal, across(p, u));
   }
 
+  /// What became of the patch, given the velocities and the forces of the planes for them.
+  void finish_patch(const Vector& v, SoftPatchMotion& motion) const requires soft {
+    motion.velocity = of_patch(v);
+    motion.force.setZero();
+    for (const Plane& p : planes_) {
+      if (p.other != Plane::on_patch) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (p.node[k] < 0) continue;
+        motion.force.template segment<3>(3 * p.node[k]) -= p.share[k] * eigen(p.force);
+      }
+    }
+  }
+
   [[nodiscard]] int dofs() const { return dofs_; }
 
  private:
+  using Patch = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, soft ? 3 * Nodes : 3, 1>;
   struct Body {
     int offset = 0;
     double mass = 0;                               // kg
@@ -325,6 +366,58 @@ class StepEquations {
     const double* at = v.data() + offset(i);
     const Vec3 u{at[0], at[1], at[2]};
     return rotates(i) ? u + cross({at[3], at[4], at[5]}, r) : u;
+  }
+
+  template <class V>
+  [[nodiscard]] auto of_patch(V& v) const {
+    return v.segment(patch_offset_, static_cast<Eigen::Index>(3 * patch_->p_W.size()));
+  }
+  /// Whether the plane's rigid body moves; fixed ones touch patches too.
+  [[nodiscard]] static bool moves(const Plane& p) {
+    if constexpr (soft) return p.body >= 0;
+    return true;
+  }
+  [[nodiscard]] auto inertia() const { return patch_->inertia.template selfadjointView<Eigen::Lower>(); }
+  [[nodiscard]] Vec3 velocity_on_patch(const Vector& v, const Plane& p) const {
+    Vec3 u;
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (p.node[k] < 0) continue;
+      const double* at = v.data() + patch_offset_ + 3 * p.node[k];
+      u += p.share[k] * Vec3{at[0], at[1], at[2]};
+    }
+    return u;
+  }
+  /// Adds what the slope S of a force between a body and the patch gives, to the lower triangle. The patch comes after
+  /// all bodies.
+  template <class M>
+  void add_on_patch(M& H, const Matrix3d& S, const Plane& p) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (p.node[k] < 0) continue;
+      const int row = patch_offset_ + 3 * p.node[k];
+      const Matrix3d with_body = -p.share[k] * S;
+      if (moves(p)) H.template block<3, 3>(row, offset(p.body)) += with_body;
+      if (moves(p) && rotates(p.body))
+        H.template block<3, 3>(row, offset(p.body) + 3) -= with_body * skew(eigen(p.r_body));
+      for (std::size_t l = 0; l < 3; ++l) {
+        if (p.node[l] < 0 || p.node[k] < p.node[l]) continue;
+        H.template block<3, 3>(row, patch_offset_ + 3 * p.node[l]) += p.share[k] * p.share[l] * S;
+      }
+    }
+  }
+
+  /// The force of a plane, on both that it is between, into what is left of their equations.
+  void apply_both(const Plane& p, Vector& left) {
+    if (moves(p)) apply(p, p.body, p.r_body, -h_, left);
+    if constexpr (!one) {
+      if (p.other >= 0) apply(p, p.other, p.r_other, h_, left);
+    }
+    if constexpr (soft) {
+      if (p.other != Plane::on_patch || p.force == Vec3{}) return;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (p.node[k] < 0) continue;
+        left.template segment<3>(patch_offset_ + 3 * p.node[k]) += h_ * p.share[k] * eigen(p.force);
+      }
+    }
   }
 
   [[nodiscard]] NormalForce normal_at(const Plane& p, double speed) const {
@@ -390,11 +483,13 @@ class StepEquations {
       if (rotates(i)) angular(left, i) = b.inertia * angular(v, i) - b.angular_momentum;
     }
     add_coupling(v, left);
+    if constexpr (soft) of_patch(left) = inertia() * (of_patch(v) - patch_->free_velocity);
   }
 
   /// Adds what the slope S, symmetric, of a force between bodies i and j gives with their levers, to the lower
   /// triangle.
-  void add(Matrix& H, const Matrix3d& S, int i, const Vec3& r_i, int j, const Vec3& r_j) const {
+  template <class M>
+  void add(M& H, const Matrix3d& S, int i, const Vec3& r_i, int j, const Vec3& r_j) const {
     const int row = offset(i), column = offset(j);
     for (int b = 0; b < 3; ++b) {
       for (int a = 0; a < 3; ++a) H(row + a, column + b) += S(a, b);
@@ -425,11 +520,14 @@ class StepEquations {
   double h_;
   const BodyStates& bodies_;
   std::span<Plane> planes_;
+  const SoftPatch* patch_;
   bool massless_;
   double k_t_, k_r_, b_t_, b_r_;  // k times h
   Vector3d turn_ = model_.body[0].rotates ? eigen(to_rotation_vector(device_.X_WD.R * inverse(bodies_.X_WB[0].R)))
                                           : Vector3d(Vector3d::Zero());
   int dofs_ = 0;
+  int patch_offset_ = 0;                      // of the nodes' velocities
+  double patch_scale_ = 0, patch_terms_ = 0;  // N s, the sizes of the terms of their equation
   std::array<Body, one ? 1 : max_moving_bodies> body_;
 };
 

@@ -1,0 +1,268 @@
+#include "nodes/dynamics/deformable.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
+#include "nodes/dynamics/declare_dynamics.hpp"
+#include "nodes/physics/deformable/static_balance.hpp"
+#include "nodes/physics/geometry/mesh_distance.hpp"
+#include "nodes/physics/mechanics/handle.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// Results that edges and their readers hold at the same time.
+constexpr std::size_t most_results = 32;
+
+SystemModel rigid_model(const DeformableDynamics::Params& params, const NodeContext& context) {
+  SystemModel model = scene_model("dynamics.deformable", *context.scene, context.notes);
+  model.iterations = params.iterations;
+  model.stick_velocity = params.stick_velocity;
+  model.integrator = params.integrator;
+  return model;
+}
+
+DeformableOptions step_options(const DeformableDynamics::Params& params) {
+  return {
+      .factor = params.solver,
+      .iterations = params.newton_iterations,
+      .tolerance = params.tolerance,
+      .reuse = params.reuse_factors,
+      .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = params.patch_horizon.seconds()}};
+}
+
+/// The nodes after they have come to rest under their weight.
+Eigen::VectorXd settled(const SoftScene& soft, const Scene& scene, FactorKind solver, Notes* notes) {
+  const Balance balance =
+      settle(soft.model, soft.model.rest(), scene.gravity_W, {}, {.tolerance = 1e-6, .factor = solver});
+  if (balance.converged) return balance.x;
+  if (notes != nullptr) {
+    notes->push_back(
+        "dynamics.deformable: warning: the bodies that deform find no balance under their weight, so they start "
+        "unstrained and move at once; hold them by `fixed`, make them stiffer, or write settle: false");
+  }
+  return soft.model.rest();
+}
+
+}  // namespace
+
+NodeInfo DeformableDynamics::declare() {
+  Declare<DeformableDynamics> d("dynamics.deformable",
+                                "Elastic bodies of tetrahedra, and the rigid ones that touch them.");
+  d.details(
+      "Finite elements with implicit steps: Newton's method with a line search, a sparse factorisation, and contact "
+      "with "
+      "friction solved together with the tool as one convex problem (docs/deformable.md). A step covers all samples "
+      "of the "
+      "handle since the last result, in pieces of at most `substep`. `law: corotational` is linear elasticity that "
+      "turns with "
+      "the material; `neo_hookean` is for strain beyond some 20 %. Linear elements are too stiff in bending "
+      "(docs/deformable_results.md shows by how much); `elements: quadratic` are not, at several times the cost. "
+      "Factors of "
+      "earlier steps serve as long as they converge quickly; the report says how many there were. Deformable bodies do "
+      "not touch each other.");
+  declare_moving(d, 0.02);
+  d.output("surfaces", &DeformableDynamics::surfaces, "where the surfaces are, for those who show them");
+  declare_integrator(d);
+  declare_soft_contacts(d, ContactSet::capacity, false);
+  d.choice<Elasticity>("law", &Params::law,
+                       {{"corotational", Elasticity::corotational}, {"neo_hookean", Elasticity::neo_hookean}},
+                       Elasticity::corotational, "the elastic law")
+      .choice<ElementOrder>("elements", &Params::elements,
+                            {{"linear", ElementOrder::linear}, {"quadratic", ElementOrder::quadratic}},
+                            ElementOrder::linear, "the order of the tetrahedra: 4 or 10 nodes each")
+      .choice<FactorKind>(
+          "solver", &Params::solver,
+          {{"auto", FactorKind::automatic},
+           {"eigen", FactorKind::eigen},
+           {"simplicial", FactorKind::simplicial},
+           {"supernodal", FactorKind::supernodal}},
+          FactorKind::automatic,
+          "what factors the equations; eigen and simplicial give the same numbers on all processors, supernodal is "
+          "the fastest; auto: eigen below 1,000 tetrahedra, else supernodal")
+      .integer("newton_iterations", &Params::newton_iterations,
+               {.doc = "Newton iterations of the elastic equations a step, at most; then the step is damped, and "
+                       "counted",
+                .default_value = 8,
+                .min = 1,
+                .max = 100})
+      .real("tolerance", &Params::tolerance,
+            {.doc = "what may be left of the nodes' equation, of the forces on them",
+             .default_value = 1e-3,
+             .min = 1e-10,
+             .max = 0.1})
+      .boolean("reuse_factors", &Params::reuse_factors, true, "keep factors of earlier steps as long as they converge")
+      .boolean("settle", &Params::settle, true, "start in balance with the weight")
+      .integer("patch_nodes", &Params::patch_nodes,
+               {.doc = "nodes around the tool that the output `patch` has, at most",
+                .default_value = 24,
+                .min = 4,
+                .max = LocalPatch::capacity})
+      .real("patch_reach", &Params::patch_reach,
+            {.doc = "how far from the tool they may be", .unit = "m", .default_value = 0.04, .min = 0, .max = 1})
+      .real("patch_horizon", &Params::patch_horizon,
+            {.doc = "for how long the tool's way counts when they are chosen, about two physics periods",
+             .unit = "s",
+             .default_value = 0.03,
+             .min = 0,
+             .max = 1});
+  d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
+      .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
+      .metric("deformable.unsent_patches", "1", "results without a patch, because readers held all memory",
+              Better::lower);
+  return d.info();
+}
+
+DeformableDynamics::DeformableDynamics(const Params& params, const NodeContext& context) : params_(params) {
+  const Scene& scene = *context.scene;
+  soft_ = std::make_unique<SoftScene>(soft_scene(scene, params.law, params.elements, context.notes));
+  const SystemModel model = rigid_model(params, context);
+  const MakeMeshDistance distances = cell_distances({}, context.notes);
+  tool_ = std::make_unique<ContactBody>(*scene.tool(), 0, false, params.patch_reach, distances, nullptr);
+  soft_contacts_ = std::make_unique<SoftContacts>(
+      scene,
+      SoftContactOptions{
+          .margin = params.soft_margin, .spacing = params.soft_spacing, .max_contacts = params.soft_contacts},
+      distances, context.notes);
+  std::vector<Vec3> rest;
+  for (int i = 0; i < soft_->model.nodes(); ++i) {
+    const Eigen::Vector3d p = soft_->model.rest().segment<3>(3 * i);
+    rest.push_back({p.x(), p.y(), p.z()});
+  }
+  soft_contacts_->set_surface(soft_->surface, rest);
+  step_.emplace(*soft_, *soft_contacts_, *tool_, model, step_options(params), scene.gravity_W);
+  if (params.settle && norm(scene.gravity_W) > 0) step_->place(settled(*soft_, scene, params.solver, context.notes));
+  condensation_.emplace(*step_, params.solver, most_results);
+  surface_pool_.emplace(most_results, soft_->shown_nodes.size());
+  for (const std::size_t i : scene.moving()) {
+    bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = scene.bodies[i].X_WB;
+  }
+}
+
+DeformableDynamics::~DeformableDynamics() = default;
+
+void DeformableDynamics::step(StepContext& context) {
+  const Stamped<CouplingParameters>* message = coupling.latest();
+  if (message == nullptr) return;
+  const CouplingParameters& spring = message->value;
+  if (spring.massless != 0) {
+    throw RunError(
+        "dynamics.deformable moves bodies of mass, and the coupling's tool has none; use a coupling with a damper");
+  }
+  const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;
+  Time until = context.now();
+  if (set != nullptr && params_.advance_to == DynamicsParams::AdvanceTo::contacts) {
+    until = std::min(until, set->stamp.valid);
+  }
+  if (!take_samples(until)) return;
+  if (begun_) {
+    advance(spring, set != nullptr ? contact_planes(set->value) : ContactPlanes{});
+  } else {
+    begin(spring);
+  }
+  send();
+}
+
+/// Puts the newest usable sample up to `until` into newest_; false where there is none that is new.
+bool DeformableDynamics::take_samples(Time until) {
+  bool any = false;
+  for (;;) {
+    if (!waiting_ && !device.pop(next_)) return any;
+    waiting_ = next_.stamp.valid > until;
+    if (waiting_) return any;
+    const bool late = (begun_ || any) && next_.stamp.valid <= (any ? newest_ : used_).stamp.valid;
+    if (!is_usable(next_.value) || late) {
+      ++rejected_;
+      continue;
+    }
+    newest_ = next_;
+    newest_.value.X_WD.R = normalized(newest_.value.X_WD.R);
+    any = true;
+  }
+}
+
+void DeformableDynamics::begin(const CouplingParameters& /*spring*/) {
+  begun_ = true;
+  used_ = newest_;
+  if (!params_.start_at_device) return;
+  bodies_.X_WB[0].p = used_.value.X_WD.p;
+  if (step_->model().body[0].rotates) bodies_.X_WB[0].R = used_.value.X_WD.R;
+}
+
+void DeformableDynamics::advance(const CouplingParameters& spring, const ContactPlanes& planes) {
+  const double interval = (newest_.stamp.valid - used_.stamp.valid).seconds();
+  // The small allowance keeps an interval of exactly n steps at n.
+  const double pieces = std::max(1.0, std::ceil(interval / params_.substep - 1e-6));
+  DeviceState from = used_.value;
+  for (double k = 1; k <= pieces; ++k) {
+    const DeviceState to = handle_between(used_.value, newest_.value, k / pieces, step_->model().body[0].rotates);
+    last_ = step_->advance(spring, from, to, planes, interval / pieces, bodies_);
+    ++steps_;
+    if (last_.outcome == StepOutcome::damped) ++damped_;
+    if (last_.outcome == StepOutcome::stopped) ++stopped_;
+    left_out_ += last_.left_out;
+    from = to;
+  }
+  used_ = newest_;
+}
+
+void DeformableDynamics::send() {
+  const Time valid = used_.stamp.valid;
+  state.send(valid, {.X_WT = bodies_.X_WB[0],
+                     .V_WT = bodies_.V_WB[0],
+                     .X_WD = used_.value.X_WD,
+                     .V_WD = used_.value.V_WD,
+                     .contact_T_W = last_.contact_T_W,
+                     .contacts = last_.touching,
+                     .damped = last_.outcome == StepOutcome::converged ? 0 : 1});
+  if (patch.wanted()) {
+    if (const auto local = condensation_->condense()) {
+      patch.send(valid, *local);
+    } else {
+      ++unsent_;
+    }
+  }
+  if (surfaces.wanted()) {
+    const auto nodes = surface_pool_->make(soft_->shown_nodes.size(), [&](std::span<ShownPoint> to) {
+      for (std::size_t i = 0; i < to.size(); ++i) {
+        const Eigen::Vector3f p = step_->x().segment<3>(3 * soft_->shown_nodes[i]).cast<float>();
+        to[i] = {{p.x(), p.y(), p.z()}};
+      }
+    });
+    if (nodes) surfaces.send(valid, {*nodes});
+  }
+  bodies.send(valid, bodies_);
+  if (expected.wanted()) send_expected();
+}
+
+/// Where the bodies are by the newest sample of the handle if they keep their velocities.
+void DeformableDynamics::send_expected() {
+  const Time now = std::max(device.latest()->stamp.valid, used_.stamp.valid);
+  const double ahead = (now - used_.stamp.valid).seconds();
+  BodyStates later = bodies_;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(later.count); ++i) {
+    later.X_WB[i].p += ahead * later.V_WB[i].v;
+    later.X_WB[i].R = normalized(from_rotation_vector(ahead * later.V_WB[i].w) * later.X_WB[i].R);
+  }
+  expected.send(now, later);
+}
+
+void DeformableDynamics::report(Report& report) const {
+  const DeformableCounts& counts = step_->counts();
+  const auto mean = [&counts](std::int64_t n) {
+    return counts.steps > 0 ? static_cast<double>(n) / static_cast<double>(counts.steps) : 0.0;
+  };
+  report.add("dynamics_steps", static_cast<double>(steps_));
+  report.add("dynamics_damped_steps", static_cast<double>(damped_));
+  report.add("dynamics_stopped_steps", static_cast<double>(stopped_));
+  report.add("dynamics_contacts_left_out", static_cast<double>(left_out_));
+  report.add("dynamics_rejected_samples", static_cast<double>(rejected_));
+  report.set("deformable.iterations", mean(counts.iterations));
+  report.set("deformable.factors", mean(counts.factors + condensation_->factors()));
+  report.set("deformable.unsent_patches", static_cast<double>(unsent_));
+}
+
+}  // namespace tactor

@@ -1,0 +1,72 @@
+// dynamics.deformable: elastic bodies and the rigid ones that touch them.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "framework/node/declare.hpp"
+#include "nodes/dynamics/dynamics_node.hpp"
+#include "nodes/physics/contact/patch_contacts.hpp"
+#include "nodes/physics/deformable/condensation.hpp"
+#include "nodes/physics/mesh/deformed_surfaces.hpp"
+
+namespace tactor {
+
+/// Steps deformable and rigid bodies together (DeformableStep) through the samples of the handle: in equal steps of at
+/// most `substep` from the sample used last to the newest one in time. A state is stamped with the time of the last
+/// sample it used. Throws InputError where nothing deforms or nothing moves as a whole, and RunError at the first
+/// coupling of a massless tool.
+class DeformableDynamics final : public Node {
+ public:
+  struct Params : DynamicsParams, SoftOptions {
+    Integrator integrator = Integrator::implicit_euler;
+    Elasticity law = Elasticity::corotational;
+    ElementOrder elements = ElementOrder::linear;
+    FactorKind solver = FactorKind::automatic;
+    std::int32_t newton_iterations = 0;
+    double tolerance = 0;
+    bool reuse_factors = true;
+    bool settle = true;
+    std::int32_t patch_nodes = 0;
+    double patch_reach = 0;  // m
+    Duration patch_horizon;
+  };
+  DeformableDynamics(const Params& params, const NodeContext& context);
+  ~DeformableDynamics() override;
+  static NodeInfo declare();
+  void step(StepContext& context) override;
+  void report(Report& report) const override;
+
+  Input<ContactSet> contacts;
+  Input<DeviceState> device;
+  Input<CouplingParameters> coupling;
+  Output<PhysicsState> state;
+  Output<LocalPatch> patch;
+  Output<DeformedSurfaces> surfaces;
+  Output<BodyStates> bodies;
+  Output<BodyStates> expected;
+
+ private:
+  bool take_samples(Time until);
+  void begin(const CouplingParameters& spring);
+  void advance(const CouplingParameters& spring, const ContactPlanes& planes);
+  void send();
+  void send_expected();
+
+  Params params_;
+  std::unique_ptr<SoftScene> soft_;
+  std::unique_ptr<ContactBody> tool_;
+  std::unique_ptr<SoftContacts> soft_contacts_;
+  std::optional<DeformableStep> step_;
+  std::optional<Condensation> condensation_;
+  std::optional<ArrayPool<ShownPoint>> surface_pool_;
+  BodyStates bodies_;
+  Stamped<DeviceState> used_;    // the last sample the bodies were moved to
+  Stamped<DeviceState> newest_;  // the newest one in time
+  Stamped<DeviceState> next_;    // beyond that time, where `waiting_`
+  bool begun_ = false, waiting_ = false;
+  StepResult last_{.outcome = StepOutcome::converged};
+  std::int64_t steps_ = 0, damped_ = 0, stopped_ = 0, left_out_ = 0, rejected_ = 0, unsent_ = 0;
+};
+
+}  // namespace tactor

@@ -1,0 +1,185 @@
+#include "nodes/physics/deformable/condensation.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace tactor {
+
+namespace {
+
+constexpr double slow = 10;  // 1/s^2, s_0
+
+}  // namespace
+
+Condensation::Condensation(const DeformableStep& step, FactorKind factor, std::size_t results)
+    : step_(step),
+      factor_(make_factor(factor, step.soft().model.elements())),
+      solved_(step.soft().model.unknowns()),
+      momentum_(step.soft().model.unknowns()),
+      node_pool_(results, LocalPatch::capacity),
+      face_pool_(results, LocalPatch::most_faces),
+      mode_pool_(results, 3 * LocalPatch::capacity),
+      shape_pool_(results, 9 * LocalPatch::capacity * LocalPatch::capacity) {}
+
+/// Takes the nodes around the tool and the faces between them and nodes that do not move.
+void Condensation::choose_nodes() {
+  const SoftScene& soft = step_.soft();
+  const PatchChoice& patch = step_.patch();
+  patch_ = patch.nodes();
+  nodes_.assign(patch_.end() - static_cast<std::ptrdiff_t>(patch.around_tool()), patch_.end());
+  free_ = nodes_.size();
+  faces_.clear();
+  const std::size_t others = patch_.size() - free_;
+  const auto place = [&](int node) -> std::int32_t {
+    if (soft.model.unknown_of(node) >= 0) {
+      const int at = patch.place_of(node);
+      return at < static_cast<int>(others) ? -1 : static_cast<std::int32_t>(static_cast<std::size_t>(at) - others);
+    }
+    const auto fixed = std::find(nodes_.begin() + static_cast<std::ptrdiff_t>(free_), nodes_.end(), node);
+    if (fixed == nodes_.end()) {
+      if (nodes_.size() == LocalPatch::capacity) return -1;
+      nodes_.push_back(node);
+      return static_cast<std::int32_t>(nodes_.size() - 1);
+    }
+    return static_cast<std::int32_t>(fixed - nodes_.begin());
+  };
+  for (std::size_t f = 0; f < soft.surface.faces.size() && faces_.size() < LocalPatch::most_faces; ++f) {
+    const auto& face = soft.surface.faces[f];
+    // A face between fixed nodes alone says nothing of the patch.
+    const bool near = std::any_of(face.begin(), face.end(),
+                                  [&](int node) { return patch.place_of(node) >= static_cast<int>(others); });
+    if (!near) continue;
+    const auto known = [&](int node) {
+      return soft.model.unknown_of(node) < 0 || patch.place_of(node) >= static_cast<int>(others);
+    };
+    if (!std::all_of(face.begin(), face.end(), known)) continue;
+    PatchFace one{.node = {place(face[0]), place(face[1]), place(face[2])},
+                  .body = soft.surface.body[f],
+                  .area = soft.surface.area[f]};
+    if (std::all_of(one.node.begin(), one.node.end(), [](std::int32_t n) { return n >= 0; })) faces_.push_back(one);
+  }
+}
+
+/// From the Schur complement on all last nodes to that on those around the tool, which come last.
+void Condensation::reduce(Eigen::MatrixXd& schur) const {
+  const auto kept = static_cast<Eigen::Index>(3 * free_);
+  if (schur.rows() == kept) return;
+  const Eigen::LLT<Eigen::MatrixXd> factors(schur);
+  const Eigen::MatrixXd L = factors.matrixL();
+  const Eigen::MatrixXd last = L.bottomRightCorner(kept, kept);
+  schur = last.triangularView<Eigen::Lower>() * last.transpose();
+}
+
+/// Sets on_patch to what the patch feels of a force on all unknowns.
+void Condensation::balanced(const Eigen::VectorXd& force, Eigen::VectorXd& on_patch) {
+  solved_ = force;
+  factor_->solve(solved_);
+  Eigen::VectorXd moved(static_cast<Eigen::Index>(3 * free_));
+  for (std::size_t i = 0; i < free_; ++i) {
+    moved.segment<3>(static_cast<Eigen::Index>(3 * i)) = solved_.segment<3>(step_.soft().model.unknown_of(nodes_[i]));
+  }
+  on_patch.noalias() = static_ * moved;
+}
+
+/// Makes the modes of the step's last factor; false where the masses are none.
+bool Condensation::make_modes() {
+  const ElasticModel& model = step_.soft().model;
+  const DeformableStep::Factored factored = step_.factored();
+  if (A_.rows() == 0) A_ = factored.K;
+  const Eigen::SparseMatrix<double>& M = model.mass();
+  for (Eigen::Index i = 0; i < A_.nonZeros(); ++i) {
+    A_.valuePtr()[i] = factored.K.valuePtr()[i] + slow * M.valuePtr()[i];
+  }
+  if (patch_ != step_.patch().nodes() || made_of_ < 0) {
+    choose_nodes();
+    std::vector<int> last;
+    for (const int node : patch_) last.push_back(model.unknown_of(node) / 3);
+    factor_->analyze(A_, last);
+  }
+  if (free_ == 0) return true;
+  ++factors_;
+  if (!factor_->factor(A_)) return false;
+  factor_->schur(static_);
+  reduce(static_);
+  factored.factor.schur(dynamic_);
+  reduce(dynamic_);
+  const auto dofs = static_cast<Eigen::Index>(3 * free_);
+  mass_.resize(dofs, dofs);
+  for (Eigen::Index j = 0; j < dofs; ++j) {
+    const int body = model.body_of(model.unknown_of(nodes_[static_cast<std::size_t>(j / 3)]));
+    const double m = step_.mass_share(body, factored.h), k = step_.stiffness_share(body, factored.h);
+    mass_.col(j) = (dynamic_.col(j) / k - static_.col(j)) / (m / k - slow);
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(static_, mass_);
+  if (modes.info() != Eigen::Success || !modes.eigenvectors().allFinite()) return false;
+  shapes_ = modes.eigenvectors();
+  square_ = (modes.eigenvalues().array() - slow).max(0.0);
+  damping_.resize(dofs);
+  for (Eigen::Index i = 0; i < dofs; ++i) {
+    // A mode moves the body in which it is largest.
+    Eigen::Index largest = 0;
+    shapes_.col(i).cwiseAbs().maxCoeff(&largest);
+    const SoftBody& body = model.bodies()[static_cast<std::size_t>(
+        model.body_of(model.unknown_of(nodes_[static_cast<std::size_t>(largest / 3)])))];
+    damping_[i] = body.drag + body.damping * square_[i];
+  }
+  return true;
+}
+
+std::optional<LocalPatch> Condensation::condense() {
+  if (step_.factored().h <= 0) return LocalPatch{};
+  const ElasticModel& model = step_.soft().model;
+  if (made_of_ != step_.counts().factors || patch_ != step_.patch().nodes()) {
+    if (!make_modes()) {
+      made_of_ = -1;
+      return std::nullopt;
+    }
+    made_of_ = step_.counts().factors;
+    const auto shapes =
+        shape_pool_.make(static_cast<std::size_t>(nodes_.size() * 9 * free_), [&](std::span<double> to) {
+          Eigen::Map<Eigen::MatrixXd> all(to.data(), static_cast<Eigen::Index>(3 * nodes_.size()),
+                                          static_cast<Eigen::Index>(3 * free_));
+          all.setZero();
+          if (free_ > 0) all.topRows(static_cast<Eigen::Index>(3 * free_)) = shapes_;
+        });
+    const auto faces = face_pool_.copy(faces_);
+    if (!shapes || !faces) {
+      made_of_ = -1;
+      return std::nullopt;
+    }
+    sent_shapes_ = *shapes;
+    sent_faces_ = *faces;
+  }
+  if (free_ == 0) return LocalPatch{};
+  LocalPatch patch;
+  patch.shapes = sent_shapes_;
+  patch.faces = sent_faces_;
+  const auto nodes = node_pool_.make(nodes_.size(), [&](std::span<PatchNode> to) {
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      const int u = model.unknown_of(nodes_[i]);
+      const Eigen::Vector3d p = step_.x().segment<3>(3 * nodes_[i]);
+      const Eigen::Vector3d v = u < 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(step_.v().segment<3>(u));
+      to[i] = {{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}, u < 0 ? 1 : 0};
+    }
+  });
+  momentum_.noalias() = model.mass().selfadjointView<Eigen::Lower>() * step_.v();
+  Eigen::VectorXd on_patch;
+  balanced(momentum_, on_patch);
+  const Eigen::VectorXd rates = shapes_.transpose() * on_patch;
+  balanced(step_.inner_force(), on_patch);
+  const Eigen::VectorXd forces = shapes_.transpose() * on_patch;
+  const auto modes = mode_pool_.make(3 * free_, [&](std::span<PatchMode> to) {
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      const auto m = static_cast<Eigen::Index>(i);
+      to[i] = {.stiffness = square_[m], .damping = damping_[m], .force = forces[m], .z = 0, .rate = rates[m]};
+    }
+  });
+  if (!nodes || !modes) return std::nullopt;
+  patch.nodes = *nodes;
+  patch.modes = *modes;
+  return patch;
+}
+
+}  // namespace tactor

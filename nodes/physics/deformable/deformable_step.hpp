@@ -1,0 +1,125 @@
+// One implicit step of deformable bodies together with the rigid bodies that touch them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include "nodes/physics/contact/soft_contacts.hpp"
+#include "nodes/physics/deformable/patch_choice.hpp"
+#include "nodes/physics/deformable/soft_scene.hpp"
+#include "nodes/physics/deformable/sparse_factor.hpp"
+#include "nodes/physics/mechanics/rigid_step.hpp"
+
+namespace tactor {
+
+struct DeformableOptions {
+  FactorKind factor = FactorKind::automatic;
+  int iterations = 8;       ///< of Newton's method a step, at most
+  double tolerance = 1e-3;  ///< of the forces on the nodes: what may be left of their equation
+  bool reuse = true;        ///< factors of earlier steps, as long as they do
+  PatchChoiceOptions patch;
+};
+
+/// What steps have taken so far.
+struct DeformableCounts {
+  std::int64_t steps = 0, iterations = 0, factors = 0, damped = 0, left_out = 0;
+};
+
+/// Advances x, the positions of the nodes, and the rigid bodies by h seconds. Implicit Euler, with all forces at the
+/// end of the step:
+///   M (v' - v) = h (f_elastic(x') + M g - D v' + S^T f),   x' = x + h v',   D = drag M + damping K,
+/// f being the contact forces, which RigidStep has together with the rigid bodies' equations. By the midpoint rule the
+/// same is solved over h / 2, and then x' = x + 2 (x_m - x), v' = 2 v_m - v.
+///
+/// **How it is solved.** About x_i, beginning with x, the equation is linear in the displacement d: A d = r + S^T f
+/// with
+///   A = M (1 / h^2 + drag / h) + K (1 + damping / h).
+/// A is factored with the nodes of the patch (PatchChoice) last, so that its Schur complement on them is at hand. The
+/// displacement without contact is d = A^-1 r. RigidStep then minimises one convex function of the rigid bodies'
+/// velocities and those of the patch, in which the patch has the inertia h^2 Schur(A); at last d += A^-1 S^T f.
+/// Contacts are found anew at each x_i, where the bodies are by then. The step is done when what is left of the
+/// equation at x' is below `tolerance` of the forces on the nodes. A displacement that does not lower
+///   |x' - x - h v|_M^2 / (2 h^2) + E(x') + |x' - x|_D^2 / (2 h) - f . x'
+/// is halved. Where the iterations do not do, the velocities are scaled so that the energy of the nodes is no larger
+/// than before plus the work of contacts; this is counted as damped.
+///
+/// **Factors.** K costs an assembly and A a factorisation. With `reuse` those of an earlier step serve as long as each
+/// iteration leaves less than a third of what the one before left; what is left is judged by the forces as they are,
+/// so that an old factor costs iterations and no accuracy.
+class DeformableStep {
+ public:
+  /// `model`: of the rigid bodies. `soft` and `tool` must outlive it.
+  DeformableStep(const SoftScene& soft, SoftContacts& contacts, const ContactBody& tool, const SystemModel& model,
+                 const DeformableOptions& options, const Vec3& gravity_W);
+
+  /// Sets all nodes to these places (m) at rest.
+  void place(const Eigen::VectorXd& x);
+  /// `before` and `device`: the handle at the start and the end of the step. `rigid`: the contacts of rigid bodies with
+  /// each other. Contact wrench and counts of the result are those of all contacts of the tool.
+  StepResult advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
+                     const ContactPlanes& rigid, double h, BodyStates& bodies);
+
+  [[nodiscard]] const SoftScene& soft() const { return soft_; }
+  [[nodiscard]] const SystemModel& model() const { return rigid_step_.model(); }
+  [[nodiscard]] const Eigen::VectorXd& x() const { return x_; }  ///< m, of all nodes
+  [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }  ///< m/s, of the unknowns
+  [[nodiscard]] const PatchChoice& patch() const { return patch_; }
+  [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
+  /// J, of all nodes: kinetic, elastic, and of weight.
+  [[nodiscard]] double energy() const;
+
+  /// What the last factor was made of, for who condenses it: A = mass M + stiffness K for each body.
+  struct Factored {
+    const SparseFactor& factor;
+    const Eigen::SparseMatrix<double>& K;
+    double h;  ///< s, that was solved for; 0: nothing has been factored
+  };
+  [[nodiscard]] Factored factored() const { return {*factor_, K_, factored_h_}; }
+  [[nodiscard]] double mass_share(int body, double h) const;
+  [[nodiscard]] double stiffness_share(int body, double h) const;
+  /// N, of elasticity and weight on the unknowns at x, as the last step left them.
+  [[nodiscard]] const Eigen::VectorXd& inner_force() const { return force_; }
+
+ private:
+  void factor(double h, ElasticModel::Tangent tangent);
+  void residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left);
+  [[nodiscard]] double scale(double h) const;
+  [[nodiscard]] double merit(const Eigen::VectorXd& x, double h) const;
+  void find_contacts(const Eigen::VectorXd& x, const BodyStates& bodies);
+  StepResult solve_contacts(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
+                            const ContactPlanes& rigid, double h, double solved, BodyStates& bodies);
+  void add(const Eigen::VectorXd& by_unknown, double share, Eigen::VectorXd& x) const;
+  void by_unknown(const Eigen::VectorXd& x, Eigen::VectorXd& values) const;
+  void limit_energy(double before, double work);
+
+  const SoftScene& soft_;
+  SoftContacts& contacts_;
+  DeformableOptions options_;
+  RigidStep rigid_step_;
+  PatchChoice patch_;
+  std::unique_ptr<SparseFactor> factor_;
+  Eigen::VectorXd weight_;  // N
+  Eigen::VectorXd x_, v_;
+  DeformableCounts counts_;
+
+  // Of the step that is solved.
+  Eigen::SparseMatrix<double> K_, A_;
+  double factored_h_ = 0;
+  bool analysed_ = false;
+  Eigen::VectorXd x0_, x_i_, x_free_;             // m, of all nodes
+  Eigen::VectorXd force_;                         // N, of elasticity and weight where the residual was last taken
+  Eigen::VectorXd inertia_force_, damper_force_;  // N, likewise
+  Eigen::VectorXd contact_force_;                 // N, of contacts on the unknowns
+  Eigen::VectorXd left_, d_, scratch_, way_;      // by unknown
+  Eigen::MatrixXd patch_inertia_;
+  Eigen::VectorXd patch_velocity_, patch_free_, patch_solved_, patch_force_;
+  std::vector<Vec3> nodes_W_, patch_p_W_, patch_query_;
+  std::vector<SoftContact> found_, touching_;
+  BodyStates query_;
+};
+
+}  // namespace tactor

@@ -1,0 +1,56 @@
+// Which nodes of deforming surfaces a step keeps at hand: those around the tool, and those that other bodies touch.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "nodes/physics/contact/contact_body.hpp"
+#include "nodes/physics/contact/soft_contact.hpp"
+#include "nodes/physics/deformable/soft_scene.hpp"
+
+namespace tactor {
+
+struct PatchChoiceOptions {
+  int nodes = 24;      ///< around the tool, at most LocalPatch::capacity
+  double reach = 0;    ///< m, how far from the tool they may be
+  double horizon = 0;  ///< s, for how long the tool's way counts too
+};
+
+/// The patch of a tool: the free surface nodes nearest to it, where it is and where its velocity takes it within the
+/// horizon. It stays as it is while it has the nearest two thirds of them, because another one costs a new order of
+/// elimination. Before them stand nodes that contacts of other bodies touch.
+class PatchChoice {
+ public:
+  PatchChoice(const SoftScene& soft, const ContactBody& tool, const PatchChoiceOptions& options);
+
+  /// Chooses anew where the one before does not do; true where it changed. `x`: m, of the model's nodes. `contacts`:
+  /// those that are expected, in the model's nodes.
+  bool update(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT, std::span<const SoftContact> contacts);
+
+  /// Nodes of the model, all free: those that only others touch, then those around the tool.
+  [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }
+  /// How many of them are around the tool.
+  [[nodiscard]] std::size_t around_tool() const { return around_tool_; }
+  /// The place of a node of the model among them; -1 where it is not.
+  [[nodiscard]] int place_of(int node) const { return place_[static_cast<std::size_t>(node)]; }
+
+ private:
+  struct Near {
+    double distance;  // m
+    int node;
+    bool operator<(const Near& other) const {
+      return distance != other.distance ? distance < other.distance : node < other.node;
+    }
+  };
+  void look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT);
+  [[nodiscard]] bool serves(std::span<const SoftContact> contacts) const;
+
+  const SoftScene& soft_;
+  const ContactBody& tool_;
+  PatchChoiceOptions options_;
+  std::vector<Near> near_;
+  std::vector<int> nodes_, place_;
+  std::size_t around_tool_ = 0;
+};
+
+}  // namespace tactor

@@ -1,0 +1,74 @@
+#include "nodes/physics/mechanics/local_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tactor {
+
+template <>
+const MessageType& message_type<PatchNode>() {
+  static const MessageType type = Describe<PatchNode>("PatchNode", "W")
+                                      .field("p_W", "m", &PatchNode::p_W)
+                                      .field("v_W", "m/s", &PatchNode::v_W)
+                                      .field("fixed", "1", &PatchNode::fixed)
+                                      .type();
+  return type;
+}
+
+template <>
+const MessageType& message_type<PatchFace>() {
+  static const MessageType type = Describe<PatchFace>("PatchFace")
+                                      .field("node", "1", &PatchFace::node)
+                                      .field("body", "1", &PatchFace::body)
+                                      .field("area", "m^2", &PatchFace::area)
+                                      .type();
+  return type;
+}
+
+template <>
+const MessageType& message_type<PatchMode>() {
+  static const MessageType type = Describe<PatchMode>("PatchMode")
+                                      .field("stiffness", "1/s^2", &PatchMode::stiffness)
+                                      .field("damping", "1/s", &PatchMode::damping)
+                                      .field("force", "kg^0.5 m/s^2", &PatchMode::force)
+                                      .field("z", "kg^0.5 m", &PatchMode::z)
+                                      .field("rate", "kg^0.5 m/s", &PatchMode::rate)
+                                      .type();
+  return type;
+}
+
+template <>
+const MessageType& message_type<LocalPatch>() {
+  static const MessageType type = Describe<LocalPatch>("LocalPatch", "W")
+                                      .field("nodes", &LocalPatch::nodes)
+                                      .field("faces", &LocalPatch::faces)
+                                      .field("modes", &LocalPatch::modes)
+                                      .field("shapes", "kg^-0.5", &LocalPatch::shapes)
+                                      .type();
+  return type;
+}
+
+bool is_usable(const LocalPatch& patch) {
+  const std::size_t n = patch.nodes.size();
+  if (n > LocalPatch::capacity || patch.faces.size() > LocalPatch::most_faces || patch.modes.size() > 3 * n ||
+      patch.shapes.size() != 3 * n * patch.modes.size()) {
+    return false;
+  }
+  const auto known = [n](std::int32_t node) { return node >= 0 && static_cast<std::size_t>(node) < n; };
+  return std::all_of(patch.nodes.begin(), patch.nodes.end(),
+                     [](const PatchNode& node) { return is_finite(node.p_W) && is_finite(node.v_W); }) &&
+         std::all_of(patch.faces.begin(), patch.faces.end(),
+                     [&](const PatchFace& face) {
+                       return std::all_of(face.node.begin(), face.node.end(), known) && face.body >= 0 &&
+                              face.area >= 0 && std::isfinite(face.area);
+                     }) &&
+         std::all_of(patch.modes.begin(), patch.modes.end(),
+                     [](const PatchMode& mode) {
+                       return mode.stiffness >= 0 && mode.damping >= 0 && std::isfinite(mode.stiffness) &&
+                              std::isfinite(mode.damping) && std::isfinite(mode.force) && std::isfinite(mode.z) &&
+                              std::isfinite(mode.rate);
+                     }) &&
+         std::all_of(patch.shapes.begin(), patch.shapes.end(), [](double x) { return std::isfinite(x); });
+}
+
+}  // namespace tactor

@@ -1,0 +1,171 @@
+#include "nodes/physics/mechanics/patch_motion.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+
+#include "nodes/physics/mechanics/eigen.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// What of its velocity a mode keeps over h seconds.
+double kept(const PatchMode& mode, double h) {
+  return 1 / (1 + h * mode.damping + h * h * mode.stiffness);
+}
+
+}  // namespace
+
+PatchMotion::PatchMotion(Integrator integrator)
+    : integrator_(integrator),
+      p_W_(LocalPatch::capacity),
+      face_nodes_(LocalPatch::most_faces),
+      face_bodies_(LocalPatch::most_faces),
+      face_areas_(LocalPatch::most_faces),
+      z_(most),
+      rate_(most),
+      impulse_(most),
+      place_(LocalPatch::capacity, -1),
+      touched_p_W_(LocalPatch::capacity),
+      shapes_(most, most),
+      scaled_(most, most),
+      mobility_(most, most),
+      inertia_(most, most),
+      velocity_(most),
+      free_velocity_(most),
+      velocity_after_(most),
+      force_(most) {
+  touched_.reserve(LocalPatch::capacity);
+}
+
+void PatchMotion::restart(const LocalPatch& patch) {
+  patch_ = patch;
+  nodes_ = patch.nodes.size();
+  for (std::size_t i = 0; i < patch.faces.size(); ++i) {
+    face_nodes_[i] = patch.faces[i].node;
+    face_bodies_[i] = patch.faces[i].body;
+    face_areas_[i] = patch.faces[i].area;
+  }
+  modes_ = static_cast<Eigen::Index>(patch.modes.size());
+  for (std::size_t i = 0; i < patch.modes.size(); ++i) {
+    z_[static_cast<Eigen::Index>(i)] = patch.modes[i].z;
+    rate_[static_cast<Eigen::Index>(i)] = patch.modes[i].rate;
+  }
+  place_nodes();
+}
+
+SoftFaces PatchMotion::faces() const {
+  const std::size_t count = patch_.faces.size();
+  return {std::span(face_nodes_).first(count), std::span(face_bodies_).first(count),
+          std::span(face_areas_).first(count)};
+}
+
+void PatchMotion::place_nodes() {
+  const auto dofs = static_cast<Eigen::Index>(3 * nodes_);
+  const Eigen::Map<const Eigen::MatrixXd> shapes(patch_.shapes.data(), dofs, modes_);
+  // A scratch of the right size.
+  force_.head(dofs).noalias() = shapes * z_.head(modes_);
+  for (std::size_t i = 0; i < nodes_; ++i) {
+    p_W_[i] = patch_.nodes[i].p_W + plain(force_.segment<3>(static_cast<Eigen::Index>(3 * i)));
+  }
+}
+
+/// The rate of a mode after h seconds without contacts, not yet times `kept`.
+double PatchMotion::free_rate(std::size_t i, double h) const {
+  const PatchMode& mode = patch_.modes[i];
+  const auto m = static_cast<Eigen::Index>(i);
+  return rate_[m] + h * (mode.force - mode.stiffness * z_[m]);
+}
+
+SoftPatch PatchMotion::begin(double h, std::span<SoftContact> contacts, std::span<const Pose> X_WB) {
+  touched_.clear();
+  for (SoftContact& contact : contacts) {
+    for (std::int32_t& node : contact.node) {
+      if (patch_.nodes[static_cast<std::size_t>(node)].fixed != 0) {
+        node = -1;
+        continue;
+      }
+      std::int32_t& place = place_[static_cast<std::size_t>(node)];
+      if (place < 0) {
+        place = static_cast<std::int32_t>(touched_.size());
+        touched_.push_back(node);
+      }
+      node = place;
+    }
+  }
+  for (const std::int32_t node : touched_) place_[static_cast<std::size_t>(node)] = -1;
+
+  const auto dofs = static_cast<Eigen::Index>(3 * nodes_);
+  const auto touched = static_cast<Eigen::Index>(3 * touched_.size());
+  const Eigen::Map<const Eigen::MatrixXd> all(patch_.shapes.data(), dofs, modes_);
+  auto shapes = shapes_.topLeftCorner(touched, modes_);
+  for (std::size_t i = 0; i < touched_.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(3 * i), from = static_cast<Eigen::Index>(3 * touched_[i]);
+    shapes.middleRows<3>(row) = all.middleRows<3>(from);
+    touched_p_W_[i] = p_W_[static_cast<std::size_t>(touched_[i])];
+  }
+  auto scaled = scaled_.topLeftCorner(touched, modes_);
+  auto free_rates = impulse_.head(modes_);
+  const double solved = solved_time(h);
+  for (std::size_t i = 0; i < patch_.modes.size(); ++i) {
+    const auto m = static_cast<Eigen::Index>(i);
+    const double D = kept(patch_.modes[i], solved);
+    scaled.col(m) = D * shapes.col(m);
+    free_rates[m] = D * free_rate(i, solved);
+  }
+  velocity_.head(touched).noalias() = shapes * rate_.head(modes_);
+  free_velocity_.head(touched).noalias() = shapes * free_rates;
+  // The inverse of what an impulse does.
+  auto inertia = inertia_.topLeftCorner(touched, touched);
+  auto mobility = mobility_.topLeftCorner(touched, touched);
+  mobility.noalias() = scaled * shapes.transpose();
+  inertia.setIdentity();
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(mobility);
+  factors.solveInPlace(inertia);
+  return {.p_W = std::span(touched_p_W_).first(touched_.size()),
+          .inertia = inertia,
+          .velocity = velocity_.head(touched),
+          .free_velocity = free_velocity_.head(touched),
+          .contacts = contacts,
+          .query_p_W = std::span(touched_p_W_).first(touched_.size()),
+          .query_X_WB = X_WB};
+}
+
+SoftPatchMotion PatchMotion::motion() {
+  const auto touched = static_cast<Eigen::Index>(3 * touched_.size());
+  return {velocity_after_.head(touched), force_.head(touched)};
+}
+
+void PatchMotion::end(double h) {
+  const auto touched = static_cast<Eigen::Index>(3 * touched_.size());
+  impulse_.head(modes_).noalias() =
+      solved_time(h) * (shapes_.topLeftCorner(touched, modes_).transpose() * force_.head(touched));
+  move_modes(h);
+}
+
+void PatchMotion::coast(double h) {
+  impulse_.setZero();
+  move_modes(h);
+}
+
+void PatchMotion::move_modes(double h) {
+  for (std::size_t i = 0; i < patch_.modes.size(); ++i) {
+    const auto m = static_cast<Eigen::Index>(i);
+    const double solved = solved_time(h);
+    const double rate = kept(patch_.modes[i], solved) * (free_rate(i, solved) + impulse_[m]);
+    z_[m] += h * rate;
+    rate_[m] = integrator_ == Integrator::midpoint ? 2 * rate - rate_[m] : rate;
+  }
+  place_nodes();
+}
+
+void PatchMotion::write(std::span<PatchMode> modes) const {
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    modes[i] = patch_.modes[i];
+    modes[i].z = z_[static_cast<Eigen::Index>(i)];
+    modes[i].rate = rate_[static_cast<Eigen::Index>(i)];
+  }
+}
+
+}  // namespace tactor
