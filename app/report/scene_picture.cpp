@@ -13,7 +13,7 @@
 #include "app/base64.hpp"
 #include "app/report/html_page.hpp"
 #include "framework/core/check.hpp"
-#include "nodes/physics/mesh/body_mesh.hpp"
+#include "nodes/physics/mesh/body_volume.hpp"
 #include "nodes/physics/mesh/box_mesh.hpp"
 
 namespace tactor {
@@ -79,7 +79,7 @@ TriangleMesh square_mesh(double side) {
 }
 
 TriangleMesh mesh_of(const Body& body) {
-  if (body.mesh() != nullptr) return load_body_mesh(body);
+  if (body.mesh() != nullptr || body.motion == Motion::deformable) return load_body_surface(body);
   if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) return capsule_mesh(sphere->radius, 0);
   if (const auto* capsule = std::get_if<CapsuleShape>(&body.shape))
     return capsule_mesh(capsule->radius, capsule->length);

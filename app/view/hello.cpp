@@ -10,7 +10,7 @@
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/realtime/safety_gate.hpp"
-#include "nodes/physics/mesh/body_mesh.hpp"
+#include "nodes/physics/mesh/body_volume.hpp"
 
 namespace tactor {
 
@@ -27,16 +27,21 @@ json array_of(const Pose& X) {
 }
 
 /// Two bodies show one mesh where file, scale and frame are the same: that of a moving body lies at its centre of mass.
+/// A deformable body has a mesh of its own, the boundary of its tetrahedra.
 bool same_mesh(const Body& a, const Body& b) {
-  return a.mesh() != nullptr && b.mesh() != nullptr && *a.mesh() == *b.mesh() &&
-         (a.motion == Motion::fixed) == (b.motion == Motion::fixed);
+  if (a.motion == Motion::deformable || b.motion == Motion::deformable) return &a == &b;
+  return a.mesh() != nullptr && b.mesh() != nullptr && *a.mesh() == *b.mesh() && a.moves() == b.moves();
+}
+
+bool is_shown_as_mesh(const Body& body) {
+  return body.mesh() != nullptr || body.motion == Motion::deformable;
 }
 
 /// The bodies whose meshes are sent, in this order.
 std::vector<std::size_t> mesh_bodies(const Scene& scene) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    if (scene.bodies[i].mesh() == nullptr) continue;
+    if (!is_shown_as_mesh(scene.bodies[i])) continue;
     const bool known = std::any_of(found.begin(), found.end(),
                                    [&](std::size_t j) { return same_mesh(scene.bodies[i], scene.bodies[j]); });
     if (!known) found.push_back(i);
@@ -45,7 +50,7 @@ std::vector<std::size_t> mesh_bodies(const Scene& scene) {
 }
 
 void add_shape(json& object, const Scene& scene, const Body& body) {
-  if (body.mesh() != nullptr) {
+  if (is_shown_as_mesh(body)) {
     const std::vector<std::size_t> meshes = mesh_bodies(scene);
     const auto at =
         std::find_if(meshes.begin(), meshes.end(), [&](std::size_t i) { return same_mesh(scene.bodies[i], body); });
@@ -66,9 +71,10 @@ json scene_object(const Scene& scene, const Pose& start) {
   json bodies = json::array();
   for (const Body& body : scene.bodies) {
     json object = {{"name", body.name},
-                   {"moves", body.motion != Motion::fixed},
+                   {"moves", body.moves()},
                    {"tool", &body == scene.tool()},
                    {"pose", array_of(&body == scene.tool() ? start : body.X_WB)}};
+    if (body.motion == Motion::deformable) object["deforms"] = true;
     add_shape(object, scene, body);
     bodies.push_back(std::move(object));
   }
@@ -230,7 +236,7 @@ std::vector<std::string> mesh_messages(const Scene& scene, const std::function<v
   std::vector<std::string> messages;
   for (const std::size_t body : mesh_bodies(scene)) {
     Notes notes;
-    const TriangleMesh mesh = load_body_mesh(scene.bodies[body], &notes);
+    const TriangleMesh mesh = load_body_surface(scene.bodies[body], &notes);
     for (const std::string& text : notes) note(text);
     std::vector<float> positions;
     positions.reserve(3 * mesh.vertices.size());

@@ -1,11 +1,15 @@
 #include "app/view/shown_streams.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstring>
+#include <new>
 #include <set>
 
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
+#include "nodes/physics/mesh/deformed_surfaces.hpp"
 
 namespace tactor {
 
@@ -13,6 +17,8 @@ namespace {
 
 /// Poses are drawn, not plotted.
 constexpr Duration pose_gap{8'000'000};
+/// Surfaces have a thousand times as many numbers.
+constexpr Duration surface_gap{33'000'000};
 
 template <class T>
 T as(const void* value) {
@@ -181,6 +187,25 @@ ShownStream patch_stream(std::string output) {
           }};
 }
 
+/// The surfaces of the deformable bodies, whose array stays with the message.
+ShownStream surface_stream(std::string output) {
+  return {.role = "surface",
+          .output = std::move(output),
+          .columns = {{"p.x", "m"}, {"p.y", "m"}, {"p.z", "m"}},
+          .is_set = true,
+          .least_gap = surface_gap,
+          .add = [](const Stamp& stamp, const void* value, ShownRows& rows) {
+            // The bytes of the message, which is not ours to copy or to end.
+            alignas(DeformedSurfaces) std::array<std::byte, sizeof(DeformedSurfaces)> bytes{};
+            std::memcpy(bytes.data(), value, sizeof bytes);
+            const auto& surfaces = *std::launder(reinterpret_cast<const DeformedSurfaces*>(bytes.data()));
+            begin_set(rows, stamp.produced);
+            for (const ShownPoint& point : surfaces.nodes) {
+              rows.values.insert(rows.values.end(), point.p_W.begin(), point.p_W.end());
+            }
+          }};
+}
+
 /// What an experiment shows a participant, by the description of its message.
 std::optional<ShownStream> experiment_stream(const std::string& name, const MessageType& type) {
   if (type.name != "experiment.Screen") return std::nullopt;
@@ -264,6 +289,8 @@ void add_streams_of(const Plan& plan, std::size_t n, bool has_bodies, std::vecto
       if (!has_bodies && !moving.empty()) streams.push_back(tool_stream(name, moving.front()));
     } else if (is(output, message_type<ContactSet>())) {
       streams.push_back(contacts_stream(name));
+    } else if (is(output, message_type<DeformedSurfaces>())) {
+      streams.push_back(surface_stream(name));
     } else if (is(output, message_type<LocalContacts>())) {
       streams.push_back(patch_stream(name));
     }
@@ -299,7 +326,7 @@ std::vector<ShownStream> blind_streams(const Plan& plan) {
   std::vector<ShownStream> streams = shown_streams(plan);
   std::erase_if(streams, [mouse](const ShownStream& stream) {
     const std::string& role = stream.role;
-    return role != "body" && role != "handle" && role != "safety" && role != "experiment" &&
+    return role != "body" && role != "surface" && role != "handle" && role != "safety" && role != "experiment" &&
            !(mouse && role == "commanded");
   });
   for (ShownStream& stream : streams) stream.method.clear();

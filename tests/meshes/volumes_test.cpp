@@ -30,7 +30,7 @@ void check_filled(const std::string& name, int wanted, double volume_error) {
   const TetQuality quality = quality_of(filled.mesh);
   BOOST_TEST_CONTEXT(notes.front()) {
     BOOST_TEST(std::abs(static_cast<double>(filled.mesh.tets.size()) / wanted - 1) < 0.1);
-    BOOST_TEST(quality.smallest_angle > 14 * degree);
+    BOOST_TEST(quality.smallest_angle > 11 * degree);
     BOOST_TEST(std::abs(quality.volume / surface_volume - 1) < volume_error);
     BOOST_TEST(pieces_of(filled.mesh) == 1U);
     // Nothing but its numbers is to be told.

@@ -136,7 +136,10 @@ FoxgloveMessages::FoxgloveMessages(const std::string& hello_text, std::span<cons
     columns_.push_back(names.size());
     stream.is_handle = role == "handle";
     stream.is_commanded = role == "commanded";
-    if (role == "contacts" || role == "patch") {
+    if (role == "surface") {
+      // Deformable bodies are shown at rest: as text, their surfaces would be megabytes a second.
+      stream.kind = Kind::left_out;
+    } else if (role == "contacts" || role == "patch") {
       stream.kind = role == "patch" ? Kind::patch : Kind::contacts;
       stream.channel = channel(topic_of(output), scene_update, scene_update_schema());
     } else if (role == "handle" || role == "body") {
@@ -196,6 +199,7 @@ void FoxgloveMessages::add(std::string_view chunk, const std::vector<bool>& want
                            std::vector<FoxgloveMessage>& messages) {
   for_each_section(chunk, columns_, [&](const ChunkSection& section) {
     const Stream& stream = streams_[section.stream];
+    if (stream.kind == Kind::left_out) return;
     if (stream.kind == Kind::rows) return add_rows(stream, section, wanted, messages);
     if (!wanted[stream.channel]) return;
     const bool is_patch = stream.kind == Kind::patch;

@@ -44,7 +44,7 @@ class FoxgloveMessages {
   [[nodiscard]] const std::map<std::string, std::string>& parameters() const { return parameters_; }
 
  private:
-  enum class Kind : std::uint8_t { rows, contacts, patch };
+  enum class Kind : std::uint8_t { rows, contacts, patch, left_out };
   struct Stream {
     Kind kind = Kind::rows;
     std::size_t channel = 0;

@@ -79,7 +79,7 @@ class Filler {
   /// angle (in degrees) keeps the time short.
   void improve(Complex& complex) {
     namespace parameters = CGAL::parameters;
-    constexpr double enough = 15;
+    constexpr double enough = 12;
     CGAL::get_default_random() = CGAL::Random(1);
     CGAL::perturb_mesh_3(complex, domain_, parameters::sliver_bound = enough);
     CGAL::exude_mesh_3(complex, parameters::sliver_bound = enough);

@@ -1,43 +1,94 @@
 // Shapes that are drawn of a mesh: its surface, and a wire model of it.
-import { Box3, BufferAttribute, BufferGeometry, Vector3 } from 'three';
+import { Box3, BufferAttribute, BufferGeometry, DynamicDrawUsage, Vector3 } from 'three';
 
 /** Faces of more than this many are small enough to be drawn round all over. */
 const MOST_CREASED = 4000;
 /** Faces that meet at more than this, in rad, meet in an edge that is drawn sharp. */
 const CREASE = 0.6;
 
+/** The normals of all faces, of the length of twice their areas, three numbers a face. */
+function face_normals(positions, indices, into) {
+  for (let i = 0; i < indices.length; i += 3) {
+    const [a, b, c] = [3 * indices[i], 3 * indices[i + 1], 3 * indices[i + 2]];
+    const ux = positions[b] - positions[a], uy = positions[b + 1] - positions[a + 1], uz = positions[b + 2] - positions[a + 2];
+    const vx = positions[c] - positions[a], vy = positions[c + 1] - positions[a + 1], vz = positions[c + 2] - positions[a + 2];
+    into[i] = uy * vz - uz * vy;
+    into[i + 1] = uz * vx - ux * vz;
+    into[i + 2] = ux * vy - uy * vx;
+  }
+  return into;
+}
+
+/**
+ * For the corners of all faces: the faces there that are within CREASE of their own. Of corner i those of `faces` from `starts[i]` to
+ * `starts[i + 1]`.
+ */
+function round_together(indices, normals) {
+  const around = new Map();
+  indices.forEach((v, i) => {
+    if (!around.has(v)) around.set(v, []);
+    around.get(v).push(Math.floor(i / 3));
+  });
+  const limit = Math.cos(CREASE);
+  const own = new Vector3(), other = new Vector3();
+  const starts = new Uint32Array(indices.length + 1), faces = [];
+  indices.forEach((v, i) => {
+    own.fromArray(normals, 3 * Math.floor(i / 3)).normalize();
+    for (const face of around.get(v)) if (other.fromArray(normals, 3 * face).normalize().dot(own) >= limit) faces.push(face);
+    starts[i + 1] = faces.length;
+  });
+  return { starts, faces: new Uint32Array(faces) };
+}
+
+/** The normal of each corner: the mean over the faces that are round together there. */
+function corner_normals({ starts, faces }, normals, into) {
+  for (let i = 0; i + 1 < starts.length; ++i) {
+    let x = 0, y = 0, z = 0;
+    for (let k = starts[i]; k < starts[i + 1]; ++k) {
+      x += normals[3 * faces[k]];
+      y += normals[3 * faces[k] + 1];
+      z += normals[3 * faces[k] + 2];
+    }
+    const length = Math.hypot(x, y, z) || 1;
+    into[3 * i] = x / length;
+    into[3 * i + 1] = y / length;
+    into[3 * i + 2] = z / length;
+  }
+  return into;
+}
+
 /** The normals of the corners of all faces, three numbers a corner: the mean over the faces there that are within CREASE of their own. */
 export function creased_normals({ positions, indices }) {
-  const normals = new Float32Array(3 * indices.length);
-  const a = new Vector3(), b = new Vector3(), c = new Vector3();
-  const faces = indices.length / 3;
-  const face_normals = new Float32Array(3 * faces); // of the faces' areas
-  const around = new Map();
-  for (let f = 0; f < faces; ++f) {
-    a.fromArray(positions, 3 * indices[3 * f]);
-    b.fromArray(positions, 3 * indices[3 * f + 1]).sub(a);
-    c.fromArray(positions, 3 * indices[3 * f + 2]).sub(a);
-    b.cross(c).toArray(face_normals, 3 * f);
-    for (let k = 0; k < 3; ++k) {
-      const v = indices[3 * f + k];
-      if (!around.has(v)) around.set(v, []);
-      around.get(v).push(f);
+  const normals = face_normals(positions, indices, new Float32Array(indices.length));
+  return corner_normals(round_together(indices, normals), normals, new Float32Array(3 * indices.length));
+}
+
+/** The surface of a body that deforms. Which faces are round together is told by its shape at rest. */
+export class DeformingSurface {
+  /** @param {{positions: Float32Array, indices: Uint32Array}} mesh at rest */
+  constructor(mesh) {
+    this.mesh = mesh;
+    this.vertices = mesh.positions.length / 3;
+    this.normals = new Float32Array(mesh.indices.length);
+    this.round = round_together(mesh.indices, face_normals(mesh.positions, mesh.indices, this.normals));
+    this.geometry = new BufferGeometry();
+    for (const name of ['position', 'normal']) {
+      this.geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * mesh.indices.length), 3).setUsage(DynamicDrawUsage));
     }
+    this.show(mesh.positions);
   }
-  const limit = Math.cos(CREASE);
-  const own = new Vector3(), other = new Vector3(), unit = new Vector3();
-  for (let f = 0; f < faces; ++f) {
-    own.fromArray(face_normals, 3 * f).normalize();
-    for (let k = 0; k < 3; ++k) {
-      const sum = a.set(0, 0, 0);
-      for (const g of around.get(indices[3 * f + k])) {
-        other.fromArray(face_normals, 3 * g);
-        if (unit.copy(other).normalize().dot(own) >= limit) sum.add(other);
-      }
-      sum.normalize().toArray(normals, 9 * f + 3 * k);
-    }
+
+  /** @param {Float32Array} positions of the vertices, three numbers each */
+  show(positions) {
+    const { position, normal } = this.geometry.attributes;
+    this.mesh.indices.forEach((v, i) => {
+      for (let k = 0; k < 3; ++k) position.array[3 * i + k] = positions[3 * v + k];
+    });
+    corner_normals(this.round, face_normals(positions, this.mesh.indices, this.normals), normal.array);
+    position.needsUpdate = normal.needsUpdate = true;
+    this.geometry.computeBoundingBox();
+    this.geometry.computeBoundingSphere();
   }
-  return normals;
 }
 
 /** @param {{positions: Float32Array, indices: Uint32Array}} mesh */

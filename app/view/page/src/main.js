@@ -356,6 +356,7 @@ function draw_scene(time) {
       if (app.shown_sets.get(stream) === row) continue;
       app.shown_sets.set(stream, row);
       if (role === 'contacts') scene?.set_contacts(row, stream.width);
+      else if (role === 'surface') scene?.set_surfaces(row);
       else scene?.set_patch(row, stream.width);
       continue;
     }

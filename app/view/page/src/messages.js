@@ -6,7 +6,7 @@ export class ProtocolError extends Error {}
 const SAMPLES = 1;
 const MESH = 2;
 /** The roles whose streams are sets: each replaces the one before. */
-export const SET_ROLES = new Set(['contacts', 'patch']);
+export const SET_ROLES = new Set(['contacts', 'patch', 'surface']);
 
 const padded = (bytes) => (bytes + 7) & ~7;
 

@@ -5,12 +5,12 @@ import {
   MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer, WireframeGeometry,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import { mesh_geometry, wires_of } from './geometry.js';
+import { DeformingSurface, mesh_geometry, wires_of } from './geometry.js';
 
 /** Colours of the scene, light and dark. */
 const THEMES = {
-  light: { background: 0xf3f5f7, still: 0xa9b6c4, tool: 0xe0a030, moving: 0x86a8c8, plane: 0xdfe4e8, grid: 0xc3cad1, handle: 0x30363d, spring: 0x30363d },
-  dark: { background: 0x14181c, still: 0x7e8b99, tool: 0xd9962a, moving: 0x5d84a8, plane: 0x22282e, grid: 0x343c44, handle: 0xc9d1d9, spring: 0xe6edf3 },
+  light: { background: 0xf3f5f7, still: 0xa9b6c4, tool: 0xe0a030, moving: 0x86a8c8, soft: 0xc98a80, plane: 0xdfe4e8, grid: 0xc3cad1, handle: 0x30363d, spring: 0x30363d },
+  dark: { background: 0x14181c, still: 0x7e8b99, tool: 0xd9962a, moving: 0x5d84a8, soft: 0xa8665c, plane: 0x22282e, grid: 0x343c44, handle: 0xc9d1d9, spring: 0xe6edf3 },
 };
 const CONTACT = 0xd55e00;
 const PATCH = 0xcc79a7;
@@ -101,9 +101,10 @@ export class SceneView {
     this.pixel_ratio = Math.min(window.devicePixelRatio || 1, 2);
     this.changed = true;
 
-    this.materials = { still: new MeshLambertMaterial(), tool: new MeshLambertMaterial(), moving: new MeshLambertMaterial(),
+    this.materials = { still: new MeshLambertMaterial(), tool: new MeshLambertMaterial(), moving: new MeshLambertMaterial(), soft: new MeshLambertMaterial(),
       plane: new MeshBasicMaterial({ side: DoubleSide }) };
-    const geometries = meshes.map(mesh_geometry);
+    const soft = new Set(hello.scene.bodies.filter((told) => told.deforms).map((told) => told.mesh));
+    const geometries = meshes.map((mesh, i) => (soft.has(i) ? null : mesh_geometry(mesh)));
     this.bodies = hello.scene.bodies.map((told) => this.make_body(told, geometries, meshes));
     this.tool = this.bodies.findIndex((body) => body.told.tool);
     this.body_group = new Group();
@@ -154,7 +155,12 @@ export class SceneView {
   make_body(told, geometries, meshes) {
     const material = told.tool ? this.materials.tool : told.moves ? this.materials.moving : this.materials.still;
     let object;
-    if (told.mesh !== undefined) {
+    let surface;
+    if (told.deforms) {
+      if (!meshes[told.mesh]) throw new Error(`body ${told.name} names mesh ${told.mesh}, which did not come`);
+      surface = new DeformingSurface(meshes[told.mesh]);
+      object = new Mesh(surface.geometry, this.materials.soft);
+    } else if (told.mesh !== undefined) {
       if (!geometries[told.mesh]) throw new Error(`body ${told.name} names mesh ${told.mesh}, which did not come`);
       object = new Mesh(geometries[told.mesh], material);
     } else if (told.sphere) {
@@ -176,7 +182,7 @@ export class SceneView {
       return new WireframeGeometry(new SphereGeometry(0.005, 10, 6));
     };
     set_pose(object, told.pose ?? [0, 0, 0, 1, 0, 0, 0]);
-    return { told, object, wires };
+    return { told, object, wires, surface };
   }
 
   make_handle() {
@@ -304,7 +310,7 @@ export class SceneView {
   set_dark(dark) {
     const theme = THEMES[dark ? 'dark' : 'light'];
     this.three.background = new Color(theme.background);
-    for (const name of ['still', 'tool', 'moving', 'plane']) this.materials[name].color.set(theme[name]);
+    for (const name of ['still', 'tool', 'moving', 'soft', 'plane']) this.materials[name].color.set(theme[name]);
     this.ground.material.color.set(theme.grid);
     this.handle.material.color.set(theme.handle);
     this.spring.material.color.set(theme.spring);
@@ -405,6 +411,20 @@ export class SceneView {
       this.patch_discs.mesh.setMatrixAt(i, matrix.compose(p, turn.setFromUnitVectors(Z, normal), one));
     }
     if (n) this.patch_discs.mesh.instanceMatrix.needsUpdate = true;
+    this.changed = true;
+  }
+
+  /** @param {Float32Array | null} rows p in W of the vertices of all bodies that deform, one body after the other; null: at rest */
+  set_surfaces(rows) {
+    let at = 0;
+    for (const { told, object, surface } of this.bodies) {
+      if (!surface) continue;
+      const end = at + 3 * surface.vertices;
+      const known = rows !== null && end <= rows.length;
+      set_pose(object, known ? [0, 0, 0, 1, 0, 0, 0] : told.pose);
+      surface.show(known ? rows.subarray(at, end) : surface.mesh.positions);
+      at = end;
+    }
     this.changed = true;
   }
 

@@ -1,7 +1,7 @@
 // The shapes of meshes.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { creased_normals, mesh_geometry, wires_of } from '../src/geometry.js';
+import { DeformingSurface, creased_normals, mesh_geometry, wires_of } from '../src/geometry.js';
 
 /** A cube of 2 m round the origin, its vertices shared by its faces. */
 function cube() {
@@ -66,4 +66,36 @@ test('the wire model has no more edges than are seen, inside the bounds of the m
   const wires = wires_of(ball(64)).attributes.position;
   assert.ok(wires.count > 100 && wires.count < 6000);
   for (const x of wires.array) assert.ok(Math.abs(x) <= 1.0001);
+});
+
+test('a surface that is turned as a whole has the normals of the body, turned', () => {
+  for (const mesh of [cube(), ball(16)]) {
+    const surface = new DeformingSurface(mesh);
+    assert.equal(surface.vertices, mesh.positions.length / 3);
+    assert.deepEqual(surface.geometry.attributes.normal.array, creased_normals(mesh));
+    // By a right angle about z, and one metre along x.
+    const turned = Float32Array.from(mesh.positions, (_, i) => {
+      const v = i - (i % 3);
+      return [1 - mesh.positions[v + 1], mesh.positions[v], mesh.positions[v + 2]][i % 3];
+    });
+    const rest = surface.geometry.attributes.normal.array.slice();
+    surface.show(turned);
+    const { position, normal } = surface.geometry.attributes;
+    for (let corner = 0; corner < mesh.indices.length; ++corner) {
+      assert.equal(position.getX(corner), turned[3 * mesh.indices[corner]]);
+      const expected = [-rest[3 * corner + 1], rest[3 * corner], rest[3 * corner + 2]];
+      for (let k = 0; k < 3; ++k) assert.ok(Math.abs(normal.array[3 * corner + k] - expected[k]) < 1e-5);
+    }
+    assert.ok(Math.abs(surface.geometry.boundingSphere.center.x - 1) < 1e-5);
+  }
+});
+
+test('an edge of the shape at rest stays an edge when the body is stretched', () => {
+  const mesh = cube(), surface = new DeformingSurface(mesh);
+  surface.show(Float32Array.from(mesh.positions, (x, i) => (i % 3 === 2 ? 3 * x : x)));
+  const normal = surface.geometry.attributes.normal;
+  for (let corner = 0; corner < normal.count; ++corner) {
+    const parts = [normal.getX(corner), normal.getY(corner), normal.getZ(corner)].map(Math.abs);
+    assert.ok(Math.abs(Math.max(...parts) - 1) < 1e-6);
+  }
 });

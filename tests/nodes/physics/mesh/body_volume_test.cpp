@@ -196,7 +196,7 @@ BOOST_AUTO_TEST_CASE(counts_and_edges_are_near_what_is_asked_for_and_the_volume_
       BOOST_TEST(std::abs(static_cast<double>(volume.mesh.tets.size()) / wanted - 1) < 0.1);
       BOOST_TEST(quality.volume < ball_volume);
       BOOST_TEST(quality.volume > (1 - 0.11 * std::pow(wanted / 300.0, -2.0 / 3)) * ball_volume);
-      BOOST_TEST(quality.smallest_angle > 14 * std::numbers::pi / 180);
+      BOOST_TEST(quality.smallest_angle > 11 * std::numbers::pi / 180);
     }
     // Nodes of the boundary lie on the surface.
     double off = 0;
