@@ -81,6 +81,17 @@ Bounds box_at(const Pose& X, const Bounds& box) {
   return all;
 }
 
+void place(Points8& points, std::size_t k, const Vec3& p) {
+  points.x[k] = static_cast<float>(p.x);
+  points.y[k] = static_cast<float>(p.y);
+  points.z[k] = static_cast<float>(p.z);
+}
+/// m, how far from a point in floats something may be that is within the root of `squared` from `middle`.
+float reach_about(const Vec3& middle, double squared) {
+  constexpr double rounding = 1e-6;  // of lengths
+  return static_cast<float>((std::sqrt(squared) + norm(middle) * rounding) * (1 + rounding));
+}
+
 /// Where p + u e is in the box: the least and the greatest u, which are the wrong way round where it is nowhere.
 std::pair<double, double> inside(const Bounds& box, const Vec3& p, const Vec3& e) {
   double low = 0, high = 1;
@@ -199,7 +210,20 @@ void SoftContacts::look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side
   if (!is_finite(X_WT.p) || !std::isfinite(turn)) return;
   const std::size_t first = side.contacts.contact.size();
   std::fill(side.extents.begin(), side.extents.end(), std::array<double, 2>{});
-  side.surface.faces_in(larger(box_at(X_WT, rigid.body.box), margin_), side.near);
+  const Pose X_TW = inverse(X_WT);
+  const SignedDistance& distance = *rigid.body.distance;
+  // Whether all of a box is too far from the rigid body.
+  const auto is_far = [&](const Bounds& box) {
+    side.work();
+    const Vec3 middle = transform(X_TW, box.middle());
+    const float reach = reach_about(middle, 0.25 * dot(box.size(), box.size()));
+    Points8 points{};
+    place(points, 0, middle);
+    std::array<float, 8> bound;
+    distance.lower_bounds(points, 1, bound);
+    return bound[0] - reach >= margin_;
+  };
+  side.surface.faces_in(larger(box_at(X_WT, rigid.body.box), margin_), is_far, side.near);
   look_at_faces(rigid, number, X_WT, side);
   if (side.over()) return;
   if (has_balls(rigid.body)) return look_at_balls(rigid, number, X_WT, side);
@@ -210,7 +234,6 @@ void SoftContacts::look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side
 
 /// The samples of the faces that are near, eight faces at a time: where the middle of a face is too far, it has none.
 void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side) {
-  constexpr float rounding = 1e-6F;  // of lengths
   const SignedDistance& distance = *rigid.body.distance;
   const Pose X_TW = inverse(X_WT);
   const Bounds box = larger(rigid.body.box, margin_);
@@ -242,12 +265,10 @@ void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const P
     if (!(doubled > 0) || !std::isfinite(doubled)) continue;
     eight[count] = {face, a, ab, ac, across / doubled};
     const Vec3 middle = third * (a + b + c);
-    middles.x[count] = static_cast<float>(middle.x);
-    middles.y[count] = static_cast<float>(middle.y);
-    middles.z[count] = static_cast<float>(middle.z);
+    place(middles, count, middle);
     const double squared =
         std::max({dot(a - middle, a - middle), dot(b - middle, b - middle), dot(c - middle, c - middle)});
-    reach[count] = static_cast<float>(std::sqrt(squared) + norm(middle) * rounding) * (1 + rounding);
+    reach[count] = reach_about(middle, squared);
     if (++count == 8) look_at_eight();
   }
   if (count > 0) look_at_eight();

@@ -38,15 +38,15 @@ BOOST_AUTO_TEST_CASE(the_materials_of_both_bodies_make_the_contact) {
 }
 
 BOOST_AUTO_TEST_CASE(a_flat_tool_pressed_evenly_weighs_as_many_patches_as_it_covers) {
-  // The surface of 40 mm lies below the tool of 60 mm, whose own samples beyond it count for nothing.
+  // The surface of 40 mm lies below the tool of 60 mm, whose own samples, 7.5 mm apart, count for nothing beyond it.
   for (const int count : {1, 7, 20}) {
     for (const double depth : {0.0002, 0.001}) {
       Press press(BoxShape{{0.06, 0.06, 0.02}}, soft_mesh(flat_grid(0.04, count)));
       press.at({{0.002, -0.003, 0.01 - depth}, {}});
       check_soft(press.found, press.rest.nodes, {{0.002, -0.003, 0.01 - depth}, {}});
       const Wrench wrench = spring_wrench(press.found);
-      BOOST_TEST(weight_in_touch(press.found) == 0.04 * 0.04 / patch_area, boost::test_tools::tolerance(0.02));
-      BOOST_TEST(wrench.force.z == both_stiffness() * 16 * depth, boost::test_tools::tolerance(0.02));
+      BOOST_TEST(weight_in_touch(press.found) == 0.04 * 0.04 / patch_area, boost::test_tools::tolerance(0.05));
+      BOOST_TEST(wrench.force.z == both_stiffness() * 16 * depth, boost::test_tools::tolerance(0.05));
       BOOST_TEST(std::abs(wrench.force.x) + std::abs(wrench.force.y) < 1e-9);
     }
   }
