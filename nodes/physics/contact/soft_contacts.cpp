@@ -111,7 +111,7 @@ std::pair<double, double> inside(const Bounds& box, const Vec3& p, const Vec3& e
 
 SoftContacts::Side::Side(const SoftContactOptions& options, std::size_t most) : reduction(options.max_contacts, most) {
   contacts.reserve(most);
-  places.reserve(most);
+  spots.reserve(most);
 }
 
 SoftContacts::SoftContacts(const Scene& scene, const SoftContactOptions& options, const MakeMeshDistance& make_distance,
@@ -144,7 +144,7 @@ SoftContacts::SoftContacts(const Scene& scene, const SoftContactOptions& options
   if (deformable_ > 1) {
     patch_.order.reserve(most);
     patch_.sorted.reserve(most);
-    patch_.sorted_places.reserve(most);
+    patch_.sorted_spots.reserve(most);
   }
 }
 
@@ -162,7 +162,7 @@ void SoftContacts::set_surface(SoftSurface surface, std::span<const Vec3> nodes_
 void SoftContacts::find(std::span<const Vec3> nodes_W, const BodyStates& bodies, std::vector<SoftContact>& found) {
   all_.surface.move(nodes_W);
   all_.contacts.clear();
-  all_.places.clear();
+  all_.spots.clear();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     Rigid& rigid = bodies_[i];
     TACTOR_ASSERT(rigid.index < bodies.count);
@@ -194,7 +194,7 @@ bool SoftContacts::find_on(std::span<const std::array<std::int32_t, 3>> faces, s
   patch_.area = areas;
   patch_.smoothing = smoothing_of(areas);
   patch_.contacts.clear();
-  patch_.places.clear();
+  patch_.spots.clear();
   int left = most_work_;
   patch_.left = &left;
   look(bodies_.front(), 0, X_WT, patch_);
@@ -305,16 +305,16 @@ void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Po
       const double counts = std::clamp(-4 * dot(near.gradient, facing), 0.0, 1.0);
       if (!(counts > 0)) continue;
       Contact contact = of_material(material);
-      const Place place{face, {1 - u - v, u, v}};
+      const Spot spot{face, {1 - u - v, u, v}};
       contact.p_TC = near.p;
       contact.n_W = -rotate(X_WT.R, near.gradient);
-      contact.p_WC = place.share[0] * side.surface.corner(face, 0) + u * side.surface.corner(face, 1) +
+      contact.p_WC = spot.share[0] * side.surface.corner(face, 0) + u * side.surface.corner(face, 1) +
                      v * side.surface.corner(face, 2);
       contact.distance = near.distance;
       contact.weight = counts * weight;
       side.extents[deformable][0] += contact.weight * (margin_ - contact.distance);
       const auto sample = static_cast<std::uint64_t>(row * 64) + static_cast<std::uint64_t>(i);
-      add(contact, rigid, number, false, static_cast<std::uint64_t>(face) << 13U | sample, place, side);
+      add(contact, rigid, number, false, static_cast<std::uint64_t>(face) << 13U | sample, spot, side);
     }
   }
 }
@@ -379,16 +379,16 @@ void SoftContacts::look_at_samples(Rigid& rigid, std::size_t number, const Pose&
 }
 
 void SoftContacts::add(const Contact& contact, const Rigid& rigid, std::size_t number, bool of_rigid,
-                       std::uint64_t sample, const Place& place, Side& side) const {
+                       std::uint64_t sample, const Spot& spot, Side& side) const {
   const bool finite = is_finite(contact.p_TC) && is_finite(contact.p_WC) && is_finite(contact.n_W) &&
                       std::isfinite(contact.distance) && std::isfinite(contact.weight);
   if (!finite || !(contact.weight > 0)) return;
   const auto pair = static_cast<std::uint64_t>(number * deformable_) +
-                    static_cast<std::uint64_t>(side.body[static_cast<std::size_t>(place.face)]);
+                    static_cast<std::uint64_t>(side.body[static_cast<std::size_t>(spot.face)]);
   side.contacts.contact.push_back(contact);
   side.contacts.pair.push_back({rigid.index, ContactPair::fixed});
   side.contacts.key.push_back(contact_key(pair, of_rigid, sample));
-  side.places.push_back(place);
+  side.spots.push_back(spot);
 }
 
 /// Both sides' samples together count once.
@@ -404,30 +404,30 @@ void SoftContacts::share_out(std::size_t first, Side& side) const {
 void SoftContacts::keep(Side& side, std::vector<SoftContact>& found) {
   const auto pair_at = [&](std::size_t i) { return pair_number(side.contacts.key[i]); };
   bool together = true;
-  for (std::size_t i = 1; i < side.places.size(); ++i) together = together && pair_at(i - 1) <= pair_at(i);
+  for (std::size_t i = 1; i < side.spots.size(); ++i) together = together && pair_at(i - 1) <= pair_at(i);
   if (!together) {
-    side.order.resize(side.places.size());
+    side.order.resize(side.spots.size());
     std::iota(side.order.begin(), side.order.end(), 0);
     std::sort(side.order.begin(), side.order.end(),
               [&](std::size_t a, std::size_t b) { return pair_at(a) != pair_at(b) ? pair_at(a) < pair_at(b) : a < b; });
     side.sorted.clear();
-    side.sorted_places.clear();
+    side.sorted_spots.clear();
     for (const std::size_t i : side.order) {
       side.sorted.contact.push_back(side.contacts.contact[i]);
       side.sorted.pair.push_back(side.contacts.pair[i]);
       side.sorted.key.push_back(side.contacts.key[i]);
-      side.sorted_places.push_back(side.places[i]);
+      side.sorted_spots.push_back(side.spots[i]);
     }
     std::swap(side.sorted, side.contacts);
-    std::swap(side.sorted_places, side.places);
+    std::swap(side.sorted_spots, side.spots);
   }
   side.reduction.reduce(side.contacts, *set_);
   found.clear();
   const std::vector<std::size_t>& kept = side.reduction.kept();
   for (std::size_t j = 0; j < kept.size(); ++j) {
-    const Place& place = side.places[kept[j]];
-    found.push_back({set_->contact[j], set_->pair[j].body, side.surface.faces()[static_cast<std::size_t>(place.face)],
-                     place.share});
+    const Spot& spot = side.spots[kept[j]];
+    found.push_back(
+        {set_->contact[j], set_->pair[j].body, side.surface.faces()[static_cast<std::size_t>(spot.face)], spot.share});
   }
 }
 

@@ -214,7 +214,14 @@ BOOST_AUTO_TEST_CASE(a_patch_of_faces_has_the_contacts_that_the_whole_has_there)
       const SoftSurface& s = mesh.surface;
       BOOST_REQUIRE(press.contacts.find_on(std::span(s.faces).first(60), std::span(s.body).first(60),
                                            std::span(s.area).first(60), std::span(nodes).first(42), X, found));
-      BOOST_TEST(found.size() == press.found.size());
+      BOOST_REQUIRE(found.size() == press.found.size());
+      BOOST_TEST(found.size() > 10);
+      for (std::size_t k = 0; k < found.size(); ++k) {
+        BOOST_TEST((found[k].node == press.found[k].node));
+        BOOST_TEST((found[k].contact.p_WC == press.found[k].contact.p_WC));
+        BOOST_TEST((found[k].contact.n_W == press.found[k].contact.n_W));
+        BOOST_TEST(found[k].contact.weight == press.found[k].contact.weight);
+      }
     }
   }
 }
