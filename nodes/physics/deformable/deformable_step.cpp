@@ -50,6 +50,11 @@ void DeformableStep::place(const Eigen::VectorXd& x) {
   v_.setZero();
 }
 
+void DeformableStep::place(const Eigen::VectorXd& x, const Eigen::VectorXd& v) {
+  x_ = x;
+  v_ = v;
+}
+
 double DeformableStep::mass_share(int body, double h) const {
   return 1 / (h * h) + soft_.model.bodies()[static_cast<std::size_t>(body)].drag / h;
 }

@@ -58,6 +58,8 @@ class DeformableStep {
 
   /// Sets all nodes to these places (m) at rest.
   void place(const Eigen::VectorXd& x);
+  /// And with these velocities (m/s) of the unknowns.
+  void place(const Eigen::VectorXd& x, const Eigen::VectorXd& v);
   /// `before` and `device`: the handle at the start and the end of the step. `rigid`: the contacts of rigid bodies with
   /// each other. Contact wrench and counts of the result are those of all contacts of the tool.
   StepResult advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
