@@ -1,0 +1,142 @@
+// Steps of deformable bodies against mechanics: momentum, free fall, energy, and how the error falls with the step.
+#include <boost/test/unit_test.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/nodes/physics/deformable/soft_rig.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+namespace tt = boost::test_tools;
+
+namespace {
+
+constexpr std::array both_integrators{Integrator::implicit_euler, Integrator::midpoint};
+constexpr std::array both_laws{Elasticity::corotational, Elasticity::neo_hookean};
+
+const char* name(Integrator integrator) {
+  return integrator == Integrator::midpoint ? "midpoint" : "implicit Euler";
+}
+const char* name(Elasticity law) {
+  return law == Elasticity::corotational ? "corotational" : "neo-Hookean";
+}
+
+/// A box of 40 mm in cells of 20 mm, free or held at its bottom, far from the tool.
+Scene lone_box(double young, bool held, const Vec3& gravity = {}) {
+  Scene scene;
+  scene.gravity_W = gravity;
+  scene.bodies = {gel_box("gel", {0.04, 0.04, 0.04}, {}, young, 0.02), far_tool()};
+  if (held) hold_bottom(scene.bodies[0]);
+  return scene;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_body_that_nothing_holds_keeps_its_momentum) {
+  for (const Integrator integrator : both_integrators) {
+    for (const Elasticity law : both_laws) {
+      for (const double damping : {0.0, 0.005}) {
+        Scene scene = lone_box(2e4, false);
+        scene.bodies[0].deformable.damping = damping;
+        SoftRig rig(scene, {.law = law, .integrator = integrator});
+        Noise noise;
+        const Eigen::VectorXd u = 0.002 * noise.vector(rig.model().unknowns());
+        rig.start(u, 0.3 * noise.vector(rig.model().unknowns()) + Eigen::VectorXd::Constant(u.size(), 0.1));
+        const Eigen::Vector3d before = rig.momentum();
+        double worst = 0;
+        for (int i = 0; i < 40; ++i) {
+          rig.advance(0.01);
+          worst = std::max(worst, (rig.momentum() - before).norm() / before.norm());
+        }
+        BOOST_TEST_CONTEXT(name(integrator) << ", " << name(law) << ", damping " << damping) {
+          BOOST_TEST_MESSAGE(name(integrator) << ", " << name(law) << ", damping " << damping << ": momentum off by "
+                                              << worst << ", damped " << rig.step->counts().damped);
+          BOOST_TEST(rig.step->counts().damped == 0);
+          BOOST_TEST(worst < 1e-7);
+        }
+      }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_falling_body_goes_where_the_integrator_says) {
+  // Euler: z_n = -g h^2 n (n + 1) / 2. Midpoint: z_n = -g (n h)^2 / 2. Drag d: v' = (v - h g) / (1 + h d).
+  constexpr double g = 9.81, h = 0.01;
+  for (const Integrator integrator : both_integrators) {
+    for (const double drag : {0.0, 3.0}) {
+      Scene scene = lone_box(2e4, false, {0, 0, -g});
+      scene.bodies[0].deformable.drag = drag;
+      SoftRig rig(scene, {.integrator = integrator});
+      double z = rig.centre().z(), v = 0;
+      for (int i = 0; i < 30; ++i) {
+        rig.advance(h);
+        const bool midpoint = integrator == Integrator::midpoint;
+        const double solved = midpoint ? h / 2 : h, after = (v - solved * g) / (1 + solved * drag);
+        z += h * after;
+        v = midpoint ? 2 * after - v : after;
+        BOOST_TEST(std::abs(rig.centre().z() - z) < 1e-9);
+      }
+      BOOST_TEST(rig.step->counts().damped == 0);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(energy_never_grows) {
+  for (const Integrator integrator : both_integrators) {
+    for (const Elasticity law : both_laws) {
+      for (const double young : {1e3, 1e5, 1e7}) {
+        for (const double h : {0.001, 0.005, 0.02, 0.05}) {
+          SoftRig rig(lone_box(young, true), {.law = law, .integrator = integrator, .tolerance = 1e-6});
+          Noise noise;
+          rig.start(0.004 * noise.vector(rig.model().unknowns()), Eigen::VectorXd::Zero(rig.model().unknowns()));
+          const double begin = rig.step->energy();
+          double last = begin, worst = 0;
+          for (int i = 0; i < 100; ++i) {
+            rig.advance(h);
+            const double now = rig.step->energy();
+            worst = std::max(worst, (now - last) / begin);
+            last = now;
+          }
+          BOOST_TEST_CONTEXT(name(integrator) << ", " << name(law) << ", E " << young << ", h " << h) {
+            BOOST_TEST_MESSAGE(name(integrator)
+                               << ", " << name(law) << ", E " << young << ", h " << h << ": grew by " << worst
+                               << ", left " << last / begin << ", damped " << rig.step->counts().damped);
+            BOOST_TEST(worst < 1e-5);
+          }
+        }
+      }
+    }
+  }
+}
+
+namespace {
+
+/// How far the box has moved after 40 ms in n steps, by all nodes.
+Eigen::VectorXd swung(Integrator integrator, Elasticity law, int n) {
+  SoftRig rig(lone_box(2e4, true), {.law = law, .integrator = integrator});
+  Eigen::VectorXd v(rig.model().unknowns());
+  for (int u = 0; u < rig.model().unknowns(); u += 3) {
+    v.segment<3>(u) =
+        Eigen::Vector3d(0.1, 0.03, -0.05) * (rig.model().rest()[3 * rig.model().node_of(u) + 2] + 0.02) / 0.04;
+  }
+  rig.start(Eigen::VectorXd::Zero(v.size()), v);
+  for (int i = 0; i < n; ++i) rig.advance(0.04 / n);
+  return rig.step->x();
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(euler_is_of_first_order_and_the_midpoint_rule_of_second) {
+  for (const Elasticity law : both_laws) {
+    for (const Integrator integrator : both_integrators) {
+      const Eigen::VectorXd fine = swung(Integrator::midpoint, law, 1280);
+      const double coarse = (swung(integrator, law, 80) - fine).norm(),
+                   half = (swung(integrator, law, 160) - fine).norm();
+      const double order = std::log2(coarse / half);
+      BOOST_TEST_MESSAGE(name(integrator) << ", " << name(law) << ": order " << order);
+      BOOST_TEST(std::abs(order - (integrator == Integrator::midpoint ? 2 : 1)) < 0.15);
+    }
+  }
+}
