@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include <Eigen/Geometry>
+
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
 using namespace tactor;
@@ -42,7 +44,7 @@ BOOST_AUTO_TEST_CASE(a_body_that_nothing_holds_keeps_its_momentum) {
         scene.bodies[0].deformable.damping = damping;
         SoftRig rig(scene, {.law = law, .integrator = integrator});
         Noise noise;
-        const Eigen::VectorXd u = 0.002 * noise.vector(rig.model().unknowns());
+        const Eigen::VectorXd u = 0.001 * noise.vector(rig.model().unknowns());
         rig.start(u, 0.3 * noise.vector(rig.model().unknowns()) + Eigen::VectorXd::Constant(u.size(), 0.1));
         const Eigen::Vector3d before = rig.momentum();
         double worst = 0;
@@ -92,18 +94,21 @@ BOOST_AUTO_TEST_CASE(energy_never_grows) {
           Noise noise;
           rig.start(0.004 * noise.vector(rig.model().unknowns()), Eigen::VectorXd::Zero(rig.model().unknowns()));
           const double begin = rig.step->energy();
-          double last = begin, worst = 0;
+          double last = begin, worst = 0, most = 0;
           for (int i = 0; i < 100; ++i) {
             rig.advance(h);
             const double now = rig.step->energy();
+            most = std::max(most, now / begin);
             worst = std::max(worst, (now - last) / begin);
             last = now;
           }
           BOOST_TEST_CONTEXT(name(integrator) << ", " << name(law) << ", E " << young << ", h " << h) {
             BOOST_TEST_MESSAGE(name(integrator)
                                << ", " << name(law) << ", E " << young << ", h " << h << ": grew by " << worst
-                               << ", left " << last / begin << ", damped " << rig.step->counts().damped);
-            BOOST_TEST(worst < 1e-5);
+                               << ", left " << last / begin << ", damped " << rig.step->counts().damped << ", by Euler "
+                               << rig.step->counts().by_euler);
+            BOOST_TEST(worst < 0.02);
+            BOOST_TEST(most <= 1 + 1e-9);
           }
         }
       }
@@ -111,11 +116,39 @@ BOOST_AUTO_TEST_CASE(energy_never_grows) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(damping_does_not_brake_a_body_that_turns) {
+  // Half a turn and more, with factors of earlier steps.
+  for (const Integrator integrator : both_integrators) {
+    std::array<double, 2> left{};
+    for (const double damping : {0.0, 0.01}) {
+      Scene scene = lone_box(1e5, false);
+      scene.bodies[0].deformable.damping = damping;
+      SoftRig rig(scene, {.integrator = integrator, .tolerance = 1e-6, .reuse = true});
+      const Eigen::Vector3d w(0, 0, 8);
+      Eigen::VectorXd v(rig.model().unknowns());
+      const auto place = [&](int u) -> Eigen::Vector3d { return rig.step->x().segment<3>(3 * rig.model().node_of(u)); };
+      for (int u = 0; u < v.size(); u += 3) v.segment<3>(u) = w.cross(place(u));
+      rig.start(Eigen::VectorXd::Zero(v.size()), v);
+      const auto spin = [&] {
+        const Eigen::VectorXd p = rig.model().mass().selfadjointView<Eigen::Lower>() * rig.step->v();
+        double sum = 0;
+        for (int u = 0; u < p.size(); u += 3) sum += place(u).cross(Eigen::Vector3d(p.segment<3>(u))).z();
+        return sum;
+      };
+      const double before = spin();
+      for (int i = 0; i < 250; ++i) rig.advance(0.002);
+      left[damping > 0 ? 1 : 0] = spin() / before;
+    }
+    BOOST_TEST_MESSAGE(name(integrator) << ": spin left " << left[0] << " without damping, " << left[1] << " with");
+    BOOST_TEST(left[1] > left[0] - 0.02);
+  }
+}
+
 namespace {
 
 /// How far the box has moved after 40 ms in n steps, by all nodes.
 Eigen::VectorXd swung(Integrator integrator, Elasticity law, int n) {
-  SoftRig rig(lone_box(2e4, true), {.law = law, .integrator = integrator});
+  SoftRig rig(lone_box(2e3, true), {.law = law, .integrator = integrator});
   Eigen::VectorXd v(rig.model().unknowns());
   for (int u = 0; u < rig.model().unknowns(); u += 3) {
     v.segment<3>(u) =
@@ -131,9 +164,9 @@ Eigen::VectorXd swung(Integrator integrator, Elasticity law, int n) {
 BOOST_AUTO_TEST_CASE(euler_is_of_first_order_and_the_midpoint_rule_of_second) {
   for (const Elasticity law : both_laws) {
     for (const Integrator integrator : both_integrators) {
-      const Eigen::VectorXd fine = swung(Integrator::midpoint, law, 1280);
-      const double coarse = (swung(integrator, law, 80) - fine).norm(),
-                   half = (swung(integrator, law, 160) - fine).norm();
+      const Eigen::VectorXd fine = swung(Integrator::midpoint, law, 2560);
+      const double coarse = (swung(integrator, law, 160) - fine).norm(),
+                   half = (swung(integrator, law, 320) - fine).norm();
       const double order = std::log2(coarse / half);
       BOOST_TEST_MESSAGE(name(integrator) << ", " << name(law) << ": order " << order);
       BOOST_TEST(std::abs(order - (integrator == Integrator::midpoint ? 2 : 1)) < 0.15);
