@@ -51,14 +51,14 @@ const MessageType& message_type<LocalPatch>() {
 namespace {
 
 /// Of all numbers, in their units: beyond, products of them overflow.
-constexpr double largest = 1e15;
+constexpr double most_in_patch = 1e15;
 
 /// A comparison with NaN is false.
-bool fits_in(double x) {
-  return std::abs(x) <= largest;
+bool fits_in_patch(double x) {
+  return std::abs(x) <= most_in_patch;
 }
-bool fits_in(const Vec3& v) {
-  return fits_in(v.x) && fits_in(v.y) && fits_in(v.z);
+bool fits_in_patch(const Vec3& v) {
+  return fits_in_patch(v.x) && fits_in_patch(v.y) && fits_in_patch(v.z);
 }
 
 }  // namespace
@@ -71,18 +71,19 @@ bool is_usable(const LocalPatch& patch) {
   }
   const auto known = [n](std::int32_t node) { return node >= 0 && static_cast<std::size_t>(node) < n; };
   return std::all_of(patch.nodes.begin(), patch.nodes.end(),
-                     [](const PatchNode& node) { return fits_in(node.p_W) && fits_in(node.v_W); }) &&
+                     [](const PatchNode& node) { return fits_in_patch(node.p_W) && fits_in_patch(node.v_W); }) &&
          std::all_of(patch.faces.begin(), patch.faces.end(),
                      [&](const PatchFace& face) {
                        return std::all_of(face.node.begin(), face.node.end(), known) && face.body >= 0 &&
-                              face.area >= 0 && fits_in(face.area);
+                              face.area >= 0 && fits_in_patch(face.area);
                      }) &&
          std::all_of(patch.modes.begin(), patch.modes.end(),
                      [](const PatchMode& mode) {
-                       return mode.stiffness >= 0 && mode.damping >= 0 && fits_in(mode.stiffness) &&
-                              fits_in(mode.damping) && fits_in(mode.force) && fits_in(mode.z) && fits_in(mode.rate);
+                       return mode.stiffness >= 0 && mode.damping >= 0 && fits_in_patch(mode.stiffness) &&
+                              fits_in_patch(mode.damping) && fits_in_patch(mode.force) && fits_in_patch(mode.z) &&
+                              fits_in_patch(mode.rate);
                      }) &&
-         std::all_of(patch.shapes.begin(), patch.shapes.end(), [](double x) { return fits_in(x); });
+         std::all_of(patch.shapes.begin(), patch.shapes.end(), [](double x) { return fits_in_patch(x); });
 }
 
 }  // namespace tactor
