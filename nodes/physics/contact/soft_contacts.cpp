@@ -81,6 +81,17 @@ Bounds box_at(const Pose& X, const Bounds& box) {
   return all;
 }
 
+void place(Points8& points, std::size_t k, const Vec3& p) {
+  points.x[k] = static_cast<float>(p.x);
+  points.y[k] = static_cast<float>(p.y);
+  points.z[k] = static_cast<float>(p.z);
+}
+/// m, how far from a point in floats something may be that is within the root of `squared` from `middle`.
+float reach_about(const Vec3& middle, double squared) {
+  constexpr double rounding = 1e-6;  // of lengths
+  return static_cast<float>((std::sqrt(squared) + norm(middle) * rounding) * (1 + rounding));
+}
+
 /// Where p + u e is in the box: the least and the greatest u, which are the wrong way round where it is nowhere.
 std::pair<double, double> inside(const Bounds& box, const Vec3& p, const Vec3& e) {
   double low = 0, high = 1;
@@ -100,7 +111,7 @@ std::pair<double, double> inside(const Bounds& box, const Vec3& p, const Vec3& e
 
 SoftContacts::Side::Side(const SoftContactOptions& options, std::size_t most) : reduction(options.max_contacts, most) {
   contacts.reserve(most);
-  places.reserve(most);
+  spots.reserve(most);
 }
 
 SoftContacts::SoftContacts(const Scene& scene, const SoftContactOptions& options, const MakeMeshDistance& make_distance,
@@ -133,7 +144,7 @@ SoftContacts::SoftContacts(const Scene& scene, const SoftContactOptions& options
   if (deformable_ > 1) {
     patch_.order.reserve(most);
     patch_.sorted.reserve(most);
-    patch_.sorted_places.reserve(most);
+    patch_.sorted_spots.reserve(most);
   }
 }
 
@@ -151,7 +162,7 @@ void SoftContacts::set_surface(SoftSurface surface, std::span<const Vec3> nodes_
 void SoftContacts::find(std::span<const Vec3> nodes_W, const BodyStates& bodies, std::vector<SoftContact>& found) {
   all_.surface.move(nodes_W);
   all_.contacts.clear();
-  all_.places.clear();
+  all_.spots.clear();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     Rigid& rigid = bodies_[i];
     TACTOR_ASSERT(rigid.index < bodies.count);
@@ -183,7 +194,7 @@ bool SoftContacts::find_on(std::span<const std::array<std::int32_t, 3>> faces, s
   patch_.area = areas;
   patch_.smoothing = smoothing_of(areas);
   patch_.contacts.clear();
-  patch_.places.clear();
+  patch_.spots.clear();
   int left = most_work_;
   patch_.left = &left;
   look(bodies_.front(), 0, X_WT, patch_);
@@ -199,7 +210,20 @@ void SoftContacts::look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side
   if (!is_finite(X_WT.p) || !std::isfinite(turn)) return;
   const std::size_t first = side.contacts.contact.size();
   std::fill(side.extents.begin(), side.extents.end(), std::array<double, 2>{});
-  side.surface.faces_in(larger(box_at(X_WT, rigid.body.box), margin_), side.near);
+  const Pose X_TW = inverse(X_WT);
+  const SignedDistance& distance = *rigid.body.distance;
+  // Whether all of a box is too far from the rigid body.
+  const auto is_far = [&](const Bounds& box) {
+    side.work();
+    const Vec3 middle = transform(X_TW, box.middle());
+    const float reach = reach_about(middle, 0.25 * dot(box.size(), box.size()));
+    Points8 points{};
+    place(points, 0, middle);
+    std::array<float, 8> bound;
+    distance.lower_bounds(points, 1, bound);
+    return bound[0] - reach >= margin_;
+  };
+  side.surface.faces_in(larger(box_at(X_WT, rigid.body.box), margin_), is_far, side.near);
   look_at_faces(rigid, number, X_WT, side);
   if (side.over()) return;
   if (has_balls(rigid.body)) return look_at_balls(rigid, number, X_WT, side);
@@ -210,7 +234,6 @@ void SoftContacts::look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side
 
 /// The samples of the faces that are near, eight faces at a time: where the middle of a face is too far, it has none.
 void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side) {
-  constexpr float rounding = 1e-6F;  // of lengths
   const SignedDistance& distance = *rigid.body.distance;
   const Pose X_TW = inverse(X_WT);
   const Bounds box = larger(rigid.body.box, margin_);
@@ -242,12 +265,10 @@ void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const P
     if (!(doubled > 0) || !std::isfinite(doubled)) continue;
     eight[count] = {face, a, ab, ac, across / doubled};
     const Vec3 middle = third * (a + b + c);
-    middles.x[count] = static_cast<float>(middle.x);
-    middles.y[count] = static_cast<float>(middle.y);
-    middles.z[count] = static_cast<float>(middle.z);
+    place(middles, count, middle);
     const double squared =
         std::max({dot(a - middle, a - middle), dot(b - middle, b - middle), dot(c - middle, c - middle)});
-    reach[count] = static_cast<float>(std::sqrt(squared) + norm(middle) * rounding) * (1 + rounding);
+    reach[count] = reach_about(middle, squared);
     if (++count == 8) look_at_eight();
   }
   if (count > 0) look_at_eight();
@@ -284,16 +305,16 @@ void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Po
       const double counts = std::clamp(-4 * dot(near.gradient, facing), 0.0, 1.0);
       if (!(counts > 0)) continue;
       Contact contact = of_material(material);
-      const Place place{face, {1 - u - v, u, v}};
+      const Spot spot{face, {1 - u - v, u, v}};
       contact.p_TC = near.p;
       contact.n_W = -rotate(X_WT.R, near.gradient);
-      contact.p_WC = place.share[0] * side.surface.corner(face, 0) + u * side.surface.corner(face, 1) +
+      contact.p_WC = spot.share[0] * side.surface.corner(face, 0) + u * side.surface.corner(face, 1) +
                      v * side.surface.corner(face, 2);
       contact.distance = near.distance;
       contact.weight = counts * weight;
       side.extents[deformable][0] += contact.weight * (margin_ - contact.distance);
       const auto sample = static_cast<std::uint64_t>(row * 64) + static_cast<std::uint64_t>(i);
-      add(contact, rigid, number, false, static_cast<std::uint64_t>(face) << 13U | sample, place, side);
+      add(contact, rigid, number, false, static_cast<std::uint64_t>(face) << 13U | sample, spot, side);
     }
   }
 }
@@ -358,16 +379,16 @@ void SoftContacts::look_at_samples(Rigid& rigid, std::size_t number, const Pose&
 }
 
 void SoftContacts::add(const Contact& contact, const Rigid& rigid, std::size_t number, bool of_rigid,
-                       std::uint64_t sample, const Place& place, Side& side) const {
+                       std::uint64_t sample, const Spot& spot, Side& side) const {
   const bool finite = is_finite(contact.p_TC) && is_finite(contact.p_WC) && is_finite(contact.n_W) &&
                       std::isfinite(contact.distance) && std::isfinite(contact.weight);
   if (!finite || !(contact.weight > 0)) return;
   const auto pair = static_cast<std::uint64_t>(number * deformable_) +
-                    static_cast<std::uint64_t>(side.body[static_cast<std::size_t>(place.face)]);
+                    static_cast<std::uint64_t>(side.body[static_cast<std::size_t>(spot.face)]);
   side.contacts.contact.push_back(contact);
   side.contacts.pair.push_back({rigid.index, ContactPair::fixed});
   side.contacts.key.push_back(contact_key(pair, of_rigid, sample));
-  side.places.push_back(place);
+  side.spots.push_back(spot);
 }
 
 /// Both sides' samples together count once.
@@ -383,30 +404,30 @@ void SoftContacts::share_out(std::size_t first, Side& side) const {
 void SoftContacts::keep(Side& side, std::vector<SoftContact>& found) {
   const auto pair_at = [&](std::size_t i) { return pair_number(side.contacts.key[i]); };
   bool together = true;
-  for (std::size_t i = 1; i < side.places.size(); ++i) together = together && pair_at(i - 1) <= pair_at(i);
+  for (std::size_t i = 1; i < side.spots.size(); ++i) together = together && pair_at(i - 1) <= pair_at(i);
   if (!together) {
-    side.order.resize(side.places.size());
+    side.order.resize(side.spots.size());
     std::iota(side.order.begin(), side.order.end(), 0);
     std::sort(side.order.begin(), side.order.end(),
               [&](std::size_t a, std::size_t b) { return pair_at(a) != pair_at(b) ? pair_at(a) < pair_at(b) : a < b; });
     side.sorted.clear();
-    side.sorted_places.clear();
+    side.sorted_spots.clear();
     for (const std::size_t i : side.order) {
       side.sorted.contact.push_back(side.contacts.contact[i]);
       side.sorted.pair.push_back(side.contacts.pair[i]);
       side.sorted.key.push_back(side.contacts.key[i]);
-      side.sorted_places.push_back(side.places[i]);
+      side.sorted_spots.push_back(side.spots[i]);
     }
     std::swap(side.sorted, side.contacts);
-    std::swap(side.sorted_places, side.places);
+    std::swap(side.sorted_spots, side.spots);
   }
   side.reduction.reduce(side.contacts, *set_);
   found.clear();
   const std::vector<std::size_t>& kept = side.reduction.kept();
   for (std::size_t j = 0; j < kept.size(); ++j) {
-    const Place& place = side.places[kept[j]];
-    found.push_back({set_->contact[j], set_->pair[j].body, side.surface.faces()[static_cast<std::size_t>(place.face)],
-                     place.share});
+    const Spot& spot = side.spots[kept[j]];
+    found.push_back(
+        {set_->contact[j], set_->pair[j].body, side.surface.faces()[static_cast<std::size_t>(spot.face)], spot.share});
   }
 }
 

@@ -73,7 +73,7 @@ class SoftContacts {
   SoftContacts(const Scene& scene, const SoftContactOptions& options, const MakeMeshDistance& make_distance,
                Notes* notes = nullptr);
 
-  /// Takes the whole surface. `nodes_at_rest`: m, in W; their number is that of `find`.
+  /// Takes the whole surface, before the first `find`. `nodes_at_rest`: m, in W, as many as `find` is given.
   void set_surface(SoftSurface surface, std::span<const Vec3> nodes_at_rest);
   /// Sets `found` to the contacts of all rigid bodies, with the nodes at nodes_W (m). Of more than max_contacts
   /// ContactReduction chooses. Allocates nothing once it has met the most contacts.
@@ -82,8 +82,8 @@ class SoftContacts {
   /// The contacts of the tool alone with a few faces, at most 96 of them over at most 48 nodes, which need not be those
   /// of the last call: the surface ends where they do. `body`, `areas`: of each face, as in SoftSurface.
   /// SoftContact::node counts in nodes_W. What it finds is what `find` would find of these faces. False, and none are
-  /// found, where it takes more than `most_work` steps: looks at a face, at a row of samples, at a sample, or at a leaf
-  /// of the tree of faces. Allocates nothing where `found` has room for max_contacts.
+  /// found, where it takes more than `most_work` steps: looks at a face or a box of them, at a row of samples, at a
+  /// sample, or at a leaf of the tree of faces. Allocates nothing where `found` has room for max_contacts.
   bool find_on(std::span<const std::array<std::int32_t, 3>> faces, std::span<const std::int32_t> body,
                std::span<const double> areas, std::span<const Vec3> nodes_W, const Pose& X_WT,
                std::vector<SoftContact>& found);
@@ -100,7 +100,6 @@ class SoftContacts {
     int least_parts;                 // of a face
     std::vector<Material> material;  // with each deformable body
     SoftSampleTree samples;          // of boxes and meshes
-    std::vector<std::int32_t> hint;  // of each ball: the face that was nearest last time
   };
   /// A face in the frame of a rigid body: a corner, the ways to the others and the normal; m, unit.
   struct TurnedFace {
@@ -108,7 +107,7 @@ class SoftContacts {
     Vec3 a, ab, ac, facing;
   };
   /// Where on the surface a contact is.
-  struct Place {
+  struct Spot {
     std::int32_t face;
     std::array<double, 3> share;
   };
@@ -121,7 +120,7 @@ class SoftContacts {
     std::vector<std::int32_t> near;   // faces
     std::vector<NearSoftSample> own;  // samples of the rigid body
     FoundContacts contacts, sorted;
-    std::vector<Place> places, sorted_places;
+    std::vector<Spot> spots, sorted_spots;
     std::vector<std::size_t> order;
     ContactReduction reduction;
     std::vector<std::array<double, 2>> extents;  // of each deformable body: e of the surface's and the body's samples
@@ -141,7 +140,7 @@ class SoftContacts {
   void look_at_samples(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void share_out(std::size_t first, Side& side) const;
   void add(const Contact& contact, const Rigid& rigid, std::size_t number, bool of_rigid, std::uint64_t sample,
-           const Place& place, Side& side) const;
+           const Spot& spot, Side& side) const;
   void keep(Side& side, std::vector<SoftContact>& found);
 
   double margin_;  // m

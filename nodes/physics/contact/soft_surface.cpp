@@ -12,7 +12,6 @@ namespace tactor {
 namespace {
 
 constexpr std::size_t leaf_faces = 4;
-constexpr std::size_t most_levels = 64;
 
 /// num / den in 0 to 1, and 0 where there is no length to divide.
 double part_of(double num, double den) {
@@ -198,35 +197,6 @@ void MovingSurface::move(std::span<const Vec3> nodes) {
       for (std::size_t i = 0; i < 3; ++i) node.box.add(corner(face, i));
     }
   }
-}
-
-void MovingSurface::faces_in(const Bounds& box, std::vector<std::int32_t>& found) const {
-  found.clear();
-  if (tree_.empty()) return;
-  std::array<std::int32_t, most_levels> open;
-  std::size_t count = 0;
-  open[count++] = 0;
-  while (count > 0) {
-    const std::int32_t k = open[--count];
-    const Node& node = tree_[static_cast<std::size_t>(k)];
-    if (!boxes_meet(node.box, box)) continue;
-    if (node.count == 0) {
-      open[count++] = node.right;
-      open[count++] = k + 1;
-      continue;
-    }
-    for (std::int32_t j = node.first; j < node.first + node.count; ++j) {
-      const std::int32_t face = order_[static_cast<std::size_t>(j)];
-      Bounds of_face;
-      bool finite = true;
-      for (std::size_t i = 0; i < 3; ++i) {
-        of_face.add(corner(face, i));
-        finite = finite && is_finite(corner(face, i));
-      }
-      if (finite && boxes_meet(of_face, box)) found.push_back(face);
-    }
-  }
-  std::sort(found.begin(), found.end());
 }
 
 /// N of the face, edge or corner; zero where it has none.

@@ -1,6 +1,7 @@
 // The surface of deforming bodies at one instant: its faces in a tree of boxes, and the signed distance of a point.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -85,8 +86,14 @@ class MovingSurface {
   [[nodiscard]] const Vec3& corner(std::int32_t face, std::size_t i) const {
     return nodes_[static_cast<std::size_t>(faces_[static_cast<std::size_t>(face)][i])];
   }
-  /// Sets `found` to the faces whose box meets that one, in the order of their numbers.
-  void faces_in(const Bounds& box, std::vector<std::int32_t>& found) const;
+  /// Sets `found` to the faces whose box meets that one, in the order of their numbers. `skip`: a function of a box;
+  /// where it is true, faces that lie in the box may be left out.
+  template <class Skip>
+  void faces_in(const Bounds& box, const Skip& skip, std::vector<std::int32_t>& found) const;
+  void faces_in(const Bounds& box, std::vector<std::int32_t>& found) const {
+    faces_in(
+        box, [](const Bounds&) { return false; }, found);
+  }
   /// The nearest point to x; of several as near, that of the face of the lowest number. `hint`: a face that may be near
   /// it, or -1; it changes nothing but the time. `left`: where not null, a step of work is taken for each leaf of the
   /// tree that was looked at.
@@ -105,6 +112,7 @@ class MovingSurface {
     std::int32_t right = 0;             // of a branch; the left child comes next
     std::int32_t first = 0, count = 0;  // of a leaf, in order_; a branch has no count
   };
+  static constexpr std::size_t most_levels = 64;
   void build(std::size_t begin, std::size_t end);
   void connect(std::size_t nodes);
   [[nodiscard]] Vec3 middle(std::int32_t face) const;
@@ -122,5 +130,35 @@ class MovingSurface {
   bool open_ = false;                       // some edge has one face alone
   std::span<const Vec3> nodes_;
 };
+
+template <class Skip>
+void MovingSurface::faces_in(const Bounds& box, const Skip& skip, std::vector<std::int32_t>& found) const {
+  found.clear();
+  if (tree_.empty()) return;
+  std::array<std::int32_t, most_levels> open;
+  std::size_t count = 0;
+  open[count++] = 0;
+  while (count > 0) {
+    const std::int32_t k = open[--count];
+    const Node& node = tree_[static_cast<std::size_t>(k)];
+    if (!boxes_meet(node.box, box) || skip(node.box)) continue;
+    if (node.count == 0) {
+      open[count++] = node.right;
+      open[count++] = k + 1;
+      continue;
+    }
+    for (std::int32_t j = node.first; j < node.first + node.count; ++j) {
+      const std::int32_t face = order_[static_cast<std::size_t>(j)];
+      Bounds of_face;
+      bool finite = true;
+      for (std::size_t i = 0; i < 3; ++i) {
+        of_face.add(corner(face, i));
+        finite = finite && is_finite(corner(face, i));
+      }
+      if (finite && boxes_meet(of_face, box)) found.push_back(face);
+    }
+  }
+  std::sort(found.begin(), found.end());
+}
 
 }  // namespace tactor

@@ -28,9 +28,16 @@ enum class Elasticity {
   neo_hookean,   ///< for large strain
 };
 
+/// A cantilever ten times as long as high, of cubes of six tetrahedra each, bends by this share of what beam theory
+/// says:
+///   |                                | 2 cubes high | 4    | 8    |
+///   | linear, Poisson's ratio 0      | 0.55         | 0.82 | 0.95 |
+///   | linear, Poisson's ratio 0.45   | 0.30         | 0.59 | 0.83 |
+///   | quadratic, 0 and 0.45          | 1.00 and 0.96 (its clamped end is stiffer than the theory's) |
 enum class ElementOrder {
-  linear,  ///< 4 nodes: strain is uniform in a tetrahedron; too stiff in bending, above all where poisson is near 0.5
-  quadratic,  ///< 10 nodes, one more in the middle of each edge: strain is linear
+  linear,     ///< 4 nodes: strain is uniform in a tetrahedron. Too stiff in bending, above all where Poisson's ratio is
+              ///< near 0.5
+  quadratic,  ///< 10 nodes, one more in the middle of each edge: strain is linear. Assembly takes eight times as long
 };
 
 }  // namespace tactor
