@@ -1,0 +1,99 @@
+#!/usr/bin/python3
+"""What each method delivers on bodies that deform, beside what it costs, as Markdown tables.
+
+`bench/deformable.py [--seeds N] [--fine-seeds N]`, with a built release preset. Each cell is a run of 3 s at 60 Hz physics, beside a
+reference of physics at 1 kHz on an exact encoder. Keep the machine free of anything else.
+"""
+import argparse
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from run_time import table  # noqa: E402
+
+TACTOR = ROOT / "build/release/bin/tactor"
+METHODS = ("hold", "lowpass", "paper", "refit", "blend", "local", "floor")
+SCENES = {"gel_cube": "gel", "liver": "liver", "bunny_soft": "bunny"}  # and the body that deforms
+#           name                          kPa  N/m   tetrahedra
+CASES = (("20 kPa, 1,000 N/m", 20, 1000, 1000), ("20 kPa, 4,000 N/m", 20, 4000, 1000), ("5 kPa, 1,000 N/m", 5, 1000, 1000),
+         ("20 kPa, 1,000 N/m, 3,000 tetrahedra", 20, 1000, 3000))
+SECONDS = 3
+FIRST_SEED = 1001
+
+
+def settings(scene, young, stiffness, tetrahedra):
+    body = SCENES[scene]
+    said = {f"scene.bodies.{body}.young": f"{young} kPa", f"scene.bodies.{body}.tetrahedra": tetrahedra, "coupling.a": 0,
+            "coupling.k_0": f"{stiffness} N/m", "coupling.k_device": f"{stiffness} N/m"}
+    return [word for key, value in said.items() for word in ("--set", f"{key}={value}")]
+
+
+def run(scene, method, seed, words, graph="scene"):
+    """summary.json of a run."""
+    with tempfile.TemporaryDirectory() as out:
+        subprocess.run([TACTOR, "run", ROOT / f"graphs/{scene}/{graph}.yaml", "--over", ROOT / f"graphs/methods/{method}.yaml", "--seed",
+                        str(seed), "--duration", f"{SECONDS} s", *words, "--overwrite", "--out", out], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return json.loads((pathlib.Path(out) / "summary.json").read_text())
+
+
+def figures(summary):
+    force = summary["delivered"]["force"]
+    nodes = summary["cost_us"]
+    tick = [n for n in nodes.values() if n["type"].startswith("interpolation.") and n["steps"]]
+    result = [n for n in nodes.values() if n["type"].startswith("prediction.") and n["steps"]]
+    return {"error": force["rms_error_N"], "most": force["max_error_N"], "delay": force.get("delay_ms"),
+            "vibration": force.get("vibration_above_threshold_dB"), "weber": force.get("share_beyond_weber"),
+            "result": sum(1e6 * n["total_s"] / n["steps"] for n in result), "tick": sum(1e6 * n["total_s"] / n["steps"] for n in tick)}
+
+
+HEAD = ["scene", "method", "error, N", "error / hold", "worst seed", "error / floor", "most, N", "delay, ms", "noticed, %",
+        "a result, us", "a tick, us"]
+
+
+def rows(scene, case, seeds):
+    """The rows of a scene in a case."""
+    found = {method: [figures(run(scene, method, seed, settings(scene, *case[1:]))) for seed in seeds] for method in METHODS}
+
+    def mean(method, name):
+        known = [f[name] for f in found[method] if f[name] is not None]
+        return statistics.fmean(known) if known else None
+    body = []
+    for method in METHODS:
+        ratios = [f["error"] / hold["error"] for f, hold in zip(found[method], found["hold"])]
+        noticed = mean(method, "weber")
+        delay = [f["delay"] for f in found[method] if f["delay"] is not None]
+        body.append([f"`{scene}`", f"`{method}`", f"{mean(method, 'error'):.4f}", f"{statistics.fmean(ratios):.3f}", f"{max(ratios):.3f}",
+                     f"{mean(method, 'error') / mean('floor', 'error'):.2f}", f"{max(f['most'] for f in found[method]):.3f}",
+                     f"{statistics.median(delay):.2f}" if delay else "", "" if noticed is None else f"{100 * noticed:.0f}",
+                     f"{mean(method, 'result'):.0f}", f"{mean(method, 'tick'):.1f}"])
+        print(case[0], *body[-1], flush=True)
+    return body
+
+
+def accuracy(seeds, fine_seeds, scenes=tuple(SCENES)):
+    """A Markdown text with a table a case."""
+    parts = []
+    for case in CASES:
+        count = fine_seeds if case[3] > 1000 else seeds
+        body = [row for scene in scenes for row in rows(scene, case, range(FIRST_SEED, FIRST_SEED + count))]
+        parts.append(f"### {case[0]}\n\n{count} seeds.\n\n{table(HEAD, body)}")
+    return "\n\n".join(parts)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--fine-seeds", type=int, default=5)
+    parser.add_argument("--scenes", default=",".join(SCENES))
+    options = parser.parse_args()
+    print(accuracy(options.seeds, options.fine_seeds, options.scenes.split(",")))
+
+
+if __name__ == "__main__":
+    main()
