@@ -86,6 +86,37 @@ def accuracy(seeds, fine_seeds, scenes=tuple(SCENES)):
     return "\n\n".join(parts)
 
 
+SPEED_HEAD = ["tetrahedra", "solver", "a result, ms", "p99, ms", "share of 16.7 ms, %", "steps a result", "factors a step",
+              "iterations a step", "the predictor, ms", "a tick, us", "p99, us"]
+
+
+def speed():
+    """A Markdown table: the time of results and ticks by tetrahedra and solver."""
+    body = []
+    for tetrahedra, solver in ((1000, "eigen"), (1000, "supernodal"), (3000, "simplicial"), (3000, "supernodal"), (10000, "supernodal")):
+        words = [*settings("liver", 20, 1000, tetrahedra), "--set", f"dynamics.solver={solver}"]
+        summary = run("liver", "local", FIRST_SEED, words)
+        of = {node["type"]: node for node in summary["cost_us"].values()}
+        result, predictor, tick = of["dynamics.deformable"], of["prediction.local"], of["interpolation.rollout"]
+        body.append([tetrahedra, solver, result["median"] / 1e3, result["p99"] / 1e3, 100 * result["median"] / 16.7e3,
+                     summary["dynamics_steps"] / result["steps"], summary["deformable"]["factors"], summary["deformable"]["iterations"],
+                     predictor["median"] / 1e3, tick["median"], tick["p99"]])
+        print(*body[-1], flush=True)
+    return table(SPEED_HEAD, body)
+
+
+def convergence():
+    """A Markdown table: what physics at 10 kHz changes in the reference."""
+    body = []
+    for scene in SCENES:
+        words = settings(scene, *CASES[0][1:])
+        hold = run(scene, "hold", FIRST_SEED, words)["delivered"]["force"]["rms_error_N"]
+        fine = run(scene, "hold", FIRST_SEED, [*words, "--set", "device.encoder_step=0", "--set", "dynamics.cost=none", "--set",
+                                               "rate=10 kHz"])["physics"]["force"]["rms_error_N"]
+        body.append([f"`{scene}`", hold, fine, fine / hold])
+    return table(["scene", "error of hold, N", "change by 10 kHz, N", "change / hold"], body)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20)
