@@ -16,6 +16,7 @@ class PatchSurface final : public SoftContactSource {
                    .max_contacts = options.soft_contacts,
                    .most_work = options.soft_work},
                   cell_distances({}, nullptr)) {}
+  [[nodiscard]] int deformable() const override { return contacts_.deformable(); }
   bool find_on(const SoftFaces& faces, std::span<const Vec3> nodes_W, const Pose& X_WT,
                std::vector<SoftContact>& found) override {
     return contacts_.find_on(faces.node, faces.body, faces.area, nodes_W, X_WT, found);

@@ -18,6 +18,8 @@ struct SoftFaces {
 class SoftContactSource {
  public:
   virtual ~SoftContactSource() = default;
+  /// Bodies that deform: faces are of one of them.
+  [[nodiscard]] virtual int deformable() const = 0;
   /// The tool's contacts with the faces where their nodes and the tool are. False, and `found` is empty, where finding
   /// them is more work than may be done. It allocates nothing.
   virtual bool find_on(const SoftFaces& faces, std::span<const Vec3> nodes_W, const Pose& X_WT,

@@ -89,6 +89,8 @@ class SoftContacts {
                std::vector<SoftContact>& found);
   static constexpr std::size_t most_patch_faces = 96, most_patch_nodes = 48;
 
+  /// Bodies of the scene that deform.
+  [[nodiscard]] int deformable() const { return static_cast<int>(deformable_); }
   /// Steps of work that the last find_on took.
   [[nodiscard]] int work() const { return work_; }
 

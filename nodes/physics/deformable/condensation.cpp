@@ -17,7 +17,6 @@ Condensation::Condensation(const DeformableStep& step, FactorKind factor, std::s
     : step_(step),
       factor_(make_factor(factor, step.soft().model.elements())),
       solved_(step.soft().model.unknowns()),
-      momentum_(step.soft().model.unknowns()),
       node_pool_(results, LocalPatch::capacity),
       face_pool_(results, LocalPatch::most_faces),
       mode_pool_(results, 3 * LocalPatch::capacity),
@@ -164,10 +163,12 @@ std::optional<LocalPatch> Condensation::condense() {
       to[i] = {{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}, u < 0 ? 1 : 0};
     }
   });
-  momentum_.noalias() = model.mass().selfadjointView<Eigen::Lower>() * step_.v();
-  Eigen::VectorXd on_patch;
-  balanced(momentum_, on_patch);
-  const Eigen::VectorXd rates = shapes_.transpose() * on_patch;
+  // The velocities of the nodes by modes: shapes^-1 is shapes^T M_r.
+  Eigen::VectorXd v(static_cast<Eigen::Index>(3 * free_)), on_patch;
+  for (std::size_t i = 0; i < free_; ++i) {
+    v.segment<3>(static_cast<Eigen::Index>(3 * i)) = step_.v().segment<3>(model.unknown_of(nodes_[i]));
+  }
+  const Eigen::VectorXd rates = shapes_.transpose() * (mass_.selfadjointView<Eigen::Lower>() * v);
   balanced(step_.inner_force(), on_patch);
   const Eigen::VectorXd forces = shapes_.transpose() * on_patch;
   const auto modes = mode_pool_.make(3 * free_, [&](std::span<PatchMode> to) {

@@ -21,7 +21,8 @@ namespace tactor {
 /// takes a second one; both serve as long as the step's does. Modes are those of K_r z = w^2 M_r z, with the damping
 /// drag + damping w^2 of each; what damping bodies of different ones exchange by the patch is left out.
 /// The force of each mode is that of elasticity and weight, r, where the result has the nodes: shape^T K_r u on the
-/// patch, u = K^-1 r. Its rate is that of the body's momentum: shape^T K_r u, u = K^-1 M v.
+/// patch, u = K^-1 r. Its rate is that of the nodes: sum_i shape_i rate_i = v on the patch. (That of the body's
+/// momentum would be too large by what the body has of mass beyond M_r.)
 class Condensation {
  public:
   /// `results`: how many patches are read at the same time. `step` must outlive it.
@@ -50,7 +51,7 @@ class Condensation {
   std::vector<PatchFace> faces_;
   Eigen::MatrixXd static_, dynamic_, mass_, shapes_;
   Eigen::VectorXd square_, damping_;  // by mode: w^2, 1/s
-  Eigen::VectorXd solved_, momentum_, on_patch_;
+  Eigen::VectorXd solved_;
   SharedArray<double> sent_shapes_;
   SharedArray<PatchFace> sent_faces_;
   ArrayPool<PatchNode> node_pool_;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "framework/core/check.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
 
 namespace tactor {
@@ -12,9 +12,31 @@ namespace {
 
 constexpr double good_contraction = 1.0 / 3;  // of what an iteration leaves
 constexpr int most_halvings_of_way = 6;
+constexpr int most_looks_ahead = 16;
+constexpr double spare_energy = 0.01;  // of what nodes store, that the midpoint rule may save up
 
 Vec3 at(const Eigen::VectorXd& x, int first) {
   return {x[first], x[first + 1], x[first + 2]};
+}
+
+/// The bodies at that share of their way.
+BodyStates on_the_way(const BodyStates& start, const BodyStates& end, double share) {
+  BodyStates there = start;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(start.count); ++i) {
+    const Pose &X0 = start.X_WB[i], &X1 = end.X_WB[i];
+    there.X_WB[i] = {X0.p + share * (X1.p - X0.p),
+                     from_rotation_vector(share * to_rotation_vector(X1.R * inverse(X0.R))) * X0.R};
+  }
+  return there;
+}
+
+bool of_tool(const SoftContact& contact) {
+  return contact.body == 0;
+}
+
+SystemModel by_euler(SystemModel model) {
+  model.integrator = Integrator::implicit_euler;
+  return model;
 }
 
 }  // namespace
@@ -25,6 +47,8 @@ DeformableStep::DeformableStep(const SoftScene& soft, SoftContacts& contacts, co
       contacts_(contacts),
       options_(options),
       rigid_step_(model, RigidStep::most_patch_nodes),
+      euler_step_(by_euler(model), RigidStep::most_patch_nodes),
+      tool_radius_(tool.radius),
       patch_(soft, tool, options.patch),
       factor_(make_factor(options.factor, soft.model.elements())),
       weight_(soft.model.weight(gravity_W)),
@@ -35,19 +59,25 @@ DeformableStep::DeformableStep(const SoftScene& soft, SoftContacts& contacts, co
        {&force_, &inertia_force_, &damper_force_, &contact_force_, &left_, &d_, &scratch_, &way_}) {
     v->setZero(n);
   }
-  x0_ = x_i_ = x_free_ = x_;
+  x0_ = x_i_ = x_free_ = x_query_ = x_;
   constexpr Eigen::Index patch = 3 * RigidStep::most_patch_nodes;
   for (Eigen::VectorXd* v : {&patch_velocity_, &patch_free_, &patch_solved_, &patch_force_}) v->setZero(patch);
   nodes_W_.resize(static_cast<std::size_t>(soft.model.nodes()));
   patch_p_W_.resize(RigidStep::most_patch_nodes);
   patch_query_.resize(RigidStep::most_patch_nodes);
   found_.reserve(ContactSet::capacity);
+  ahead_.reserve(ContactSet::capacity);
   touching_.reserve(ContactSet::capacity);
 }
 
 void DeformableStep::place(const Eigen::VectorXd& x) {
+  place(x, Eigen::VectorXd::Zero(v_.size()));
+}
+
+void DeformableStep::place(const Eigen::VectorXd& x, const Eigen::VectorXd& v) {
   x_ = x;
-  v_.setZero();
+  v_ = v;
+  spare_ = 0;
 }
 
 double DeformableStep::mass_share(int body, double h) const {
@@ -71,8 +101,8 @@ void DeformableStep::by_unknown(const Eigen::VectorXd& x, Eigen::VectorXd& value
   for (int u = 0; u < model.unknowns(); u += 3) values.segment<3>(u) = x.segment<3>(3 * model.node_of(u));
 }
 
-/// Assembles K at x_i_ and factors A for a step of h seconds.
-void DeformableStep::factor(double h, ElasticModel::Tangent tangent) {
+/// Assembles K at x_i_ and factors A for a step of h seconds. False where that has no factor.
+bool DeformableStep::factor(double h, ElasticModel::Tangent tangent) {
   const ElasticModel& model = soft_.model;
   model.assemble(x_i_, tangent, K_, scratch_);
   if (A_.rows() == 0) A_ = K_;
@@ -90,12 +120,30 @@ void DeformableStep::factor(double h, ElasticModel::Tangent tangent) {
     factor_->analyze(A_, last);
     analysed_ = true;
   }
-  TACTOR_DEMAND(factor_->factor(A_));
-  factored_h_ = h;
+  // Of finite numbers it has one; 0: nothing is factored.
   ++counts_.factors;
+  factored_h_ = factor_->factor(A_) ? h : 0;
+  if (factored_h_ == 0) return false;
+  stiffest_ = A_.diagonal().norm();
   if (!patch_.nodes().empty()) {
     factor_->schur(patch_inertia_);
     patch_inertia_ *= h * h;
+  } else {
+    patch_inertia_.resize(0, 0);
+  }
+  return true;
+}
+
+/// The stiffness that damps over h seconds, of where the nodes are halfway at their velocities: there a way that turns
+/// strains nothing.
+void DeformableStep::prepare_damping(double h) {
+  for (const SoftBody& body : soft_.model.bodies()) {
+    if (body.damping > 0) {
+      x_i_ = x0_;
+      add(v_, h / 2, x_i_);
+      soft_.model.assemble(x_i_, ElasticModel::Tangent::warped, damping_K_, scratch_);
+      return;
+    }
   }
 }
 
@@ -112,28 +160,35 @@ void DeformableStep::residual(const Eigen::VectorXd& x, double h, Eigen::VectorX
   scratch_ = way_ - h * v_;
   inertia_force_.noalias() = model.mass().selfadjointView<Eigen::Lower>() * scratch_;
   inertia_force_ /= -h * h;
-  for (int u = 0; u < model.unknowns(); u += 3) {
-    const SoftBody& body = model.bodies()[static_cast<std::size_t>(model.body_of(u))];
-    scratch_.segment<3>(u) = -(body.damping / h) * way_.segment<3>(u);
-  }
-  damper_force_.noalias() = K_.selfadjointView<Eigen::Lower>() * scratch_;
-  bool drags = false;
-  for (const SoftBody& body : model.bodies()) drags = drags || body.drag > 0;
-  if (drags) {
-    for (int u = 0; u < model.unknowns(); u += 3) {
-      const SoftBody& body = model.bodies()[static_cast<std::size_t>(model.body_of(u))];
-      scratch_.segment<3>(u) = -(body.drag / h) * way_.segment<3>(u);
-    }
-    damper_force_.noalias() += model.mass().selfadjointView<Eigen::Lower>() * scratch_;
-  }
+  damper_force_ = damped(way_);
+  damper_force_ /= -h;
   left = force_ + inertia_force_ + damper_force_ + contact_force_;
 }
 
-/// N, the forces that the residual is judged by.
-double DeformableStep::scale(double h) const {
-  // At rest without weight nothing else has a size.
-  const double least = 1e-9 * soft_.model.mass().diagonal().sum() / (h * h) * 1e-3;
-  return force_.norm() + weight_.norm() + inertia_force_.norm() + damper_force_.norm() + contact_force_.norm() + least;
+/// D way, N s.
+Eigen::VectorXd DeformableStep::damped(const Eigen::VectorXd& way) const {
+  const ElasticModel& model = soft_.model;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(way.size()), part(way.size());
+  const auto add = [&](double SoftBody::*of, const Eigen::SparseMatrix<double>& matrix) {
+    bool any = false;
+    for (const SoftBody& body : model.bodies()) any = any || body.*of > 0;
+    if (!any) return;
+    for (int u = 0; u < model.unknowns(); u += 3) {
+      part.segment<3>(u) = model.bodies()[static_cast<std::size_t>(model.body_of(u))].*of * way.segment<3>(u);
+    }
+    sum += matrix.selfadjointView<Eigen::Lower>() * part;
+  };
+  add(&SoftBody::damping, damping_K_);
+  add(&SoftBody::drag, model.mass());
+  return sum;
+}
+
+/// Whether what is left is below the tolerance of the forces, or what rounding the places leaves.
+bool DeformableStep::is_solved(const Eigen::VectorXd& x) const {
+  const double forces =
+      force_.norm() + weight_.norm() + inertia_force_.norm() + damper_force_.norm() + contact_force_.norm();
+  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
+  return left_.norm() <= options_.tolerance * forces + rounding * stiffest_ * x.lpNorm<Eigen::Infinity>();
 }
 
 /// What a step lowers, by the nodes alone, with the contact forces held, J.
@@ -146,24 +201,41 @@ double DeformableStep::merit(const Eigen::VectorXd& x, double h) const {
   way -= start;
   const Eigen::VectorXd off = way - h * v_;
   sum += off.dot(model.mass().selfadjointView<Eigen::Lower>() * off) / (2 * h * h);
-  Eigen::VectorXd damped = way;
-  for (int u = 0; u < model.unknowns(); u += 3) {
-    damped.segment<3>(u) *= model.bodies()[static_cast<std::size_t>(model.body_of(u))].damping;
-  }
-  sum += way.dot(K_.selfadjointView<Eigen::Lower>() * damped) / (2 * h);
+  sum += way.dot(damped(way)) / (2 * h);
   return sum - (contact_force_ + weight_).dot(way);
 }
 
 void DeformableStep::find_contacts(const Eigen::VectorXd& x, const BodyStates& bodies) {
   for (std::size_t i = 0; i < nodes_W_.size(); ++i) nodes_W_[i] = at(x, static_cast<int>(3 * i));
   query_ = bodies;
+  x_query_ = x;
   contacts_.find(nodes_W_, bodies, found_);
 }
 
+/// Where the tool touched nothing at the start: goes along its way, and the nodes' to x_end, until it does, so that the
+/// step knows what would stop it. True where there is something.
+bool DeformableStep::look_ahead(const BodyStates& start, const BodyStates& end, const Eigen::VectorXd& x_end) {
+  if (std::any_of(found_.begin(), found_.end(), of_tool)) return false;
+  const double way = norm(end.X_WB[0].p - start.X_WB[0].p);
+  const double looks = std::clamp(std::ceil(4 * way / tool_radius_), 1.0, static_cast<double>(most_looks_ahead));
+  for (double k = 1; k <= looks; ++k) {
+    const BodyStates there = on_the_way(start, end, k / looks);
+    scratch_x_ = x0_ + (k / looks) * (x_end - x0_);
+    for (std::size_t i = 0; i < nodes_W_.size(); ++i) nodes_W_[i] = at(scratch_x_, static_cast<int>(3 * i));
+    contacts_.find(nodes_W_, there, ahead_);
+    if (!std::any_of(ahead_.begin(), ahead_.end(), of_tool)) continue;
+    std::swap(found_, ahead_);
+    query_ = there;
+    x_query_ = scratch_x_;
+    return true;
+  }
+  return false;
+}
+
 /// The contacts' convex problem about x_i_, with x_free_ known; sets contact_force_ and moves the bodies.
-StepResult DeformableStep::solve_contacts(const CouplingParameters& coupling, const DeviceState& before,
-                                          const DeviceState& device, const ContactPlanes& rigid, double h,
-                                          double solved, BodyStates& bodies) {
+StepResult DeformableStep::solve_contacts(RigidStep& rigid_step, const CouplingParameters& coupling,
+                                          const DeviceState& before, const DeviceState& device,
+                                          const ContactPlanes& rigid, double h, double solved, BodyStates& bodies) {
   const ElasticModel& model = soft_.model;
   touching_.clear();
   int left_out = 0;
@@ -183,7 +255,7 @@ StepResult DeformableStep::solve_contacts(const CouplingParameters& coupling, co
   contact_force_.setZero();
   StepResult result;
   if (touching_.empty()) {
-    result = rigid_step_.advance(coupling, before, device, rigid, h, bodies);
+    result = rigid_step.advance(coupling, before, device, rigid, h, bodies);
   } else {
     const std::vector<int>& nodes = patch_.nodes();
     const auto size = static_cast<Eigen::Index>(3 * nodes.size());
@@ -191,7 +263,7 @@ StepResult DeformableStep::solve_contacts(const CouplingParameters& coupling, co
       const int x_at = 3 * nodes[i], u = model.unknown_of(nodes[i]);
       const auto row = static_cast<Eigen::Index>(3 * i);
       patch_p_W_[i] = at(x0_, x_at);
-      patch_query_[i] = at(x_i_, x_at);
+      patch_query_[i] = at(x_query_, x_at);
       patch_velocity_.segment<3>(row) = v_.segment<3>(u);
       patch_free_.segment<3>(row) = (x_free_.segment<3>(x_at) - x0_.segment<3>(x_at)) / solved;
     }
@@ -202,8 +274,8 @@ StepResult DeformableStep::solve_contacts(const CouplingParameters& coupling, co
                           .contacts = touching_,
                           .query_p_W = std::span(patch_query_).first(nodes.size()),
                           .query_X_WB = std::span(query_.X_WB).first(static_cast<std::size_t>(query_.count))};
-    result = rigid_step_.advance(patch, coupling, before, device, rigid, h, bodies,
-                                 {patch_solved_.head(size), patch_force_.head(size)});
+    result = rigid_step.advance(patch, coupling, before, device, rigid, h, bodies,
+                                {patch_solved_.head(size), patch_force_.head(size)});
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       contact_force_.segment<3>(model.unknown_of(nodes[i])) = patch_force_.segment<3>(static_cast<Eigen::Index>(3 * i));
     }
@@ -224,92 +296,162 @@ double DeformableStep::energy() const {
   Eigen::VectorXd way(soft_.model.unknowns()), rest(soft_.model.unknowns());
   by_unknown(x_, way);
   by_unknown(soft_.model.rest(), rest);
-  return 0.5 * v_.dot(soft_.model.mass().selfadjointView<Eigen::Lower>() * v_) + soft_.model.energy(x_) -
-         weight_.dot(way - rest);
+  return stored() - weight_.dot(way - rest);
 }
 
-StepResult DeformableStep::advance(const CouplingParameters& coupling, const DeviceState& before,
-                                   const DeviceState& device, const ContactPlanes& rigid, double h,
-                                   BodyStates& bodies) {
-  const bool midpoint = rigid_step_.model().integrator == Integrator::midpoint && coupling.massless == 0;
+double DeformableStep::stored() const {
+  return 0.5 * v_.dot(soft_.model.mass().selfadjointView<Eigen::Lower>() * v_) + soft_.model.energy(x_);
+}
+
+/// J, by how much a step may be off by rounding alone.
+double DeformableStep::energy_rounding(double work) const {
+  constexpr double epsilon = 16 * std::numeric_limits<double>::epsilon();
+  const double place = epsilon * x_.lpNorm<Eigen::Infinity>();
+  return 1e-10 * (stored() + std::abs(work)) + epsilon * std::abs(energy()) +
+         stiffest_ * place * place * static_cast<double>(v_.size());
+}
+
+bool DeformableStep::by_midpoint(const CouplingParameters& coupling) const {
+  return rigid_step_.model().integrator == Integrator::midpoint && coupling.massless == 0;
+}
+
+/// Solves the step from x0_ and `bodies` over h seconds; leaves the solved place in x_i_. False where the iterations
+/// did not do.
+bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coupling, const DeviceState& before,
+                           const DeviceState& device, const ContactPlanes& rigid, double h, BodyStates& bodies,
+                           StepResult& result) {
+  const bool midpoint = &rigid_step == &rigid_step_ && by_midpoint(coupling);
   const double solved = midpoint ? h / 2 : h;
   const BodyStates start = bodies;
-  x0_ = x_;
-  x_i_ = x_;
-  find_contacts(x_, bodies);
-  if (patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) {
-    analysed_ = false;
-    factored_h_ = 0;
-  }
-  ++counts_.steps;
-
-  bool fresh = !options_.reuse || factored_h_ != solved;
-  if (fresh) factor(solved, ElasticModel::Tangent::warped);
+  result = {.outcome = StepOutcome::stopped};
+  x_i_ = x0_;
   contact_force_.setZero();
+  bool fresh = !options_.reuse || factored_h_ != solved;
+  if (fresh && !factor(solved, ElasticModel::Tangent::warped)) return false;
   residual(x_i_, solved, left_);
   double was_left = left_.norm();
-  bool converged = false;
-  StepResult result;
-  for (int i = 0; i < options_.iterations && !converged; ++i) {
+  for (int i = 0; i < options_.iterations; ++i) {
     ++counts_.iterations;
-    if (i > 0) find_contacts(x_i_, bodies);
+    if (i > 0) find_contacts(x_i_, midpoint ? on_the_way(start, bodies, 0.5) : bodies);
     // Without contacts: what is left but for their force.
     d_ = left_ - contact_force_;
     factor_->solve(d_);
     x_free_ = x_i_;
     add(d_, 1, x_free_);
     bodies = start;
-    result = solve_contacts(coupling, before, device, rigid, h, solved, bodies);
+    result = solve_contacts(rigid_step, coupling, before, device, rigid, h, solved, bodies);
+    if (i == 0 && look_ahead(start, bodies, midpoint ? Eigen::VectorXd(2 * x_free_ - x0_) : x_free_)) {
+      bodies = start;
+      result = solve_contacts(rigid_step, coupling, before, device, rigid, h, solved, bodies);
+    }
     way_ = contact_force_;
     factor_->solve(way_);
     d_ += way_;
     Eigen::VectorXd& x_next = x_free_;
     add(way_, 1, x_next);
     residual(x_next, solved, left_);
-    converged = left_.norm() <= options_.tolerance * scale(solved);
-    if (!converged) {
-      // The merit of what the way promises; halved where it does not keep it.
-      double share = 1;
-      if (left_.norm() > was_left) {
-        const double had = merit(x_i_, solved);
-        for (int k = 0; k < most_halvings_of_way && merit(x_next, solved) > had; ++k) {
-          share /= 2;
-          x_next = x_i_;
-          add(d_, share, x_next);
-        }
-        residual(x_next, solved, left_);
-      }
-      const bool slow = share < 1 || left_.norm() > good_contraction * was_left;
-      was_left = left_.norm();
+    if (is_solved(x_next)) {
       x_i_ = x_next;
-      if (slow) {
-        // The warped tangent lacks what stress adds, so that it may be slow however fresh it is.
-        factor(solved, fresh ? ElasticModel::Tangent::projected : ElasticModel::Tangent::warped);
-        residual(x_i_, solved, left_);
-        fresh = true;
+      return true;
+    }
+    // The merit of what the way promises; halved where it does not keep it.
+    double share = 1;
+    if (left_.norm() > was_left) {
+      const double had = merit(x_i_, solved);
+      for (int k = 0; k < most_halvings_of_way && merit(x_next, solved) > had; ++k) {
+        share /= 2;
+        x_next = x_i_;
+        add(d_, share, x_next);
       }
-    } else {
-      x_i_ = x_next;
+      residual(x_next, solved, left_);
+    }
+    const bool slow = share < 1 || left_.norm() > good_contraction * was_left;
+    was_left = left_.norm();
+    x_i_ = x_next;
+    if (slow) {
+      // The warped tangent lacks what stress adds, so that it may be slow however fresh it is.
+      if (!factor(solved, fresh ? ElasticModel::Tangent::projected : ElasticModel::Tangent::warped)) return false;
+      residual(x_i_, solved, left_);
+      fresh = true;
     }
   }
-  const double energy_before = converged ? 0 : energy();
-  const double work = converged ? 0 : contact_force_.dot(way_);
+  return false;
+}
+
+/// Takes the nodes to where `solve` has them; returns the contacts' work on them, J.
+double DeformableStep::take(double h, bool midpoint) {
+  const double whole = midpoint ? 2 : 1;
   by_unknown(x_i_, way_);
   by_unknown(x0_, scratch_);
   way_ -= scratch_;
+  x_ = x0_;
+  add(way_, whole, x_);
+  v_ = (whole * whole / h) * way_ - (midpoint ? v_ : Eigen::VectorXd::Zero(v_.size()));
   if (midpoint) {
-    x_ = x0_;
-    add(way_, 2, x_);
-    v_ = (2 / solved) * way_ - v_;
     soft_.model.force(x_, force_);
     force_ += weight_;
-  } else {
-    x_ = x_i_;
-    v_ = way_ / solved;
+  }
+  return whole * contact_force_.dot(way_);
+}
+
+/// Takes a step of the midpoint rule; false, and nothing has changed, where it was not solved or would leave the nodes
+/// more energy than they had and contacts gave.
+bool DeformableStep::advance_by_midpoint(const CouplingParameters& coupling, const DeviceState& before,
+                                         const DeviceState& device, const ContactPlanes& rigid, double h,
+                                         BodyStates& bodies, StepResult& result) {
+  const BodyStates start = bodies;
+  const Eigen::VectorXd v = v_;
+  const double had = energy();
+  if (solve(rigid_step_, coupling, before, device, rigid, h, bodies, result)) {
+    const double work = take(h, true);
+    const double spare = spare_ + had + work - energy();
+    if (spare >= -energy_rounding(work) && x_.allFinite() && v_.allFinite()) {
+      spare_ = std::clamp(spare, 0.0, spare_energy * stored());
+      return true;
+    }
+  }
+  bodies = start;
+  x_ = x0_;
+  v_ = v;
+  return false;
+}
+
+StepResult DeformableStep::advance(const CouplingParameters& coupling, const DeviceState& before,
+                                   const DeviceState& device, const ContactPlanes& rigid, double h,
+                                   BodyStates& bodies) {
+  const BodyStates start = bodies;
+  x0_ = x_;
+  find_contacts(x_, bodies);
+  if (patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) {
+    analysed_ = false;
+    factored_h_ = 0;
+  }
+  prepare_damping(h);
+  ++counts_.steps;
+  StepResult result;
+  if (by_midpoint(coupling)) {
+    if (advance_by_midpoint(coupling, before, device, rigid, h, bodies, result)) {
+      counts_.left_out += result.left_out;
+      return result;
+    }
+    ++counts_.by_euler;
+    find_contacts(x_, bodies);
+  }
+  const double had = energy();
+  const bool converged = solve(euler_step_, coupling, before, device, rigid, h, bodies, result);
+  const double work = take(h, false);
+  spare_ = std::clamp(spare_ + had + work - energy(), 0.0, spare_energy * stored());
+  if (!x_.allFinite() || !v_.allFinite()) {
+    x_ = x0_;
+    v_.setZero();
+    bodies = start;
+    for (Twist& V : bodies.V_WB) V = {};
+    result = {.outcome = StepOutcome::stopped, .left_out = result.left_out};
+    factored_h_ = 0;
   }
   if (!converged) {
     ++counts_.damped;
-    limit_energy(energy_before, work);
+    limit_energy(had, work);
     if (result.outcome == StepOutcome::converged) result.outcome = StepOutcome::damped;
   }
   counts_.left_out += result.left_out;

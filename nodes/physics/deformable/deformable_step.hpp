@@ -27,13 +27,20 @@ struct DeformableOptions {
 /// What steps have taken so far.
 struct DeformableCounts {
   std::int64_t steps = 0, iterations = 0, factors = 0, damped = 0, left_out = 0;
+  std::int64_t by_euler = 0;  ///< steps that the midpoint rule was to take
 };
 
 /// Advances x, the positions of the nodes, and the rigid bodies by h seconds. Implicit Euler, with all forces at the
 /// end of the step:
 ///   M (v' - v) = h (f_elastic(x') + M g - D v' + S^T f),   x' = x + h v',   D = drag M + damping K,
 /// f being the contact forces, which RigidStep has together with the rigid bodies' equations. By the midpoint rule the
-/// same is solved over h / 2, and then x' = x + 2 (x_m - x), v' = 2 v_m - v.
+/// same is solved over h / 2, and then x' = x + 2 (x_m - x), v' = 2 v_m - v. K in D is that of where the nodes would be
+/// halfway at their velocities, warped (ElasticModel::Tangent), so that turning is not damped.
+///
+/// **Energy by the midpoint rule.** The force in the middle of the way does the work of linear forces exactly, but not
+/// that of forces which bend on the way: energy goes up and down. What it loses is saved up, no more than a hundredth
+/// of what the nodes store. A step that would take more than is saved is taken by implicit Euler instead, and so is one
+/// that is not solved; both are counted. So energy never exceeds what there was plus the work of contacts.
 ///
 /// **How it is solved.** About x_i, beginning with x, the equation is linear in the displacement d: A d = r + S^T f
 /// with
@@ -41,11 +48,14 @@ struct DeformableCounts {
 /// A is factored with the nodes of the patch (PatchChoice) last, so that its Schur complement on them is at hand. The
 /// displacement without contact is d = A^-1 r. RigidStep then minimises one convex function of the rigid bodies'
 /// velocities and those of the patch, in which the patch has the inertia h^2 Schur(A); at last d += A^-1 S^T f.
-/// Contacts are found anew at each x_i, where the bodies are by then. The step is done when what is left of the
-/// equation at x' is below `tolerance` of the forces on the nodes. A displacement that does not lower
+/// Contacts are found anew at each x_i, where the bodies are by then. Where the tool touches nothing at the start, the
+/// first contacts are those that it meets first on its way without them, looked for at 16 places at most, so that a
+/// fast tool does not pass through. The step is done when what is left of the equation at x' is below `tolerance` of
+/// the forces on the nodes, or below what rounding x leaves. A displacement that does not lower
 ///   |x' - x - h v|_M^2 / (2 h^2) + E(x') + |x' - x|_D^2 / (2 h) - f . x'
 /// is halved. Where the iterations do not do, the velocities are scaled so that the energy of the nodes is no larger
-/// than before plus the work of contacts; this is counted as damped.
+/// than before plus the work of contacts; this is counted as damped. No state is made that is not finite: all stay at
+/// rest instead.
 ///
 /// **Factors.** K costs an assembly and A a factorisation. With `reuse` those of an earlier step serve as long as each
 /// iteration leaves less than a third of what the one before left; what is left is judged by the forces as they are,
@@ -58,6 +68,8 @@ class DeformableStep {
 
   /// Sets all nodes to these places (m) at rest.
   void place(const Eigen::VectorXd& x);
+  /// And with these velocities (m/s) of the unknowns.
+  void place(const Eigen::VectorXd& x, const Eigen::VectorXd& v);
   /// `before` and `device`: the handle at the start and the end of the step. `rigid`: the contacts of rigid bodies with
   /// each other. Contact wrench and counts of the result are those of all contacts of the tool.
   StepResult advance(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
@@ -85,13 +97,25 @@ class DeformableStep {
   [[nodiscard]] const Eigen::VectorXd& inner_force() const { return force_; }
 
  private:
-  void factor(double h, ElasticModel::Tangent tangent);
+  bool factor(double h, ElasticModel::Tangent tangent);
+  void prepare_damping(double h);
+  [[nodiscard]] Eigen::VectorXd damped(const Eigen::VectorXd& way) const;
   void residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left);
-  [[nodiscard]] double scale(double h) const;
+  [[nodiscard]] bool is_solved(const Eigen::VectorXd& x) const;
   [[nodiscard]] double merit(const Eigen::VectorXd& x, double h) const;
   void find_contacts(const Eigen::VectorXd& x, const BodyStates& bodies);
-  StepResult solve_contacts(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
-                            const ContactPlanes& rigid, double h, double solved, BodyStates& bodies);
+  bool look_ahead(const BodyStates& start, const BodyStates& end, const Eigen::VectorXd& x_end);
+  StepResult solve_contacts(RigidStep& rigid_step, const CouplingParameters& coupling, const DeviceState& before,
+                            const DeviceState& device, const ContactPlanes& rigid, double h, double solved,
+                            BodyStates& bodies);
+  bool solve(RigidStep& rigid_step, const CouplingParameters& coupling, const DeviceState& before,
+             const DeviceState& device, const ContactPlanes& rigid, double h, BodyStates& bodies, StepResult& result);
+  double take(double h, bool midpoint);
+  bool advance_by_midpoint(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
+                           const ContactPlanes& rigid, double h, BodyStates& bodies, StepResult& result);
+  [[nodiscard]] bool by_midpoint(const CouplingParameters& coupling) const;
+  [[nodiscard]] double stored() const;
+  [[nodiscard]] double energy_rounding(double work) const;
   void add(const Eigen::VectorXd& by_unknown, double share, Eigen::VectorXd& x) const;
   void by_unknown(const Eigen::VectorXd& x, Eigen::VectorXd& values) const;
   void limit_energy(double before, double work);
@@ -99,18 +123,20 @@ class DeformableStep {
   const SoftScene& soft_;
   SoftContacts& contacts_;
   DeformableOptions options_;
-  RigidStep rigid_step_;
+  RigidStep rigid_step_, euler_step_;
+  double tool_radius_;  // m
   PatchChoice patch_;
   std::unique_ptr<SparseFactor> factor_;
   Eigen::VectorXd weight_;  // N
   Eigen::VectorXd x_, v_;
+  double spare_ = 0;  // J, that steps of the midpoint rule have lost and not taken back
   DeformableCounts counts_;
 
   // Of the step that is solved.
-  Eigen::SparseMatrix<double> K_, A_;
-  double factored_h_ = 0;
+  Eigen::SparseMatrix<double> K_, A_, damping_K_;
+  double factored_h_ = 0, stiffest_ = 0;  // s; N/m, the norm of A's diagonal
   bool analysed_ = false;
-  Eigen::VectorXd x0_, x_i_, x_free_;             // m, of all nodes
+  Eigen::VectorXd x0_, x_i_, x_free_, x_query_, scratch_x_;  // m, of all nodes
   Eigen::VectorXd force_;                         // N, of elasticity and weight where the residual was last taken
   Eigen::VectorXd inertia_force_, damper_force_;  // N, likewise
   Eigen::VectorXd contact_force_;                 // N, of contacts on the unknowns
@@ -118,7 +144,7 @@ class DeformableStep {
   Eigen::MatrixXd patch_inertia_;
   Eigen::VectorXd patch_velocity_, patch_free_, patch_solved_, patch_force_;
   std::vector<Vec3> nodes_W_, patch_p_W_, patch_query_;
-  std::vector<SoftContact> found_, touching_;
+  std::vector<SoftContact> found_, ahead_, touching_;
   BodyStates query_;
 };
 

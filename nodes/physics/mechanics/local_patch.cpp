@@ -48,6 +48,21 @@ const MessageType& message_type<LocalPatch>() {
   return type;
 }
 
+namespace {
+
+/// Of all numbers, in their units: beyond, products of them overflow.
+constexpr double largest = 1e15;
+
+/// A comparison with NaN is false.
+bool fits_in(double x) {
+  return std::abs(x) <= largest;
+}
+bool fits_in(const Vec3& v) {
+  return fits_in(v.x) && fits_in(v.y) && fits_in(v.z);
+}
+
+}  // namespace
+
 bool is_usable(const LocalPatch& patch) {
   const std::size_t n = patch.nodes.size();
   if (n > LocalPatch::capacity || patch.faces.size() > LocalPatch::most_faces || patch.modes.size() > 3 * n ||
@@ -56,19 +71,18 @@ bool is_usable(const LocalPatch& patch) {
   }
   const auto known = [n](std::int32_t node) { return node >= 0 && static_cast<std::size_t>(node) < n; };
   return std::all_of(patch.nodes.begin(), patch.nodes.end(),
-                     [](const PatchNode& node) { return is_finite(node.p_W) && is_finite(node.v_W); }) &&
+                     [](const PatchNode& node) { return fits_in(node.p_W) && fits_in(node.v_W); }) &&
          std::all_of(patch.faces.begin(), patch.faces.end(),
                      [&](const PatchFace& face) {
                        return std::all_of(face.node.begin(), face.node.end(), known) && face.body >= 0 &&
-                              face.area >= 0 && std::isfinite(face.area);
+                              face.area >= 0 && fits_in(face.area);
                      }) &&
          std::all_of(patch.modes.begin(), patch.modes.end(),
                      [](const PatchMode& mode) {
-                       return mode.stiffness >= 0 && mode.damping >= 0 && std::isfinite(mode.stiffness) &&
-                              std::isfinite(mode.damping) && std::isfinite(mode.force) && std::isfinite(mode.z) &&
-                              std::isfinite(mode.rate);
+                       return mode.stiffness >= 0 && mode.damping >= 0 && fits_in(mode.stiffness) &&
+                              fits_in(mode.damping) && fits_in(mode.force) && fits_in(mode.z) && fits_in(mode.rate);
                      }) &&
-         std::all_of(patch.shapes.begin(), patch.shapes.end(), [](double x) { return std::isfinite(x); });
+         std::all_of(patch.shapes.begin(), patch.shapes.end(), [](double x) { return fits_in(x); });
 }
 
 }  // namespace tactor

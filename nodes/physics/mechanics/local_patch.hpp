@@ -42,7 +42,7 @@ struct LocalPatch {
   SharedArray<double> shapes;    ///< 3 n x m, 1/sqrt(kg), a column a mode; zero rows for nodes that are fixed
 };
 
-/// True where it is empty, or all that it lists is finite and fits together.
+/// True where it is empty, or all that it lists is of 1e15 at most in its unit and fits together.
 bool is_usable(const LocalPatch& patch);
 
 template <>

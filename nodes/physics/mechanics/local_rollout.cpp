@@ -133,7 +133,15 @@ LocalRollout::LocalRollout(const SystemModel& model, ContactSource* surface, Sof
 bool LocalRollout::accepts(const LocalModel& model) const {
   return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.coupling) &&
          usable(model.correction) && is_finite(model.p_WT_result) && is_finite(model.wrench_result) &&
-         (patch_ || model.patch.nodes.empty()) && is_usable(model.patch);
+         is_usable(model.patch) && fits_scene(model);
+}
+
+/// Whether its patch is of the bodies that deform here. A tool without mass is none that a patch is stepped with.
+bool LocalRollout::fits_scene(const LocalModel& model) const {
+  if (model.patch.nodes.empty()) return true;
+  if (!patch_ || model.coupling.massless != 0) return false;
+  return std::all_of(model.patch.faces.begin(), model.patch.faces.end(),
+                     [this](const PatchFace& face) { return face.body < soft_->deformable(); });
 }
 
 bool LocalRollout::restart(const LocalModel& model) {
@@ -145,7 +153,7 @@ bool LocalRollout::restart(const LocalModel& model) {
 }
 
 bool LocalRollout::learn(const LocalModel& model) {
-  if (!accepts(model)) return false;
+  if (!accepts(model) || (patch() != nullptr && model.coupling.massless != 0)) return false;
   local_.coupling = model.coupling;
   local_.contacts = model.contacts;
   local_.correction = model.correction;

@@ -42,8 +42,8 @@ class LocalRollout {
   /// `soft`: where contacts with what deforms are found, likewise; null in a scene where nothing does.
   explicit LocalRollout(const SystemModel& model, ContactSource* surface = nullptr, SoftContactSource* soft = nullptr);
 
-  /// False where the model is not of this scene, or has bodies, a handle, a spring, a correction or a result that are
-  /// not finite or out of range.
+  /// False where the model is not of this scene, or has bodies, a handle, a spring, a correction, a result or a patch
+  /// that are not finite or out of range.
   [[nodiscard]] bool accepts(const LocalModel& model) const;
   /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
   /// changes, where the model is not one that it accepts.
@@ -73,6 +73,7 @@ class LocalRollout {
   [[nodiscard]] Eigen::Matrix<double, 6, 6> jacobian();
 
  private:
+  [[nodiscard]] bool fits_scene(const LocalModel& model) const;
   StepResult advance_with_patch(const DeviceState& device, const ContactPlanes& planes, double h);
   ContactPlanes planes_now();
   ContactPlanes anchored_planes();

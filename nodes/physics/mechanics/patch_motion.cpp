@@ -1,6 +1,7 @@
 #include "nodes/physics/mechanics/patch_motion.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include <Eigen/Cholesky>
 
@@ -122,7 +123,12 @@ SoftPatch PatchMotion::begin(double h, std::span<SoftContact> contacts, std::spa
   mobility.noalias() = scaled * shapes.transpose();
   inertia.setIdentity();
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(mobility);
-  factors.solveInPlace(inertia);
+  if (factors.info() == Eigen::Success) {
+    factors.solveInPlace(inertia);
+  } else {
+    // Nodes that no force moves. The step will not be solved, and says so.
+    inertia.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
   return {.p_W = std::span(touched_p_W_).first(touched_.size()),
           .inertia = inertia,
           .velocity = velocity_.head(touched),

@@ -30,7 +30,8 @@ class PatchMotion {
   [[nodiscard]] SoftFaces faces() const;
 
   /// The nodes that these contacts touch, as a step over h seconds sees them; the contacts are told by those nodes from
-  /// here on. Valid until the next call.
+  /// here on. Valid until the next call. Where no force moves some of them, as of shapes that are zero, the inertia is
+  /// not a number, and no step is solved with it.
   SoftPatch begin(double h, std::span<SoftContact> contacts, std::span<const Pose> X_WB);
   /// Where the step puts velocities and forces of the nodes that `begin` named.
   SoftPatchMotion motion();

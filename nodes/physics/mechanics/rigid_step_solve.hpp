@@ -55,7 +55,10 @@ int newton(E& equations, int most, typename E::Vector& v, double* workspace) {
     equations.derivative(H, equations.newton());
     const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
     if (factors.info() != Eigen::Success) return -1;
-    const typename E::Vector d = -factors.solve(left);
+    // In place: a solution of its own would be on the heap where there is a patch.
+    typename E::Vector d = left;
+    factors.solveInPlace(d);
+    d = -d;
     const double decrement = -d.dot(left);
     if (!std::isfinite(decrement)) return -1;
     equations.set_velocities(d, &RigidStep::Plane::du);

@@ -61,7 +61,8 @@ class StepEquations {
     if constexpr (soft) {
       patch_offset_ = dofs_;
       dofs_ += 3 * static_cast<int>(patch_->p_W.size());
-      patch_scale_ = (inertia() * patch_->free_velocity).norm();
+      patch_momentum_.resize(patch_->free_velocity.size());
+      patch_momentum_.noalias() = inertia() * patch_->free_velocity;
     }
   }
 
@@ -105,9 +106,9 @@ class StepEquations {
     }
     add_coupling(v, left);
     if constexpr (soft) {
-      const Patch momentum = inertia() * of_patch(v);
-      patch_terms_ = momentum.norm() + patch_scale_;
-      of_patch(left) = momentum - inertia() * patch_->free_velocity;
+      of_patch(left).noalias() = inertia() * of_patch(v);
+      patch_terms_ = of_patch(left).norm() + patch_momentum_.norm();
+      of_patch(left) -= patch_momentum_;
     }
     for (Plane& p : planes_) {
       p.force = force(p, p.u);
@@ -483,7 +484,10 @@ class StepEquations {
       if (rotates(i)) angular(left, i) = b.inertia * angular(v, i) - b.angular_momentum;
     }
     add_coupling(v, left);
-    if constexpr (soft) of_patch(left) = inertia() * (of_patch(v) - patch_->free_velocity);
+    if constexpr (soft) {
+      of_patch(left).noalias() = inertia() * of_patch(v);
+      of_patch(left) -= patch_momentum_;
+    }
   }
 
   /// Adds what the slope S, symmetric, of a force between bodies i and j gives with their levers, to the lower
@@ -526,8 +530,9 @@ class StepEquations {
   Vector3d turn_ = model_.body[0].rotates ? eigen(to_rotation_vector(device_.X_WD.R * inverse(bodies_.X_WB[0].R)))
                                           : Vector3d(Vector3d::Zero());
   int dofs_ = 0;
-  int patch_offset_ = 0;                      // of the nodes' velocities
-  double patch_scale_ = 0, patch_terms_ = 0;  // N s, the sizes of the terms of their equation
+  int patch_offset_ = 0;    // of the nodes' velocities
+  Patch patch_momentum_;    // N s, without contacts
+  double patch_terms_ = 0;  // N s, the sizes of the terms of their equation
   std::array<Body, one ? 1 : max_moving_bodies> body_;
 };
 

@@ -1,0 +1,258 @@
+// The patch of a result against dense condensation of the same matrices, in balance, in uniform motion, and as it goes
+// on against the whole body.
+#include <boost/test/unit_test.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "nodes/physics/deformable/condensation.hpp"
+#include "nodes/physics/mechanics/patch_motion.hpp"
+#include "tests/nodes/physics/deformable/soft_rig.hpp"
+
+using namespace tactor;
+using namespace tactor::test;
+namespace tt = boost::test_tools;
+
+namespace {
+
+constexpr double radius = 0.008;  // m
+constexpr double slow = 10;       // 1/s^2, the s at which Condensation takes the stiffness
+
+Scene ball_over_gel(double gap, double young, bool held = true, const Vec3& gravity = {}) {
+  Scene scene;
+  scene.gravity_W = gravity;
+  scene.bodies = {gel_box("gel", {0.06, 0.06, 0.03}, {0, 0, -0.015}, young, 0.015),
+                  ball_tool(radius, {0.002, 0.001, radius + gap}, 0.05)};
+  if (held) hold_bottom(scene.bodies[0]);
+  scene.bodies[0].deformable.damping = 0.004;
+  scene.bodies[0].deformable.drag = 0.5;
+  return scene;
+}
+const RigOptions few_nodes{.patch_nodes = 8, .patch_reach = 0.03};
+
+/// A message as matrices over its free nodes.
+struct Seen {
+  int free = 0;
+  std::vector<int> unknowns;  // of them, three each
+  Eigen::MatrixXd V;          // modes as columns
+  Eigen::VectorXd stiffness, damping, force, rate;
+  [[nodiscard]] Eigen::MatrixXd M() const { return (V * V.transpose()).inverse(); }
+  [[nodiscard]] Eigen::MatrixXd K() const { return M() * V * stiffness.asDiagonal() * V.transpose() * M(); }
+};
+
+Seen seen(const LocalPatch& patch, const SoftRig& rig) {
+  Seen s;
+  BOOST_REQUIRE(is_usable(patch));
+  BOOST_REQUIRE(!patch.nodes.empty());
+  for (std::size_t i = 0; i < patch.nodes.size(); ++i) {
+    if (patch.nodes[i].fixed != 0) continue;
+    // Nodes lie apart, so a place tells the node.
+    int found = -1;
+    for (const int node : rig.soft.surface_nodes) {
+      if (SoftRig::at(rig.step->x(), node) == patch.nodes[i].p_W) found = node;
+    }
+    BOOST_REQUIRE(found >= 0);
+    for (int c = 0; c < 3; ++c) s.unknowns.push_back(rig.model().unknown_of(found) + c);
+    ++s.free;
+  }
+  const auto m = static_cast<Eigen::Index>(patch.modes.size());
+  BOOST_REQUIRE(m == 3 * s.free);
+  const Eigen::Map<const Eigen::MatrixXd> all(patch.shapes.data(), static_cast<Eigen::Index>(3 * patch.nodes.size()),
+                                              m);
+  s.V = all.topRows(m);
+  for (Eigen::VectorXd* v : {&s.stiffness, &s.damping, &s.force, &s.rate}) v->resize(m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const PatchMode& mode = patch.modes[static_cast<std::size_t>(i)];
+    s.stiffness[i] = mode.stiffness;
+    s.damping[i] = mode.damping;
+    s.force[i] = mode.force;
+    s.rate[i] = mode.rate;
+  }
+  return s;
+}
+
+/// The Schur complement of A on those unknowns.
+Eigen::MatrixXd condensed(const Eigen::MatrixXd& A, const std::vector<int>& unknowns) {
+  std::vector<int> others;
+  for (int u = 0; u < A.rows(); ++u) {
+    if (std::find(unknowns.begin(), unknowns.end(), u) == unknowns.end()) others.push_back(u);
+  }
+  const Eigen::MatrixXd C = A(others, unknowns);
+  return A(unknowns, unknowns) - C.transpose() * Eigen::MatrixXd(A(others, others)).ldlt().solve(C);
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(stiffness_and_mass_are_those_of_dense_condensation) {
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::midpoint}) {
+    for (const double young : {2e3, 2e4, 5e5}) {
+      for (const double h : {0.002, 0.0167}) {
+        RigOptions options = few_nodes;
+        options.integrator = integrator;
+        SoftRig rig(ball_over_gel(0.003, young), options);
+        rig.advance(h);
+        Condensation condensation(*rig.step, FactorKind::eigen, 4);
+        const auto patch = condensation.condense();
+        BOOST_REQUIRE(patch.has_value());
+        const Seen s = seen(*patch, rig);
+        const Eigen::MatrixXd K = full(rig.step->factored().K), M = full(rig.model().mass());
+        const double solved = rig.step->factored().h;
+        BOOST_TEST(solved == (integrator == Integrator::midpoint ? h / 2 : h));
+        const double s1 = (1 / (solved * solved) + 0.5 / solved) / (1 + 0.004 / solved);
+        const Eigen::MatrixXd static_K = condensed(K, s.unknowns), at_s0 = condensed(K + slow * M, s.unknowns),
+                              at_s1 = condensed(K + s1 * M, s.unknowns);
+        const Eigen::MatrixXd Kr = s.K(), Mr = s.M();
+        BOOST_TEST((Kr + slow * Mr - at_s0).norm() < 1e-7 * at_s0.norm());
+        BOOST_TEST((Kr + s1 * Mr - at_s1).norm() < 1e-7 * at_s1.norm());
+        BOOST_TEST(Eigen::LLT<Eigen::MatrixXd>(Mr).info() == Eigen::Success);
+        // The stiffness is that of statics but for s_0 times a mass no larger than the body's.
+        BOOST_TEST((Kr - static_K).norm() < slow * rig.mass() * std::sqrt(3.0));
+        BOOST_TEST_MESSAGE("E " << young << ", h " << h << ": K_r off statics by "
+                                << (Kr - static_K).norm() / static_K.norm());
+        for (Eigen::Index i = 0; i < s.stiffness.size(); ++i) {
+          BOOST_TEST(s.stiffness[i] > 0);
+          BOOST_TEST(s.damping[i] == 0.5 + 0.004 * s.stiffness[i], tt::tolerance(1e-12));
+        }
+      }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(in_balance_the_patch_feels_what_its_contacts_push_and_stays_where_it_is) {
+  Scene scene = ball_over_gel(0.0, 2e4, true, {0, 0, -9.81});
+  scene.bodies[0].deformable.damping = 0.02;
+  for (Body& body : scene.bodies) body.material.damping = 20;
+  RigOptions options = few_nodes;
+  options.patch_nodes = 12;
+  SoftRig rig(scene, options);
+  StepResult result;
+  for (int i = 0; i < 400; ++i) result = rig.advance(0.0167);
+  BOOST_TEST(result.contact_T_W.force.z == 0.05 * 9.81, tt::tolerance(1e-4));
+  Condensation condensation(*rig.step, FactorKind::eigen, 4);
+  const auto patch = condensation.condense();
+  BOOST_REQUIRE(patch.has_value());
+  const Seen s = seen(*patch, rig);
+  Eigen::VectorXd inner;
+  rig.model().force(rig.step->x(), inner);
+  inner += rig.model().weight(scene.gravity_W);
+  const Eigen::VectorXd on_patch = inner(s.unknowns);
+  // All that is out of balance is where the ball pushes.
+  BOOST_TEST(inner.norm() == on_patch.norm(), tt::tolerance(1e-4));
+  BOOST_TEST((s.force - s.V.transpose() * on_patch).norm() < 1e-3 * s.force.norm());
+  // With the contact's force held, it stays.
+  PatchMotion motion(Integrator::implicit_euler);
+  motion.restart(*patch);
+  double moved = 0;
+  for (int tick = 0; tick < 20; ++tick) {
+    std::vector<SoftContact> contacts;
+    for (int i = 0; i < s.free; ++i) {
+      SoftContact c;
+      c.node = {i, i, i};
+      c.share = {1, 0, 0};
+      contacts.push_back(c);
+    }
+    const std::array<Pose, 1> X_WB{};
+    motion.begin(0.001, contacts, X_WB);
+    for (int i = 0; i < s.free; ++i) {
+      motion.motion().force.segment<3>(3 * contacts[static_cast<std::size_t>(i)].node[0]) = -on_patch.segment<3>(3 * i);
+    }
+    motion.end(0.001);
+    for (std::size_t i = 0; i < patch->nodes.size(); ++i) {
+      moved = std::max(moved, norm(motion.nodes_W()[i] - patch->nodes[i].p_W));
+    }
+  }
+  BOOST_TEST_MESSAGE("in balance the patch moves by " << moved << " m in 20 ms");
+  BOOST_TEST(moved < 1e-7);
+}
+
+BOOST_AUTO_TEST_CASE(a_patch_of_a_body_in_uniform_motion_has_its_velocity) {
+  for (const double young : {1e3, 2e4, 1e6}) {
+    for (const double h : {0.002, 0.0167}) {
+      Scene scene = ball_over_gel(0.003, young, false);
+      scene.bodies[0].deformable.drag = 0;
+      SoftRig rig(scene, few_nodes);
+      Eigen::VectorXd v(rig.model().unknowns());
+      for (int u = 0; u < rig.model().unknowns(); u += 3) v.segment<3>(u) = Eigen::Vector3d(0.1, 0.2, -0.01);
+      rig.start(Eigen::VectorXd::Zero(v.size()), v);
+      rig.bodies.V_WB[0].v = {0.1, 0.2, -0.01};
+      rig.advance(h);
+      Condensation condensation(*rig.step, FactorKind::eigen, 4);
+      const auto patch = condensation.condense();
+      BOOST_REQUIRE(patch.has_value());
+      const Seen s = seen(*patch, rig);
+      const Eigen::VectorXd u = s.V * s.rate;
+      double worst = 0;
+      for (int i = 0; i < s.free; ++i) {
+        worst = std::max(worst, (u.segment<3>(3 * i) - Eigen::Vector3d(0.1, 0.2, -0.01)).norm() / 0.2238);
+      }
+      BOOST_TEST_MESSAGE("E " << young << ", h " << h << ": velocity of the patch off by " << worst);
+      BOOST_TEST(worst < 0.02);
+      BOOST_TEST(s.force.norm() < 1e-6);
+    }
+  }
+}
+
+namespace {
+
+/// How far a patch that was let go is from the whole body over 20 ms, over how far that moves, at worst. The ball has
+/// rested on the gel, or has come at `speed`, and is gone then.
+double let_go(double young, double h, double speed, Integrator integrator) {
+  RigOptions options{.integrator = integrator, .tolerance = 1e-8, .patch_nodes = 16, .patch_reach = 0.03};
+  SoftRig rig(ball_over_gel(speed > 0 ? 0.0005 : 0.0, young, true, {0, 0, -9.81}), options);
+  rig.bodies.V_WB[0].v = {0, 0, -speed};
+  if (speed > 0) {
+    for (int i = 0; i < 2; ++i) rig.advance(h);
+  } else {
+    for (int i = 0; i < 60; ++i) rig.advance(h);
+  }
+  Condensation condensation(*rig.step, FactorKind::eigen, 4);
+  const auto patch = condensation.condense();
+  BOOST_REQUIRE(patch.has_value());
+  const Seen s = seen(*patch, rig);
+  PatchMotion motion(integrator);
+  motion.restart(*patch);
+  rig.bodies.X_WB[0].p = {0, 0, 1};
+  const Eigen::VectorXd before = rig.step->x();
+  double worst = 0, most = 0;
+  for (int tick = 0; tick < 20; ++tick) {
+    rig.advance(0.001);
+    motion.coast(0.001);
+    int free = 0;
+    for (std::size_t i = 0; i < patch->nodes.size(); ++i) {
+      if (patch->nodes[i].fixed != 0) continue;
+      const int node = rig.model().node_of(s.unknowns[static_cast<std::size_t>(3 * free++)]);
+      const Vec3 now = SoftRig::at(rig.step->x(), node);
+      worst = std::max(worst, norm(motion.nodes_W()[i] - now));
+      most = std::max(most, norm(now - SoftRig::at(before, node)));
+    }
+  }
+  BOOST_TEST_MESSAGE("E " << young << ", h " << h << ", speed " << speed << ": off by " << worst << " m of " << most);
+  return worst / most;
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_patch_goes_on_as_the_whole_body_does) {
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::midpoint}) {
+    for (const double young : {1e4, 5e4}) {
+      BOOST_TEST(let_go(young, 0.0167, 0, integrator) < 0.25);
+      BOOST_TEST(let_go(young, 0.0167, 0.3, integrator) < 0.4);
+      BOOST_TEST(let_go(young, 0.004, 0.3, integrator) < 0.4);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(far_from_all_that_deforms_the_patch_is_empty) {
+  SoftRig rig(ball_over_gel(0.5, 2e4), few_nodes);
+  Condensation condensation(*rig.step, FactorKind::eigen, 4);
+  // Before a step too.
+  for (int i = 0; i < 2; ++i) {
+    const auto patch = condensation.condense();
+    BOOST_REQUIRE(patch.has_value());
+    BOOST_TEST(patch->nodes.empty());
+    rig.advance(0.01);
+  }
+}
