@@ -64,7 +64,7 @@ NodeInfo DeformableDynamics::declare() {
       "Factors of "
       "earlier steps serve as long as they converge quickly; the report says how many there were. Deformable bodies do "
       "not touch each other.");
-  declare_moving(d, 0.02);
+  declare_moving(d, 0.01);
   d.output("surfaces", &DeformableDynamics::surfaces, "where the surfaces are, for those who show them");
   declare_integrator(d);
   declare_soft_contacts(d, ContactSet::capacity, false);
@@ -95,6 +95,19 @@ NodeInfo DeformableDynamics::declare() {
              .min = 1e-10,
              .max = 0.1})
       .boolean("reuse_factors", &Params::reuse_factors, true, "keep factors of earlier steps as long as they converge")
+      .integer("most_substeps", &Params::most_substeps,
+               {.doc = "steps of a result at most; then they are longer than `substep`",
+                .default_value = 2,
+                .min = 1,
+                .max = 1000})
+      .real("min_step", &Params::min_step,
+            {.doc = "samples of the handle that are closer than this to the last one used wait for later ones; a "
+                    "reference run steps every millisecond",
+             .unit = "s",
+             .default_value = 0,
+             .min = 0,
+             .max = 0.1,
+             .in_reference = 0.001})
       .boolean("settle", &Params::settle, true, "start in balance with the weight")
       .integer("patch_nodes", &Params::patch_nodes,
                {.doc = "nodes around the tool that the output `patch` has, at most",
@@ -158,6 +171,7 @@ void DeformableDynamics::step(StepContext& context) {
     until = std::min(until, set->stamp.valid);
   }
   if (!take_samples(until)) return;
+  has_newest_ = false;
   if (begun_) {
     advance(spring, set != nullptr ? contact_planes(set->value) : ContactPlanes{});
   } else {
@@ -166,22 +180,23 @@ void DeformableDynamics::step(StepContext& context) {
   send();
 }
 
-/// Puts the newest usable sample up to `until` into newest_; false where there is none that is new.
+/// Puts the newest usable sample up to `until` into newest_; false where there is none that is late enough.
 bool DeformableDynamics::take_samples(Time until) {
-  bool any = false;
   for (;;) {
-    if (!waiting_ && !device.pop(next_)) return any;
+    if (!waiting_ && !device.pop(next_)) break;
     waiting_ = next_.stamp.valid > until;
-    if (waiting_) return any;
-    const bool late = (begun_ || any) && next_.stamp.valid <= (any ? newest_ : used_).stamp.valid;
+    if (waiting_) break;
+    const bool known = begun_ || has_newest_;
+    const bool late = known && next_.stamp.valid <= (has_newest_ ? newest_ : used_).stamp.valid;
     if (!is_usable(next_.value) || late) {
       ++rejected_;
       continue;
     }
     newest_ = next_;
     newest_.value.X_WD.R = normalized(newest_.value.X_WD.R);
-    any = true;
+    has_newest_ = true;
   }
+  return has_newest_ && (!begun_ || newest_.stamp.valid - used_.stamp.valid >= params_.min_step);
 }
 
 void DeformableDynamics::begin(const CouplingParameters& /*spring*/) {
@@ -195,7 +210,8 @@ void DeformableDynamics::begin(const CouplingParameters& /*spring*/) {
 void DeformableDynamics::advance(const CouplingParameters& spring, const ContactPlanes& planes) {
   const double interval = (newest_.stamp.valid - used_.stamp.valid).seconds();
   // The small allowance keeps an interval of exactly n steps at n.
-  const double pieces = std::max(1.0, std::ceil(interval / params_.substep - 1e-6));
+  const double pieces =
+      std::clamp(std::ceil(interval / params_.substep - 1e-6), 1.0, static_cast<double>(params_.most_substeps));
   DeviceState from = used_.value;
   for (double k = 1; k <= pieces; ++k) {
     const DeviceState to = handle_between(used_.value, newest_.value, k / pieces, step_->model().body[0].rotates);

@@ -13,9 +13,10 @@
 namespace tactor {
 
 /// Steps deformable and rigid bodies together (DeformableStep) through the samples of the handle: in equal steps of at
-/// most `substep` from the sample used last to the newest one in time. A state is stamped with the time of the last
-/// sample it used. Throws InputError where nothing deforms or nothing moves as a whole, and RunError at the first
-/// coupling of a massless tool.
+/// most `substep` from the sample used last to the newest one in time, but in no more than `most_substeps`, so that
+/// slow physics does not make itself slower. Nothing is done until that sample is `min_step` later. A state is stamped
+/// with the time of the last sample it used. Throws InputError where nothing deforms or nothing moves as a whole, and
+/// RunError at the first coupling of a massless tool.
 class DeformableDynamics final : public Node {
  public:
   struct Params : DynamicsParams, SoftOptions {
@@ -27,6 +28,8 @@ class DeformableDynamics final : public Node {
     double tolerance = 0;
     bool reuse_factors = true;
     bool settle = true;
+    std::int32_t most_substeps = 0;
+    Duration min_step;
     std::int32_t patch_nodes = 0;
     double patch_reach = 0;  // m
     Duration patch_horizon;
@@ -64,7 +67,7 @@ class DeformableDynamics final : public Node {
   Stamped<DeviceState> used_;    // the last sample the bodies were moved to
   Stamped<DeviceState> newest_;  // the newest one in time
   Stamped<DeviceState> next_;    // beyond that time, where `waiting_`
-  bool begun_ = false, waiting_ = false;
+  bool begun_ = false, waiting_ = false, has_newest_ = false;
   StepResult last_{.outcome = StepOutcome::converged};
   std::int64_t steps_ = 0, damped_ = 0, stopped_ = 0, left_out_ = 0, rejected_ = 0, unsent_ = 0;
 };

@@ -3,10 +3,17 @@
 
 #include <algorithm>
 #include <boost/test/unit_test.hpp>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <span>
 
+#include "app/view/hello.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
+#include "nodes/physics/mesh/body_volume.hpp"
+#include "nodes/physics/mesh/deformed_surfaces.hpp"
+#include "nodes/physics/mesh/tet_topology.hpp"
 
 using namespace tactor;
 namespace fs = std::filesystem;
@@ -62,6 +69,54 @@ BOOST_AUTO_TEST_CASE(a_scene_without_torque_shows_none) {
 BOOST_AUTO_TEST_CASE(every_moving_body_is_shown) {
   const std::vector<ShownStream> streams = shown_streams(plan_of("block_pushed/scene.yaml"));
   BOOST_TEST(count(streams, "body") == 2U);
+}
+
+BOOST_AUTO_TEST_CASE(surfaces_of_deformable_bodies_are_sets_of_points_whose_array_is_left_alone) {
+  const std::vector<ShownStream> streams = shown_streams(plan_of("gel_cube/scene.yaml"));
+  BOOST_TEST_REQUIRE(count(streams, "surface") == 1U);
+  const ShownStream& surface = stream(streams, "surface");
+  BOOST_TEST(surface.is_set);
+  BOOST_TEST(surface.columns.size() == 3U);
+  BOOST_TEST(surface.least_gap.seconds() >= 0.03);
+  ArrayPool<ShownPoint> pool(1, 2);
+  const auto points = pool.make(2, [](std::span<ShownPoint> p) {
+    p[0].p_W = {1, 2, 3};
+    p[1].p_W = {4, 5, 6};
+  });
+  BOOST_TEST_REQUIRE(points.has_value());
+  DeformedSurfaces message{*points};
+  ShownRows rows;
+  for (int i = 0; i < 3; ++i) surface.add(stamp, &message, rows);
+  BOOST_TEST(rows.times == (std::vector<double>{1.02}), boost::test_tools::per_element());
+  BOOST_TEST(rows.values == (std::vector<float>{1, 2, 3, 4, 5, 6}), boost::test_tools::per_element());
+  BOOST_TEST(message.nodes.size() == 2U);
+  BOOST_TEST(message.nodes[1].p_W[2] == 6.0F);
+  // Still in use: the pool has no array left.
+  BOOST_TEST(!pool.make(1, [](std::span<ShownPoint>) {}).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(the_mesh_of_a_deformable_body_is_the_boundary_of_its_tetrahedra) {
+  const Plan plan = plan_of("gel_cube/scene.yaml");
+  const Scene& scene = plan.graph.scene;
+  const std::vector<std::string> meshes = mesh_messages(scene, [](const std::string&) {});
+  const nlohmann::json hello = nlohmann::json::parse(hello_text(plan, shown_streams(plan), {}));
+  std::size_t deforming = 0;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const nlohmann::json& told = hello["scene"]["bodies"][b];
+    if (scene.bodies[b].motion != Motion::deformable) {
+      BOOST_TEST(!told.contains("deforms"));
+      continue;
+    }
+    ++deforming;
+    BOOST_TEST(told["deforms"].get<bool>());
+    BOOST_TEST(!told["moves"].get<bool>());
+    const TetMesh mesh = load_body_volume(scene.bodies[b]).mesh;
+    std::uint32_t counts[2];
+    std::memcpy(counts, meshes.at(told["mesh"].get<std::size_t>()).data() + 8, sizeof counts);
+    BOOST_TEST(counts[0] == surface_nodes(mesh).size());
+    BOOST_TEST(counts[1] == mesh.faces.size());
+  }
+  BOOST_TEST(deforming > 0U);
 }
 
 BOOST_AUTO_TEST_CASE(methods_side_by_side_are_choices_with_streams_of_their_own) {

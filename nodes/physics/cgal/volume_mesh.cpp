@@ -30,6 +30,9 @@ using Triangulation = CGAL::Mesh_triangulation_3<Domain, CGAL::Default, CGAL::Se
 using Complex = CGAL::Mesh_complex_3_in_triangulation_3<Triangulation, Domain::Corner_index, Domain::Curve_index>;
 using Criteria = CGAL::Mesh_criteria_3<Triangulation>;
 
+/// The longest edge on a kept line over the largest radius of a circumscribed ball.
+constexpr double edge_to_radius = 1.4;
+
 /// The solid of length 1 about the origin, for which CGAL's tolerances are made.
 struct UnitSolid {
   explicit UnitSolid(const TriangleMesh& solid)
@@ -44,13 +47,11 @@ struct UnitSolid {
 /// Fills one solid with tetrahedra of any size.
 class Filler {
  public:
-  /// `radius`: about that of the circumscribed balls to come.
-  Filler(const TriangleMesh& mesh, double radius)
+  /// `kept`: lines of the mesh, by its vertices, that become edges of tetrahedra.
+  Filler(const TriangleMesh& mesh, const std::vector<std::vector<int>>& kept)
       : surface_(surface_of(mesh)), domain_(surface_, &CGAL::get_default_random()) {
-    // Lines of sharp edges are kept where they are longer than so many radii.
-    constexpr double sharp = std::numbers::pi / 4, long_line = 12;
     std::vector<std::vector<Point>> lines;
-    for (const std::vector<int>& line : sharp_lines(mesh, sharp, long_line * radius)) {
+    for (const std::vector<int>& line : kept) {
       lines.emplace_back();
       for (const int v : line) {
         const Vec3& p = mesh.vertices[static_cast<std::size_t>(v)];
@@ -67,7 +68,7 @@ class Filler {
     constexpr double off_surface = 0.12, smallest_angle = 25, radius_to_edge = 2.5;
     // The domain and the mesher draw from it.
     CGAL::get_default_random() = CGAL::Random(1);
-    const Criteria criteria(parameters::edge_size = 1.4 * radius, parameters::facet_angle = smallest_angle,
+    const Criteria criteria(parameters::edge_size = edge_to_radius * radius, parameters::facet_angle = smallest_angle,
                             parameters::facet_size = radius, parameters::facet_distance = off_surface * radius,
                             parameters::cell_radius_edge_ratio = radius_to_edge, parameters::cell_size = radius);
     return CGAL::make_mesh_3<Complex>(
@@ -124,12 +125,40 @@ TetMesh tetrahedra_of(const Complex& complex, const UnitSolid& unit) {
   return mesh;
 }
 
+/// What comes nearest to what is asked for.
+struct Fitted {
+  Complex complex;
+  double error =
+      std::numeric_limits<double>::infinity();  // of the mean edge, as a logarithm; infinite: nothing came about
+};
+
+/// Finds the radius of the balls in a few tries. `too_long`: what is measured of a mesh over what it should be; it
+/// grows with the radius as its first power.
+template <class TooLong>
+Fitted fitted(Filler& filler, double radius, std::size_t most_vertices, const TooLong& too_long) {
+  Fitted best;
+  constexpr int most_tries = 8;
+  // 3 % in length are 10 % in the count; exudation changes that little.
+  constexpr double near_enough = 0.02;
+  for (int tries = 0; tries < most_tries && best.error > near_enough; ++tries) {
+    Complex complex = filler.filled(radius, most_vertices);
+    const double ratio = too_long(complex);
+    const double error = std::abs(std::log(ratio));
+    if (error < best.error) {
+      best.error = error;
+      best.complex.swap(complex);
+    }
+    // Where nothing came about, the body was taken for thinner than the balls.
+    radius *= std::isfinite(ratio) ? std::clamp(1 / ratio, 0.5, 2.0) : 0.5;
+  }
+  return best;
+}
+
 }  // namespace
 
 TetMesh volume_mesh(const TriangleMesh& solid, const VolumeFineness& fineness, const std::string& file) {
   const UnitSolid unit(solid);
   const double volume = mass_properties(unit.mesh).volume;
-  // What is measured of a mesh, over what it should be: it grows with the radius as its first power.
   const double wanted_edge = fineness.edge / unit.length;
   const auto too_long = [&](const Complex& complex) {
     if (complex.number_of_cells_in_complex() == 0) return std::numeric_limits<double>::infinity();
@@ -141,30 +170,23 @@ TetMesh volume_mesh(const TriangleMesh& solid, const VolumeFineness& fineness, c
                           ? wanted_edge
                           : std::cbrt(6 * std::numbers::sqrt2 * volume / static_cast<double>(fineness.tetrahedra));
   const auto expected = static_cast<std::size_t>(6 * std::numbers::sqrt2 * volume / (edge * edge * edge));
-  double radius = 0.85 * edge;
-  Filler filler(unit.mesh, radius);
-  Complex best;
-  double best_error = std::numeric_limits<double>::infinity();
-  constexpr int most_tries = 8;
-  // 3 % in length are 10 % in the count; exudation changes that little.
-  constexpr double near_enough = 0.02;
-  for (int tries = 0; tries < most_tries && best_error > near_enough; ++tries) {
-    Complex complex = filler.filled(radius, 10'000 + 2 * expected);
-    const double ratio = too_long(complex);
-    const double error = std::abs(std::log(ratio));
-    if (error < best_error) {
-      best_error = error;
-      best.swap(complex);
-    }
-    // Where nothing came about, the body was taken for thinner than the balls.
-    radius *= std::isfinite(ratio) ? std::clamp(1 / ratio, 0.5, 2.0) : 0.5;
+  const double radius = 0.85 * edge;
+  constexpr double sharp = std::numbers::pi / 4, long_line = 12, tetrahedra_per_node = 4;
+  const std::vector<std::vector<int>> lines = sharp_lines(unit.mesh, sharp, long_line * radius), none;
+  // Lines are kept where they do not ask for more nodes than the mesh would have without them, or where nothing comes
+  // about without them.
+  const bool affordable =
+      nodes_on_lines(unit.mesh, lines, edge_to_radius * radius) <= static_cast<double>(expected) / tetrahedra_per_node;
+  for (const bool with_lines : {affordable, !affordable}) {
+    Filler filler(unit.mesh, with_lines ? lines : none);
+    Fitted best = fitted(filler, radius, 2'000 + expected, too_long);
+    if (!std::isfinite(best.error)) continue;
+    filler.improve(best.complex);
+    return tetrahedra_of(best.complex, unit);
   }
-  if (!std::isfinite(best_error)) {
-    throw InputError(file +
-                     ": no tetrahedra came about in the surface; ask for more tetrahedra or a smaller cell_size");
-  }
-  filler.improve(best);
-  return tetrahedra_of(best, unit);
+  throw InputError(file +
+                   ": no tetrahedra came about in the surface, which is too thin or too sharp for so few; ask for more "
+                   "tetrahedra (a smaller cell_size)");
 }
 
 }  // namespace tactor

@@ -7,14 +7,17 @@ namespace tactor {
 namespace {
 
 /// One Jacobi rotation in the plane of p and q of the symmetric matrix with diagonal d and the entry `pq` off it; `rp`
-/// and `rq` are the entries of p and q with the third axis.
-inline void rotate_plane(double& pp, double& qq, double& pq, double& rp, double& rq, double* vp, double* vq) {
-  if (pq == 0) return;
+/// and `rq` are the entries of p and q with the third axis. An entry whose square is not above `tiny` stays.
+inline void rotate_plane(double& pp, double& qq, double& pq, double& rp, double& rq, double* vp, double* vq,
+                         double tiny) {
+  if (pq * pq <= tiny) return;
   const double half = 0.5 * (qq - pp);
-  // tan of the smaller angle.
-  const double t = pq / (half + std::copysign(std::sqrt(half * half + pq * pq), half));
-  const double c = 1 / std::sqrt(1 + t * t);
-  const double s = t * c;
+  // Tangent, cosine and sine of the smaller angle. The divisions do not wait for each other.
+  const double sum = half + std::copysign(std::sqrt(half * half + pq * pq), half);
+  const double unit = 1 / std::sqrt(sum * sum + pq * pq);
+  const double t = pq / sum;
+  const double c = std::abs(sum) * unit;
+  const double s = std::copysign(1.0, sum) * pq * unit;
   pp -= t * pq;
   qq += t * pq;
   pq = 0;
@@ -53,10 +56,11 @@ void symmetric_eigen(const Eigen::Matrix3d& A, Eigen::Matrix3d& V, Eigen::Vector
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     const double off = a01 * a01 + a02 * a02 + a12 * a12;
     const double scale = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    if (!(off > 1e-33 * scale)) return;
-    rotate_plane(d[0], d[1], a01, a02, a12, v, v + 3);
-    rotate_plane(d[0], d[2], a02, a01, a12, v, v + 6);
-    rotate_plane(d[1], d[2], a12, a01, a02, v + 3, v + 6);
+    const double tiny = 1e-33 * scale;
+    if (!(off > tiny)) return;
+    rotate_plane(d[0], d[1], a01, a02, a12, v, v + 3, tiny);
+    rotate_plane(d[0], d[2], a02, a01, a12, v, v + 6, tiny);
+    rotate_plane(d[1], d[2], a12, a01, a02, v + 3, v + 6, tiny);
   }
 }
 

@@ -152,6 +152,14 @@ TetMesh fill(const Body& body, Notes* notes) {
     }
   }();
   for (std::string& note : troubles) add_once(notes, std::move(note));
+  // Another body than the surface shows.
+  constexpr double least_part = 0.75;
+  if (const double part = quality_of(mesh).volume / volume; part < least_part) {
+    refuse(body, body.deformable.cell_size > 0 ? "cell_size" : "tetrahedra",
+           text_of("the tetrahedra fill %.0f", 100 * part) +
+               " % of the volume of its surface, which is too thin for so few; ask for more tetrahedra (a smaller "
+               "cell_size)");
+  }
   note_quality(body, mesh, volume, notes);
   note_count(body, mesh, notes);
   return mesh;
@@ -224,7 +232,7 @@ const FaceGroup& named_group(const Body& body, const TetMesh& mesh, const std::s
   for (const FaceGroup& group : mesh.groups) names += (names.empty() ? "'" : ", '") + group.name + "'";
   refuse(body, "fixed",
          "it has no faces named '" + name + "'; " +
-             (names.empty() ? "its mesh names none: give a box or a plane in its place, or a .msh file "
+             (names.empty() ? "its mesh names none: write box or behind, or use a .msh file "
                               "with a physical group of faces"
                             : "its mesh has " + names));
 }

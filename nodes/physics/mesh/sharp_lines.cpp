@@ -50,6 +50,18 @@ std::vector<SharpEdge> without_short_chains(const TriangleMesh& mesh, const std:
   return kept;
 }
 
+/// The distance of a point from the segment between a and b.
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 d = b - a;
+  const double square = dot(d, d);
+  const double s = square > 0 ? std::clamp(dot(p - a, d) / square, 0.0, 1.0) : 0;
+  return norm(p - a - s * d);
+}
+
+bool share_an_end(const std::vector<int>& a, const std::vector<int>& b) {
+  return a.front() == b.front() || a.front() == b.back() || a.back() == b.front() || a.back() == b.back();
+}
+
 }  // namespace
 
 std::vector<std::vector<int>> sharp_lines(const TriangleMesh& mesh, double angle, double shortest) {
@@ -96,6 +108,35 @@ std::vector<std::vector<int>> sharp_lines(const TriangleMesh& mesh, double angle
     if (!taken[i]) follow(edges[i].first, i);
   }
   return lines;
+}
+
+double nodes_on_lines(const TriangleMesh& mesh, const std::vector<std::vector<int>>& lines, double longest) {
+  const auto vertex = [&](int v) { return mesh.vertices[static_cast<std::size_t>(v)]; };
+  const auto distance_to = [&](const Vec3& p, const std::vector<int>& line) {
+    double least = 2 * longest;
+    for (std::size_t k = 1; k < line.size(); ++k) {
+      least = std::min(least, distance_to_segment(p, vertex(line[k - 1]), vertex(line[k])));
+    }
+    return least;
+  };
+  // No node is nearer to the next than this part of the longest distance: lines that touch are counted, not for ever.
+  constexpr double least_part = 1e-3;
+  double nodes = 0;
+  for (const std::vector<int>& line : lines) {
+    for (std::size_t k = 1; k < line.size(); ++k) {
+      const Vec3 a = vertex(line[k - 1]), b = vertex(line[k]);
+      const double pieces = std::ceil(norm(b - a) / longest);
+      for (double piece = 0; piece < pieces; ++piece) {
+        const Vec3 p = a + (piece + 0.5) / pieces * (b - a);
+        double gap = longest;
+        for (const std::vector<int>& other : lines) {
+          if (!share_an_end(line, other)) gap = std::min(gap, distance_to(p, other) / 2);
+        }
+        nodes += norm(b - a) / pieces / std::max(gap, least_part * longest);
+      }
+    }
+  }
+  return nodes;
 }
 
 }  // namespace tactor

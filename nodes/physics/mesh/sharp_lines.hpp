@@ -13,4 +13,8 @@ namespace tactor {
 /// roughness of a scanned surface, not its shape. `mesh`: closed.
 std::vector<std::vector<int>> sharp_lines(const TriangleMesh& mesh, double angle, double shortest);
 
+/// About how many nodes a mesh has on the lines where their distance is `longest` (m) or half of that to the nearest
+/// line without a common end, whichever is less: what a mesh of tetrahedra pays for keeping them.
+double nodes_on_lines(const TriangleMesh& mesh, const std::vector<std::vector<int>>& lines, double longest);
+
 }  // namespace tactor

@@ -10,7 +10,7 @@ using namespace tactor::test;
 
 namespace {
 
-/// `elastic_answers linear|quadratic small|large`: at small load linear elasticity, at large load the neo-Hookean law.
+/// `getfem_answers linear|quadratic small|large`: at small load linear elasticity, at large load the neo-Hookean law.
 int write_answer(bool quadratic, bool large) {
   constexpr double young = 1e4, poisson = 0.4, density = 1000;
   const TetMesh mesh = box_of_tets(5, 2, 3, {0.05, 0.02, 0.03});

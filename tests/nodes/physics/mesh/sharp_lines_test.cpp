@@ -54,6 +54,19 @@ BOOST_AUTO_TEST_CASE(a_cylinder_has_two_rings_and_a_coarse_prism_its_edges) {
   BOOST_TEST(sharp_lines(prism(6), sharp, 0).size() == 18U);
 }
 
+BOOST_AUTO_TEST_CASE(lines_near_each_other_ask_for_more_nodes) {
+  const auto nodes = [](const TriangleMesh& mesh, double longest) {
+    return nodes_on_lines(mesh, sharp_lines(mesh, sharp, 0), longest);
+  };
+  // The edges of a cube are 12 long in all.
+  BOOST_TEST(nodes(test::box({1, 1, 1}), 0.1) == 120.0, boost::test_tools::tolerance(1e-9));
+  // Of a plate, eight edges have another one 0.01 away, which is no neighbour: half of that is their distance of nodes.
+  const double plate = nodes(test::box({1, 1, 0.01}), 0.1);
+  BOOST_TEST(plate > 8 / 0.005);
+  BOOST_TEST(plate < 8 / 0.005 + 10);
+  BOOST_TEST(nodes_on_lines(test::box({1, 1, 1}), {}, 0.1) == 0);
+}
+
 BOOST_AUTO_TEST_CASE(smooth_surfaces_and_short_edges_have_none) {
   BOOST_TEST(sharp_lines(test::icosphere(1, 2), sharp, 0).empty());
   // All edges of the box together are 24 long.

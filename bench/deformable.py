@@ -1,0 +1,130 @@
+#!/usr/bin/python3
+"""What each method delivers on bodies that deform, beside what it costs, as Markdown tables.
+
+`bench/deformable.py [--seeds N] [--fine-seeds N]`, with a built release preset. Each cell is a run of 3 s at 60 Hz physics, beside a
+reference of physics at 1 kHz on an exact encoder. Keep the machine free of anything else.
+"""
+import argparse
+import json
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from run_time import table  # noqa: E402
+
+TACTOR = ROOT / "build/release/bin/tactor"
+METHODS = ("hold", "lowpass", "paper", "refit", "blend", "local", "floor")
+SCENES = {"gel_cube": "gel", "liver": "liver", "bunny_soft": "bunny"}  # and the body that deforms
+#           name                          kPa  N/m   tetrahedra
+CASES = (("20 kPa, 1,000 N/m", 20, 1000, 1000), ("20 kPa, 4,000 N/m", 20, 4000, 1000), ("5 kPa, 1,000 N/m", 5, 1000, 1000),
+         ("20 kPa, 1,000 N/m, 3,000 tetrahedra", 20, 1000, 3000))
+SECONDS = 3
+FIRST_SEED = 1001
+
+
+def settings(scene, young, stiffness, tetrahedra):
+    body = SCENES[scene]
+    said = {f"scene.bodies.{body}.young": f"{young} kPa", f"scene.bodies.{body}.tetrahedra": tetrahedra, "coupling.a": 0,
+            "coupling.k_0": f"{stiffness} N/m", "coupling.k_device": f"{stiffness} N/m"}
+    return [word for key, value in said.items() for word in ("--set", f"{key}={value}")]
+
+
+def run(scene, method, seed, words, graph="scene"):
+    """summary.json of a run."""
+    with tempfile.TemporaryDirectory() as out:
+        subprocess.run([TACTOR, "run", ROOT / f"graphs/{scene}/{graph}.yaml", "--over", ROOT / f"graphs/methods/{method}.yaml", "--seed",
+                        str(seed), "--duration", f"{SECONDS} s", *words, "--overwrite", "--out", out], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        return json.loads((pathlib.Path(out) / "summary.json").read_text())
+
+
+def figures(summary):
+    force = summary["delivered"]["force"]
+    nodes = summary["cost_us"]
+    tick = [n for n in nodes.values() if n["type"].startswith("interpolation.") and n["steps"]]
+    result = [n for n in nodes.values() if n["type"].startswith("prediction.") and n["steps"]]
+    return {"error": force["rms_error_N"], "most": force["max_error_N"], "delay": force.get("delay_ms"),
+            "vibration": force.get("vibration_above_threshold_dB"), "weber": force.get("share_beyond_weber"),
+            "result": sum(1e6 * n["total_s"] / n["steps"] for n in result), "tick": sum(1e6 * n["total_s"] / n["steps"] for n in tick)}
+
+
+HEAD = ["scene", "method", "error, N", "error / hold", "worst seed", "error / floor", "most, N", "delay, ms", "noticed, %",
+        "a result, us", "a tick, us"]
+
+
+def rows(scene, case, seeds):
+    """The rows of a scene in a case."""
+    found = {method: [figures(run(scene, method, seed, settings(scene, *case[1:]))) for seed in seeds] for method in METHODS}
+
+    def mean(method, name):
+        known = [f[name] for f in found[method] if f[name] is not None]
+        return statistics.fmean(known) if known else None
+    body = []
+    for method in METHODS:
+        ratios = [f["error"] / hold["error"] for f, hold in zip(found[method], found["hold"])]
+        noticed = mean(method, "weber")
+        delay = [f["delay"] for f in found[method] if f["delay"] is not None]
+        body.append([f"`{scene}`", f"`{method}`", f"{mean(method, 'error'):.4f}", f"{statistics.fmean(ratios):.3f}", f"{max(ratios):.3f}",
+                     f"{mean(method, 'error') / mean('floor', 'error'):.2f}", f"{max(f['most'] for f in found[method]):.3f}",
+                     f"{statistics.median(delay):.2f}" if delay else "", "" if noticed is None else f"{100 * noticed:.0f}",
+                     f"{mean(method, 'result'):.0f}", f"{mean(method, 'tick'):.1f}"])
+        print(case[0], *body[-1], flush=True)
+    return body
+
+
+def accuracy(seeds, fine_seeds, scenes=tuple(SCENES)):
+    """A Markdown text with a table a case."""
+    parts = []
+    for case in CASES:
+        count = fine_seeds if case[3] > 1000 else seeds
+        body = [row for scene in scenes for row in rows(scene, case, range(FIRST_SEED, FIRST_SEED + count))]
+        parts.append(f"### {case[0]}\n\n{count} seeds.\n\n{table(HEAD, body)}")
+    return "\n\n".join(parts)
+
+
+SPEED_HEAD = ["tetrahedra", "solver", "a result, ms", "p99, ms", "share of 16.7 ms, %", "steps a result", "factors a step",
+              "iterations a step", "the predictor, ms", "a tick, us", "p99, us"]
+
+
+def speed():
+    """A Markdown table: the time of results and ticks by tetrahedra and solver."""
+    body = []
+    for tetrahedra, solver in ((1000, "eigen"), (1000, "supernodal"), (3000, "simplicial"), (3000, "supernodal"), (10000, "supernodal")):
+        words = [*settings("liver", 20, 1000, tetrahedra), "--set", f"dynamics.solver={solver}"]
+        summary = run("liver", "local", FIRST_SEED, words)
+        of = {node["type"]: node for node in summary["cost_us"].values()}
+        result, predictor, tick = of["dynamics.deformable"], of["prediction.local"], of["interpolation.rollout"]
+        body.append([tetrahedra, solver, result["median"] / 1e3, result["p99"] / 1e3, 100 * result["median"] / 16.7e3,
+                     summary["dynamics_steps"] / result["steps"], summary["deformable"]["factors"], summary["deformable"]["iterations"],
+                     predictor["median"] / 1e3, tick["median"], tick["p99"]])
+        print(*body[-1], flush=True)
+    return table(SPEED_HEAD, body)
+
+
+def convergence():
+    """A Markdown table: what physics at 10 kHz changes in the reference."""
+    body = []
+    for scene in SCENES:
+        words = settings(scene, *CASES[0][1:])
+        hold = run(scene, "hold", FIRST_SEED, words)["delivered"]["force"]["rms_error_N"]
+        fine = run(scene, "hold", FIRST_SEED, [*words, "--set", "device.encoder_step=0", "--set", "dynamics.cost=none", "--set",
+                                               "rate=10 kHz"])["physics"]["force"]["rms_error_N"]
+        body.append([f"`{scene}`", hold, fine, fine / hold])
+    return table(["scene", "error of hold, N", "change by 10 kHz, N", "change / hold"], body)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--fine-seeds", type=int, default=5)
+    parser.add_argument("--scenes", default=",".join(SCENES))
+    options = parser.parse_args()
+    print(accuracy(options.seeds, options.fine_seeds, options.scenes.split(",")))
+
+
+if __name__ == "__main__":
+    main()
