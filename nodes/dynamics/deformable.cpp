@@ -124,6 +124,12 @@ NodeInfo DeformableDynamics::declare() {
              .max = 1});
   d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
       .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
+      .metric("deformable.euler_steps", "1",
+              "steps by implicit Euler, because the midpoint rule would have added energy or was not solved",
+              Better::lower)
+      .left_out_when([](const Params& p, const MetricUse&) {
+        return std::string(p.integrator == Integrator::midpoint ? "" : "integrator is implicit_euler: all are");
+      })
       .metric("deformable.unsent_patches", "1", "results without a patch, because readers held all memory",
               Better::lower);
   return d.info();
@@ -279,6 +285,9 @@ void DeformableDynamics::report(Report& report) const {
   report.set("deformable.iterations", mean(counts.iterations));
   report.set("deformable.factors", mean(counts.factors + condensation_->factors()));
   report.set("deformable.unsent_patches", static_cast<double>(unsent_));
+  if (params_.integrator == Integrator::midpoint) {
+    report.set("deformable.euler_steps", static_cast<double>(counts.by_euler));
+  }
 }
 
 }  // namespace tactor
