@@ -34,6 +34,15 @@ DeformableOptions step_options(const DeformableDynamics::Params& params) {
       .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = params.patch_horizon.seconds()}};
 }
 
+/// Says which solver `auto` is, and what the patch has.
+void note_choices(const DeformableDynamics::Params& params, int tetrahedra, Notes* notes) {
+  if (notes == nullptr || params.solver != FactorKind::automatic) return;
+  const FactorChoice choice = chosen_factor(tetrahedra);
+  notes->push_back(std::string("dynamics.deformable: solver auto is ") +
+                   (choice.kind == FactorKind::supernodal ? "supernodal" : "eigen") + ", because " + choice.why +
+                   "; a patch has up to " + std::to_string(params.patch_nodes) + " nodes");
+}
+
 /// The nodes after they have come to rest under their weight.
 Eigen::VectorXd settled(const SoftScene& soft, const Scene& scene, FactorKind solver, Notes* notes) {
   const Balance balance =
@@ -109,6 +118,11 @@ NodeInfo DeformableDynamics::declare() {
              .default_value = 0.03,
              .min = 0,
              .max = 1});
+  d.coarser("elements", {std::string("linear")})
+      .coarser("newton_iterations", {std::int64_t{4}, std::int64_t{2}})
+      .coarser("tolerance", {1e-2, 5e-2})
+      .coarser("patch_nodes", {std::int64_t{16}, std::int64_t{12}, std::int64_t{8}})
+      .coarser("soft_spacing", {4e-3, 8e-3});
   d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
       .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
       .metric("deformable.unsent_patches", "1", "results without a patch, because readers held all memory",
@@ -119,6 +133,7 @@ NodeInfo DeformableDynamics::declare() {
 DeformableDynamics::DeformableDynamics(const Params& params, const NodeContext& context) : params_(params) {
   const Scene& scene = *context.scene;
   soft_ = std::make_unique<SoftScene>(soft_scene(scene, params.law, params.elements, context.notes));
+  note_choices(params, soft_->model.elements(), context.notes);
   const SystemModel model = rigid_model(params, context);
   const MakeMeshDistance distances = cell_distances({}, context.notes);
   tool_ = std::make_unique<ContactBody>(*scene.tool(), 0, false, params.patch_reach, distances, nullptr);

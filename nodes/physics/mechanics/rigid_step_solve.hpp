@@ -55,7 +55,9 @@ int newton(E& equations, int most, typename E::Vector& v, double* workspace) {
     equations.derivative(H, equations.newton());
     const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
     if (factors.info() != Eigen::Success) return -1;
-    const typename E::Vector d = -factors.solve(left);
+    // In place: what `solve` gives has its storage on the heap where the matrix has no largest size.
+    typename E::Vector d = -left;
+    factors.solveInPlace(d);
     const double decrement = -d.dot(left);
     if (!std::isfinite(decrement)) return -1;
     equations.set_velocities(d, &RigidStep::Plane::du);
