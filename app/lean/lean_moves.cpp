@@ -15,6 +15,9 @@ namespace {
 
 using Moves = std::vector<LeanMove<GraphSpec>>;
 
+/// With fewer of them a shape is no longer the body's.
+constexpr int fewest_tetrahedra = 200;
+
 std::string text_of(const ParamInfo& info, const ParamValue& value) {
   if (const auto* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
   if (const auto* i = std::get_if<std::int64_t>(&value)) return std::to_string(*i);
@@ -122,7 +125,23 @@ void add_cheaper_types(const GraphSpec& graph, std::size_t n, Registry& registry
   }
 }
 
+/// Fewer tetrahedra, a half each time; not of a body whose `cell_size` counts.
+void add_fewer_tetrahedra(const GraphSpec& graph, Moves& moves) {
+  for (const std::size_t i : graph.scene.deformable()) {
+    const Body& body = graph.scene.bodies[i];
+    if (body.deformable.cell_size > 0) continue;
+    const std::string name = "tetrahedra of " + body.name;
+    for (int fewer = body.deformable.tetrahedra / 2; fewer >= fewest_tetrahedra; fewer /= 2) {
+      LeanMove<GraphSpec> move{
+          .group = name, .what = fmt::format("{}: {} -> {}", name, body.deformable.tetrahedra, fewer), .state = graph};
+      move.state.scene.bodies[i].deformable.tetrahedra = fewer;
+      moves.push_back(std::move(move));
+    }
+  }
+}
+
 void add_scene(const GraphSpec& graph, Moves& moves) {
+  add_fewer_tetrahedra(graph, moves);
   for (const std::size_t i : graph.scene.moving()) {
     const Body& body = graph.scene.bodies[i];
     if (body.motion == Motion::rigid) {

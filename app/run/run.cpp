@@ -148,6 +148,7 @@ void add_statistics(Session& session, RunResult& result) {
   const Plan& plan = session.plan();
   for (std::size_t i = 0; i < plan.nodes.size(); ++i) {
     result.nodes.push_back(node_cost(plan.nodes[i], session.node_statistics(i)));
+    result.nodes.back().step_times = session.step_times(i);
   }
   for (std::size_t i = 0; i < plan.edges.size(); ++i) {
     const EdgeSpec& edge = plan.edges[i].spec;
@@ -195,9 +196,10 @@ void run_virtual(Session& session, const RunOptions& options, RunResult& result)
 
 void execute_virtual(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
                      RunResult& result) {
-  Session session(
-      plan,
-      {.measure_cpu = true, .pace = options.watcher != nullptr ? 1.0 : 0.0, .keeps_tables = options.keeps_tables});
+  Session session(plan, {.measure_cpu = true,
+                         .keeps_step_times = options.keeps_step_times,
+                         .pace = options.watcher != nullptr ? 1.0 : 0.0,
+                         .keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   {
     const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
@@ -248,7 +250,7 @@ void add_devices(const LiveStatus& status, RunResult& result) {
 }
 
 void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
-  Session session(plan, {.keeps_tables = options.keeps_tables});
+  Session session(plan, {.keeps_step_times = options.keeps_step_times, .keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   // It may be refused, so that nothing has been written yet.
   std::unique_ptr<Follower> follower;

@@ -28,6 +28,7 @@ struct NodeCost {
   double median_us = 0;
   double p99_us = 0;
   double total_s = 0;
+  std::vector<Duration> step_times;  ///< of each step, where the options keep them (see Session::step_times)
 };
 
 struct EdgeResult {
@@ -106,6 +107,7 @@ struct RunOptions {
   std::optional<Time> judge_from;
   bool judge_whole = false;        ///< the run is judged from its start, warm or not
   bool without_reference = false;  ///< no reference run: the metrics that need one are left out
+  bool keeps_step_times = false;   ///< the result has what each step took
   bool keeps_tables = false;       ///< nodes may write files of their own (see SessionOptions)
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;

@@ -13,6 +13,7 @@
 #include "app/report/run_report.hpp"
 #include "app/report/scene_picture.hpp"
 #include "app/results_folder.hpp"
+#include "app/run/cost_traces.hpp"
 #include "app/run/headline.hpp"
 #include "app/run/live.hpp"
 #include "app/run/live_view.hpp"
@@ -40,6 +41,7 @@ struct RunArguments {
   bool all = false;                   // print every metric
   bool follow = false;                // let a reference follow the run
   std::optional<fs::path> reference;  // a recording that judges the run
+  std::optional<fs::path> costs;      // where to write what the steps took
   bool view = false;                  // show it in the browser
   PageOptions page;
 };
@@ -62,7 +64,10 @@ int run_graph(const RunArguments& arguments) {
   const ResultsFolder results(fs::path("out") / plan.graph.name, arguments.results);
   results.refuse_to_replace(plan.graph.file);
   const fs::path& folder = results.path();
+  std::optional<CostTraces> costs;
+  if (arguments.costs) costs.emplace(*arguments.costs, plan);
   RunOptions run_options;
+  run_options.keeps_step_times = costs.has_value();
   run_options.recording = folder / "recording.h5";
   run_options.keeps_tables = true;
   run_options.cache_folder = default_cache_folder();
@@ -111,6 +116,7 @@ int run_graph(const RunArguments& arguments) {
     std::_Exit(1);
   }
   write_results(folder, plan, result, arguments.all);
+  if (costs) costs->write(result);
   // A live run that is asked to end has ended as it should.
   const bool ended_early = result.interrupted || result.reference_interrupted;
   return result.failure || (ended_early && !result.live) ? 1 : 0;
@@ -128,6 +134,9 @@ void add_run(CLI::App& app, int& exit_code) {
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
               "out/NAME_3, ... that holds none)");
   verb->add_flag("--all", arguments->all, "Print every metric, and what each node took; not of a blind experiment");
+  verb->add_option("--record-costs", arguments->costs,
+                   "A folder that is not there yet, for what each step outside of the real-time lane took: a file "
+                   "NODE.csv a node, which `cost: {trace: NODE.csv}` reads");
   verb->add_flag(
       "--follow", arguments->follow,
       "With clock: real, let a reference follow the run, so that error and delay are known while it goes on");

@@ -51,7 +51,9 @@ void VirtualClock::step(const Dispatcher::StepRequest& request) {
   const std::int64_t cpu_begin = measure_cpu_ ? thread_cpu_ns() : 0;
   nodes_.step(request.node, context);
   if (measure_cpu_) {
-    node_statistics_[request.node].add_cpu({thread_cpu_ns() - cpu_begin});
+    const Duration taken{thread_cpu_ns() - cpu_begin};
+    node_statistics_[request.node].add_cpu(taken);
+    if (!step_times_.empty()) step_times_[request.node].push_back(taken);
   }
   const Duration cost = costs_[request.node].next(context.work());
   if (cost.ns > 0) {

@@ -20,6 +20,12 @@ class VirtualClock {
   /// `external` and `inputs`: see Dispatcher.
   VirtualClock(const Plan& plan, bool measure_cpu, std::vector<bool> external = {}, ExternalInputs* inputs = nullptr);
 
+  /// From now on keeps what each step took. Needs `measure_cpu`; before the first step.
+  void keep_step_times() { step_times_.resize(plan_.nodes.size()); }
+  /// The CPU time of each step of a node, in order; empty where they are not kept.
+  [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const {
+    return step_times_.empty() ? std::vector<Duration>{} : step_times_[node];
+  }
   /// Where taps are added; they may be before the start and between two advances.
   [[nodiscard]] Dispatcher& dispatcher() { return dispatcher_; }
   /// Starts the nodes at time zero. Once, before the first advance.
@@ -49,7 +55,8 @@ class VirtualClock {
   PlanNodes nodes_;
   std::vector<CostDraw> costs_;
   Dispatcher dispatcher_;
-  std::vector<NodeStatistics> node_statistics_;  // without what the dispatcher counts
+  std::vector<NodeStatistics> node_statistics_;    // without what the dispatcher counts
+  std::vector<std::vector<Duration>> step_times_;  // by node, where they are kept; else empty
 };
 
 /// The CPU time of the calling thread in ns.

@@ -131,6 +131,7 @@ class Session::Run {
       live = load_live_library().make(plan);
     } else {
       own_clock = std::make_unique<VirtualClock>(plan, options.measure_cpu);
+      if (options.keeps_step_times) own_clock->keep_step_times();
       clock = own_clock.get();
     }
   }
@@ -274,10 +275,11 @@ class Session::Run {
   std::list<Subscription> subscriptions;
   std::list<Subscription> requests;  // of nodes, under the virtual clock
   std::function<std::optional<std::size_t>(const SetRequest&)> make_request;
-  std::deque<SetRequest> asked;         // by nodes, not done yet
-  std::optional<std::size_t> set_last;  // the node that a request has set last
-  std::uint64_t messages_begun = 0;     // by on_message
-  std::uint64_t dropped_by_ended = 0;   // by subscriptions that have ended
+  std::deque<SetRequest> asked;                   // by nodes, not done yet
+  std::optional<std::size_t> set_last;            // the node that a request has set last
+  std::vector<std::vector<Duration>> step_times;  // live, by node, where they are kept
+  std::uint64_t messages_begun = 0;               // by on_message
+  std::uint64_t dropped_by_ended = 0;             // by subscriptions that have ended
   bool started = false, stopped = false, finished = false;
 };
 
@@ -296,6 +298,13 @@ Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_uniq
   if (options.replay == nullptr) {
     for (const std::string& note : run_->notes) nodes().note(note);
     check_effects(run_->plan);
+  }
+  if (options.keeps_step_times && run_->live) {
+    run_->step_times.resize(run_->plan.nodes.size());
+    on_step([run = run_.get()](const Stamp& stamp, const void* value) {
+      const auto node = static_cast<std::size_t>(static_cast<const StepEvent*>(value)->node);
+      run->step_times[node].push_back(stamp.produced - stamp.valid);
+    });
   }
   run_->take_requests([this](const SetRequest& request) -> std::optional<std::size_t> {
     if (!is_running()) return std::nullopt;
@@ -555,6 +564,12 @@ bool Session::is_abandoned() const {
 
 NodeStatistics Session::node_statistics(std::size_t node) const {
   return run_->live ? run_->live->node_statistics(node) : run_->clock->node_statistics(node);
+}
+
+std::vector<Duration> Session::step_times(std::size_t node) const {
+  if (plan().nodes[node].scheduling.lane == Lane::realtime || !run_->options.keeps_step_times) return {};
+  if (run_->live) return run_->step_times[node];
+  return run_->own_clock ? run_->own_clock->step_times(node) : std::vector<Duration>{};
 }
 
 EdgeStatistics Session::edge_statistics(std::size_t edge) const {

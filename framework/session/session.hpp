@@ -23,6 +23,9 @@ namespace tactor {
 struct SessionOptions {
   /// Under the virtual clock: time every step by the thread's CPU clock.
   bool measure_cpu = false;
+  /// Keep what each step of every node outside of the real-time lane took (see Session::step_times). Under the virtual
+  /// clock needs `measure_cpu`.
+  bool keeps_step_times = false;
   /// The log of a live run of the same plan, which is made again under the virtual clock; it outlives the session.
   const RunLog* replay = nullptr;
   /// Under the virtual clock: seconds of the run for a second of wall time; 0: as fast as it goes.
@@ -167,6 +170,9 @@ class Session {
   /// Live: true where a step never came back. Its thread still uses the nodes, so that they can't be asked.
   [[nodiscard]] bool is_abandoned() const;
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const;
+  /// What each step of a node took, in order, where the options keep it; empty for a node in the real-time lane. Under
+  /// the virtual clock the CPU time of its thread; live the time until its results were visible, waiting included.
+  [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const;
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
   /// Live: the state at the end.
   [[nodiscard]] const LiveStatus& last_status() const;

@@ -34,6 +34,15 @@ DeformableOptions step_options(const DeformableDynamics::Params& params) {
       .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = params.patch_horizon.seconds()}};
 }
 
+/// Says which solver `auto` is, and what the patch has.
+void note_choices(const DeformableDynamics::Params& params, int tetrahedra, Notes* notes) {
+  if (notes == nullptr || params.solver != FactorKind::automatic) return;
+  const FactorChoice choice = chosen_factor(tetrahedra);
+  notes->push_back(std::string("dynamics.deformable: solver auto is ") +
+                   (choice.kind == FactorKind::supernodal ? "supernodal" : "eigen") + ", because " + choice.why +
+                   "; a patch has up to " + std::to_string(params.patch_nodes) + " nodes");
+}
+
 /// The nodes after they have come to rest under their weight.
 Eigen::VectorXd settled(const SoftScene& soft, const Scene& scene, FactorKind solver, Notes* notes) {
   const Balance balance =
@@ -122,6 +131,11 @@ NodeInfo DeformableDynamics::declare() {
              .default_value = 0.03,
              .min = 0,
              .max = 1});
+  d.coarser("elements", {std::string("linear")})
+      .coarser("newton_iterations", {std::int64_t{4}, std::int64_t{2}})
+      .coarser("tolerance", {1e-2, 5e-2})
+      .coarser("patch_nodes", {std::int64_t{16}, std::int64_t{12}, std::int64_t{8}})
+      .coarser("soft_spacing", {4e-3, 8e-3});
   d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
       .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
       .metric("deformable.euler_steps", "1",
@@ -138,6 +152,7 @@ NodeInfo DeformableDynamics::declare() {
 DeformableDynamics::DeformableDynamics(const Params& params, const NodeContext& context) : params_(params) {
   const Scene& scene = *context.scene;
   soft_ = std::make_unique<SoftScene>(soft_scene(scene, params.law, params.elements, context.notes));
+  note_choices(params, soft_->model.elements(), context.notes);
   const SystemModel model = rigid_model(params, context);
   const MakeMeshDistance distances = cell_distances({}, context.notes);
   tool_ = std::make_unique<ContactBody>(*scene.tool(), 0, false, params.patch_reach, distances, nullptr);
@@ -241,6 +256,7 @@ void DeformableDynamics::send() {
                      .contacts = last_.touching,
                      .damped = last_.outcome == StepOutcome::converged ? 0 : 1});
   if (patch.wanted()) {
+    step_->refresh(bodies_);
     if (const auto local = condensation_->condense()) {
       patch.send(valid, *local);
     } else {

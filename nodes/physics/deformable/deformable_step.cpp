@@ -322,6 +322,7 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
                            StepResult& result) {
   const bool midpoint = &rigid_step == &rigid_step_ && by_midpoint(coupling);
   const double solved = midpoint ? h / 2 : h;
+  solved_h_ = solved;
   const BodyStates start = bodies;
   result = {.outcome = StepOutcome::stopped};
   x_i_ = x0_;
@@ -414,6 +415,14 @@ bool DeformableStep::advance_by_midpoint(const CouplingParameters& coupling, con
   x_ = x0_;
   v_ = v;
   return false;
+}
+
+void DeformableStep::refresh(const BodyStates& bodies) {
+  if (solved_h_ == 0) return;
+  find_contacts(x_, bodies);
+  if (patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) analysed_ = false;
+  x_i_ = x_;
+  static_cast<void>(factor(solved_h_, ElasticModel::Tangent::warped));
 }
 
 StepResult DeformableStep::advance(const CouplingParameters& coupling, const DeviceState& before,

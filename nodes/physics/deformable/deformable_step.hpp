@@ -81,6 +81,9 @@ class DeformableStep {
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }  ///< m/s, of the unknowns
   [[nodiscard]] const PatchChoice& patch() const { return patch_; }
   [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
+  /// Factors anew where the last step ended, with the patch that the tool has there: what is condensed is then as stiff
+  /// as the bodies are now. The next step begins with that factor.
+  void refresh(const BodyStates& bodies);
   /// J, of all nodes: kinetic, elastic, and of weight.
   [[nodiscard]] double energy() const;
 
@@ -134,6 +137,7 @@ class DeformableStep {
 
   // Of the step that is solved.
   Eigen::SparseMatrix<double> K_, A_, damping_K_;
+  double solved_h_ = 0;                   // s, that the last step was solved over
   double factored_h_ = 0, stiffest_ = 0;  // s; N/m, the norm of A's diagonal
   bool analysed_ = false;
   Eigen::VectorXd x0_, x_i_, x_free_, x_query_, scratch_x_;  // m, of all nodes

@@ -5,10 +5,14 @@
 
 namespace tactor {
 
+FactorChoice chosen_factor(int tetrahedra) {
+  if (tetrahedra < least_for_supernodal) return {FactorKind::eigen, "there are fewer than 1,000 tetrahedra"};
+  if (!has_suitesparse_plugin()) return {FactorKind::eigen, "the plugin tactor_suitesparse is not installed"};
+  return {FactorKind::supernodal, "there are 1,000 tetrahedra or more"};
+}
+
 std::unique_ptr<SparseFactor> make_factor(FactorKind kind, int tetrahedra) {
-  if (kind == FactorKind::automatic) {
-    kind = tetrahedra < least_for_supernodal || !has_suitesparse_plugin() ? FactorKind::eigen : FactorKind::supernodal;
-  }
+  if (kind == FactorKind::automatic) kind = chosen_factor(tetrahedra).kind;
   if (kind == FactorKind::simplicial) return load_suitesparse_plugin("the simplicial factor").simplicial_factor();
   if (kind == FactorKind::supernodal) return load_suitesparse_plugin("the supernodal factor").supernodal_factor();
   return std::make_unique<EigenFactor>();

@@ -43,6 +43,13 @@ enum class FactorKind {
 /// From so many tetrahedra on, `automatic` is supernodal.
 inline constexpr int least_for_supernodal = 1000;
 
+/// What `automatic` is for so many tetrahedra, and why, in words.
+struct FactorChoice {
+  FactorKind kind = FactorKind::eigen;
+  const char* why = "";
+};
+FactorChoice chosen_factor(int tetrahedra);
+
 /// Throws InputError where the kind needs the plugin tactor_suitesparse and that is not installed, but for `automatic`.
 std::unique_ptr<SparseFactor> make_factor(FactorKind kind, int tetrahedra);
 

@@ -166,6 +166,55 @@ BOOST_FIXTURE_TEST_CASE(written_yaml_loads_to_the_same_graph, Fixture) {
   BOOST_TEST(to_yaml(again) == to_yaml(spec));
 }
 
+BOOST_FIXTURE_TEST_CASE(deformable_bodies_are_read_in_SI_units_and_written_so_that_they_load_to_the_same, Fixture) {
+  const fs::path file = folder.write("soft.yaml", R"(duration: 1 s
+nodes: {v: {type: test.values}}
+scene:
+  bodies:
+    gel:
+      box: {size: [80 mm, 80 mm, 40 mm]}
+      motion: deformable
+      young: 12 kPa
+      poisson: 0.4
+      density: 1060 kg/m^3
+      damping: 5 ms
+      drag: 3 1/s
+      tetrahedra: 500
+      fixed:
+        - behind: {p: [0, 0, -20 mm], n: [0, 0, 2]}
+        - box: {low: [-40 mm, 0, 0], high: [-40 mm, 1 cm, 0]}
+        - faces: lower side
+      inclusions:
+        lump: {p: [1 mm, 2 mm, 3 mm], radius: 5 mm, young: 0.2 MPa}
+    other: {box: {size: [1 cm, 1 cm, 1 cm]}, motion: deformable, cell_size: 2 mm}
+)");
+  const GraphSpec spec = load_graph(file, registry);
+  const Deformable& d = spec.scene.bodies.at(0).deformable;
+  BOOST_TEST(d.young == 12e3);
+  BOOST_TEST(d.poisson == 0.4);
+  BOOST_TEST(d.density == 1060);
+  BOOST_TEST(d.damping == 0.005);
+  BOOST_TEST(d.drag == 3);
+  BOOST_TEST(d.tetrahedra == 500);
+  BOOST_TEST_REQUIRE(d.fixed.size() == 3U);
+  BOOST_TEST((d.fixed[0] == FixedRegion{HalfSpaceRegion{{0, 0, -0.02}, {0, 0, 2}}}));
+  BOOST_TEST((d.fixed[1] == FixedRegion{BoxRegion{{-0.04, 0, 0}, {-0.04, 0.01, 0}}}));
+  BOOST_TEST((d.fixed[2] == FixedRegion{NamedFaces{"lower side"}}));
+  BOOST_TEST_REQUIRE(d.inclusions.size() == 1U);
+  BOOST_TEST((d.inclusions[0].p == Vec3{0.001, 0.002, 0.003}));
+  BOOST_TEST(d.inclusions[0].radius == 0.005);
+  BOOST_TEST(d.inclusions[0].young == 0.2e6);
+  BOOST_TEST(spec.scene.bodies.at(1).deformable.cell_size == 0.002);
+
+  const GraphSpec again = load_graph(folder.write("again.yaml", to_yaml(spec)), registry);
+  BOOST_TEST_REQUIRE(again.scene.bodies.size() == 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    BOOST_TEST((again.scene.bodies[i].motion == Motion::deformable));
+    BOOST_TEST((again.scene.bodies[i].deformable == spec.scene.bodies[i].deformable));
+  }
+  BOOST_TEST(to_yaml(again) == to_yaml(spec));
+}
+
 BOOST_FIXTURE_TEST_CASE(written_yaml_names_a_trace_by_its_absolute_path_whatever_its_letters, Fixture) {
   const fs::path trace = folder.write("it's a \"trace\": #1/of costs.csv", "0.005\n");
   const fs::path file = folder.write("it's a \"trace\": #1/graph.yaml",

@@ -47,7 +47,20 @@ BOOST_FIXTURE_TEST_CASE(good_graphs_validate, Fixture) {
                                      "extends: other.yaml\nnodes:\n  device: {rate: ~, cost: ~}\n  refit: ~\n"
                                      "edges:\n  - a.b -> c.d: ~\nscene: {bodies: {wall: ~}}\n");
   const fs::path written = folder.write("pipeline.yaml", pipeline(rigid_scene));
-  BOOST_TEST(validate({here / "good/pipeline.yaml", part, written}) == 0);
+  const fs::path soft = folder.write("soft.yaml", R"(duration: 1 s
+nodes: {v: {type: test.values}}
+scene:
+  bodies:
+    gel:
+      box: {size: [80 mm, 80 mm, 40 mm]}
+      motion: deformable
+      young: 20 kPa
+      poisson: 0.45
+      tetrahedra: 500
+      fixed: [{behind: {p: [0, 0, -20 mm], n: [0, 0, 1]}}, {faces: side}]
+      inclusions: {lump: {p: [0, 0, 0], radius: 5 mm, young: 0.2 MPa}, none: ~}
+)");
+  BOOST_TEST(validate({here / "good/pipeline.yaml", part, written, soft}) == 0);
 }
 
 BOOST_TEST_DECORATOR(*boost::unit_test::precondition(has_validator))
@@ -83,7 +96,14 @@ BOOST_FIXTURE_TEST_CASE(graphs_with_errors_of_form_do_not_validate, Fixture) {
                            "on_stall_is_a_boolean",
                            "impose_cost_is_a_time",
                            "pool_of_no_workers",
-                           "pool_with_unknown_key"}) {
+                           "pool_with_unknown_key",
+                           "deformable_fixed_of_no_kind",
+                           "deformable_fixed_of_two_kinds",
+                           "deformable_fixed_of_unknown_kind",
+                           "deformable_inclusion_without_radius",
+                           "deformable_poisson_below_zero",
+                           "deformable_poisson_of_a_half",
+                           "deformable_tetrahedra_of_two"}) {
     files.push_back(here / "bad" / (std::string(name) + ".yaml"));
     BOOST_TEST(fs::exists(files.back()), name);
   }

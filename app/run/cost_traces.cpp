@@ -1,0 +1,82 @@
+#include "app/run/cost_traces.hpp"
+
+#include <fmt/format.h>
+
+#include <ctime>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "app/output.hpp"
+#include "framework/core/check.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The name of the first processor, as /proc/cpuinfo tells it.
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("model name")) continue;
+    if (const std::size_t begin = line.find(": "); begin != std::string::npos) return line.substr(begin + 2);
+  }
+  return "a processor without a name";
+}
+
+/// The day of now, UTC: 2026-11-26.
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm day{};
+  gmtime_r(&now, &day);
+  return fmt::format("{:04}-{:02}-{:02}", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
+}
+
+std::string trace_text(const RunResult& result, const NodeCost& node) {
+  std::string text = fmt::format(
+      "# What each step of {} ({}) took, in s: {}.\n# Graph {}, seed {}; {}, Tactor {}.\n# {}, {} cores.\n", node.node,
+      node.type, result.live ? "the time until its results were visible" : "CPU time of its thread", result.graph,
+      result.seed, today(), TACTOR_VERSION, processor_name(), std::thread::hardware_concurrency());
+  for (const Duration time : node.step_times) text += fmt::format("{:.9f}\n", time.seconds());
+  return text;
+}
+
+}  // namespace
+
+CostTraces::CostTraces(fs::path folder, const Plan& plan) : folder_(std::move(folder)) {
+  if (plan.graph.clock == Clock::real && plan.graph.live.impose_cost) {
+    throw InputError(
+        "--record-costs: expected a graph whose steps take as long as they take, found live.impose_cost: true; write "
+        "--set live.impose_cost=false");
+  }
+  const std::string place = fmt::format("--record-costs {}: ", folder_.string());
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(folder_, error))) {
+    throw InputError(place + "expected a folder that is not there yet, found one of that name; choose another name");
+  }
+  fs::create_directories(folder_, error);
+  if (error) throw InputError(place + "cannot make this folder: " + error.message());
+}
+
+CostTraces::~CostTraces() {
+  std::error_code ignored;
+  fs::remove(folder_, ignored);
+}
+
+void CostTraces::write(const RunResult& result) const {
+  if (result.live && result.record_dropped > 0) {
+    throw RunError(
+        fmt::format("--record-costs {}: {} messages of the run were lost, so the times have gaps; record "
+                    "less, or run on a machine with less load",
+                    folder_.string(), result.record_dropped));
+  }
+  for (const NodeCost& node : result.nodes) {
+    if (!node.step_times.empty()) write_file(folder_ / (node.node + ".csv"), trace_text(result, node));
+  }
+}
+
+}  // namespace tactor

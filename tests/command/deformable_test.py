@@ -1,0 +1,73 @@
+"""Scenes that deform: what is refused, and what is said of them, by the command."""
+import unittest
+
+from harness import GRAPHS, CommandTest, needs_meshes, tactor
+
+SCENE = (GRAPHS / "gel_cube/scene.yaml").read_text()
+BOX = "box: {size: [80 mm, 80 mm, 40 mm]}"
+FIXED = "fixed: {behind: {p: [0, 0, -20 mm], n: [0, 0, 1]}}"
+# A box of 40 mm without its top.
+OPEN = """OFF
+8 10 0
+0 0 0\n0.04 0 0\n0.04 0.04 0\n0 0.04 0\n0 0 0.04\n0.04 0 0.04\n0.04 0.04 0.04\n0 0.04 0.04
+3 0 2 1\n3 0 3 2\n3 0 1 5\n3 0 5 4\n3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7
+"""
+
+
+@needs_meshes
+class Deformable(CommandTest):
+    def changed(self, *changes):
+        """The shipped scene with texts replaced, each of which it has."""
+        text = SCENE
+        for before, after in changes:
+            self.assertIn(before, text)
+            text = text.replace(before, after)
+        return self.write("scene.yaml", text)
+
+    def refused(self, reason, *changes):
+        result = tactor("check", self.changed(*changes))
+        self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+        self.assertIn(reason, result.stderr)
+
+    def test_dynamics_of_rigid_bodies_refuses_a_scene_that_deforms(self):
+        for kind in ("dynamics.rigid", "dynamics.translation"):
+            with self.subTest(kind):
+                self.refused(f"{kind} moves rigid bodies, and body 'gel' deforms; use dynamics.deformable",
+                             ("type: dynamics.deformable", f"type: {kind}"))
+
+    def test_an_open_mesh_cannot_deform(self):
+        self.write("open.off", OPEN)
+        self.refused("open.off", (BOX, "mesh: open.off"))
+
+    def test_faces_of_a_name_that_the_mesh_does_not_have_are_refused(self):
+        self.refused("it has no faces named 'bottom'", (FIXED, "fixed: {faces: bottom}"))
+
+    def test_a_region_that_holds_nothing_is_refused_with_where_the_body_is(self):
+        self.refused("holds no node of it; the body lies between", ("p: [0, 0, -20 mm]", "p: [0, 0, -30 mm]"))
+
+    def test_a_scene_without_a_tool_is_refused(self):
+        begin, end = SCENE.index("    tool:\n"), SCENE.index("\nnodes:")
+        self.refused("nothing in the scene moves", (SCENE[begin:end], ""))
+
+    def test_dynamics_of_deformable_bodies_needs_one(self):
+        begin, end = SCENE.index("      young:"), SCENE.index("      material:")
+        self.refused("dynamics.deformable needs a body with motion: deformable", (SCENE[begin:end], ""),
+                     ("motion: deformable", "motion: static"))
+
+    def test_a_body_that_nothing_holds_is_warned_of_where_it_has_weight_and_only_there(self):
+        warning = "find no balance under their weight"
+        weightless = self.run_ok("check", self.changed((FIXED, "drag: 0 1/s")))
+        self.assertNotIn(warning, weightless.stderr)
+        heavy = self.run_ok("check", self.changed((FIXED, "drag: 0 1/s"), ("gravity: [0, 0, 0]", "gravity: [0, 0, -9.81]")))
+        self.assertIn(warning, heavy.stderr)
+
+    def test_check_tells_tetrahedra_solver_and_why_collision_is_left_out(self):
+        result = self.run_ok("check", "--explain", GRAPHS / "gel_cube/scene.yaml")
+        said = result.stdout + result.stderr
+        self.assertRegex(said, r"body 'gel': \d+ tetrahedra, \d+ nodes")
+        self.assertIn("solver auto is eigen, because there are fewer than 1,000 tetrahedra", said)
+        self.assertIn("dynamics.deformable finds those contacts itself", " ".join(said.split()))
+
+
+if __name__ == "__main__":
+    unittest.main()
