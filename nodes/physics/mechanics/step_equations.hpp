@@ -61,7 +61,8 @@ class StepEquations {
     if constexpr (soft) {
       patch_offset_ = dofs_;
       dofs_ += 3 * static_cast<int>(patch_->p_W.size());
-      patch_scale_ = (inertia() * patch_->free_velocity).norm();
+      const Patch momentum = inertia() * patch_->free_velocity;
+      patch_scale_ = momentum.norm();
     }
   }
 
@@ -107,7 +108,8 @@ class StepEquations {
     if constexpr (soft) {
       const Patch momentum = inertia() * of_patch(v);
       patch_terms_ = momentum.norm() + patch_scale_;
-      of_patch(left) = momentum - inertia() * patch_->free_velocity;
+      const Patch free_momentum = inertia() * patch_->free_velocity;
+      of_patch(left) = momentum - free_momentum;
     }
     for (Plane& p : planes_) {
       p.force = force(p, p.u);
@@ -483,7 +485,11 @@ class StepEquations {
       if (rotates(i)) angular(left, i) = b.inertia * angular(v, i) - b.angular_momentum;
     }
     add_coupling(v, left);
-    if constexpr (soft) of_patch(left) = inertia() * (of_patch(v) - patch_->free_velocity);
+    if constexpr (soft) {
+      // Into storage of a largest size: a product in an expression has its own on the heap.
+      const Patch relative = of_patch(v) - patch_->free_velocity;
+      of_patch(left).noalias() = inertia() * relative;
+    }
   }
 
   /// Adds what the slope S, symmetric, of a force between bodies i and j gives with their levers, to the lower
