@@ -162,7 +162,7 @@ std::string run_time_text(const RunResult& result) {
 
 /// True for what tells no condition of an experiment: that it ended, and that the safety gate had to limit it.
 bool is_blind(const HeadlineLine& line) {
-  return line.name == "verdict" || line.name == "gate" || line.name == "left out";
+  return line.name == "verdict" || line.name == "gate";
 }
 
 std::string left_out_text(const RunResult& result) {

@@ -47,7 +47,7 @@ class ShippedGraphs(CommandTest):
         for graph in shipped(clock="virtual"):
             with self.subTest(graph=graph_name(graph)):
                 # Past the settling time of the metrics, so that every metric is there.
-                summary = self.run_graph(graph, "--duration", "0.4")
+                summary = self.run_graph(graph, "--duration", "0.6")
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
                 self.assertEqual(summary["drops"], 0)
                 self.assert_has_metrics(summary, graph)
@@ -140,7 +140,8 @@ nodes:
                 edges = summary["edges"]
                 shown = [name for name in edges if name.endswith(".segment -> device.segment")]
                 self.assertEqual(len(shown), 1)
-                for edge in (*shown, "device.state -> collision.device"):
+                to_physics = next(name for name in ("device.state -> collision.device", "device.state -> dynamics.device") if name in edges)
+                for edge in (*shown, to_physics):
                     self.assert_rising(edges[edge]["age_us"], "p50", "p99", "max")
                 for edge in edges.values():
                     self.assertGreaterEqual(edge["drops"], 0)

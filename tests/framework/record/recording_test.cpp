@@ -93,6 +93,8 @@ BOOST_AUTO_TEST_CASE(every_message_type_survives_byte_for_byte) {
     std::vector<std::byte> payload(type.size);
     const auto fill = [&](const auto& self, const std::vector<Field>& fields, std::size_t begin) -> void {
       for (const Field& field : fields) {
+        // An array, which stays empty here: no bytes but a pool's make one.
+        if (field.changes_size) continue;
         const std::size_t size = element_size(field);
         for (std::size_t i = 0; i < count_of(field); ++i) {
           const std::size_t at = begin + field.offset + i * size;
