@@ -68,8 +68,8 @@ NodeInfo DeformableDynamics::declare() {
       "of the "
       "handle since the last result, in pieces of at most `substep`. `law: corotational` is linear elasticity that "
       "turns with "
-      "the material; `neo_hookean` is for strain beyond some 20 %. Linear elements are too stiff in bending "
-      "(docs/deformable_results.md shows by how much); `elements: quadratic` are not, at several times the cost. "
+      "the material; `neo_hookean` is for strain beyond some 20 %. Linear elements are too stiff in bending; "
+      "`elements: quadratic` are not, at several times the cost. "
       "Factors of "
       "earlier steps serve as long as they converge quickly; the report says how many there were. Deformable bodies do "
       "not touch each other.");
