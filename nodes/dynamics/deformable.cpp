@@ -97,12 +97,14 @@ NodeInfo DeformableDynamics::declare() {
                        "counted",
                 .default_value = 8,
                 .min = 1,
-                .max = 100})
+                .max = 100,
+                .in_reference = 30})
       .real("tolerance", &Params::tolerance,
             {.doc = "what may be left of the nodes' equation, of the forces on them",
              .default_value = 1e-3,
              .min = 1e-10,
-             .max = 0.1})
+             .max = 0.1,
+             .in_reference = 1e-4})
       .boolean("reuse_factors", &Params::reuse_factors, true, "keep factors of earlier steps as long as they converge")
       .integer("most_substeps", &Params::most_substeps,
                {.doc = "steps of a result at most; then they are longer than `substep`",
