@@ -8,6 +8,7 @@
 #include "nodes/dynamics/declare_dynamics.hpp"
 #include "nodes/physics/deformable/static_balance.hpp"
 #include "nodes/physics/geometry/mesh_distance.hpp"
+#include "nodes/physics/mechanics/eigen.hpp"
 #include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
@@ -32,6 +33,19 @@ DeformableOptions step_options(const DeformableDynamics::Params& params) {
       .tolerance = params.tolerance,
       .reuse = params.reuse_factors,
       .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = params.patch_horizon.seconds()}};
+}
+
+void declare_metrics(Declare<DeformableDynamics>& d) {
+  d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
+      .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
+      .metric("deformable.euler_steps", "1",
+              "steps by implicit Euler, because the midpoint rule would have added energy or was not solved",
+              Better::lower)
+      .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
+        return std::string(p.integrator == Integrator::midpoint ? "" : "integrator is implicit_euler: all are");
+      })
+      .metric("deformable.unsent_patches", "1", "results without a patch, because readers held all memory",
+              Better::lower);
 }
 
 /// Says which solver `auto` is, and what the patch has.
@@ -138,16 +152,7 @@ NodeInfo DeformableDynamics::declare() {
       .coarser("tolerance", {1e-2, 5e-2})
       .coarser("patch_nodes", {std::int64_t{16}, std::int64_t{12}, std::int64_t{8}})
       .coarser("soft_spacing", {4e-3, 8e-3});
-  d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
-      .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
-      .metric("deformable.euler_steps", "1",
-              "steps by implicit Euler, because the midpoint rule would have added energy or was not solved",
-              Better::lower)
-      .left_out_when([](const Params& p, const MetricUse&) {
-        return std::string(p.integrator == Integrator::midpoint ? "" : "integrator is implicit_euler: all are");
-      })
-      .metric("deformable.unsent_patches", "1", "results without a patch, because readers held all memory",
-              Better::lower);
+  declare_metrics(d);
   return d.info();
 }
 
@@ -165,8 +170,7 @@ DeformableDynamics::DeformableDynamics(const Params& params, const NodeContext& 
       distances, context.notes);
   std::vector<Vec3> rest;
   for (int i = 0; i < soft_->model.nodes(); ++i) {
-    const Eigen::Vector3d p = soft_->model.rest().segment<3>(3 * i);
-    rest.push_back({p.x(), p.y(), p.z()});
+    rest.push_back(plain(soft_->model.rest().segment<3>(3 * i)));
   }
   soft_contacts_->set_surface(soft_->surface, rest);
   step_.emplace(*soft_, *soft_contacts_, *tool_, model, step_options(params), scene.gravity_W);
@@ -203,7 +207,8 @@ void DeformableDynamics::step(StepContext& context) {
   send();
 }
 
-/// Puts the newest usable sample up to `until` into newest_; false where there is none that is late enough.
+/// Puts the newest usable sample up to `until` into newest_. False where it comes less than min_step after the last
+/// one.
 bool DeformableDynamics::take_samples(Time until) {
   for (;;) {
     if (!waiting_ && !device.pop(next_)) break;

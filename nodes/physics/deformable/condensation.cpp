@@ -5,6 +5,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "nodes/physics/mechanics/eigen.hpp"
+
 namespace tactor {
 
 namespace {
@@ -82,7 +84,7 @@ void Condensation::balanced(const Eigen::VectorXd& force, Eigen::VectorXd& on_pa
   on_patch.noalias() = static_ * moved;
 }
 
-/// Makes the modes of the step's last factor; false where the masses are none.
+/// Makes the modes of the step's last factor. False where the mass matrix is not positive definite.
 bool Condensation::make_modes() {
   const ElasticModel& model = step_.soft().model;
   const DeformableStep::Factored factored = step_.factored();
@@ -93,9 +95,7 @@ bool Condensation::make_modes() {
   }
   if (patch_ != step_.patch().nodes() || made_of_ < 0) {
     choose_nodes();
-    std::vector<int> last;
-    for (const int node : patch_) last.push_back(model.unknown_of(node) / 3);
-    factor_->analyze(A_, last);
+    factor_->analyze(A_, step_.patch().last_nodes());
   }
   if (free_ == 0) return true;
   ++factors_;
@@ -158,9 +158,8 @@ std::optional<LocalPatch> Condensation::condense() {
   const auto nodes = node_pool_.make(nodes_.size(), [&](std::span<PatchNode> to) {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const int u = model.unknown_of(nodes_[i]);
-      const Eigen::Vector3d p = step_.x().segment<3>(3 * nodes_[i]);
-      const Eigen::Vector3d v = u < 0 ? Eigen::Vector3d::Zero() : Eigen::Vector3d(step_.v().segment<3>(u));
-      to[i] = {{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}, u < 0 ? 1 : 0};
+      to[i] = {plain(step_.x().segment<3>(3 * nodes_[i])), u < 0 ? Vec3{} : plain(step_.v().segment<3>(u)),
+               u < 0 ? 1 : 0};
     }
   });
   // The velocities of the nodes by modes: shapes^-1 is shapes^T M_r.

@@ -29,7 +29,7 @@ class Condensation {
   Condensation(const DeformableStep& step, FactorKind factor, std::size_t results);
 
   /// The patch after the last step; empty where the tool is far from all that deforms. None where readers hold all
-  /// arrays, or the masses are none.
+  /// arrays, or the mass matrix is not positive definite.
   std::optional<LocalPatch> condense();
   /// Second factors, so far.
   [[nodiscard]] std::int64_t factors() const { return factors_; }

@@ -115,9 +115,7 @@ bool DeformableStep::factor(double h, ElasticModel::Tangent tangent) {
     }
   }
   if (!analysed_) {
-    std::vector<int> last;
-    for (const int node : patch_.nodes()) last.push_back(model.unknown_of(node) / 3);
-    factor_->analyze(A_, last);
+    factor_->analyze(A_, patch_.last_nodes());
     analysed_ = true;
   }
   // Of finite numbers it has one; 0: nothing is factored.
@@ -286,10 +284,10 @@ StepResult DeformableStep::solve_contacts(RigidStep& rigid_step, const CouplingP
 
 /// Where a step was not solved: lets the energy of the nodes be no larger than `before` (J) and the contacts' work.
 void DeformableStep::limit_energy(double before, double work) {
-  const double kinetic = 0.5 * v_.dot(soft_.model.mass().selfadjointView<Eigen::Lower>() * v_);
+  const double moving = kinetic();
   const double excess = energy() - before - work;
-  if (!(excess > 0) || !(kinetic > 0)) return;
-  v_ *= excess < kinetic ? std::sqrt(1 - excess / kinetic) : 0.0;
+  if (!(excess > 0) || !(moving > 0)) return;
+  v_ *= excess < moving ? std::sqrt(1 - excess / moving) : 0.0;
 }
 
 double DeformableStep::energy() const {
@@ -299,8 +297,12 @@ double DeformableStep::energy() const {
   return stored() - weight_.dot(way - rest);
 }
 
+double DeformableStep::kinetic() const {
+  return 0.5 * v_.dot(soft_.model.mass().selfadjointView<Eigen::Lower>() * v_);
+}
+
 double DeformableStep::stored() const {
-  return 0.5 * v_.dot(soft_.model.mass().selfadjointView<Eigen::Lower>() * v_) + soft_.model.energy(x_);
+  return kinetic() + soft_.model.energy(x_);
 }
 
 /// J, by how much a step may be off by rounding alone.

@@ -117,7 +117,8 @@ class DeformableStep {
   bool advance_by_midpoint(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
                            const ContactPlanes& rigid, double h, BodyStates& bodies, StepResult& result);
   [[nodiscard]] bool by_midpoint(const CouplingParameters& coupling) const;
-  [[nodiscard]] double stored() const;
+  [[nodiscard]] double kinetic() const;  // J
+  [[nodiscard]] double stored() const;   // J, kinetic and elastic
   [[nodiscard]] double energy_rounding(double work) const;
   void add(const Eigen::VectorXd& by_unknown, double share, Eigen::VectorXd& x) const;
   void by_unknown(const Eigen::VectorXd& x, Eigen::VectorXd& values) const;

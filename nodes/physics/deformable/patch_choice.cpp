@@ -54,6 +54,12 @@ bool PatchChoice::serves(std::span<const SoftContact> contacts) const {
   return true;
 }
 
+std::vector<int> PatchChoice::last_nodes() const {
+  std::vector<int> last;
+  for (const int node : nodes_) last.push_back(soft_.model.unknown_of(node) / 3);
+  return last;
+}
+
 bool PatchChoice::update(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT,
                          std::span<const SoftContact> contacts) {
   look_around(x, X_WT, V_WT);

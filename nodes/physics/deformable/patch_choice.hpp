@@ -29,6 +29,8 @@ class PatchChoice {
 
   /// Nodes of the model, all free: those that only others touch, then those around the tool.
   [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }
+  /// The same as a SparseFactor numbers them: the nodes to eliminate last.
+  [[nodiscard]] std::vector<int> last_nodes() const;
   /// How many of them are around the tool.
   [[nodiscard]] std::size_t around_tool() const { return around_tool_; }
   /// The place of a node of the model among them; -1 where it is not.

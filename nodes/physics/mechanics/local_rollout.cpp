@@ -136,7 +136,7 @@ bool LocalRollout::accepts(const LocalModel& model) const {
          is_usable(model.patch) && fits_scene(model);
 }
 
-/// Whether its patch is of the bodies that deform here. A tool without mass is none that a patch is stepped with.
+/// Whether its patch is of the bodies that deform here. A patch cannot be stepped with a massless tool.
 bool LocalRollout::fits_scene(const LocalModel& model) const {
   if (model.patch.nodes.empty()) return true;
   if (!patch_ || model.coupling.massless != 0) return false;
