@@ -11,8 +11,8 @@ namespace tactor {
 
 namespace {
 
-// 1/s^2: s_0 and s_1. Of 0.0001 to 0.02 of what soft tissue's first modes have, and far enough apart for 12 digits.
-constexpr double balance = 10, slow = 400;
+// s_0 and s_1 over that of the fastest modes: far below the slowest ones, and far above what rounding leaves.
+constexpr double balance = 1e-7, slow = 1e-6;
 
 }  // namespace
 
@@ -107,12 +107,14 @@ bool Condensation::make_modes() {
   }
   if (free_ == 0) return true;
   // The factor in balance comes last, because forces are balanced by it.
-  if (!condense_at(slow, slow_) || !condense_at(balance, static_)) return false;
-  mass_ = (slow_ - static_) / (slow - balance);
+  const double fastest = step_.stiffness().diagonal().sum() / model.mass().diagonal().sum();
+  const double s0 = balance * fastest, s1 = slow * fastest;
+  if (!condense_at(s1, slow_) || !condense_at(s0, static_)) return false;
+  mass_ = (slow_ - static_) / (s1 - s0);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(static_, mass_);
   if (modes.info() != Eigen::Success || !modes.eigenvectors().allFinite()) return false;
   shapes_ = modes.eigenvectors();
-  square_ = (modes.eigenvalues().array() - balance).max(0.0);
+  square_ = (modes.eigenvalues().array() - s0).max(0.0);
   const auto dofs = static_cast<Eigen::Index>(3 * free_);
   damping_.resize(dofs);
   for (Eigen::Index i = 0; i < dofs; ++i) {
@@ -145,12 +147,9 @@ std::optional<LocalPatch> Condensation::condense() {
                u < 0 ? 1 : 0};
     }
   });
-  // The velocities of the nodes by modes: shapes^-1 is shapes^T M_r.
-  Eigen::VectorXd v(static_cast<Eigen::Index>(3 * free_)), on_patch;
-  for (std::size_t i = 0; i < free_; ++i) {
-    v.segment<3>(static_cast<Eigen::Index>(3 * i)) = step_.v().segment<3>(model.unknown_of(nodes_[i]));
-  }
-  const Eigen::VectorXd rates = shapes_.transpose() * (mass_.selfadjointView<Eigen::Lower>() * v);
+  Eigen::VectorXd on_patch;
+  balanced(model.mass().selfadjointView<Eigen::Lower>() * step_.v(), on_patch);
+  const Eigen::VectorXd rates = shapes_.transpose() * on_patch;
   balanced(step_.inner_force(), on_patch);
   const Eigen::VectorXd forces = shapes_.transpose() * on_patch;
   const auto modes = mode_pool_.make(3 * free_, [&](std::span<PatchMode> to) {

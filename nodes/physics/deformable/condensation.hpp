@@ -16,14 +16,14 @@ namespace tactor {
 /// With A(s) = Schur(K + s M), the Schur complement on the nodes of the patch, the other nodes are in balance at a
 /// harmonic motion of s = -w^2. K_r = A(0) is Guyan's stiffness, and A'(0) is Guyan's mass, that of all that is carried
 /// along in slow motion (R. Guyan, AIAA Journal, 1965). Both come from two small s, which also a body that nothing
-/// holds has:
+/// holds has, 1e-7 and 1e-6 of trace(K) / trace(M):
 ///   M_r = (A(s_1) - A(s_0)) / (s_1 - s_0),   K_r = A(s_0) - s_0 M_r.
 /// A secant to s_1 = 1 / h^2, as the step itself sees it, has less mass and delivers worse: what matters is the motion
 /// over some 30 ms. Modes are those of K_r z = w^2 M_r z, with the damping drag + damping w^2 of each; what damping
 /// bodies of different ones exchange by the patch is left out.
-/// The force of each mode is that of elasticity and weight, r, where the result has the nodes: shape^T K_r u on the
-/// patch, u = K^-1 r. Its rate is that of the nodes: sum_i shape_i rate_i = v on the patch. (That of the body's
-/// momentum would be too large by what the body has of mass beyond M_r.)
+/// What the patch feels of a force r on all unknowns is K_r u on the patch, u = K^-1 r: the force of each mode is
+/// shape^T of that of elasticity and weight where the result has the nodes, and its rate is shape^T of that of the
+/// momentum M v.
 class Condensation {
  public:
   /// `results`: how many patches are read at the same time. `step` must outlive it.
