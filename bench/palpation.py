@@ -42,7 +42,7 @@ def noticed(force):
 
 
 def surface(file):
-    """Points on the triangles of a file, at most about 0.5 mm apart."""
+    """Points on the triangles of a file, a tenth of a side apart."""
     lines = [line.split("#")[0].split() for line in file.read_text().splitlines()]
     words = [line for line in lines if line][1:]
     vertices, faces = int(words[0][0]), int(words[0][1])
