@@ -119,7 +119,7 @@ def measured(minutes, slice_s):
         folder = pathlib.Path(name)
         path = folder / "path.csv"
         live.write_path(path, slice_s, PATH)
-        rigid = [DUCK, "--over", METHOD, "--set", "rollout.lane=realtime", "--set", "local.cost=none", "--set", f"trajectory.file={path}"]
+        rigid = [DUCK, "--over", METHOD, "--set", "rollout.lane=realtime", "--set", "rollout.priority=79", "--set", "local.cost=none", "--set", f"trajectory.file={path}"]
         for n in range(max(1, round(60 * minutes / slice_s))):
             slices["idle"].append(run_slice(rigid, slice_s, folder))
             slices["soft"].append(run_slice([LIVER], slice_s, folder))
