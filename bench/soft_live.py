@@ -119,7 +119,8 @@ def measured(minutes, slice_s):
         folder = pathlib.Path(name)
         path = folder / "path.csv"
         live.write_path(path, slice_s, PATH)
-        rigid = [DUCK, "--over", METHOD, "--set", "rollout.lane=realtime", "--set", "rollout.priority=79", "--set", "local.cost=none", "--set", f"trajectory.file={path}"]
+        said = ("rollout.lane=realtime", "rollout.priority=79", "local.cost=none", f"trajectory.file={path}")  # as the liver has it
+        rigid = [DUCK, "--over", METHOD, *(word for text in said for word in ("--set", text))]
         for n in range(max(1, round(60 * minutes / slice_s))):
             slices["idle"].append(run_slice(rigid, slice_s, folder))
             slices["soft"].append(run_slice([LIVER], slice_s, folder))
