@@ -21,49 +21,79 @@ PatchChoice::PatchChoice(const SoftScene& soft, const ContactBody& tool, const P
       distance_(static_cast<std::size_t>(soft.model.nodes()), beyond),
       place_(static_cast<std::size_t>(soft.model.nodes()), -1) {
   near_.reserve(soft.surface_nodes.size());
+  known_.reserve(soft.surface_nodes.size());
+  places_.reserve(soft.surface_nodes.size() + soft.surface.faces.size());
 }
 
-/// m, from the tool on its way to the point p.
-double PatchChoice::distance_of(const Vec3& p, const Pose& X_WT, const Twist& V_WT) const {
+/// Fills places_ with the free surface nodes and the middles of faces within reach of the tool's way, the one with the
+/// least bound of its distance on top of the heap.
+void PatchChoice::look_for_places(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT) {
   const Vec3 way = options_.horizon * V_WT.v;
   const Vec3 middle = transform(X_WT, tool_.p_BM);
   const double length = dot(way, way);
-  // The place on the way that passes nearest, by the middle of the tool.
-  const double share = length > 0 ? std::clamp(dot(p - middle, way) / length, 0.0, 1.0) : 0;
-  const Vec3 from = p - share * way;
   const double reach = options_.reach + tool_.radius;
-  const Vec3 apart = from - middle;
-  if (dot(apart, apart) > reach * reach) return beyond;
-  return tool_.distance->nearest(rotate(inverse(X_WT.R), from - X_WT.p)).distance;
-}
-
-/// Fills near_ with the free surface nodes that the tool touches or that are within reach of its way.
-void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT,
-                              std::span<const SoftContact> contacts) {
-  std::fill(distance_.begin(), distance_.end(), beyond);
+  const Quat R_TW = inverse(X_WT.R);
+  places_.clear();
+  const auto add = [&](const Vec3& p, const std::array<std::int32_t, 3>& nodes) {
+    // The place on the way that passes nearest, by the middle of the tool.
+    const double share = length > 0 ? std::clamp(dot(p - middle, way) / length, 0.0, 1.0) : 0;
+    const Vec3 from = p - share * way;
+    const Vec3 apart = from - middle;
+    if (dot(apart, apart) <= reach * reach) places_.push_back({0, rotate(R_TW, from - X_WT.p), nodes});
+  };
   const auto at = [&x](int node) {
     const auto i = static_cast<Eigen::Index>(3 * node);
     return Vec3{x[i], x[i + 1], x[i + 2]};
   };
+  for (const auto& face : soft_.surface.faces) add((1.0 / 3) * (at(face[0]) + at(face[1]) + at(face[2])), face);
+  for (const int node : soft_.surface_nodes) {
+    if (soft_.model.unknown_of(node) >= 0) add(at(node), {node, node, node});
+  }
+  for (std::size_t first = 0; first < places_.size(); first += 8) {
+    const std::size_t count = std::min<std::size_t>(8, places_.size() - first);
+    Points8 points{};
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3& p = places_[first + i].p_T;
+      points.x[i] = static_cast<float>(p.x);
+      points.y[i] = static_cast<float>(p.y);
+      points.z[i] = static_cast<float>(p.z);
+    }
+    std::array<float, 8> bound{};
+    tool_.distance->lower_bounds(points, (1U << count) - 1U, bound);
+    for (std::size_t i = 0; i < count; ++i) places_[first + i].bound = static_cast<double>(bound[i]);
+  }
+  std::make_heap(places_.begin(), places_.end());
+}
+
+/// Fills near_ with the free surface nodes that the tool touches or that are nearest to its way, as many as are wanted.
+void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT,
+                              std::span<const SoftContact> contacts) {
+  std::fill(distance_.begin(), distance_.end(), beyond);
+  known_.clear();
   const auto bring_near = [this](int node, double distance) {
+    if (soft_.model.unknown_of(node) < 0 || !(distance < options_.reach)) return;
     double& nearest = distance_[static_cast<std::size_t>(node)];
+    if (nearest == beyond) known_.push_back(node);
     nearest = std::min(nearest, distance);
   };
   for (const SoftContact& contact : contacts) {
     if (contact.body != 0) continue;
     for (const std::int32_t node : contact.node) bring_near(node, contact.contact.distance);
   }
-  for (const auto& face : soft_.surface.faces) {
-    const double distance = distance_of((1.0 / 3) * (at(face[0]) + at(face[1]) + at(face[2])), X_WT, V_WT);
-    for (const std::int32_t node : face) bring_near(node, distance);
+  look_for_places(x, X_WT, V_WT);
+  const auto wanted = static_cast<std::ptrdiff_t>(options_.nodes);
+  // Until as many nodes are known to be nearer than anything that has not been looked at.
+  while (!places_.empty() && places_.front().bound < options_.reach) {
+    std::pop_heap(places_.begin(), places_.end());
+    const Place place = places_.back();
+    places_.pop_back();
+    const auto nearer = [&](int node) { return distance_[static_cast<std::size_t>(node)] < place.bound; };
+    if (std::count_if(known_.begin(), known_.end(), nearer) >= wanted) break;
+    const double distance = tool_.distance->nearest(place.p_T).distance;
+    for (const std::int32_t node : place.node) bring_near(node, distance);
   }
   near_.clear();
-  for (const int node : soft_.surface_nodes) {
-    if (soft_.model.unknown_of(node) < 0) continue;
-    bring_near(node, distance_of(at(node), X_WT, V_WT));
-    const double distance = distance_[static_cast<std::size_t>(node)];
-    if (distance < options_.reach) near_.push_back({distance, node});
-  }
+  for (const int node : known_) near_.push_back({distance_[static_cast<std::size_t>(node)], node});
   const auto kept = std::min(near_.size(), static_cast<std::size_t>(options_.nodes));
   std::partial_sort(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(kept), near_.end());
   near_.resize(kept);

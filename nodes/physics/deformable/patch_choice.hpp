@@ -1,6 +1,8 @@
 // Which nodes of deforming surfaces a step keeps at hand: those around the tool, and those that other bodies touch.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -46,7 +48,14 @@ class PatchChoice {
       return distance != other.distance ? distance < other.distance : node < other.node;
     }
   };
-  [[nodiscard]] double distance_of(const Vec3& p, const Pose& X_WT, const Twist& V_WT) const;
+  /// A free surface node or the middle of a face.
+  struct Place {
+    double bound;  // m, which its distance is not below
+    Vec3 p_T;      // m, where it passes the tool
+    std::array<std::int32_t, 3> node;
+    bool operator<(const Place& other) const { return bound > other.bound; }  // the least on top of a heap
+  };
+  void look_for_places(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT);
   void look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT,
                    std::span<const SoftContact> contacts);
   [[nodiscard]] bool serves(std::span<const SoftContact> contacts) const;
@@ -55,7 +64,9 @@ class PatchChoice {
   const ContactBody& tool_;
   PatchChoiceOptions options_;
   std::vector<Near> near_;
-  std::vector<double> distance_;  // m, of each node
+  std::vector<Place> places_;
+  std::vector<double> distance_;  // m, of each node, as far as it is known
+  std::vector<int> known_;        // nodes whose distance is known and below the reach
   std::vector<int> nodes_, place_;
   std::size_t around_tool_ = 0;
 };
