@@ -13,12 +13,12 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-import closed_loop  # noqa: E402
+from closed_loop import GRIPS as WALL_GRIPS  # noqa: E402
 from run_time import table  # noqa: E402
 
 TACTOR = ROOT / "build/release/bin/tactor"
 METHODS = ("hold", "paper", "blend", "local", "floor")
-GRIPS = {"light": (0.15, 3, 300), "firm": closed_loop.GRIPS["firm"]}  # kg, N s/m, N/m
+GRIPS = {"light": (0.15, 3, 300), "firm": WALL_GRIPS["firm"]}  # kg, N s/m, N/m
 STIFFNESSES = (300, 1000, 2000, 4000)  # N/m
 YOUNGS = (20, 500)  # kPa
 REST = 1.0  # s, at the end of the run
@@ -93,7 +93,7 @@ def verdicts(found):
                    for method, count, most in said).strip()
 
 
-def closed_loop_text(jobs=1):
+def closed_loop(jobs=1):
     """The table and, below it, how many cells of each method are restless."""
     found = swings(jobs)
     return f"{swing_table(found)}\n{verdicts(found)}\n"
@@ -102,4 +102,4 @@ def closed_loop_text(jobs=1):
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=1)
-    print(closed_loop_text(parser.parse_args().jobs), end="")
+    print(closed_loop(parser.parse_args().jobs), end="")
