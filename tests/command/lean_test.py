@@ -232,7 +232,7 @@ class Lean(CommandTest):
         self.assertIn(simpler, steps)
         lean = self.folder / "lean.yaml"
         self.assertIn("tetrahedra: 200", lean.read_text())
-        self.assertIn("elements: linear", lean.read_text())
+        self.assertNotIn("quadratic", lean.read_text())  # linear is the default
 
         # Both run anew on the seed of the check: what is displayed differs by what the errors allow.
         seed = ("--seed", found["check_seeds"][0], *short)
