@@ -344,7 +344,7 @@ BOOST_AUTO_TEST_CASE(two_bodies_go_on_in_one_patch_as_each_does_in_its_own) {
                                          << " nodes of " << patch->nodes.size());
     BOOST_TEST(compared > 8);
     BOOST_TEST(most > 1e-4);
-    BOOST_TEST(worst < 0.02 * most);
+    BOOST_TEST(worst < 1e-6 * most);
   }
 }
 
