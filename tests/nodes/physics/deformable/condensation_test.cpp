@@ -278,6 +278,7 @@ BOOST_AUTO_TEST_CASE(each_of_two_bodies_has_its_own_damping_in_the_patch) {
     for (const double h : {0.002, 0.0167}) {
       SoftRig rig(ball_over_two(2e4, other_young), all_near);
       rig.advance(h);
+      rig.step->refresh(rig.bodies);
       Condensation condensation(*rig.step, FactorKind::eigen, 4);
       const auto patch = condensation.condense();
       BOOST_REQUIRE(patch.has_value());
@@ -309,6 +310,7 @@ BOOST_AUTO_TEST_CASE(two_bodies_go_on_in_one_patch_as_each_does_in_its_own) {
       for (int u = 0; u < rig.model().unknowns(); u += 3) v.segment<3>(u) = Eigen::Vector3d(0.3, 0.1, -0.2);
       rig.start(Eigen::VectorXd::Zero(v.size()), v);
       rig.advance(h);
+      rig.step->refresh(rig.bodies);
     };
     SoftRig both(ball_over_two(2e4, other_young), all_near);
     thrown(both);
