@@ -82,6 +82,22 @@ void add_shape(KeyText& text, const Shape& shape) {
   }
 }
 
+// Names all members, so that none that is added to the struct is forgotten here.
+void add_deformable(KeyText& text, const Deformable& body) {
+  const auto& [young, poisson, density, damping, drag, tetrahedra, cell_size, fixed, inclusions] = body;
+  for (const double d : {young, poisson, density, damping, drag, cell_size}) text.add(d);
+  text.add(std::int64_t{tetrahedra});
+  text.add(static_cast<std::int64_t>(fixed.size()));
+  for (const FixedRegion& region : fixed) {
+    text.add(static_cast<std::int64_t>(region.index()));
+    if (const auto* box = std::get_if<BoxRegion>(&region)) text.add(box->low), text.add(box->high);
+    if (const auto* half = std::get_if<HalfSpaceRegion>(&region)) text.add(half->p), text.add(half->n);
+    if (const auto* faces = std::get_if<NamedFaces>(&region)) text.add(faces->name);
+  }
+  text.add(static_cast<std::int64_t>(inclusions.size()));
+  for (const auto& [p, radius, stiff] : inclusions) text.add(p), text.add(radius), text.add(stiff);
+}
+
 void add_scene(KeyText& text, const Scene& scene) {
   text.add(scene.gravity_W);
   text.add(scene.tool_name);
@@ -97,6 +113,7 @@ void add_scene(KeyText& text, const Scene& scene) {
          {body.material.stiffness, body.material.damping, body.material.friction, body.material.patch_area}) {
       text.add(m);
     }
+    if (body.motion == Motion::deformable) add_deformable(text, body.deformable);
   }
 }
 

@@ -6,6 +6,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/value_error.hpp"
 #include "nodes/dynamics/declare_dynamics.hpp"
+#include "nodes/physics/contact/moved_on.hpp"
 #include "nodes/physics/deformable/static_balance.hpp"
 #include "nodes/physics/geometry/mesh_distance.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
@@ -287,12 +288,7 @@ void DeformableDynamics::send() {
 void DeformableDynamics::send_expected() {
   const Time now = std::max(device.latest()->stamp.valid, used_.stamp.valid);
   const double ahead = (now - used_.stamp.valid).seconds();
-  BodyStates later = bodies_;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(later.count); ++i) {
-    later.X_WB[i].p += ahead * later.V_WB[i].v;
-    later.X_WB[i].R = normalized(from_rotation_vector(ahead * later.V_WB[i].w) * later.X_WB[i].R);
-  }
-  expected.send(now, later);
+  expected.send(now, moved_on(bodies_, ahead));
 }
 
 void DeformableDynamics::report(Report& report) const {

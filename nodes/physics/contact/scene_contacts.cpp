@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "nodes/physics/contact/doubts.hpp"
+#include "nodes/physics/contact/moved_on.hpp"
 
 namespace tactor {
 
@@ -48,16 +49,6 @@ double spacing_by_default(const Body& body, const Scene& scene, const std::vecto
     if (known != made.end()) finest = std::min(finest, known->box.longest() / 8);
   }
   return box_spacing(*box, finest);
-}
-
-/// Where the bodies are `time` s later if they keep their velocities.
-BodyStates moved_on(const BodyStates& bodies, double time) {
-  BodyStates later = bodies;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(bodies.count); ++i) {
-    later.X_WB[i].p += time * bodies.V_WB[i].v;
-    later.X_WB[i].R = from_rotation_vector(time * bodies.V_WB[i].w) * later.X_WB[i].R;
-  }
-  return later;
 }
 
 /// Whether a mesh of this body needs samples: those of spheres and capsules stand for both sides.

@@ -11,7 +11,8 @@ namespace tactor {
 
 namespace {
 
-constexpr double slow = 10;  // 1/s^2, s_0
+// s_0 and s_1 over that of the fastest modes: far below the slowest ones, and far above what rounding leaves.
+constexpr double balance = 1e-7, slow = 1e-6;
 
 }  // namespace
 
@@ -84,37 +85,37 @@ void Condensation::balanced(const Eigen::VectorXd& force, Eigen::VectorXd& on_pa
   on_patch.noalias() = static_ * moved;
 }
 
-/// Makes the modes of the step's last factor. False where the mass matrix is not positive definite.
-bool Condensation::make_modes() {
-  const ElasticModel& model = step_.soft().model;
-  const DeformableStep::Factored factored = step_.factored();
-  if (A_.rows() == 0) A_ = factored.K;
-  const Eigen::SparseMatrix<double>& M = model.mass();
-  for (Eigen::Index i = 0; i < A_.nonZeros(); ++i) {
-    A_.valuePtr()[i] = factored.K.valuePtr()[i] + slow * M.valuePtr()[i];
-  }
-  if (patch_ != step_.patch().nodes() || made_of_ < 0) {
-    choose_nodes();
-    factor_->analyze(A_, step_.patch().last_nodes());
-  }
-  if (free_ == 0) return true;
+/// Sets `schur` to A(s) on the patch. False where K + s M is not positive definite.
+bool Condensation::condense_at(double s, Eigen::MatrixXd& schur) {
+  const Eigen::SparseMatrix<double>&K = step_.stiffness(), &M = step_.soft().model.mass();
+  for (Eigen::Index i = 0; i < A_.nonZeros(); ++i) A_.valuePtr()[i] = K.valuePtr()[i] + s * M.valuePtr()[i];
   ++factors_;
   if (!factor_->factor(A_)) return false;
-  factor_->schur(static_);
-  reduce(static_);
-  factored.factor.schur(dynamic_);
-  reduce(dynamic_);
-  const auto dofs = static_cast<Eigen::Index>(3 * free_);
-  mass_.resize(dofs, dofs);
-  for (Eigen::Index j = 0; j < dofs; ++j) {
-    const int body = model.body_of(model.unknown_of(nodes_[static_cast<std::size_t>(j / 3)]));
-    const double m = step_.mass_share(body, factored.h), k = step_.stiffness_share(body, factored.h);
-    mass_.col(j) = (dynamic_.col(j) / k - static_.col(j)) / (m / k - slow);
+  factor_->schur(schur);
+  reduce(schur);
+  return true;
+}
+
+/// Makes the modes of the step's stiffness. False where it or the mass is not positive definite.
+bool Condensation::make_modes() {
+  const ElasticModel& model = step_.soft().model;
+  if (A_.rows() == 0) A_ = step_.stiffness();
+  if (patch_ != step_.patch().nodes() || !is_analysed_) {
+    choose_nodes();
+    factor_->analyze(A_, step_.patch().last_nodes());
+    is_analysed_ = true;
   }
+  if (free_ == 0) return true;
+  // The factor in balance comes last, because forces are balanced by it.
+  const double fastest = step_.stiffness().diagonal().sum() / model.mass().diagonal().sum();
+  const double s0 = balance * fastest, s1 = slow * fastest;
+  if (!condense_at(s1, slow_) || !condense_at(s0, static_)) return false;
+  mass_ = (slow_ - static_) / (s1 - s0);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(static_, mass_);
   if (modes.info() != Eigen::Success || !modes.eigenvectors().allFinite()) return false;
   shapes_ = modes.eigenvectors();
-  square_ = (modes.eigenvalues().array() - slow).max(0.0);
+  square_ = (modes.eigenvalues().array() - s0).max(0.0);
+  const auto dofs = static_cast<Eigen::Index>(3 * free_);
   damping_.resize(dofs);
   for (Eigen::Index i = 0; i < dofs; ++i) {
     // A mode moves the body in which it is largest.
@@ -128,33 +129,17 @@ bool Condensation::make_modes() {
 }
 
 std::optional<LocalPatch> Condensation::condense() {
-  if (step_.factored().h <= 0) return LocalPatch{};
+  if (step_.stiffness().rows() == 0) return LocalPatch{};
   const ElasticModel& model = step_.soft().model;
-  if (made_of_ != step_.counts().factors || patch_ != step_.patch().nodes()) {
-    if (!make_modes()) {
-      made_of_ = -1;
-      return std::nullopt;
-    }
-    made_of_ = step_.counts().factors;
-    const auto shapes =
-        shape_pool_.make(static_cast<std::size_t>(nodes_.size() * 9 * free_), [&](std::span<double> to) {
-          Eigen::Map<Eigen::MatrixXd> all(to.data(), static_cast<Eigen::Index>(3 * nodes_.size()),
-                                          static_cast<Eigen::Index>(3 * free_));
-          all.setZero();
-          if (free_ > 0) all.topRows(static_cast<Eigen::Index>(3 * free_)) = shapes_;
-        });
-    const auto faces = face_pool_.copy(faces_);
-    if (!shapes || !faces) {
-      made_of_ = -1;
-      return std::nullopt;
-    }
-    sent_shapes_ = *shapes;
-    sent_faces_ = *faces;
-  }
+  if (!make_modes()) return std::nullopt;
   if (free_ == 0) return LocalPatch{};
-  LocalPatch patch;
-  patch.shapes = sent_shapes_;
-  patch.faces = sent_faces_;
+  const auto shapes = shape_pool_.make(static_cast<std::size_t>(nodes_.size() * 9 * free_), [&](std::span<double> to) {
+    Eigen::Map<Eigen::MatrixXd> all(to.data(), static_cast<Eigen::Index>(3 * nodes_.size()),
+                                    static_cast<Eigen::Index>(3 * free_));
+    all.setZero();
+    all.topRows(static_cast<Eigen::Index>(3 * free_)) = shapes_;
+  });
+  const auto faces = face_pool_.copy(faces_);
   const auto nodes = node_pool_.make(nodes_.size(), [&](std::span<PatchNode> to) {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const int u = model.unknown_of(nodes_[i]);
@@ -162,12 +147,9 @@ std::optional<LocalPatch> Condensation::condense() {
                u < 0 ? 1 : 0};
     }
   });
-  // The velocities of the nodes by modes: shapes^-1 is shapes^T M_r.
-  Eigen::VectorXd v(static_cast<Eigen::Index>(3 * free_)), on_patch;
-  for (std::size_t i = 0; i < free_; ++i) {
-    v.segment<3>(static_cast<Eigen::Index>(3 * i)) = step_.v().segment<3>(model.unknown_of(nodes_[i]));
-  }
-  const Eigen::VectorXd rates = shapes_.transpose() * (mass_.selfadjointView<Eigen::Lower>() * v);
+  Eigen::VectorXd on_patch;
+  balanced(model.mass().selfadjointView<Eigen::Lower>() * step_.v(), on_patch);
+  const Eigen::VectorXd rates = shapes_.transpose() * on_patch;
   balanced(step_.inner_force(), on_patch);
   const Eigen::VectorXd forces = shapes_.transpose() * on_patch;
   const auto modes = mode_pool_.make(3 * free_, [&](std::span<PatchMode> to) {
@@ -176,7 +158,10 @@ std::optional<LocalPatch> Condensation::condense() {
       to[i] = {.stiffness = square_[m], .damping = damping_[m], .force = forces[m], .z = 0, .rate = rates[m]};
     }
   });
-  if (!nodes || !modes) return std::nullopt;
+  if (!shapes || !faces || !nodes || !modes) return std::nullopt;
+  LocalPatch patch;
+  patch.shapes = *shapes;
+  patch.faces = *faces;
   patch.nodes = *nodes;
   patch.modes = *modes;
   return patch;

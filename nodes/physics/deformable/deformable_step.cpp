@@ -324,7 +324,6 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
                            StepResult& result) {
   const bool midpoint = &rigid_step == &rigid_step_ && by_midpoint(coupling);
   const double solved = midpoint ? h / 2 : h;
-  solved_h_ = solved;
   const BodyStates start = bodies;
   result = {.outcome = StepOutcome::stopped};
   x_i_ = x0_;
@@ -419,12 +418,18 @@ bool DeformableStep::advance_by_midpoint(const CouplingParameters& coupling, con
   return false;
 }
 
+/// Another patch is eliminated in another order.
+void DeformableStep::choose_patch(const BodyStates& bodies) {
+  if (!patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) return;
+  analysed_ = false;
+  factored_h_ = 0;
+}
+
 void DeformableStep::refresh(const BodyStates& bodies) {
-  if (solved_h_ == 0) return;
+  if (counts_.steps == 0) return;
   find_contacts(x_, bodies);
-  if (patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) analysed_ = false;
-  x_i_ = x_;
-  static_cast<void>(factor(solved_h_, ElasticModel::Tangent::warped));
+  choose_patch(bodies);
+  soft_.model.assemble(x_, ElasticModel::Tangent::warped, K_, scratch_);
 }
 
 StepResult DeformableStep::advance(const CouplingParameters& coupling, const DeviceState& before,
@@ -433,10 +438,7 @@ StepResult DeformableStep::advance(const CouplingParameters& coupling, const Dev
   const BodyStates start = bodies;
   x0_ = x_;
   find_contacts(x_, bodies);
-  if (patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) {
-    analysed_ = false;
-    factored_h_ = 0;
-  }
+  choose_patch(bodies);
   prepare_damping(h);
   ++counts_.steps;
   StepResult result;

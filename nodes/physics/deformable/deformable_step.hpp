@@ -81,31 +81,26 @@ class DeformableStep {
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }  ///< m/s, of the unknowns
   [[nodiscard]] const PatchChoice& patch() const { return patch_; }
   [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
-  /// Factors anew where the last step ended, with the patch that the tool has there: what is condensed is then as stiff
-  /// as the bodies are now. The next step begins with that factor.
+  /// Brings the patch and `stiffness` to where the last step ended, for who condenses them.
   void refresh(const BodyStates& bodies);
   /// J, of all nodes: kinetic, elastic, and of weight.
   [[nodiscard]] double energy() const;
 
-  /// What the last factor was made of, for who condenses it: A = mass M + stiffness K for each body.
-  struct Factored {
-    const SparseFactor& factor;
-    const Eigen::SparseMatrix<double>& K;
-    double h;  ///< s, that was solved for; 0: nothing has been factored
-  };
-  [[nodiscard]] Factored factored() const { return {*factor_, K_, factored_h_}; }
-  [[nodiscard]] double mass_share(int body, double h) const;
-  [[nodiscard]] double stiffness_share(int body, double h) const;
+  /// N/m, as it was last assembled, of the unknowns; lower triangle. Empty before the first step.
+  [[nodiscard]] const Eigen::SparseMatrix<double>& stiffness() const { return K_; }
   /// N, of elasticity and weight on the unknowns at x, as the last step left them.
   [[nodiscard]] const Eigen::VectorXd& inner_force() const { return force_; }
 
  private:
+  [[nodiscard]] double mass_share(int body, double h) const;
+  [[nodiscard]] double stiffness_share(int body, double h) const;
   bool factor(double h, ElasticModel::Tangent tangent);
   void prepare_damping(double h);
   [[nodiscard]] Eigen::VectorXd damped(const Eigen::VectorXd& way) const;
   void residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left);
   [[nodiscard]] bool is_solved(const Eigen::VectorXd& x) const;
   [[nodiscard]] double merit(const Eigen::VectorXd& x, double h) const;
+  void choose_patch(const BodyStates& bodies);
   void find_contacts(const Eigen::VectorXd& x, const BodyStates& bodies);
   bool look_ahead(const BodyStates& start, const BodyStates& end, const Eigen::VectorXd& x_end);
   StepResult solve_contacts(RigidStep& rigid_step, const CouplingParameters& coupling, const DeviceState& before,
@@ -138,7 +133,6 @@ class DeformableStep {
 
   // Of the step that is solved.
   Eigen::SparseMatrix<double> K_, A_, damping_K_;
-  double solved_h_ = 0;                   // s, that the last step was solved over
   double factored_h_ = 0, stiffest_ = 0;  // s; N/m, the norm of A's diagonal
   bool analysed_ = false;
   Eigen::VectorXd x0_, x_i_, x_free_, x_query_, scratch_x_;  // m, of all nodes

@@ -3,22 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/physics/deformable/cofactors.hpp"
+#include "nodes/physics/deformable/nearest_rotation.hpp"
+
 namespace tactor {
 
 namespace {
-
-/// The matrix of cofactors, d det F / d F.
-inline void cofactors(const Eigen::Matrix3d& F, Eigen::Matrix3d& C) {
-  C(0, 0) = F(1, 1) * F(2, 2) - F(1, 2) * F(2, 1);
-  C(1, 0) = F(0, 2) * F(2, 1) - F(0, 1) * F(2, 2);
-  C(2, 0) = F(0, 1) * F(1, 2) - F(0, 2) * F(1, 1);
-  C(0, 1) = F(1, 2) * F(2, 0) - F(1, 0) * F(2, 2);
-  C(1, 1) = F(0, 0) * F(2, 2) - F(0, 2) * F(2, 0);
-  C(2, 1) = F(0, 2) * F(1, 0) - F(0, 0) * F(1, 2);
-  C(0, 2) = F(1, 0) * F(2, 1) - F(1, 1) * F(2, 0);
-  C(1, 2) = F(0, 1) * F(2, 0) - F(0, 0) * F(2, 1);
-  C(2, 2) = F(0, 0) * F(1, 1) - F(0, 1) * F(1, 0);
-}
 
 /// Of two singular values that nearly cancel.
 constexpr double smallest_sum = 1e-6;
@@ -32,11 +22,10 @@ Lame lame(double young, double poisson) {
 CorotationalLaw::CorotationalLaw(const Lame& lame) : mu(lame.mu), lambda(lame.lambda) {}
 
 double CorotationalLaw::energy(const Eigen::Matrix3d& F) const {
-  SignedSvd svd;
-  signed_svd(F, svd);
-  const Eigen::Vector3d e = svd.s - Eigen::Vector3d::Ones();
-  const double trace = e[0] + e[1] + e[2];
-  return mu * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + 0.5 * lambda * trace * trace;
+  Eigen::Matrix3d R;
+  nearest_rotation(F, R);
+  const double trace = R.cwiseProduct(F).sum() - 3;
+  return mu * (F - R).squaredNorm() + 0.5 * lambda * trace * trace;
 }
 
 void CorotationalLaw::stress(const Eigen::Matrix3d& F, Eigen::Matrix3d& P) const {
@@ -45,10 +34,8 @@ void CorotationalLaw::stress(const Eigen::Matrix3d& F, Eigen::Matrix3d& P) const
 }
 
 void CorotationalLaw::rotated_stress(const Eigen::Matrix3d& F, Eigen::Matrix3d& P, Eigen::Matrix3d& R) const {
-  SignedSvd svd;
-  signed_svd(F, svd);
-  R = svd.U * svd.V.transpose();
-  P = 2 * mu * (F - R) + lambda * (svd.s[0] + svd.s[1] + svd.s[2] - 3) * R;
+  nearest_rotation(F, R);
+  P = 2 * mu * (F - R) + lambda * (R.cwiseProduct(F).sum() - 3) * R;
 }
 
 void CorotationalLaw::tangent(const Eigen::Matrix3d& F, Eigen::Matrix3d& P, SignedSvd& svd,
@@ -72,7 +59,7 @@ NeoHookeanLaw::NeoHookeanLaw(const Lame& lame)
 double NeoHookeanLaw::energy(const Eigen::Matrix3d& F) const {
   Eigen::Matrix3d C;
   cofactors(F, C);
-  const double J = F(0, 0) * C(0, 0) + F(1, 0) * C(1, 0) + F(2, 0) * C(2, 0);
+  const double J = determinant(F, C);
   const double more = F.squaredNorm() - 3;
   return 0.5 * mu * (more - std::log1p(0.25 * more)) + 0.5 * lambda * (J - 1) * (J + 1 - 2 * a);
 }
@@ -80,7 +67,7 @@ double NeoHookeanLaw::energy(const Eigen::Matrix3d& F) const {
 void NeoHookeanLaw::stress(const Eigen::Matrix3d& F, Eigen::Matrix3d& P) const {
   Eigen::Matrix3d C;
   cofactors(F, C);
-  const double J = F(0, 0) * C(0, 0) + F(1, 0) * C(1, 0) + F(2, 0) * C(2, 0);
+  const double J = determinant(F, C);
   P = mu * (1 - 1 / (F.squaredNorm() + 1)) * F + lambda * (J - a) * C;
 }
 

@@ -17,8 +17,10 @@ struct PatchChoiceOptions {
 };
 
 /// The patch of a tool: the free surface nodes nearest to it, where it is and where its velocity takes it within the
-/// horizon. It stays as it is while it has the nearest two thirds of them, because another one costs a new order of
-/// elimination. Before them stand nodes that contacts of other bodies touch.
+/// horizon. A node is as near as the middle of any of its faces, and as any contact of the tool there: a large face
+/// that is touched in its middle is kept whole, also where the tool touches at two places. The patch stays as it is
+/// while it has the nearest two thirds of them, because another one costs a new order of elimination. Before them stand
+/// nodes that contacts of other bodies touch.
 class PatchChoice {
  public:
   PatchChoice(const SoftScene& soft, const ContactBody& tool, const PatchChoiceOptions& options);
@@ -44,13 +46,16 @@ class PatchChoice {
       return distance != other.distance ? distance < other.distance : node < other.node;
     }
   };
-  void look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT);
+  [[nodiscard]] double distance_of(const Vec3& p, const Pose& X_WT, const Twist& V_WT) const;
+  void look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT,
+                   std::span<const SoftContact> contacts);
   [[nodiscard]] bool serves(std::span<const SoftContact> contacts) const;
 
   const SoftScene& soft_;
   const ContactBody& tool_;
   PatchChoiceOptions options_;
   std::vector<Near> near_;
+  std::vector<double> distance_;  // m, of each node
   std::vector<int> nodes_, place_;
   std::size_t around_tool_ = 0;
 };

@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "nodes/physics/contact/moved_on.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
 #include "nodes/physics/mechanics/handle.hpp"
 
@@ -198,14 +199,16 @@ bool LocalRollout::advance(const Stamped<DeviceState>& sample) {
 
 StepResult LocalRollout::advance_with_patch(const DeviceState& device, const ContactPlanes& planes, double h) {
   StepResult result{.outcome = StepOutcome::stopped};
+  // Contacts are found where their forces act. Where the step begins, normals of a tool that slides would be a tick
+  // old.
+  const BodyStates ahead = moved_on(local_.bodies, patch_->solved_time(h));
   // Without its contacts the tool would go through the patch.
-  if (!soft_->find_on(patch_->faces(), patch_->nodes_W(), local_.bodies.X_WB[0], touched_)) return result;
+  if (!soft_->find_on(patch_->faces(), patch_->nodes_ahead_W(h), ahead.X_WB[0], touched_)) return result;
   if (touched_.empty()) {
     patch_->coast(h);
     return step_.advance(local_.coupling, local_.device, device, planes, h, local_.bodies);
   }
-  X_WB_ = local_.bodies.X_WB;
-  const SoftPatch patch = patch_->begin(h, touched_, std::span(X_WB_).first(static_cast<std::size_t>(bodies_)));
+  const SoftPatch patch = patch_->begin(h, touched_, std::span(ahead.X_WB).first(static_cast<std::size_t>(bodies_)));
   result = step_.advance(patch, local_.coupling, local_.device, device, planes, h, local_.bodies, patch_->motion());
   if (result.outcome == StepOutcome::converged) patch_->end(h);
   return result;

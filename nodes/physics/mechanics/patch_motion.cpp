@@ -21,6 +21,7 @@ double kept(const PatchMode& mode, double h) {
 PatchMotion::PatchMotion(Integrator integrator)
     : integrator_(integrator),
       p_W_(LocalPatch::capacity),
+      ahead_W_(LocalPatch::capacity),
       face_nodes_(LocalPatch::most_faces),
       face_bodies_(LocalPatch::most_faces),
       face_areas_(LocalPatch::most_faces),
@@ -29,6 +30,7 @@ PatchMotion::PatchMotion(Integrator integrator)
       impulse_(most),
       place_(LocalPatch::capacity, -1),
       touched_p_W_(LocalPatch::capacity),
+      touched_ahead_W_(LocalPatch::capacity),
       shapes_(most, most),
       scaled_(most, most),
       mobility_(most, most),
@@ -70,6 +72,17 @@ void PatchMotion::place_nodes() {
   for (std::size_t i = 0; i < nodes_; ++i) {
     p_W_[i] = patch_.nodes[i].p_W + plain(force_.segment<3>(static_cast<Eigen::Index>(3 * i)));
   }
+  ahead_W_ = p_W_;
+}
+
+std::span<const Vec3> PatchMotion::nodes_ahead_W(double h) {
+  const auto dofs = static_cast<Eigen::Index>(3 * nodes_);
+  const Eigen::Map<const Eigen::MatrixXd> shapes(patch_.shapes.data(), dofs, modes_);
+  force_.head(dofs).noalias() = shapes * rate_.head(modes_);
+  for (std::size_t i = 0; i < nodes_; ++i) {
+    ahead_W_[i] = p_W_[i] + solved_time(h) * plain(force_.segment<3>(static_cast<Eigen::Index>(3 * i)));
+  }
+  return std::span(ahead_W_).first(nodes_);
 }
 
 /// The rate of a mode after h seconds without contacts, not yet times `kept`.
@@ -105,6 +118,7 @@ SoftPatch PatchMotion::begin(double h, std::span<SoftContact> contacts, std::spa
     const auto row = static_cast<Eigen::Index>(3 * i), from = static_cast<Eigen::Index>(3 * touched_[i]);
     shapes.middleRows<3>(row) = all.middleRows<3>(from);
     touched_p_W_[i] = p_W_[static_cast<std::size_t>(touched_[i])];
+    touched_ahead_W_[i] = ahead_W_[static_cast<std::size_t>(touched_[i])];
   }
   auto scaled = scaled_.topLeftCorner(touched, modes_);
   auto free_rates = impulse_.head(modes_);
@@ -134,7 +148,7 @@ SoftPatch PatchMotion::begin(double h, std::span<SoftContact> contacts, std::spa
           .velocity = velocity_.head(touched),
           .free_velocity = free_velocity_.head(touched),
           .contacts = contacts,
-          .query_p_W = std::span(touched_p_W_).first(touched_.size()),
+          .query_p_W = std::span(touched_ahead_W_).first(touched_.size()),
           .query_X_WB = X_WB};
 }
 

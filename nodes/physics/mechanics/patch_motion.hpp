@@ -28,10 +28,15 @@ class PatchMotion {
   /// m, where the nodes are.
   [[nodiscard]] std::span<const Vec3> nodes_W() const { return std::span(p_W_).first(nodes_); }
   [[nodiscard]] SoftFaces faces() const;
+  /// s, of a step of h seconds until its forces act: h, or half of it by the midpoint rule.
+  [[nodiscard]] double solved_time(double h) const { return integrator_ == Integrator::midpoint ? h / 2 : h; }
+  /// m, where their velocities take the nodes until the forces of a step of h seconds act. Valid until the nodes move.
+  std::span<const Vec3> nodes_ahead_W(double h);
 
   /// The nodes that these contacts touch, as a step over h seconds sees them; the contacts are told by those nodes from
-  /// here on. Valid until the next call. Where no force moves some of them, as of shapes that are zero, the inertia is
-  /// not a number, and no step is solved with it.
+  /// here on. They were found with the bodies at X_WB, and with the nodes where nodes_ahead_W had them since the nodes
+  /// last moved, or else where they are. Valid until the next call. Where no force moves some of them, as of shapes
+  /// that are zero, the inertia is not a number, and no step is solved with it.
   SoftPatch begin(double h, std::span<SoftContact> contacts, std::span<const Pose> X_WB);
   /// Where the step puts velocities and forces of the nodes that `begin` named.
   SoftPatchMotion motion();
@@ -44,7 +49,6 @@ class PatchMotion {
   void write(std::span<PatchMode> modes) const;
 
  private:
-  [[nodiscard]] double solved_time(double h) const { return integrator_ == Integrator::midpoint ? h / 2 : h; }
   [[nodiscard]] double free_rate(std::size_t mode, double h) const;
   void move_modes(double h);
   void place_nodes();
@@ -54,14 +58,14 @@ class PatchMotion {
   LocalPatch patch_;
   std::size_t nodes_ = 0;
   Eigen::Index modes_ = 0;
-  std::vector<Vec3> p_W_;
+  std::vector<Vec3> p_W_, ahead_W_;
   std::vector<std::array<std::int32_t, 3>> face_nodes_;
   std::vector<std::int32_t> face_bodies_;
   std::vector<double> face_areas_;
   Eigen::VectorXd z_, rate_, impulse_;  // by mode; impulse: shape^T J
   // Of the nodes that are touched, in the order in which contacts name them.
   std::vector<std::int32_t> touched_, place_;  // their numbers; of each node, its place among them or -1
-  std::vector<Vec3> touched_p_W_;
+  std::vector<Vec3> touched_p_W_, touched_ahead_W_;
   Eigen::MatrixXd shapes_, scaled_, mobility_, inertia_;
   Eigen::VectorXd velocity_, free_velocity_, velocity_after_, force_;
 };

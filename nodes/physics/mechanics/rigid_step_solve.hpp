@@ -7,6 +7,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "nodes/physics/contact/moved_on.hpp"
 #include "nodes/physics/mechanics/step_equations.hpp"
 
 namespace tactor {
@@ -69,17 +70,6 @@ int newton(E& equations, int most, typename E::Vector& v, double* workspace) {
   return -1;
 }
 
-/// The bodies after h seconds at their velocities.
-inline BodyStates moved_freely(const SystemModel& model, const BodyStates& bodies, double h) {
-  BodyStates moved = bodies;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(model.count); ++i) {
-    Pose& X = moved.X_WB[i];
-    X.p += h * bodies.V_WB[i].v;
-    if (model.body[i].rotates) X.R = from_rotation_vector(h * bodies.V_WB[i].w) * X.R;
-  }
-  return moved;
-}
-
 }  // namespace step_solve
 
 template <int Dofs, Integrator integrator, int Nodes>
@@ -89,7 +79,7 @@ StepResult RigidStep::solve(const CouplingParameters& coupling, const DeviceStat
   using E = StepEquations<Dofs, integrator, Nodes>;
   std::span<Plane> planes;
   if constexpr (E::midpoint) {
-    const BodyStates ahead = step_solve::moved_freely(model_, bodies, h);
+    const BodyStates ahead = moved_on(bodies, h);
     planes = prepare_planes(bodies, &ahead, false, contacts, h, patch);
   } else {
     planes = prepare_planes(bodies, nullptr, coupling.massless != 0, contacts, h, patch);

@@ -161,6 +161,30 @@ BOOST_AUTO_TEST_CASE(the_key_changes_with_everything_that_changes_the_outcome) {
   BOOST_TEST(differs([](Plan& p) { p.edges[0].spec.queue = {QueuePolicy::drop_oldest, 3}; }));
   BOOST_TEST(differs([](Plan& p) { p.edges.pop_back(); }));
 
+  // What deforms.
+  plan.graph.scene.bodies[0].motion = Motion::deformable;
+  Deformable& soft = plan.graph.scene.bodies[0].deformable;
+  soft.fixed = {BoxRegion{}, HalfSpaceRegion{}, NamedFaces{"base"}};
+  soft.inclusions = {{}};
+  const std::string of_soft = reference_key(plan, {});
+  const auto changes = [&](auto change) {
+    Plan other = plan;
+    change(other.graph.scene.bodies[0].deformable);
+    return reference_key(other, {}) != of_soft;
+  };
+  for (double Deformable::*member : {&Deformable::young, &Deformable::poisson, &Deformable::density,
+                                     &Deformable::damping, &Deformable::drag, &Deformable::cell_size}) {
+    BOOST_TEST(changes([member](Deformable& d) { d.*member += 1e-3; }));
+  }
+  BOOST_TEST(changes([](Deformable& d) { ++d.tetrahedra; }));
+  BOOST_TEST(changes([](Deformable& d) { std::get<BoxRegion>(d.fixed[0]).high.x = 1; }));
+  BOOST_TEST(changes([](Deformable& d) { std::get<HalfSpaceRegion>(d.fixed[1]).n.x = 1; }));
+  BOOST_TEST(changes([](Deformable& d) { std::get<NamedFaces>(d.fixed[2]).name = "side"; }));
+  BOOST_TEST(changes([](Deformable& d) { d.fixed.pop_back(); }));
+  BOOST_TEST(changes([](Deformable& d) { d.inclusions[0].young = 1; }));
+  BOOST_TEST(changes([](Deformable& d) { d.inclusions[0].radius = 1; }));
+  BOOST_TEST(changes([](Deformable& d) { d.inclusions.push_back({}); }));
+
   // A mesh counts by its bytes, not by its name.
   const fs::path mesh = folder.path / "mesh.off";
   std::ofstream(mesh) << "one";

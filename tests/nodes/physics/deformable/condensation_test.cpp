@@ -21,7 +21,6 @@ namespace tt = boost::test_tools;
 namespace {
 
 constexpr double radius = 0.008;  // m
-constexpr double slow = 10;       // 1/s^2, the s at which Condensation takes the stiffness
 
 Scene ball_over_gel(double gap, double young, bool held = true, const Vec3& gravity = {}) {
   Scene scene;
@@ -86,6 +85,15 @@ Eigen::MatrixXd condensed(const Eigen::MatrixXd& A, const std::vector<int>& unkn
   return A(unknowns, unknowns) - C.transpose() * Eigen::MatrixXd(A(others, others)).ldlt().solve(C);
 }
 
+/// Phi^T M Phi with Phi what a unit displacement of each unknown moves: K^-1 S^T (S K^-1 S^T)^-1.
+Eigen::MatrixXd guyan_mass(const Eigen::MatrixXd& K, const Eigen::MatrixXd& M, const std::vector<int>& unknowns) {
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(K.rows(), static_cast<Eigen::Index>(unknowns.size()));
+  for (std::size_t i = 0; i < unknowns.size(); ++i) S(unknowns[i], static_cast<Eigen::Index>(i)) = 1;
+  const Eigen::MatrixXd U = K.ldlt().solve(S);
+  const Eigen::MatrixXd Phi = U * Eigen::MatrixXd(S.transpose() * U).inverse();
+  return Phi.transpose() * M * Phi;
+}
+
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(stiffness_and_mass_are_those_of_dense_condensation) {
@@ -97,21 +105,24 @@ BOOST_AUTO_TEST_CASE(stiffness_and_mass_are_those_of_dense_condensation) {
         SoftRig rig(ball_over_gel(0.003, young), options);
         rig.advance(h);
         Condensation condensation(*rig.step, FactorKind::eigen, 4);
+        rig.step->refresh(rig.bodies);
         const auto patch = condensation.condense();
         BOOST_REQUIRE(patch.has_value());
         const Seen s = seen(*patch, rig);
-        const Eigen::MatrixXd K = full(rig.step->factored().K), M = full(rig.model().mass());
-        const double solved = rig.step->factored().h;
-        BOOST_TEST(solved == (integrator == Integrator::midpoint ? h / 2 : h));
-        const double s1 = (1 / (solved * solved) + 0.5 / solved) / (1 + 0.004 / solved);
-        const Eigen::MatrixXd static_K = condensed(K, s.unknowns), at_s0 = condensed(K + slow * M, s.unknowns),
+        const Eigen::MatrixXd K = full(rig.step->stiffness()), M = full(rig.model().mass());
+        // Where Condensation takes its secant.
+        const double fastest = K.trace() / M.trace(), s0 = 1e-7 * fastest, s1 = 1e-6 * fastest;
+        const Eigen::MatrixXd static_K = condensed(K, s.unknowns), at_s0 = condensed(K + s0 * M, s.unknowns),
                               at_s1 = condensed(K + s1 * M, s.unknowns);
         const Eigen::MatrixXd Kr = s.K(), Mr = s.M();
-        BOOST_TEST((Kr + slow * Mr - at_s0).norm() < 1e-7 * at_s0.norm());
+        BOOST_TEST((Kr + s0 * Mr - at_s0).norm() < 1e-7 * at_s0.norm());
         BOOST_TEST((Kr + s1 * Mr - at_s1).norm() < 1e-7 * at_s1.norm());
+        // Guyan's mass, by the displacements of all nodes that the patch's are in balance with.
+        const Eigen::MatrixXd guyan = guyan_mass(K, M, s.unknowns);
+        BOOST_TEST((Mr - guyan).norm() < 0.01 * guyan.norm());
         BOOST_TEST(Eigen::LLT<Eigen::MatrixXd>(Mr).info() == Eigen::Success);
         // The stiffness is that of statics but for s_0 times a mass no larger than the body's.
-        BOOST_TEST((Kr - static_K).norm() < slow * rig.mass() * std::sqrt(3.0));
+        BOOST_TEST((Kr - static_K).norm() < s0 * rig.mass() * std::sqrt(3.0));
         BOOST_TEST_MESSAGE("E " << young << ", h " << h << ": K_r off statics by "
                                 << (Kr - static_K).norm() / static_K.norm());
         for (Eigen::Index i = 0; i < s.stiffness.size(); ++i) {
@@ -134,6 +145,7 @@ BOOST_AUTO_TEST_CASE(in_balance_the_patch_feels_what_its_contacts_push_and_stays
   for (int i = 0; i < 400; ++i) result = rig.advance(0.0167);
   BOOST_TEST(result.contact_T_W.force.z == 0.05 * 9.81, tt::tolerance(1e-4));
   Condensation condensation(*rig.step, FactorKind::eigen, 4);
+  rig.step->refresh(rig.bodies);
   const auto patch = condensation.condense();
   BOOST_REQUIRE(patch.has_value());
   const Seen s = seen(*patch, rig);
@@ -182,6 +194,7 @@ BOOST_AUTO_TEST_CASE(a_patch_of_a_body_in_uniform_motion_has_its_velocity) {
       rig.bodies.V_WB[0].v = {0.1, 0.2, -0.01};
       rig.advance(h);
       Condensation condensation(*rig.step, FactorKind::eigen, 4);
+      rig.step->refresh(rig.bodies);
       const auto patch = condensation.condense();
       BOOST_REQUIRE(patch.has_value());
       const Seen s = seen(*patch, rig);
@@ -191,7 +204,7 @@ BOOST_AUTO_TEST_CASE(a_patch_of_a_body_in_uniform_motion_has_its_velocity) {
         worst = std::max(worst, (u.segment<3>(3 * i) - Eigen::Vector3d(0.1, 0.2, -0.01)).norm() / 0.2238);
       }
       BOOST_TEST_MESSAGE("E " << young << ", h " << h << ": velocity of the patch off by " << worst);
-      BOOST_TEST(worst < 0.02);
+      BOOST_TEST(worst < 1e-3);
       BOOST_TEST(s.force.norm() < 1e-6);
     }
   }
@@ -211,6 +224,7 @@ double let_go(double young, double h, double speed, Integrator integrator) {
     for (int i = 0; i < 60; ++i) rig.advance(h);
   }
   Condensation condensation(*rig.step, FactorKind::eigen, 4);
+  rig.step->refresh(rig.bodies);
   const auto patch = condensation.condense();
   BOOST_REQUIRE(patch.has_value());
   const Seen s = seen(*patch, rig);
@@ -241,7 +255,7 @@ BOOST_AUTO_TEST_CASE(a_patch_goes_on_as_the_whole_body_does) {
   for (const Integrator integrator : {Integrator::implicit_euler, Integrator::midpoint}) {
     for (const double young : {1e4, 5e4}) {
       BOOST_TEST(let_go(young, 0.0167, 0, integrator) < 0.04);
-      BOOST_TEST(let_go(young, 0.0167, 0.3, integrator) < 0.05);
+      BOOST_TEST(let_go(young, 0.0167, 0.3, integrator) < 0.08);
       BOOST_TEST(let_go(young, 0.004, 0.3, integrator) < 0.2);
     }
   }

@@ -1,4 +1,4 @@
-// Signed singular values of 3x3 matrices: of every rank, with repeated values, inverted.
+// Signed singular values and nearest rotations of 3x3 matrices: of every rank, with repeated values, inverted.
 #include <boost/test/unit_test.hpp>
 
 #include <string>
@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "nodes/physics/deformable/nearest_rotation.hpp"
 #include "nodes/physics/deformable/signed_svd.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
@@ -91,5 +92,24 @@ BOOST_AUTO_TEST_CASE(eigenvalues_of_symmetric_matrices_are_found) {
     symmetric_eigen(A, V, d);
     BOOST_TEST((V * d.asDiagonal() * V.transpose() - A).norm() < 1e-14);
     BOOST_TEST(V.determinant() == 1, tt::tolerance(1e-13));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(the_nearest_rotation_is_that_of_singular_values_however_far_it_is) {
+  Noise noise;
+  for (const double strain : {1e-9, 1e-3, 0.1, 0.5, 1.0, 3.0}) {
+    for (int i = 0; i < 1000; ++i) {
+      Eigen::Matrix3d F;
+      for (double& entry : F.reshaped()) entry = strain * noise();
+      F = turn(noise) * (F + Eigen::Matrix3d::Identity());
+      Eigen::Matrix3d R;
+      nearest_rotation(F, R);
+      SignedSvd svd;
+      signed_svd(F, svd);
+      BOOST_TEST((R.transpose() * R - Eigen::Matrix3d::Identity()).norm() < 1e-14);
+      // Where two singular values nearly cancel, no rotation is much nearer than another.
+      const double sum = svd.s[1] + svd.s[2];
+      BOOST_TEST((R - svd.U * svd.V.transpose()).norm() < 1e-14 * std::max(1.0, F.norm() / sum));
+    }
   }
 }
