@@ -33,7 +33,7 @@ double depth_of_block(double d) {
   return d - std::numbers::inv_pi * reduced * std::sqrt(d / radius) / (stiffness / 2 / area);
 }
 
-/// Of the block, with cells of the surface that the ball touches of core / cells: an element's face is four of them.
+/// The block, with elements of 2 core / cells under the ball. A face of a quadratic element is touched as four.
 Grading grading_of(int cells) {
   return {.cells = cells, .core = 0.0012, .growth = 1.4, .shells = 13};
 }
@@ -42,7 +42,7 @@ Grading grading_of(int cells) {
 const std::vector<double> depths{3.5e-5, 5e-5, 6.5e-5, 8e-5};
 
 /// The forces (N) at these depths, one after the other, each in steps that are too long for inertia to matter.
-std::vector<double> press(int cells, Elasticity law) {
+std::vector<double> press(int cells, Elasticity law, ElementOrder order) {
   const Grading grading = grading_of(cells);
   const TemporaryFolder folder;
   const auto file = folder.path() / "block.vtu";
@@ -63,7 +63,7 @@ std::vector<double> press(int cells, Elasticity law) {
     body.material = {.stiffness = stiffness, .damping = 0, .friction = 0, .patch_area = area};
   }
   SoftRig rig(scene, {.law = law,
-                      .order = ElementOrder::quadratic,
+                      .order = order,
                       .tolerance = 1e-6,
                       .reuse = true,
                       .patch_nodes = 32,
@@ -91,8 +91,9 @@ std::vector<double> press(int cells, Elasticity law) {
 }
 
 /// By how much each is above Hertz's, as a share.
-std::vector<double> excess(int cells, Elasticity law = Elasticity::corotational) {
-  const std::vector<double> forces = press(cells, law);
+std::vector<double> excess(int cells, Elasticity law = Elasticity::corotational,
+                           ElementOrder order = ElementOrder::quadratic) {
+  const std::vector<double> forces = press(cells, law, order);
   std::vector<double> shares;
   for (std::size_t i = 0; i < depths.size(); ++i) {
     shares.push_back(forces[i] / hertz(depth_of_block(depths[i])) - 1);
@@ -127,4 +128,12 @@ BOOST_AUTO_TEST_CASE(a_ball_is_pushed_as_hertz_says_the_nearer_the_finer_the_blo
 BOOST_AUTO_TEST_CASE(a_small_strain_pushes_alike_by_both_laws) {
   const std::vector<double> one = excess(4), other = excess(4, Elasticity::neo_hookean);
   for (std::size_t i = 0; i < depths.size(); ++i) BOOST_TEST(std::abs(other[i] - one[i]) < 0.02);
+}
+
+BOOST_AUTO_TEST_CASE(linear_elements_are_stiffer_than_quadratic_ones_that_are_twice_as_long) {
+  const std::vector<double> linear = excess(8, Elasticity::corotational, ElementOrder::linear), middle = excess(4);
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    BOOST_TEST(linear[i] > middle[i]);
+    BOOST_TEST(linear[i] < 0.2);
+  }
 }
