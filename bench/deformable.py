@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """What each method delivers on bodies that deform, beside what it costs, as Markdown tables.
 
-`bench/deformable.py [--seeds N] [--fine-seeds N]`, with a built release preset. Each cell is a run of 3 s at 60 Hz physics, beside a
-reference of physics at 1 kHz on an exact encoder. Keep the machine free of anything else.
+`bench/deformable.py [--seeds N] [--fine-seeds N] [--keep FOLDER]`, with a built release preset. Each cell is a run of 3 s at 60 Hz
+physics, beside a reference of physics at 1 kHz on an exact encoder. Keep the machine free of anything else. What runs delivered is kept
+in FOLDER, so that a table that was stopped goes on; delete it when the program has changed.
 """
 import argparse
 import json
@@ -24,6 +25,7 @@ CASES = (("20 kPa, 1,000 N/m", 20, 1000, 1000), ("20 kPa, 4,000 N/m", 20, 4000, 
          ("20 kPa, 1,000 N/m, 3,000 tetrahedra", 20, 1000, 3000))
 SECONDS = 3
 FIRST_SEED = 1001
+KEEP = ROOT / "build/deformable_results"
 
 
 def settings(scene, young, stiffness, tetrahedra):
@@ -43,22 +45,35 @@ def run(scene, method, seed, words, graph="scene"):
 
 
 def figures(summary):
+    """What a run delivered, and medians of what it took."""
     force = summary["delivered"]["force"]
-    nodes = summary["cost_us"]
-    tick = [n for n in nodes.values() if n["type"].startswith("interpolation.") and n["steps"]]
-    result = [n for n in nodes.values() if n["type"].startswith("prediction.") and n["steps"]]
+
+    def median(kind):
+        return sum(n["median"] for n in summary["cost_us"].values() if n["type"].startswith(kind) and n["steps"])
     return {"error": force["rms_error_N"], "most": force["max_error_N"], "delay": force.get("delay_ms"),
             "vibration": force.get("vibration_above_threshold_dB"), "weber": force.get("share_beyond_weber"),
-            "result": sum(1e6 * n["total_s"] / n["steps"] for n in result), "tick": sum(1e6 * n["total_s"] / n["steps"] for n in tick)}
+            "result": median("prediction."), "tick": median("interpolation.")}
 
 
-HEAD = ["scene", "method", "error, N", "error / hold", "worst seed", "error / floor", "most, N", "delay, ms", "noticed, %",
-        "a result, us", "a tick, us"]
+def kept(keep, scene, case, method, seed):
+    """figures() of a run, from the folder `keep` where it was made before."""
+    file = keep / f"{scene}-{'-'.join(map(str, case[1:]))}-{method}-{seed}.json"
+    if not file.exists():
+        keep.mkdir(parents=True, exist_ok=True)
+        found = json.dumps(figures(run(scene, method, seed, settings(scene, *case[1:]))))
+        part = file.with_suffix(".part")
+        part.write_text(found)
+        part.rename(file)
+    return json.loads(file.read_text())
 
 
-def rows(scene, case, seeds):
+HEAD = ["scene", "method", "error, N", "error / hold", "worst seed", "error / floor", "worst seed", "most, N", "delay, ms", "noticed, %",
+        "a result, us", "a tick, us"]  # medians
+
+
+def rows(scene, case, seeds, keep):
     """The rows of a scene in a case."""
-    found = {method: [figures(run(scene, method, seed, settings(scene, *case[1:]))) for seed in seeds] for method in METHODS}
+    found = {method: [kept(keep, scene, case, method, seed) for seed in seeds] for method in METHODS}
 
     def mean(method, name):
         known = [f[name] for f in found[method] if f[name] is not None]
@@ -69,19 +84,20 @@ def rows(scene, case, seeds):
         noticed = mean(method, "weber")
         delay = [f["delay"] for f in found[method] if f["delay"] is not None]
         body.append([f"`{scene}`", f"`{method}`", f"{mean(method, 'error'):.4f}", f"{statistics.fmean(ratios):.3f}", f"{max(ratios):.3f}",
-                     f"{mean(method, 'error') / mean('floor', 'error'):.2f}", f"{max(f['most'] for f in found[method]):.3f}",
+                     f"{mean(method, 'error') / mean('floor', 'error'):.2f}",
+                     f"{max(f['error'] / floor['error'] for f, floor in zip(found[method], found['floor'])):.2f}", f"{max(f['most'] for f in found[method]):.3f}",
                      f"{statistics.median(delay):.2f}" if delay else "", "" if noticed is None else f"{100 * noticed:.0f}",
                      f"{mean(method, 'result'):.0f}", f"{mean(method, 'tick'):.1f}"])
         print(case[0], *body[-1], flush=True)
     return body
 
 
-def accuracy(seeds, fine_seeds, scenes=tuple(SCENES)):
+def accuracy(seeds, fine_seeds, keep, scenes=tuple(SCENES)):
     """A Markdown text with a table a case."""
     parts = []
     for case in CASES:
         count = fine_seeds if case[3] > 1000 else seeds
-        body = [row for scene in scenes for row in rows(scene, case, range(FIRST_SEED, FIRST_SEED + count))]
+        body = [row for scene in scenes for row in rows(scene, case, range(FIRST_SEED, FIRST_SEED + count), keep)]
         parts.append(f"### {case[0]}\n\n{count} seeds.\n\n{table(HEAD, body)}")
     return "\n\n".join(parts)
 
@@ -122,8 +138,9 @@ def main():
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--fine-seeds", type=int, default=5)
     parser.add_argument("--scenes", default=",".join(SCENES))
+    parser.add_argument("--keep", type=pathlib.Path, default=KEEP)
     options = parser.parse_args()
-    print(accuracy(options.seeds, options.fine_seeds, options.scenes.split(",")))
+    print(accuracy(options.seeds, options.fine_seeds, options.keep, options.scenes.split(",")))
 
 
 if __name__ == "__main__":

@@ -87,8 +87,8 @@ void Condensation::balanced(const Eigen::VectorXd& force, Eigen::VectorXd& on_pa
 
 /// Sets `schur` to A(s) on the patch. False where K + s M is not positive definite.
 bool Condensation::condense_at(double s, Eigen::MatrixXd& schur) {
-  const Eigen::SparseMatrix<double>&K = step_.stiffness(), &M = step_.soft().model.mass();
-  for (Eigen::Index i = 0; i < A_.nonZeros(); ++i) A_.valuePtr()[i] = K.valuePtr()[i] + s * M.valuePtr()[i];
+  const Eigen::SparseMatrix<double>& M = step_.soft().model.mass();
+  for (Eigen::Index i = 0; i < A_.nonZeros(); ++i) A_.valuePtr()[i] = K_.valuePtr()[i] + s * M.valuePtr()[i];
   ++factors_;
   if (!factor_->factor(A_)) return false;
   factor_->schur(schur);
@@ -96,10 +96,20 @@ bool Condensation::condense_at(double s, Eigen::MatrixXd& schur) {
   return true;
 }
 
-/// Makes the modes of the step's stiffness. False where it or the mass is not positive definite.
+/// Sets K_ to the stiffness where the nodes are.
+void Condensation::assemble() {
+  const ElasticModel& model = step_.soft().model;
+  model.assemble(step_.x(), ElasticModel::Tangent::exact, K_, scratch_);
+  model.assemble(step_.x(), ElasticModel::Tangent::warped, warped_, scratch_);
+  for (Eigen::Index i = 0; i < K_.nonZeros(); ++i) {
+    K_.valuePtr()[i] = 0.5 * (K_.valuePtr()[i] + warped_.valuePtr()[i]);
+  }
+}
+
+/// Makes the modes of K_. False where it or the mass is not positive definite.
 bool Condensation::make_modes() {
   const ElasticModel& model = step_.soft().model;
-  if (A_.rows() == 0) A_ = step_.stiffness();
+  if (A_.rows() == 0) A_ = K_;
   if (patch_ != step_.patch().nodes() || !is_analysed_) {
     choose_nodes();
     factor_->analyze(A_, step_.patch().last_nodes());
@@ -107,7 +117,7 @@ bool Condensation::make_modes() {
   }
   if (free_ == 0) return true;
   // The factor in balance comes last, because forces are balanced by it.
-  const double fastest = step_.stiffness().diagonal().sum() / model.mass().diagonal().sum();
+  const double fastest = K_.diagonal().sum() / model.mass().diagonal().sum();
   const double s0 = balance * fastest, s1 = slow * fastest;
   if (!condense_at(s1, slow_) || !condense_at(s0, static_)) return false;
   mass_ = (slow_ - static_) / (s1 - s0);
@@ -144,9 +154,14 @@ bool Condensation::make_modes_by_body(double s0) {
 }
 
 std::optional<LocalPatch> Condensation::condense() {
-  if (step_.stiffness().rows() == 0) return LocalPatch{};
+  if (step_.counts().steps == 0) return LocalPatch{};
   const ElasticModel& model = step_.soft().model;
-  if (!make_modes()) return std::nullopt;
+  assemble();
+  if (!make_modes()) {
+    // Pressed hard, a body may be about to buckle. By the warped stiffness it never is.
+    K_ = warped_;
+    if (!make_modes()) return std::nullopt;
+  }
   if (free_ == 0) return LocalPatch{};
   const auto shapes = shape_pool_.make(static_cast<std::size_t>(nodes_.size() * 9 * free_), [&](std::span<double> to) {
     Eigen::Map<Eigen::MatrixXd> all(to.data(), static_cast<Eigen::Index>(3 * nodes_.size()),

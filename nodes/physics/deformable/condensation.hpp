@@ -13,10 +13,12 @@ namespace tactor {
 
 /// Makes the LocalPatch of each result.
 ///
-/// With A(s) = Schur(K + s M), the Schur complement on the nodes of the patch, the other nodes are in balance at a
-/// harmonic motion of s = -w^2. K_r = A(0) is Guyan's stiffness, and A'(0) is Guyan's mass, that of all that is carried
-/// along in slow motion (R. Guyan, AIAA Journal, 1965). Both come from two small s, which also a body that nothing
-/// holds has, 1e-7 and 1e-6 of trace(K) / trace(M):
+/// K is the mean of the exact derivative of the forces, where the result has the nodes, and of the warped one. The
+/// first foretells best how a body goes on, the second how it comes back; over the motions of a hand the mean is off
+/// least. Where it is not positive definite, K is the warped one. With A(s) = Schur(K + s M), the Schur complement on
+/// the nodes of the patch, the other nodes are in balance at a harmonic motion of s = -w^2. K_r = A(0) is Guyan's
+/// stiffness, and A'(0) is Guyan's mass, that of all that is carried along in slow motion (R. Guyan, AIAA Journal,
+/// 1965). Both come from two small s, which also a body that nothing holds has, 1e-7 and 1e-6 of trace(K) / trace(M):
 ///   M_r = (A(s_1) - A(s_0)) / (s_1 - s_0),   K_r = A(s_0) - s_0 M_r.
 /// A secant to s_1 = 1 / h^2, as the step itself sees it, has less mass and delivers worse: what matters is the motion
 /// over some 30 ms. Modes are those of K_r z = w^2 M_r z of each body, with its damping drag + damping w^2.
@@ -37,6 +39,7 @@ class Condensation {
  private:
   void choose_nodes();
   bool condense_at(double s, Eigen::MatrixXd& schur);
+  void assemble();
   bool make_modes();
   bool make_modes_by_body(double s0);
   void reduce(Eigen::MatrixXd& schur) const;
@@ -44,7 +47,8 @@ class Condensation {
 
   const DeformableStep& step_;
   std::unique_ptr<SparseFactor> factor_;
-  Eigen::SparseMatrix<double> A_;
+  Eigen::SparseMatrix<double> K_, warped_, A_;
+  Eigen::VectorXd scratch_;
   std::vector<int> patch_;  // as it was analysed: all nodes that are eliminated last
   bool is_analysed_ = false;
   std::int64_t factors_ = 0;

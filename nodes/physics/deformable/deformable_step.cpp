@@ -426,10 +426,8 @@ void DeformableStep::choose_patch(const BodyStates& bodies) {
 }
 
 void DeformableStep::refresh(const BodyStates& bodies) {
-  if (counts_.steps == 0) return;
   find_contacts(x_, bodies);
   choose_patch(bodies);
-  soft_.model.assemble(x_, ElasticModel::Tangent::warped, K_, scratch_);
 }
 
 StepResult DeformableStep::advance(const CouplingParameters& coupling, const DeviceState& before,

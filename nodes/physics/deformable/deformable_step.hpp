@@ -81,13 +81,11 @@ class DeformableStep {
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }  ///< m/s, of the unknowns
   [[nodiscard]] const PatchChoice& patch() const { return patch_; }
   [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
-  /// Brings the patch and `stiffness` to where the last step ended, for who condenses them.
+  /// Brings the patch to where the last step ended, for who condenses the bodies onto it.
   void refresh(const BodyStates& bodies);
   /// J, of all nodes: kinetic, elastic, and of weight.
   [[nodiscard]] double energy() const;
 
-  /// N/m, as it was last assembled, of the unknowns; lower triangle. Empty before the first step.
-  [[nodiscard]] const Eigen::SparseMatrix<double>& stiffness() const { return K_; }
   /// N, of elasticity and weight on the unknowns at x, as the last step left them.
   [[nodiscard]] const Eigen::VectorXd& inner_force() const { return force_; }
 

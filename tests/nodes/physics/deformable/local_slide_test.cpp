@@ -108,7 +108,7 @@ BOOST_AUTO_TEST_CASE(a_tool_that_slides_is_pushed_as_by_the_whole_body) {
     }
   }
   SoftRig rig(ball_on_gel({-0.01, 0, 0.03}, 2e4, 0.3), fine);
-  BOOST_TEST(off(rig, {.start = {-0.01, 0, 0.03}, .down = 0.03, .until = 0.3, .along = 0.044}, 0.45, 32) < 0.02);
+  BOOST_TEST(off(rig, {.start = {-0.01, 0, 0.03}, .down = 0.03, .until = 0.3, .along = 0.044}, 0.45, 32) < 0.01);
 }
 
 BOOST_AUTO_TEST_CASE(a_tool_that_comes_down_fast_is_stopped_as_by_the_whole_body) {
