@@ -88,9 +88,9 @@ def cyclictest(seconds):
     return parse_cyclictest(said.stdout)
 
 
-def write_path(file, seconds):
-    """The hand's path of the graph back and forth for as long as the slice."""
-    with open(PATH, newline="") as source:
+def write_path(file, seconds, path=PATH):
+    """The hand's path back and forth for as long as the slice."""
+    with open(path, newline="") as source:
         head, *rows = list(csv.reader(source))
     rows = [[float(cell) for cell in row] for row in rows]
     end = rows[-1][0]

@@ -67,7 +67,8 @@ NodeInfo Rollout::declare() {
           "from a rate between 0 and -e / tau, so that it neither grows nor swings to the other side. "
           "A result is trusted until it is older than `trust_time` and than three intervals between results; on "
           "anchors "
-          "the tool must also be within `trust_distance` of them. Where a step fails and the result is trusted, the "
+          "the tool must also be within `trust_distance` of them, and where something deforms, of where the result has "
+          "it. Where a step fails and the result is trusted, the "
           "force goes on by the Jacobian of the balance of springs. Otherwise the forecast of `forecast` is displayed "
           "if "
           "the tool touched something, or else a force is held. Each is counted in the report. The segments tell the "
@@ -98,15 +99,14 @@ NodeInfo Rollout::declare() {
              .default_value = 1,
              .min = 0,
              .max = 10})
-      .real(
-          "trust_distance", &Params::trust_distance,
-          {.doc =
-               "how far the tool may be from the anchors where it is on them, the handle from where a step failed, and "
-               "the tool from where physics has it before it goes there",
-           .unit = "m",
-           .default_value = 0.02,
-           .min = 0,
-           .max = 10})
+      .real("trust_distance", &Params::trust_distance,
+            {.doc = "how far the tool may be from the anchors where it is on them, from the result's where something "
+                    "deforms, "
+                    "the handle from where a step failed, and the tool from where physics has it before it goes there",
+             .unit = "m",
+             .default_value = 0.02,
+             .min = 0,
+             .max = 10})
       .unneeded(nothing_moves)
       .haptic_rate(&Params::rate, {.doc = "ticks a second"});
   declare_rollout(node);
@@ -275,8 +275,7 @@ bool Rollout::is_new_forecast() {
 }
 
 bool Rollout::trusted(Time now) const {
-  return now - used_.valid < trust_ &&
-         (rollout_.on_surface() || rollout_.distance_from_anchors() < params_.trust_distance);
+  return now - used_.valid < trust_ && rollout_.distance_from_known() < params_.trust_distance;
 }
 
 Rollout::Source Rollout::choose(Time now) const {

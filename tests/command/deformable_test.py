@@ -12,6 +12,12 @@ OPEN = """OFF
 0 0 0\n0.04 0 0\n0.04 0.04 0\n0 0.04 0\n0 0 0.04\n0.04 0 0.04\n0.04 0.04 0.04\n0 0.04 0.04
 3 0 2 1\n3 0 3 2\n3 0 1 5\n3 0 5 4\n3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7
 """
+# A box of 40 mm with one corner pulled out through the opposite one.
+CUTS_ITSELF = """OFF
+8 12 0
+0 0 0\n0.04 0 0\n0.04 0.04 0\n0 0.04 0\n0 0 0.04\n0.04 0 0.04\n-0.02 -0.02 -0.02\n0 0.04 0.04
+3 0 2 1\n3 0 3 2\n3 0 1 5\n3 0 5 4\n3 1 2 6\n3 1 6 5\n3 2 3 7\n3 2 7 6\n3 3 0 4\n3 3 4 7\n3 4 5 6\n3 4 6 7
+"""
 
 
 @needs_meshes
@@ -38,6 +44,25 @@ class Deformable(CommandTest):
     def test_an_open_mesh_cannot_deform(self):
         self.write("open.off", OPEN)
         self.refused("open.off", (BOX, "mesh: open.off"))
+
+    def test_a_surface_that_cuts_itself_is_refused_with_the_place_and_what_to_try(self):
+        self.write("bow.off", CUTS_ITSELF)
+        self.refused("the surface cuts itself", (BOX, "mesh: bow.off"))
+        self.refused("or try `tactor mesh repair", (BOX, "mesh: bow.off"))
+
+    def test_a_run_refuses_what_check_refuses_with_the_line(self):
+        for reason, before, after in (("expected a file that exists", BOX, "mesh: nowhere.off"),
+                                      ("did you mean \"young\"?", "young: 20 kPa", "youngs: 20 kPa"),
+                                      ("expected at most 0.495", "poisson: 0.45", "poisson: 0.5"),
+                                      ("hold every node of it", "p: [0, 0, -20 mm]", "p: [0, 0, 40 mm]"),
+                                      ("holds the centroid of no tetrahedron", FIXED, FIXED + "\n      inclusions: "
+                                       "{lump: {p: [1, 0, 0], radius: 5 mm, young: 200 kPa}}")):
+            with self.subTest(reason):
+                result = tactor("run", self.changed((before, after)), "--duration", "0.1", "--out", self.folder / "refused")
+                self.assertEqual(result.returncode, 2, result.stderr)
+                self.assertRegex(result.stderr, r"scene\.yaml:\d+:\d+: ")
+                self.assertIn(reason, result.stderr)
+                self.assertFalse((self.folder / "refused/summary.json").exists())
 
     def test_faces_of_a_name_that_the_mesh_does_not_have_are_refused(self):
         self.refused("it has no faces named 'bottom'", (FIXED, "fixed: {faces: bottom}"))

@@ -20,6 +20,7 @@ if not MISSING:
 HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
 needs_view = unittest.skipUnless(HAS_VIEW, "this build has no view")
 WALL = str(GRAPHS / "wall/scene.yaml")
+GEL = str(GRAPHS / "gel_cube/scene.yaml")
 
 
 def png_pixels(data):
@@ -140,6 +141,19 @@ class Browser(CommandTest):
             view.process.wait(20)
             self.assertEqual(view.process.returncode, 0)
             looker.close()
+
+    def test_a_surface_that_is_pressed_goes_down_in_the_page(self):
+        with View(TACTOR, GEL, "--set", "scene.bodies.gel.tetrahedra=300", "--no-reference") as view:
+            self.open(view.url)
+            self.press(0.5)
+            self.until("window.tactor.latest('dynamics.surfaces')")
+            heights = self.latest("dynamics.surfaces")[2::3]
+            top = [z for z in heights if z > 0.012]  # of 20 mm at rest
+            self.assertLess(min(top), 0.0195)
+            # Far from the ball it stays.
+            self.assertAlmostEqual(max(heights), 0.02, delta=0.001)
+            self.assertAlmostEqual(min(heights), -0.02, delta=1e-6)
+            self.assert_no_errors()
 
     def test_a_closed_page_releases_the_tool(self):
         with View(TACTOR, WALL) as view:

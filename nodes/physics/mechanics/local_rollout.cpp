@@ -224,14 +224,15 @@ PhysicsState LocalRollout::state() const {
           .damped = last_.outcome == StepOutcome::converged ? 0 : 1};
 }
 
-double LocalRollout::distance_from_anchors() const {
+double LocalRollout::distance_from_known() const {
   const LocalContacts& contacts = local_.contacts;
+  const Vec3& p_WT = local_.bodies.X_WB[0].p;
   double nearest = 0;
-  for (std::size_t j = 0; j < static_cast<std::size_t>(contacts.anchors); ++j) {
-    const double away = norm(local_.bodies.X_WB[0].p - contacts.X_WB[j][0].p);
+  for (std::size_t j = 0; !on_surface_ && j < static_cast<std::size_t>(contacts.anchors); ++j) {
+    const double away = norm(p_WT - contacts.X_WB[j][0].p);
     nearest = j == 0 ? away : std::min(nearest, away);
   }
-  return nearest;
+  return patch() == nullptr ? nearest : std::max(nearest, norm(p_WT - local_.p_WT_result));
 }
 
 Eigen::Matrix<double, 6, 6> LocalRollout::jacobian() {

@@ -62,8 +62,10 @@ class LocalRollout {
   [[nodiscard]] PhysicsState state() const;
   /// m/s^2 and rad/s^2, of the tool over the last step, be it before the last restart.
   [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
-  /// How far the tool is from the nearest anchor of the contacts, m; zero where no contacts are known.
-  [[nodiscard]] double distance_from_anchors() const;
+  /// How far the tool is from where its surroundings are known, m: from the nearest anchor of the contacts, where the
+  /// last step was on those, and from where the result has it, where there is a patch, which was made around that.
+  /// Zero where neither is.
+  [[nodiscard]] double distance_from_known() const;
   /// Whether the last step found its contacts on the surface.
   [[nodiscard]] bool on_surface() const { return on_surface_; }
   /// How the wrench on the device changes with the handle's place (m and rotation vector in rad, W) where springs

@@ -63,7 +63,18 @@ export function creased_normals({ positions, indices }) {
   return corner_normals(round_together(indices, normals), normals, new Float32Array(3 * indices.length));
 }
 
-/** The surface of a body that deforms. Which faces are round together is told by its shape at rest. */
+/** The edges of faces, each once: of each, the places in `indices` of its two ends. */
+export function edges_of(indices) {
+  const ends = new Map();
+  for (let i = 0; i < indices.length; ++i) {
+    const j = i % 3 === 2 ? i - 2 : i + 1;
+    const key = `${Math.min(indices[i], indices[j])},${Math.max(indices[i], indices[j])}`;
+    if (!ends.has(key)) ends.set(key, [i, j]);
+  }
+  return [...ends.values()].flat();
+}
+
+/** The surface of a body that deforms, with its edges. Which faces are round together is told by its shape at rest. */
 export class DeformingSurface {
   /** @param {{positions: Float32Array, indices: Uint32Array}} mesh at rest */
   constructor(mesh) {
@@ -75,6 +86,8 @@ export class DeformingSurface {
     for (const name of ['position', 'normal']) {
       this.geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * mesh.indices.length), 3).setUsage(DynamicDrawUsage));
     }
+    // Lines over the same places, so that they need no update of their own.
+    this.edges = new BufferGeometry().setAttribute('position', this.geometry.attributes.position).setIndex(edges_of(mesh.indices));
     this.show(mesh.positions);
   }
 

@@ -101,7 +101,10 @@ export class SceneView {
     this.pixel_ratio = Math.min(window.devicePixelRatio || 1, 2);
     this.changed = true;
 
-    this.materials = { still: new MeshLambertMaterial(), tool: new MeshLambertMaterial(), moving: new MeshLambertMaterial(), soft: new MeshLambertMaterial(),
+    this.materials = { still: new MeshLambertMaterial(), tool: new MeshLambertMaterial(), moving: new MeshLambertMaterial(),
+      // Behind its edges, which are what shows a dent.
+      soft: new MeshLambertMaterial({ polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }),
+      edges: new LineBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.16 }),
       plane: new MeshBasicMaterial({ side: DoubleSide }) };
     const soft = new Set(hello.scene.bodies.filter((told) => told.deforms).map((told) => told.mesh));
     const geometries = meshes.map((mesh, i) => (soft.has(i) ? null : mesh_geometry(mesh)));
@@ -160,6 +163,9 @@ export class SceneView {
       if (!meshes[told.mesh]) throw new Error(`body ${told.name} names mesh ${told.mesh}, which did not come`);
       surface = new DeformingSurface(meshes[told.mesh]);
       object = new Mesh(surface.geometry, this.materials.soft);
+      const edges = new LineSegments(surface.edges, this.materials.edges);
+      edges.frustumCulled = false; // their bounds are those of the shape at rest
+      object.add(edges);
     } else if (told.mesh !== undefined) {
       if (!geometries[told.mesh]) throw new Error(`body ${told.name} names mesh ${told.mesh}, which did not come`);
       object = new Mesh(geometries[told.mesh], material);

@@ -1,7 +1,7 @@
 // The shapes of meshes.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { DeformingSurface, creased_normals, mesh_geometry, wires_of } from '../src/geometry.js';
+import { DeformingSurface, creased_normals, edges_of, mesh_geometry, wires_of } from '../src/geometry.js';
 
 /** A cube of 2 m round the origin, its vertices shared by its faces. */
 function cube() {
@@ -98,4 +98,23 @@ test('an edge of the shape at rest stays an edge when the body is stretched', ()
     const parts = [normal.getX(corner), normal.getY(corner), normal.getZ(corner)].map(Math.abs);
     assert.ok(Math.abs(Math.max(...parts) - 1) < 1e-6);
   }
+});
+
+test('a closed surface has three edges for two faces, which follow when it deforms', () => {
+  for (const { mesh, edges } of [{ mesh: cube(), edges: 18 }, { mesh: ball(16), edges: null }]) {
+    const found = edges_of(mesh.indices);
+    if (edges) assert.equal(found.length, 2 * edges);
+    const pairs = new Set();
+    for (let i = 0; i < found.length; i += 2) {
+      const [a, b] = [mesh.indices[found[i]], mesh.indices[found[i + 1]]];
+      assert.notEqual(a, b);
+      pairs.add(`${Math.min(a, b)},${Math.max(a, b)}`);
+    }
+    assert.equal(pairs.size, found.length / 2);
+  }
+  const mesh = cube(), surface = new DeformingSurface(mesh);
+  surface.show(Float32Array.from(mesh.positions, (x) => 2 * x));
+  const { index, attributes: { position } } = surface.edges;
+  assert.equal(index.count, 36);
+  for (let i = 0; i < index.count; ++i) assert.equal(Math.abs(position.getX(index.getX(i))), 2);
 });

@@ -254,3 +254,22 @@ BOOST_AUTO_TEST_CASE(a_rollout_on_a_patch_of_any_size_allocates_nothing,
     }
   }
 }
+
+BOOST_AUTO_TEST_CASE(a_patch_is_known_around_the_tool_of_its_result) {
+  PatchPool pool;
+  Cushion cushion;
+  LocalRollout rollout(ball(), nullptr, &cushion);
+  LocalModel model = on_patch(RandomPatch(5, 3).make(pool, 1, 0.002, 1, faces_over(6)));
+  // The result is older than the model: its tool was 4 mm beside.
+  model.p_WT_result = {-0.004, 0, 0.018};
+  BOOST_REQUIRE(rollout.restart(model));
+  BOOST_TEST(rollout.distance_from_known() == 0.004, tt::tolerance(1e-12));
+  for (int ms = 1; ms <= 50; ++ms) BOOST_REQUIRE(rollout.advance(sample(ms)));
+  const Vec3 way = rollout.state().X_WT.p - model.p_WT_result;
+  BOOST_TEST(norm(way) > 0.005);
+  BOOST_TEST(rollout.distance_from_known() == norm(way), tt::tolerance(1e-12));
+  // Where the tool is far from what deforms, results have no patch.
+  model.patch = {};
+  BOOST_REQUIRE(rollout.restart(model));
+  BOOST_TEST(rollout.distance_from_known() == 0.0);
+}

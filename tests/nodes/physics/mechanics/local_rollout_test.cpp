@@ -370,7 +370,7 @@ BOOST_AUTO_TEST_CASE(models_of_another_scene_or_not_finite_are_refused_and_chang
   BOOST_TEST(rollout.restart(odd));
   odd.contacts = {};
   BOOST_TEST(rollout.restart(odd));
-  BOOST_TEST(rollout.distance_from_anchors() == 0.0);
+  BOOST_TEST(rollout.distance_from_known() == 0.0);
 }
 
 BOOST_AUTO_TEST_CASE(contacts_of_numbers_that_are_none_are_left_out_and_no_state_is_ever_made_that_is_not_finite) {
