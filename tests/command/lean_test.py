@@ -214,6 +214,35 @@ class Lean(CommandTest):
         self.assertGreaterEqual(apart, errors["lean"] - errors["original"] - 1e-6)
         self.assertGreaterEqual(work["original"], 5 * work["lean"])
 
+    @needs_hdf5
+    def test_soft_tissue_may_do_with_fewer_and_simpler_elements_and_a_smaller_patch(self):
+        settings = [f"--set={name}" for name in ("scene.bodies.gel.tetrahedra=400", "dynamics.elements=quadratic", "dynamics.patch_nodes=12",
+                                                 *(f"dynamics.{coarsest}" for coarsest in ("iterations=5", "newton_iterations=2", "tolerance=0.05",
+                                                                                           "soft_spacing=8 mm")),
+                                                 "local.resimulate=false", "local.curvature=false")]
+        short = ("--duration", 0.3)  # the ball touches after 0.1 s
+        found = self.lean("gel_cube/local.yaml", "--budget", 1, *short, *settings)
+        tried = {trial["what"]: trial for trial in reversed(found["trials"])}
+        fewer, simpler, smaller = "tetrahedra of gel: 400 -> 200", "dynamics.elements: quadratic -> linear", "dynamics.patch_nodes: 12 -> 8"
+        for what in (fewer, simpler, smaller):
+            self.assertIn(what, tried)
+        self.assertNotIn("tetrahedra of gel: 400 -> 100", tried)
+        steps = self.steps(found)
+        self.assertIn(fewer, steps)
+        self.assertIn(simpler, steps)
+        lean = self.folder / "lean.yaml"
+        self.assertIn("tetrahedra: 200", lean.read_text())
+        self.assertNotIn("quadratic", lean.read_text())  # linear is the default
+
+        # Both run anew on the seed of the check: what is displayed differs by what the errors allow.
+        seed = ("--seed", found["check_seeds"][0], *short)
+        errors = {name: found["check"][name]["error_N"] for name in ("original", "lean")}
+        self.assertLessEqual(errors["lean"], 1)
+        apart = self.apart(self.displayed(GRAPHS / "gel_cube/local.yaml", *seed, *settings), self.displayed(lean, *seed))
+        self.assertGreater(apart, 1e-3)
+        self.assertLessEqual(apart, errors["lean"] + errors["original"] + 1e-6)
+        self.assertGreaterEqual(apart, errors["lean"] - errors["original"] - 1e-6)
+
     def test_values_of_the_command_line_are_in_the_graph_that_is_written(self):
         found = self.lean("duck/fine.yaml", "--budget", 0.5, "--duration", 0.6, "--set", "scene.bodies.tool.mass=70g",
                           "--set", "coupling.k_0=400", *FEW)

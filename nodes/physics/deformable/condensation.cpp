@@ -121,19 +121,34 @@ bool Condensation::make_modes() {
   const double s0 = balance * fastest, s1 = slow * fastest;
   if (!condense_at(s1, slow_) || !condense_at(s0, static_)) return false;
   mass_ = (slow_ - static_) / (s1 - s0);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(static_, mass_);
-  if (modes.info() != Eigen::Success || !modes.eigenvectors().allFinite()) return false;
-  shapes_ = modes.eigenvectors();
-  square_ = (modes.eigenvalues().array() - s0).max(0.0);
+  return make_modes_by_body(s0);
+}
+
+/// Bodies do not act on each other here. Modes of all together would mix bodies whose modes are equally fast, and with
+/// them their damping.
+bool Condensation::make_modes_by_body(double s0) {
+  const ElasticModel& model = step_.soft().model;
   const auto dofs = static_cast<Eigen::Index>(3 * free_);
+  shapes_.setZero(dofs, dofs);
+  square_.resize(dofs);
   damping_.resize(dofs);
-  for (Eigen::Index i = 0; i < dofs; ++i) {
-    // A mode moves the body in which it is largest.
-    Eigen::Index largest = 0;
-    shapes_.col(i).cwiseAbs().maxCoeff(&largest);
-    const SoftBody& body = model.bodies()[static_cast<std::size_t>(
-        model.body_of(model.unknown_of(nodes_[static_cast<std::size_t>(largest / 3)])))];
-    damping_[i] = body.drag + body.damping * square_[i];
+  Eigen::Index made = 0;
+  std::vector<Eigen::Index> own;
+  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
+    own.clear();
+    for (std::size_t i = 0; i < free_; ++i) {
+      if (model.body_of(model.unknown_of(nodes_[i])) != static_cast<int>(b)) continue;
+      for (std::size_t c = 0; c < 3; ++c) own.push_back(static_cast<Eigen::Index>(3 * i + c));
+    }
+    if (own.empty()) continue;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(static_(own, own), mass_(own, own));
+    if (modes.info() != Eigen::Success || !modes.eigenvectors().allFinite()) return false;
+    const auto count = static_cast<Eigen::Index>(own.size());
+    shapes_(own, Eigen::seqN(made, count)) = modes.eigenvectors();
+    square_.segment(made, count) = (modes.eigenvalues().array() - s0).max(0.0);
+    damping_.segment(made, count) =
+        model.bodies()[b].drag + model.bodies()[b].damping * square_.segment(made, count).array();
+    made += count;
   }
   return true;
 }

@@ -21,8 +21,7 @@ namespace tactor {
 /// 1965). Both come from two small s, which also a body that nothing holds has, 1e-7 and 1e-6 of trace(K) / trace(M):
 ///   M_r = (A(s_1) - A(s_0)) / (s_1 - s_0),   K_r = A(s_0) - s_0 M_r.
 /// A secant to s_1 = 1 / h^2, as the step itself sees it, has less mass and delivers worse: what matters is the motion
-/// over some 30 ms. Modes are those of K_r z = w^2 M_r z, with the damping drag + damping w^2 of each; what damping
-/// bodies of different ones exchange by the patch is left out.
+/// over some 30 ms. Modes are those of K_r z = w^2 M_r z of each body, with its damping drag + damping w^2.
 /// What the patch feels of a force r on all unknowns is K_r u on the patch, u = K^-1 r: the force of each mode is
 /// shape^T of that of elasticity and weight where the result has the nodes, and its rate is shape^T of that of the
 /// momentum M v.
@@ -42,6 +41,7 @@ class Condensation {
   bool condense_at(double s, Eigen::MatrixXd& schur);
   void assemble();
   bool make_modes();
+  bool make_modes_by_body(double s0);
   void reduce(Eigen::MatrixXd& schur) const;
   void balanced(const Eigen::VectorXd& force, Eigen::VectorXd& on_patch);
 

@@ -3,7 +3,9 @@
 #include <boost/test/unit_test.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -265,6 +267,112 @@ BOOST_AUTO_TEST_CASE(a_patch_goes_on_as_the_whole_body_does) {
       BOOST_TEST(let_go(young, 0.0167, 0.3, integrator) < 0.15);
       BOOST_TEST(let_go(young, 0.004, 0.3, integrator) < 0.2);
     }
+  }
+}
+
+namespace {
+
+constexpr double dampings[] = {0.002, 0.02}, drags[] = {0.5, 20};  // s, 1/s, of two bodies
+
+/// Two blocks beside each other, mirror images but for what is told of them, and a ball over the gap. `only`: one of
+/// the two alone.
+Scene ball_over_two(double young, double other_young, std::optional<std::size_t> only = {}) {
+  Scene scene;
+  scene.gravity_W = {};
+  for (const std::size_t b : {0U, 1U}) {
+    if (only && *only != b) continue;
+    Body gel = gel_box(b == 0 ? "left" : "right", {0.06, 0.06, 0.03}, {b == 0 ? -0.0325 : 0.0325, 0, -0.015},
+                       b == 0 ? young : other_young, 0.015);
+    hold_bottom(gel);
+    gel.deformable.damping = dampings[b];
+    gel.deformable.drag = drags[b];
+    scene.bodies.push_back(gel);
+  }
+  scene.bodies.push_back(ball_tool(radius, {0, 0.001, radius + 0.003}, 0.05));
+  return scene;
+}
+/// Half of the nodes are of either body.
+RigOptions near_nodes(int count) {
+  return {.patch_nodes = count, .patch_reach = 0.024};
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(each_of_two_bodies_has_its_own_damping_in_the_patch) {
+  // Equal ones have equal modes, which must not be mixed.
+  for (const double other_young : {2e4, 2.0001e4, 5e4}) {
+    for (const double h : {0.002, 0.0167}) {
+      SoftRig rig(ball_over_two(2e4, other_young), near_nodes(24));
+      rig.advance(h);
+      rig.step->refresh(rig.bodies);
+      Condensation condensation(*rig.step, FactorKind::eigen, 4);
+      const auto patch = condensation.condense();
+      BOOST_REQUIRE(patch.has_value());
+      const Seen s = seen(*patch, rig);
+      const Eigen::MatrixXd M = s.M(), K = s.K(), D = M * s.V * s.damping.asDiagonal() * s.V.transpose() * M;
+      double worst = 0;
+      std::array<int, 2> count{};
+      for (Eigen::Index j = 0; j < D.cols(); ++j) {
+        const auto b = static_cast<std::size_t>(rig.model().body_of(s.unknowns[static_cast<std::size_t>(j)]));
+        ++count[b];
+        const Eigen::VectorXd expected = drags[b] * M.col(j) + dampings[b] * K.col(j);
+        worst = std::max(worst, (D.col(j) - expected).norm() / expected.norm());
+      }
+      BOOST_TEST_MESSAGE("E of the other " << other_young << ", h " << h << ": damping off by " << worst << ", of "
+                                           << count[0] << " and " << count[1] << " unknowns");
+      BOOST_TEST(count[0] == 36);
+      BOOST_TEST(count[1] == 36);
+      BOOST_TEST(worst < 1e-6);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(two_bodies_go_on_in_one_patch_as_each_does_in_its_own) {
+  // Both are thrown sideways and let go.
+  for (const double other_young : {2e4, 5e4}) {
+    constexpr double h = 0.0167, tick = 0.001;
+    const auto thrown = [](SoftRig& rig) {
+      Eigen::VectorXd v(rig.model().unknowns());
+      for (int u = 0; u < rig.model().unknowns(); u += 3) v.segment<3>(u) = Eigen::Vector3d(0.3, 0.1, -0.2);
+      rig.start(Eigen::VectorXd::Zero(v.size()), v);
+      rig.advance(h);
+      rig.step->refresh(rig.bodies);
+    };
+    SoftRig both(ball_over_two(2e4, other_young), near_nodes(24));
+    thrown(both);
+    Condensation of_both(*both.step, FactorKind::eigen, 4);
+    const auto patch = of_both.condense();
+    BOOST_REQUIRE(patch.has_value());
+    BOOST_REQUIRE(is_usable(*patch));
+    PatchMotion motion(Integrator::implicit_euler);
+    motion.restart(*patch);
+    for (int i = 0; i < 20; ++i) motion.coast(tick);
+    double most = 0, worst = 0;
+    int compared = 0;
+    for (const std::size_t b : {0U, 1U}) {
+      SoftRig alone(ball_over_two(2e4, other_young, b), near_nodes(12));
+      thrown(alone);
+      Condensation of_one(*alone.step, FactorKind::eigen, 4);
+      const auto own = of_one.condense();
+      BOOST_REQUIRE(own.has_value());
+      PatchMotion its(Integrator::implicit_euler);
+      its.restart(*own);
+      for (int i = 0; i < 20; ++i) its.coast(tick);
+      // Nodes lie apart, so a place tells the node.
+      for (std::size_t i = 0; i < own->nodes.size(); ++i) {
+        for (std::size_t k = 0; k < patch->nodes.size(); ++k) {
+          if (patch->nodes[k].fixed != 0 || norm(patch->nodes[k].p_W - own->nodes[i].p_W) > 1e-6) continue;
+          ++compared;
+          most = std::max(most, norm(its.nodes_W()[i] - own->nodes[i].p_W));
+          worst = std::max(worst, norm(its.nodes_W()[i] - motion.nodes_W()[k]));
+        }
+      }
+    }
+    BOOST_TEST_MESSAGE("E of the other " << other_young << ": off by " << worst << " m of " << most << ", " << compared
+                                         << " nodes of " << patch->nodes.size());
+    BOOST_TEST(compared == 24);
+    BOOST_TEST(most > 1e-4);
+    BOOST_TEST(worst < 1e-5 * most);  // how slow is slow goes by all bodies
   }
 }
 
