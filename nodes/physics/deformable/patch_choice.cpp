@@ -22,24 +22,24 @@ PatchChoice::PatchChoice(const SoftScene& soft, const ContactBody& tool, const P
       place_(static_cast<std::size_t>(soft.model.nodes()), -1) {
   near_.reserve(soft.surface_nodes.size());
   known_.reserve(soft.surface_nodes.size());
-  places_.reserve(soft.surface_nodes.size() + soft.surface.faces.size());
+  candidates_.reserve(soft.surface_nodes.size() + soft.surface.faces.size());
 }
 
-/// Fills places_ with the free surface nodes and the middles of faces within reach of the tool's way, the one with the
-/// least bound of its distance on top of the heap.
-void PatchChoice::look_for_places(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT) {
+/// Fills candidates_ with the free surface nodes and the middles of faces within reach of the tool's way, the one with
+/// the least bound of its distance on top of the heap.
+void PatchChoice::look_for_candidates(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT) {
   const Vec3 way = options_.horizon * V_WT.v;
   const Vec3 middle = transform(X_WT, tool_.p_BM);
   const double length = dot(way, way);
   const double reach = options_.reach + tool_.radius;
   const Quat R_TW = inverse(X_WT.R);
-  places_.clear();
+  candidates_.clear();
   const auto add = [&](const Vec3& p, const std::array<std::int32_t, 3>& nodes) {
     // The place on the way that passes nearest, by the middle of the tool.
     const double share = length > 0 ? std::clamp(dot(p - middle, way) / length, 0.0, 1.0) : 0;
     const Vec3 from = p - share * way;
     const Vec3 apart = from - middle;
-    if (dot(apart, apart) <= reach * reach) places_.push_back({0, rotate(R_TW, from - X_WT.p), nodes});
+    if (dot(apart, apart) <= reach * reach) candidates_.push_back({0, rotate(R_TW, from - X_WT.p), nodes});
   };
   const auto at = [&x](int node) {
     const auto i = static_cast<Eigen::Index>(3 * node);
@@ -49,20 +49,20 @@ void PatchChoice::look_for_places(const Eigen::VectorXd& x, const Pose& X_WT, co
   for (const int node : soft_.surface_nodes) {
     if (soft_.model.unknown_of(node) >= 0) add(at(node), {node, node, node});
   }
-  for (std::size_t first = 0; first < places_.size(); first += 8) {
-    const std::size_t count = std::min<std::size_t>(8, places_.size() - first);
+  for (std::size_t first = 0; first < candidates_.size(); first += 8) {
+    const std::size_t count = std::min<std::size_t>(8, candidates_.size() - first);
     Points8 points{};
     for (std::size_t i = 0; i < count; ++i) {
-      const Vec3& p = places_[first + i].p_T;
+      const Vec3& p = candidates_[first + i].p_T;
       points.x[i] = static_cast<float>(p.x);
       points.y[i] = static_cast<float>(p.y);
       points.z[i] = static_cast<float>(p.z);
     }
     std::array<float, 8> bound{};
     tool_.distance->lower_bounds(points, (1U << count) - 1U, bound);
-    for (std::size_t i = 0; i < count; ++i) places_[first + i].bound = static_cast<double>(bound[i]);
+    for (std::size_t i = 0; i < count; ++i) candidates_[first + i].bound = static_cast<double>(bound[i]);
   }
-  std::make_heap(places_.begin(), places_.end());
+  std::make_heap(candidates_.begin(), candidates_.end());
 }
 
 /// Fills near_ with the free surface nodes that the tool touches or that are nearest to its way, as many as are wanted.
@@ -80,17 +80,17 @@ void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const 
     if (contact.body != 0) continue;
     for (const std::int32_t node : contact.node) bring_near(node, contact.contact.distance);
   }
-  look_for_places(x, X_WT, V_WT);
+  look_for_candidates(x, X_WT, V_WT);
   const auto wanted = static_cast<std::ptrdiff_t>(options_.nodes);
   // Until as many nodes are known to be nearer than anything that has not been looked at.
-  while (!places_.empty() && places_.front().bound < options_.reach) {
-    std::pop_heap(places_.begin(), places_.end());
-    const Place place = places_.back();
-    places_.pop_back();
-    const auto nearer = [&](int node) { return distance_[static_cast<std::size_t>(node)] < place.bound; };
+  while (!candidates_.empty() && candidates_.front().bound < options_.reach) {
+    std::pop_heap(candidates_.begin(), candidates_.end());
+    const Candidate next = candidates_.back();
+    candidates_.pop_back();
+    const auto nearer = [&](int node) { return distance_[static_cast<std::size_t>(node)] < next.bound; };
     if (std::count_if(known_.begin(), known_.end(), nearer) >= wanted) break;
-    const double distance = tool_.distance->nearest(place.p_T).distance;
-    for (const std::int32_t node : place.node) bring_near(node, distance);
+    const double distance = tool_.distance->nearest(next.p_T).distance;
+    for (const std::int32_t node : next.node) bring_near(node, distance);
   }
   near_.clear();
   for (const int node : known_) near_.push_back({distance_[static_cast<std::size_t>(node)], node});

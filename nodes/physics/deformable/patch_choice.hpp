@@ -49,13 +49,13 @@ class PatchChoice {
     }
   };
   /// A free surface node or the middle of a face.
-  struct Place {
+  struct Candidate {
     double bound;  // m, which its distance is not below
     Vec3 p_T;      // m, where it passes the tool
     std::array<std::int32_t, 3> node;
-    bool operator<(const Place& other) const { return bound > other.bound; }  // the least on top of a heap
+    bool operator<(const Candidate& other) const { return bound > other.bound; }  // the least on top of a heap
   };
-  void look_for_places(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT);
+  void look_for_candidates(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT);
   void look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT,
                    std::span<const SoftContact> contacts);
   [[nodiscard]] bool serves(std::span<const SoftContact> contacts) const;
@@ -64,7 +64,7 @@ class PatchChoice {
   const ContactBody& tool_;
   PatchChoiceOptions options_;
   std::vector<Near> near_;
-  std::vector<Place> places_;
+  std::vector<Candidate> candidates_;
   std::vector<double> distance_;  // m, of each node, as far as it is known
   std::vector<int> known_;        // nodes whose distance is known and below the reach
   std::vector<int> nodes_, place_;
