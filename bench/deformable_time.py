@@ -46,7 +46,7 @@ def scaling():
     body = [[f"{size:,}", *(cell(part, size) for part, _ in PARTS)] for size in sizes]
     plot(PICTURE, "tetrahedra", "ms of CPU",
          [(title, [(size, times[0]) for size, times in sorted(found[part].items())], f"linespoints lw 2 pt 7 ps 0.5 lc rgb '{colour}'")
-          for (part, title), colour in zip(PARTS, COLOURS)], "set logscale y\nset key outside right")
+          for (part, title), colour in zip(PARTS, COLOURS)], "set logscale y\nset xrange [800:125000]\nset key outside right")
     return table(["tetrahedra", *(f"{title}, ms" for _, title in PARTS)], body)
 
 
