@@ -104,20 +104,20 @@ def write_path(file, seconds, path=PATH):
             begin, there = begin + end, not there
 
 
-def live_slice(seconds, folder):
-    """One slice of the live run: its summary and its histograms by name."""
-    path = folder / "path.csv"
-    write_path(path, seconds)
+def live_run(arguments, seconds, folder):
+    """A slice of a live run: its summary, its histograms by name, and the share of the cores that was in use meanwhile."""
     out = folder / "run"
     # Longer than the slice and then asked to end: a run that ended by itself would be compared with a reference run.
-    process = subprocess.Popen([TACTOR, "run", GRAPH, "--set", "clock=real", "--set", f"trajectory.file={path}", "--duration",
-                                str(seconds + 3600), "--overwrite", "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                               text=True)
+    process = subprocess.Popen([TACTOR, "run", *arguments, "--duration", str(seconds + 3600), "--overwrite", "--out", out],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     # The meshes are loaded before the loop begins, so the slice begins when the thread of the device is there.
     while process.poll() is None and not has_thread(process.pid, "device"):
         time.sleep(0.01)
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(seconds)
+
+    def slice_or_end(seconds):
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(seconds)
+    busy = busy_share(seconds, slice_or_end)
     process.send_signal(signal.SIGINT)
     error = process.communicate(timeout=60)[1]
     if process.returncode != 0:
@@ -126,7 +126,15 @@ def live_slice(seconds, folder):
     with open(out / "latencies.csv", newline="") as file:
         for row in csv.DictReader(file):
             histograms[row["latency"]][float(row["us"])] = int(row["count"])
-    return json.loads((out / "summary.json").read_text()), histograms
+    return json.loads((out / "summary.json").read_text()), histograms, busy
+
+
+def live_slice(seconds, folder):
+    """One slice of the live run: its summary and its histograms by name."""
+    path = folder / "path.csv"
+    write_path(path, seconds)
+    summary, histograms, _ = live_run([GRAPH, "--set", "clock=real", "--set", f"trajectory.file={path}"], seconds, folder)
+    return summary, histograms
 
 
 def has_thread(pid, name):
@@ -166,10 +174,10 @@ def cpu_times():
     return sum(times), times[3] + times[4]
 
 
-def busy_share(seconds):
-    """The share of the cores that is in use, in the next seconds."""
+def busy_share(seconds, wait=time.sleep):
+    """The share of the cores that is in use, in the next seconds; or until `wait(seconds)` returns."""
     everything, idle = cpu_times()
-    time.sleep(seconds)
+    wait(seconds)
     later, idle_later = cpu_times()
     return 1 - (idle_later - idle) / max(1, later - everything)
 

@@ -9,13 +9,9 @@ of the slices are put together before a percentile is taken. Keep the machine fr
 import argparse
 import collections
 import contextlib
-import csv
-import json
 import multiprocessing
 import os
 import pathlib
-import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -65,27 +61,8 @@ def other_program(share):
 
 def run_slice(arguments, seconds, folder):
     """One live run: its summary, its histograms by name, and how many cores other programs used meanwhile."""
-    out = folder / "run"
-    # Longer than the slice and then asked to end: a run that ended by itself would be compared with a reference run.
-    process = subprocess.Popen([live.TACTOR, "run", *arguments, "--duration", str(seconds + 3600), "--overwrite", "--out", out],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    while process.poll() is None and not live.has_thread(process.pid, "device"):
-        time.sleep(0.01)
-    everything, idle = live.cpu_times()
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(seconds)
-    later, idle_later = live.cpu_times()
-    process.send_signal(signal.SIGINT)
-    error = process.communicate(timeout=60)[1]
-    if process.returncode != 0:
-        raise RuntimeError(f"tactor ended with {process.returncode}: {error}")
-    histograms = collections.defaultdict(dict)
-    with open(out / "latencies.csv", newline="") as file:
-        for row in csv.DictReader(file):
-            histograms[row["latency"]][float(row["us"])] = int(row["count"])
-    summary = json.loads((out / "summary.json").read_text())
-    busy = os.cpu_count() * (1 - (idle_later - idle) / max(1, later - everything))
-    return summary, histograms, busy - cpu_share(summary)
+    summary, histograms, busy = live.live_run(arguments, seconds, folder)
+    return summary, histograms, os.cpu_count() * busy - cpu_share(summary)
 
 
 def cpu_share(summary):
