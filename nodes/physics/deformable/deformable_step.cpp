@@ -418,16 +418,12 @@ bool DeformableStep::advance_by_midpoint(const CouplingParameters& coupling, con
   return false;
 }
 
-/// Another patch is eliminated in another order.
-void DeformableStep::choose_patch(const BodyStates& bodies) {
-  if (!patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) return;
-  analysed_ = false;
-  factored_h_ = 0;
-}
-
 void DeformableStep::refresh(const BodyStates& bodies) {
   find_contacts(x_, bodies);
-  choose_patch(bodies);
+  if (!patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) return;
+  // Another patch is eliminated in another order.
+  analysed_ = false;
+  factored_h_ = 0;
 }
 
 StepResult DeformableStep::advance(const CouplingParameters& coupling, const DeviceState& before,
@@ -435,8 +431,7 @@ StepResult DeformableStep::advance(const CouplingParameters& coupling, const Dev
                                    BodyStates& bodies) {
   const BodyStates start = bodies;
   x0_ = x_;
-  find_contacts(x_, bodies);
-  choose_patch(bodies);
+  refresh(bodies);
   prepare_damping(h);
   ++counts_.steps;
   StepResult result;

@@ -81,7 +81,8 @@ class DeformableStep {
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }  ///< m/s, of the unknowns
   [[nodiscard]] const PatchChoice& patch() const { return patch_; }
   [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
-  /// Brings the patch to where the last step ended, for who condenses the bodies onto it.
+  /// Brings the patch to where the last step ended. A step begins with it; who condenses the bodies onto it asks
+  /// before.
   void refresh(const BodyStates& bodies);
   /// J, of all nodes: kinetic, elastic, and of weight.
   [[nodiscard]] double energy() const;
@@ -98,7 +99,6 @@ class DeformableStep {
   void residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left);
   [[nodiscard]] bool is_solved(const Eigen::VectorXd& x) const;
   [[nodiscard]] double merit(const Eigen::VectorXd& x, double h) const;
-  void choose_patch(const BodyStates& bodies);
   void find_contacts(const Eigen::VectorXd& x, const BodyStates& bodies);
   bool look_ahead(const BodyStates& start, const BodyStates& end, const Eigen::VectorXd& x_end);
   StepResult solve_contacts(RigidStep& rigid_step, const CouplingParameters& coupling, const DeviceState& before,
