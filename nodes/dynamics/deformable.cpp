@@ -39,6 +39,11 @@ DeformableOptions step_options(const DeformableDynamics::Params& params) {
 void declare_metrics(Declare<DeformableDynamics>& d) {
   d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
       .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
+      .metric("deformable.updates", "1",
+              "updates of a factor of earlier steps by what its iterations found out, of a step, mean", Better::lower)
+      .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
+        return std::string(p.reuse_factors ? "" : "reuse_factors is false: each step factors");
+      })
       .metric("deformable.euler_steps", "1",
               "steps by implicit Euler, because the midpoint rule would have added energy or was not solved",
               Better::lower)
@@ -86,8 +91,9 @@ NodeInfo DeformableDynamics::declare() {
       "the material; `neo_hookean` is for strain beyond some 20 %. Linear elements are too stiff in bending; "
       "`elements: quadratic` are not, at several times the cost. "
       "Factors of "
-      "earlier steps serve as long as they converge quickly; the report says how many there were. Deformable bodies do "
-      "not touch each other.");
+      "earlier steps serve, corrected by what iterations find out, until slow iterations have cost as much as a new "
+      "one; "
+      "the report says how many there were. Deformable bodies do not touch each other.");
   declare_moving(d, 0.01);
   d.output("surfaces", &DeformableDynamics::surfaces, "where the surfaces are, for those who show them");
   declare_integrator(d);
@@ -120,7 +126,8 @@ NodeInfo DeformableDynamics::declare() {
              .min = 1e-10,
              .max = 0.1,
              .in_reference = 1e-4})
-      .boolean("reuse_factors", &Params::reuse_factors, true, "keep factors of earlier steps as long as they converge")
+      .boolean("reuse_factors", &Params::reuse_factors, true,
+               "keep factors of earlier steps until their slow iterations cost as much as new ones")
       .integer("most_substeps", &Params::most_substeps,
                {.doc = "steps of a result at most; then they are longer than `substep`",
                 .default_value = 2,
@@ -303,6 +310,7 @@ void DeformableDynamics::report(Report& report) const {
   report.add("dynamics_rejected_samples", static_cast<double>(rejected_));
   report.set("deformable.iterations", mean(counts.iterations));
   report.set("deformable.factors", mean(counts.factors + condensation_->factors()));
+  if (params_.reuse_factors) report.set("deformable.updates", mean(counts.updates));
   report.set("deformable.unsent_patches", static_cast<double>(unsent_));
   if (params_.integrator == Integrator::midpoint) {
     report.set("deformable.euler_steps", static_cast<double>(counts.by_euler));

@@ -10,7 +10,14 @@ namespace tactor {
 
 namespace {
 
-constexpr double good_contraction = 1.0 / 3;  // of what an iteration leaves
+constexpr double good_contraction = 1.0 / 3;     // of what an iteration leaves
+constexpr double fresh_contraction = 0.1;        // of what one leaves with a factor of where it is
+constexpr double least_to_learn = 0.05;          // of what one leaves, where the factor learns from it
+constexpr double slowest_contraction = 0.95;     // that still counts as one
+constexpr double largest_change_of_step = 0.15;  // that a factor serves
+// Of a step, in multiplications as fast as those of a factorisation: of an entry of the factor in a solution, which
+// waits for memory, and of a tetrahedron in forces and in an assembly.
+constexpr double cost_of_entry = 12, cost_of_forces = 2500, cost_of_assembly = 2500;
 constexpr int most_halvings_of_way = 6;
 constexpr int most_looks_ahead = 16;
 constexpr double spare_energy = 0.01;  // of what nodes store, that the midpoint rule may save up
@@ -55,11 +62,12 @@ DeformableStep::DeformableStep(const SoftScene& soft, SoftContacts& contacts, co
       x_(soft.model.rest()),
       v_(Eigen::VectorXd::Zero(soft.model.unknowns())) {
   const Eigen::Index n = soft.model.unknowns();
-  for (Eigen::VectorXd* v :
-       {&force_, &inertia_force_, &damper_force_, &contact_force_, &left_, &d_, &scratch_, &way_}) {
+  for (Eigen::VectorXd* v : {&force_, &inertia_force_, &damper_force_, &contact_force_, &left_, &without_contact_, &d_,
+                             &scratch_, &product_, &way_}) {
     v->setZero(n);
   }
   x0_ = x_i_ = x_free_ = x_query_ = x_;
+  x_force_.setConstant(x_.size(), std::numeric_limits<double>::quiet_NaN());
   constexpr Eigen::Index patch = 3 * RigidStep::most_patch_nodes;
   for (Eigen::VectorXd* v : {&patch_velocity_, &patch_free_, &patch_solved_, &patch_force_}) v->setZero(patch);
   nodes_W_.resize(static_cast<std::size_t>(soft.model.nodes()));
@@ -115,21 +123,31 @@ bool DeformableStep::factor(double h, ElasticModel::Tangent tangent) {
     }
   }
   if (!analysed_) {
-    factor_->analyze(A_, patch_.last_nodes());
+    factor_.analyze(A_, patch_.last_nodes());
     analysed_ = true;
   }
   // Of finite numbers it has one; 0: nothing is factored.
   ++counts_.factors;
-  factored_h_ = factor_->factor(A_) ? h : 0;
+  wasted_ = 0;
+  factored_h_ = factor_.factor(A_) ? h : 0;
   if (factored_h_ == 0) return false;
   stiffest_ = A_.diagonal().norm();
-  if (!patch_.nodes().empty()) {
-    factor_->schur(patch_inertia_);
-    patch_inertia_ *= h * h;
-  } else {
-    patch_inertia_.resize(0, 0);
-  }
+  patch_inertia_ = h * h * factor_.schur();
   return true;
+}
+
+/// Whether to factor anew after an iteration that left this share of what the factor was to solve, with so many to go.
+bool DeformableStep::is_factor_due(double contraction, int to_go, bool fresh) {
+  if (!std::isfinite(contraction)) return true;
+  const double speed = -std::log(std::clamp(contraction, 1e-12, slowest_contraction));
+  if (std::log(left_.norm() / allowed(x_i_)) > speed * to_go) return true;
+  if (fresh) return false;
+  wasted_ += std::clamp(1 - std::log(contraction) / std::log(fresh_contraction), 0.0, 2.0);
+  // Two solutions, and one where the factor learns.
+  const double tetrahedra = soft_.model.elements();
+  const double iteration =
+      3 * cost_of_entry * static_cast<double>(factor_.base().entries()) + cost_of_forces * tetrahedra;
+  return wasted_ * iteration > factor_.base().multiplications() + cost_of_assembly * tetrahedra;
 }
 
 /// The stiffness that damps over h seconds, of where the nodes are halfway at their velocities: there a way that turns
@@ -149,8 +167,7 @@ void DeformableStep::prepare_damping(double h) {
 /// up.
 void DeformableStep::residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left) {
   const ElasticModel& model = soft_.model;
-  model.force(x, force_);
-  force_ += weight_;
+  take_force(x);
   // way_ = x - x0, scratch_ = way - h v.
   by_unknown(x, way_);
   by_unknown(x0_, scratch_);
@@ -158,49 +175,57 @@ void DeformableStep::residual(const Eigen::VectorXd& x, double h, Eigen::VectorX
   scratch_ = way_ - h * v_;
   inertia_force_.noalias() = model.mass().selfadjointView<Eigen::Lower>() * scratch_;
   inertia_force_ /= -h * h;
-  damper_force_ = damped(way_);
+  damp(way_, damper_force_);
   damper_force_ /= -h;
   left = force_ + inertia_force_ + damper_force_ + contact_force_;
 }
 
-/// D way, N s.
-Eigen::VectorXd DeformableStep::damped(const Eigen::VectorXd& way) const {
+/// Sets force_ to elasticity and weight at x, unless it is.
+void DeformableStep::take_force(const Eigen::VectorXd& x) {
+  if (x == x_force_) return;
+  soft_.model.force(x, force_);
+  force_ += weight_;
+  x_force_ = x;
+}
+
+/// Sets `sum` to D way, N s. `way` is not scratch_.
+void DeformableStep::damp(const Eigen::VectorXd& way, Eigen::VectorXd& sum) {
   const ElasticModel& model = soft_.model;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(way.size()), part(way.size());
+  sum.setZero();
   const auto add = [&](double SoftBody::*of, const Eigen::SparseMatrix<double>& matrix) {
     bool any = false;
     for (const SoftBody& body : model.bodies()) any = any || body.*of > 0;
     if (!any) return;
     for (int u = 0; u < model.unknowns(); u += 3) {
-      part.segment<3>(u) = model.bodies()[static_cast<std::size_t>(model.body_of(u))].*of * way.segment<3>(u);
+      scratch_.segment<3>(u) = model.bodies()[static_cast<std::size_t>(model.body_of(u))].*of * way.segment<3>(u);
     }
-    sum += matrix.selfadjointView<Eigen::Lower>() * part;
+    sum.noalias() += matrix.selfadjointView<Eigen::Lower>() * scratch_;
   };
   add(&SoftBody::damping, damping_K_);
   add(&SoftBody::drag, model.mass());
-  return sum;
 }
 
-/// Whether what is left is below the tolerance of the forces, or what rounding the places leaves.
-bool DeformableStep::is_solved(const Eigen::VectorXd& x) const {
+/// N, what may be left: the tolerance of the forces, and what rounding the places leaves.
+double DeformableStep::allowed(const Eigen::VectorXd& x) const {
   const double forces =
       force_.norm() + weight_.norm() + inertia_force_.norm() + damper_force_.norm() + contact_force_.norm();
   constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
-  return left_.norm() <= options_.tolerance * forces + rounding * stiffest_ * x.lpNorm<Eigen::Infinity>();
+  return options_.tolerance * forces + rounding * stiffest_ * x.lpNorm<Eigen::Infinity>();
 }
 
 /// What a step lowers, by the nodes alone, with the contact forces held, J.
-double DeformableStep::merit(const Eigen::VectorXd& x, double h) const {
+double DeformableStep::merit(const Eigen::VectorXd& x, double h) {
   const ElasticModel& model = soft_.model;
   double sum = model.energy(x);
-  Eigen::VectorXd way(model.unknowns()), start(model.unknowns());
-  by_unknown(x, way);
-  by_unknown(x0_, start);
-  way -= start;
-  const Eigen::VectorXd off = way - h * v_;
-  sum += off.dot(model.mass().selfadjointView<Eigen::Lower>() * off) / (2 * h * h);
-  sum += way.dot(damped(way)) / (2 * h);
-  return sum - (contact_force_ + weight_).dot(way);
+  by_unknown(x, way_);
+  by_unknown(x0_, scratch_);
+  way_ -= scratch_;
+  scratch_ = way_ - h * v_;
+  product_.noalias() = model.mass().selfadjointView<Eigen::Lower>() * scratch_;
+  sum += scratch_.dot(product_) / (2 * h * h);
+  damp(way_, product_);
+  sum += way_.dot(product_) / (2 * h);
+  return sum - (contact_force_ + weight_).dot(way_);
 }
 
 void DeformableStep::find_contacts(const Eigen::VectorXd& x, const BodyStates& bodies) {
@@ -291,10 +316,13 @@ void DeformableStep::limit_energy(double before, double work) {
 }
 
 double DeformableStep::energy() const {
-  Eigen::VectorXd way(soft_.model.unknowns()), rest(soft_.model.unknowns());
-  by_unknown(x_, way);
-  by_unknown(soft_.model.rest(), rest);
-  return stored() - weight_.dot(way - rest);
+  const ElasticModel& model = soft_.model;
+  double lifted = 0;
+  for (int u = 0; u < model.unknowns(); u += 3) {
+    const Eigen::Index at = 3 * model.node_of(u);
+    lifted += weight_.segment<3>(u).dot(x_.segment<3>(at) - model.rest().segment<3>(at));
+  }
+  return stored() - lifted;
 }
 
 double DeformableStep::kinetic() const {
@@ -328,16 +356,18 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
   result = {.outcome = StepOutcome::stopped};
   x_i_ = x0_;
   contact_force_.setZero();
-  bool fresh = !options_.reuse || factored_h_ != solved;
+  bool fresh = !options_.reuse || !(std::abs(factored_h_ - solved) <= largest_change_of_step * solved);
   if (fresh && !factor(solved, ElasticModel::Tangent::warped)) return false;
+  patch_inertia_ = solved * solved * factor_.schur();
   residual(x_i_, solved, left_);
   double was_left = left_.norm();
   for (int i = 0; i < options_.iterations; ++i) {
     ++counts_.iterations;
     if (i > 0) find_contacts(x_i_, midpoint ? on_the_way(start, bodies, 0.5) : bodies);
     // Without contacts: what is left but for their force.
-    d_ = left_ - contact_force_;
-    factor_->solve(d_);
+    without_contact_ = left_ - contact_force_;
+    d_ = without_contact_;
+    factor_.solve(d_);
     x_free_ = x_i_;
     add(d_, 1, x_free_);
     bodies = start;
@@ -346,13 +376,17 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
       bodies = start;
       result = solve_contacts(rigid_step, coupling, before, device, rigid, h, solved, bodies);
     }
-    way_ = contact_force_;
-    factor_->solve(way_);
-    d_ += way_;
+    // Contacts that have changed are no fault of the factor: what it is to solve has them.
+    const double to_solve = std::max(was_left, (without_contact_ + contact_force_).norm());
     Eigen::VectorXd& x_next = x_free_;
-    add(way_, 1, x_next);
+    if (!touching_.empty()) {
+      way_ = contact_force_;
+      factor_.solve(way_);
+      d_ += way_;
+      add(way_, 1, x_next);
+    }
     residual(x_next, solved, left_);
-    if (is_solved(x_next)) {
+    if (left_.norm() <= allowed(x_next)) {
       x_i_ = x_next;
       return true;
     }
@@ -365,16 +399,23 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
         x_next = x_i_;
         add(d_, share, x_next);
       }
-      residual(x_next, solved, left_);
+      if (share < 1) residual(x_next, solved, left_);
     }
-    const bool slow = share < 1 || left_.norm() > good_contraction * was_left;
     was_left = left_.norm();
     x_i_ = x_next;
-    if (slow) {
+    const double contraction = was_left / to_solve;
+    const bool due = share < 1 || (options_.reuse ? is_factor_due(contraction, options_.iterations - i - 1, fresh)
+                                                  : !(contraction <= good_contraction));
+    if (due) {
       // The warped tangent lacks what stress adds, so that it may be slow however fresh it is.
       if (!factor(solved, fresh ? ElasticModel::Tangent::projected : ElasticModel::Tangent::warped)) return false;
-      residual(x_i_, solved, left_);
       fresh = true;
+    } else if (options_.reuse && contraction > least_to_learn) {
+      without_contact_ -= left_ - contact_force_;
+      if (factor_.update(d_, without_contact_)) {
+        ++counts_.updates;
+        patch_inertia_ = solved * solved * factor_.schur();
+      }
     }
   }
   return false;
@@ -386,13 +427,14 @@ double DeformableStep::take(double h, bool midpoint) {
   by_unknown(x_i_, way_);
   by_unknown(x0_, scratch_);
   way_ -= scratch_;
-  x_ = x0_;
-  add(way_, whole, x_);
-  v_ = (whole * whole / h) * way_ - (midpoint ? v_ : Eigen::VectorXd::Zero(v_.size()));
   if (midpoint) {
-    soft_.model.force(x_, force_);
-    force_ += weight_;
+    x_ = x0_;
+    add(way_, whole, x_);
+  } else {
+    x_ = x_i_;
   }
+  v_ = (whole * whole / h) * way_ - (midpoint ? v_ : Eigen::VectorXd::Zero(v_.size()));
+  if (midpoint) take_force(x_);
   return whole * contact_force_.dot(way_);
 }
 

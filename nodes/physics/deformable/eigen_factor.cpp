@@ -92,4 +92,14 @@ std::size_t EigenFactor::entries() const {
   return static_cast<std::size_t>(impl_->llt.matrixL().nestedExpression().nonZeros());
 }
 
+double EigenFactor::multiplications() const {
+  const Sparse& L = impl_->llt.matrixL().nestedExpression();
+  double sum = 0;
+  for (Eigen::Index column = 0; column < L.cols(); ++column) {
+    const double height = L.outerIndexPtr()[column + 1] - L.outerIndexPtr()[column];
+    sum += height * height;
+  }
+  return sum;
+}
+
 }  // namespace tactor

@@ -18,6 +18,7 @@ class EigenFactor final : public SparseFactor {
   void solve(Eigen::VectorXd& b) const override;
   void schur(Eigen::MatrixXd& S) const override;
   [[nodiscard]] std::size_t entries() const override;
+  [[nodiscard]] double multiplications() const override;
   [[nodiscard]] const char* name() const override { return "Eigen"; }
 
  private:

@@ -29,6 +29,8 @@ class SparseFactor {
   virtual void schur(Eigen::MatrixXd& S) const = 0;
   /// Entries of L on and below the diagonal that the method stores.
   [[nodiscard]] virtual std::size_t entries() const = 0;
+  /// Multiplications of a factorisation, about: the sum of the squares of the entries in each column of L.
+  [[nodiscard]] virtual double multiplications() const = 0;
   [[nodiscard]] virtual const char* name() const = 0;
 };
 

@@ -63,6 +63,7 @@ class CholmodFactor : public SparseFactor {
     cholmod_sparse view = seen(reordered_.matrix(), supernodal_ ? -1 : 1);
     factor_ = cholmod_analyze(&view, &common_);
     TACTOR_DEMAND(factor_ != nullptr && common_.status >= 0);
+    multiplications_ = common_.fl;
     last_ = 3 * static_cast<Eigen::Index>(last_nodes.size());
     ordered_.resize(A.rows());
     rest_.resize(std::max<Eigen::Index>(1, static_cast<Eigen::Index>(factor_->maxesize)));
@@ -119,6 +120,7 @@ class CholmodFactor : public SparseFactor {
   }
 
   [[nodiscard]] std::size_t entries() const override { return supernodal_ ? factor_->xsize : factor_->nzmax; }
+  [[nodiscard]] double multiplications() const override { return multiplications_; }
   [[nodiscard]] const char* name() const override { return supernodal_ ? "CHOLMOD supernodal" : "CHOLMOD simplicial"; }
 
  private:
@@ -190,6 +192,7 @@ class CholmodFactor : public SparseFactor {
   ReorderedMatrix reordered_;
   Eigen::Index last_ = 0;  ///< unknowns of the last nodes
   mutable Eigen::VectorXd ordered_, rest_;
+  double multiplications_ = 0;
   bool is_factored_ = false;
 };
 
