@@ -54,12 +54,14 @@ void declare_metrics(Declare<DeformableDynamics>& d) {
               Better::lower);
 }
 
-/// Says which solver `auto` is, and what the patch has.
+/// Says which solver `auto` is, how long its factors serve, and what the patch has.
 void note_choices(const DeformableDynamics::Params& params, int tetrahedra, Notes* notes) {
   if (notes == nullptr || params.solver != FactorKind::automatic) return;
   const FactorChoice choice = chosen_factor(tetrahedra);
   notes->push_back(std::string("dynamics.deformable: solver auto is ") +
                    (choice.kind == FactorKind::supernodal ? "supernodal" : "eigen") + ", because " + choice.why +
+                   (params.reuse_factors ? "; a factor learns and serves until slow iterations have cost as much"
+                                         : "; each step factors") +
                    "; a patch has up to " + std::to_string(params.patch_nodes) + " nodes");
 }
 

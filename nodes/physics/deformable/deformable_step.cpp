@@ -143,11 +143,15 @@ bool DeformableStep::is_factor_due(double contraction, int to_go, bool fresh) {
   if (std::log(left_.norm() / allowed(x_i_)) > speed * to_go) return true;
   if (fresh) return false;
   wasted_ += std::clamp(1 - std::log(contraction) / std::log(fresh_contraction), 0.0, 2.0);
-  // Two solutions, and one where the factor learns.
+  return wasted_ > iterations_a_factor_is_worth();
+}
+
+double DeformableStep::iterations_a_factor_is_worth() const {
   const double tetrahedra = soft_.model.elements();
+  // Two solutions, and one where the factor learns.
   const double iteration =
       3 * cost_of_entry * static_cast<double>(factor_.base().entries()) + cost_of_forces * tetrahedra;
-  return wasted_ * iteration > factor_.base().multiplications() + cost_of_assembly * tetrahedra;
+  return (factor_.base().multiplications() + cost_of_assembly * tetrahedra) / iteration;
 }
 
 /// The stiffness that damps over h seconds, of where the nodes are halfway at their velocities: there a way that turns

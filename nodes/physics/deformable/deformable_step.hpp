@@ -91,6 +91,8 @@ class DeformableStep {
   /// Brings the patch to where the last step ended. A step begins with it; who condenses the bodies onto it asks
   /// before.
   void refresh(const BodyStates& bodies);
+  /// So many iterations cost what an assembly and a factorisation do, by counts of multiplications. After a step.
+  [[nodiscard]] double iterations_a_factor_is_worth() const;
   /// J, of all nodes: kinetic, elastic, and of weight.
   [[nodiscard]] double energy() const;
 

@@ -169,6 +169,72 @@ BOOST_AUTO_TEST_CASE(damping_does_not_brake_a_body_that_turns) {
 
 namespace {
 
+/// A box that swings and turns at its free end by some tenths of a radian.
+struct Swing {
+  Eigen::VectorXd x;  // m, less where it was at rest
+  DeformableCounts counts;
+  double worth = 0;  // iterations, of a factor
+};
+Swing swing(double edge, bool reuse, int iterations = 30) {
+  Scene scene = lone_box(2e3, true);
+  scene.bodies[0].deformable.cell_size = edge;
+  SoftRig rig(scene, {.iterations = iterations, .tolerance = 1e-7, .reuse = reuse});
+  Eigen::VectorXd v(rig.model().unknowns());
+  for (int u = 0; u < rig.model().unknowns(); u += 3) {
+    const Eigen::Vector3d p = rig.model().rest().segment<3>(3 * rig.model().node_of(u));
+    v.segment<3>(u) = Eigen::Vector3d(0.5, -6 * p.x(), 6 * p.y()) * (p.z() + 0.02) / 0.04;
+  }
+  rig.start(Eigen::VectorXd::Zero(v.size()), v);
+  for (int i = 0; i < 12; ++i) {
+    // As samples of a handle come, steps are not all of one length.
+    rig.advance(i % 3 == 0 ? 0.0085 : 0.008);
+  }
+  return {rig.step->x() - rig.model().rest(), rig.step->counts(), rig.step->iterations_a_factor_is_worth()};
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(factors_that_learn_change_no_result_and_are_worth_more_iterations_of_large_bodies) {
+  std::array<double, 2> worth{};
+  for (const bool large : {false, true}) {
+    const double edge = large ? 0.005 : 0.02;
+    const Swing fresh = swing(edge, false), old = swing(edge, true);
+    const double off = (old.x - fresh.x).norm() / fresh.x.norm();
+    worth[large ? 1 : 0] = old.worth;
+    BOOST_TEST_MESSAGE("edge " << edge << ": " << old.counts.factors << " factors and " << old.counts.updates
+                               << " updates in " << old.counts.iterations << " iterations, for " << fresh.counts.factors
+                               << " in " << fresh.counts.iterations << "; off by " << off);
+    BOOST_TEST(off < 1e-5);
+    BOOST_TEST(old.counts.damped == 0);
+    BOOST_TEST(fresh.counts.damped == 0);
+    BOOST_TEST(fresh.counts.updates == 0);
+    BOOST_TEST(fresh.counts.factors >= fresh.counts.steps);
+    BOOST_TEST(old.counts.updates > 0);
+    BOOST_TEST(old.counts.factors < fresh.counts.factors);
+  }
+  // A block of 48 tetrahedra is factored anew after one lost iteration or two.
+  BOOST_TEST_MESSAGE("worth " << worth[0] << ", " << worth[1]);
+  BOOST_TEST(worth[0] < 2);
+  BOOST_TEST(worth[1] > 2 * worth[0]);
+}
+
+BOOST_AUTO_TEST_CASE(where_the_iterations_left_would_not_do_it_factors_anew) {
+  // Few iterations, to a tolerance that an old factor does not reach in them.
+  const Swing many = swing(0.01, true), few = swing(0.01, true, 6);
+  BOOST_TEST_MESSAGE("factors " << many.counts.factors << ", of 6 iterations " << few.counts.factors);
+  BOOST_TEST(few.counts.factors > many.counts.factors);
+  BOOST_TEST((few.x - many.x).norm() < 1e-5 * many.x.norm());
+}
+
+BOOST_AUTO_TEST_CASE(steps_with_factors_that_learn_are_the_same_each_time) {
+  const Swing once = swing(0.01, true), again = swing(0.01, true);
+  BOOST_TEST((once.x - again.x).norm() == 0);
+  BOOST_TEST(once.counts.factors == again.counts.factors);
+  BOOST_TEST(once.counts.updates == again.counts.updates);
+}
+
+namespace {
+
 /// How far the box has moved after 40 ms in n steps, by all nodes.
 Eigen::VectorXd swung(Integrator integrator, Elasticity law, int n) {
   SoftRig rig(lone_box(2e3, true), {.law = law, .integrator = integrator});
