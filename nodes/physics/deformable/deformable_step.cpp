@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "nodes/physics/mechanics/eigen.hpp"
@@ -35,6 +36,13 @@ BodyStates on_the_way(const BodyStates& start, const BodyStates& end, double sha
                      from_rotation_vector(share * to_rotation_vector(X1.R * inverse(X0.R))) * X0.R};
   }
   return there;
+}
+
+/// Whether the same bodies are at the same places with the same velocities, to the bit.
+bool are_same(const BodyStates& a, const BodyStates& b) {
+  const auto count = static_cast<std::size_t>(a.count);
+  return a.count == b.count && std::memcmp(a.X_WB.data(), b.X_WB.data(), count * sizeof(a.X_WB[0])) == 0 &&
+         std::memcmp(a.V_WB.data(), b.V_WB.data(), count * sizeof(a.V_WB[0])) == 0;
 }
 
 bool of_tool(const SoftContact& contact) {
@@ -236,6 +244,7 @@ void DeformableStep::find_contacts(const Eigen::VectorXd& x, const BodyStates& b
   for (std::size_t i = 0; i < nodes_W_.size(); ++i) nodes_W_[i] = at(x, static_cast<int>(3 * i));
   query_ = bodies;
   x_query_ = x;
+  is_refreshed_ = false;
   contacts_.find(nodes_W_, bodies, found_);
 }
 
@@ -254,6 +263,7 @@ bool DeformableStep::look_ahead(const BodyStates& start, const BodyStates& end, 
     std::swap(found_, ahead_);
     query_ = there;
     x_query_ = scratch_x_;
+    is_refreshed_ = false;
     return true;
   }
   return false;
@@ -465,7 +475,9 @@ bool DeformableStep::advance_by_midpoint(const CouplingParameters& coupling, con
 }
 
 void DeformableStep::refresh(const BodyStates& bodies) {
+  if (is_refreshed_ && x_ == x_query_ && are_same(bodies, query_)) return;
   find_contacts(x_, bodies);
+  is_refreshed_ = true;
   if (!patch_.update(x_, bodies.X_WB[0], bodies.V_WB[0], found_)) return;
   // Another patch is eliminated in another order.
   analysed_ = false;

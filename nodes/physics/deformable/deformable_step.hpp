@@ -89,7 +89,7 @@ class DeformableStep {
   [[nodiscard]] const PatchChoice& patch() const { return patch_; }
   [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
   /// Brings the patch to where the last step ended. A step begins with it; who condenses the bodies onto it asks
-  /// before.
+  /// before, and the step then does not look again.
   void refresh(const BodyStates& bodies);
   /// So many iterations cost what an assembly and a factorisation do, by counts of multiplications. After a step.
   [[nodiscard]] double iterations_a_factor_is_worth() const;
@@ -155,6 +155,7 @@ class DeformableStep {
   std::vector<Vec3> nodes_W_, patch_p_W_, patch_query_;
   std::vector<SoftContact> found_, ahead_, touching_;
   BodyStates query_;
+  bool is_refreshed_ = false;  // found_ and the patch are those of x_query_ and query_
 };
 
 }  // namespace tactor
