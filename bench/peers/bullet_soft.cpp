@@ -204,7 +204,7 @@ std::unique_ptr<btSoftBody> soft_body(btSoftBodyWorldInfo& shared, const BodyVol
   return body;
 }
 
-/// N, what the elastic forces at the nodes that are free push with: at rest, the opposite of what contacts push with.
+/// N, the sum of the elastic forces on the nodes that are free: at rest, what the block pushes the ball with.
 Vec3 elastic_force(const btSoftBody& body, CountedElasticity& elasticity) {
   btAlignedObjectArray<btVector3> forces;
   forces.resize(body.m_nodes.size(), btVector3(0, 0, 0));
