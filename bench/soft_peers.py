@@ -72,12 +72,16 @@ def tactor(cell, words, folder):
 
 
 def bullet(cell, options, precision, samples, times, folder):
-    """What bullet_soft says of the same motion, results at the same times."""
+    """What bullet_soft says of the same motion, results at the same times; None where a signal ended it."""
     scene = {"gel": {**GEL, "cell_size": cell}, "ball": BALL, "coupling": {"k": STIFFNESS, "b": 2 * math.sqrt(STIFFNESS * BALL["mass"])},
              "handle": samples, "times": times, "bullet": options}
     file = folder / "scene.json"
     file.write_text(json.dumps(scene))
-    return json.loads(subprocess.run([BULLET[precision], file], check=True, capture_output=True, text=True).stdout)
+    done = subprocess.run([BULLET[precision], file], capture_output=True, text=True)
+    if done.returncode < 0:
+        return None
+    done.check_returncode()
+    return json.loads(done.stdout)
 
 
 def at(results, t):
@@ -134,17 +138,21 @@ def rows(cell, by_nodes, by_faces, folder):
     _, dense, dense_cost = tactor(cell, DENSE, folder)
     samples, results, cost = tactor(cell, [], folder)
     times = [t for t, _, _ in results]
+    count = f"{5 * math.prod(round(edge / cell) for edge in GEL['size']):,}"
     body = []
     for name, options, precision in kinds(by_nodes, by_faces, cell == SIZES[0][0]):
         said = bullet(cell, options, precision, samples, times, folder)
+        if said is None:
+            body.append([count, name, options["substeps"], None, None, None, "crashed", *[None] * 5])
+            continue
         theirs = [(r["t"], r["force"][2], r["p"][2]) for r in said["results"]]
         costs = [r["cost_us"] / 1e3 for r in said["results"]]
-        body.append(row(f"{said['tetrahedra']:,}", name, options["substeps"], (statistics.median(costs), quantile(costs, 0.99)), cost[0],
+        body.append(row(count, name, options["substeps"], (statistics.median(costs), quantile(costs, 0.99)), cost[0],
                         figures(theirs, reference), abs(said["tissue_force"][2] or math.nan)))
         print(*body[-1], file=sys.stderr, flush=True)
     for name, found, taken in (("Tactor, samples 1 mm apart", dense, dense_cost), ("Tactor", results, cost)):
         ours = figures(found, reference)
-        body.insert(0, row(body[0][0], name, 2, taken, cost[0], ours, ours["force"]))
+        body.insert(0, row(count, name, 2, taken, cost[0], ours, ours["force"]))
         print(*body[0], file=sys.stderr, flush=True)
     return body
 
