@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Bodies that deform beside Bullet's: the time of a result and the error of the force on one scene, as a Markdown table.
 
-`bench/soft_peers.py`, with a built release preset and Debian's libbullet-dev; it takes about two minutes. A ball on a spring is pressed slowly onto
+`bench/soft_peers.py`, with a built release preset and Debian's libbullet-dev; it takes about three minutes. A ball on a spring is pressed slowly onto
 the block of graphs/gel_cube and rests there. Both programs make the same tetrahedra of it, and follow the same samples of the handle in steps
 of the same results. Bullet's contact is hard, so the material of the block's surface is made a hundred times as stiff as in the graph.
 The times are those of one round after the other on the same thread, without what other threads take.
