@@ -26,7 +26,7 @@ GEL = {"size": [0.08, 0.08, 0.04], "fixed_p": [0, 0, -0.02], "fixed_n": [0, 0, 1
 BALL = {"radius": 8e-3, "mass": 0.05, "friction": 0.3}
 STIFFNESS = 1000  # N/m, of the coupling, critically damped
 TOP = 0.02  # m, the block's surface
-REST, END = 0.35, 0.6  # s: the handle stops, the run ends
+REST, END = 0.35, 0.5  # s: the handle stops, the run ends
 #        m: a cell of the grid, so that a node of the surface is below the ball; steps a result with which Bullet is stable, by nodes and by faces
 SIZES = ((10e-3, 12, 24), (8e-3, 16, 32), (5e-3, 24, None))  # of the last, faces would take minutes
 # What Bullet's demos set (examples/DeformableDemo), of implicit elasticity as VolumetricDeformable and of explicit as Pinch. A substep of theirs
