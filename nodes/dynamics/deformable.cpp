@@ -19,6 +19,8 @@ namespace {
 /// Results that edges and their readers hold at the same time.
 constexpr std::size_t most_results = 32;
 
+constexpr int most_far_nodes = LocalPatch::most_modes / 3 - LocalPatch::capacity;
+
 SystemModel rigid_model(const DeformableDynamics::Params& params, const NodeContext& context) {
   SystemModel model = scene_model("dynamics.deformable", *context.scene, context.notes);
   model.iterations = params.iterations;
@@ -146,9 +148,15 @@ NodeInfo DeformableDynamics::declare() {
       .boolean("settle", &Params::settle, true, "start in balance with the weight")
       .integer("patch_nodes", &Params::patch_nodes,
                {.doc = "nodes around the tool that the output `patch` has, at most",
-                .default_value = 24,
+                .default_value = 36,
                 .min = 4,
                 .max = LocalPatch::capacity})
+      .integer("patch_far_nodes", &Params::patch_far_nodes,
+               {.doc = "nodes spread over the rest of the surface that carry the slow motions of the whole body in the "
+                       "output `patch`, at most",
+                .default_value = 8,
+                .min = 0,
+                .max = most_far_nodes})
       .real("patch_reach", &Params::patch_reach,
             {.doc = "how far from the tool they may be", .unit = "m", .default_value = 0.04, .min = 0, .max = 1})
       .real("patch_horizon", &Params::patch_horizon,
@@ -185,7 +193,7 @@ DeformableDynamics::DeformableDynamics(const Params& params, const NodeContext& 
   soft_contacts_->set_surface(soft_->surface, rest);
   step_.emplace(*soft_, *soft_contacts_, *tool_, model, step_options(params), scene.gravity_W);
   if (params.settle && norm(scene.gravity_W) > 0) step_->place(settled(*soft_, scene, params.solver, context.notes));
-  condensation_.emplace(*step_, params.solver, most_results);
+  condensation_.emplace(*step_, params.solver, params.patch_far_nodes, most_results);
   surface_pool_.emplace(most_results, soft_->shown_nodes.size());
   for (const std::size_t i : scene.moving()) {
     bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = scene.bodies[i].X_WB;

@@ -30,7 +30,7 @@ class DeformableDynamics final : public Node {
     bool settle = true;
     std::int32_t most_substeps = 0;
     Duration min_step;
-    std::int32_t patch_nodes = 0;
+    std::int32_t patch_nodes = 0, patch_far_nodes = 0;
     double patch_reach = 0;  // m
     Duration patch_horizon;
   };

@@ -136,7 +136,10 @@ SoftContacts::SoftContacts(const Scene& scene, const SoftContactOptions& options
   for (const Body& body : scene.bodies) {
     if (body.motion == Motion::fixed) take(body, ContactPair::fixed);
   }
-  for (Side* side : {&all_, &patch_}) side->extents.resize(deformable_);
+  for (Side* side : {&all_, &patch_}) {
+    side->extents.resize(deformable_);
+    for (const Rigid& rigid : bodies_) side->memory.push_back(rigid.samples.new_memory());
+  }
   patch_.surface.reserve(most_patch_faces, most_patch_nodes);
   patch_.near.reserve(most_patch_faces);
   const auto most = static_cast<std::size_t>(most_work_) + 1;
@@ -237,7 +240,7 @@ void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const P
   const SignedDistance& distance = *rigid.body.distance;
   const Pose X_TW = inverse(X_WT);
   const Bounds box = larger(rigid.body.box, margin_);
-  std::int32_t hint = -1;
+  FaceSamples samples;
   std::array<TurnedFace, 8> eight;
   Points8 middles;
   std::array<float, 8> reach, bound;
@@ -246,7 +249,7 @@ void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const P
     distance.lower_bounds(middles, (1U << count) - 1U, bound);
     for (std::size_t k = 0; k < count && !side.over(); ++k) {
       if (!(bound[k] - reach[k] < margin_)) continue;
-      look_at_face(rigid, number, X_WT, box, eight[k], hint, side);
+      look_at_face(rigid, number, X_WT, box, eight[k], samples, side);
     }
     count = 0;
   };
@@ -272,17 +275,16 @@ void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const P
     if (++count == 8) look_at_eight();
   }
   if (count > 0) look_at_eight();
+  look_at_face_samples(rigid, number, X_WT, samples, side);
 }
 
-/// The samples of a face, which is in the frame of the rigid body.
+/// Takes the samples of a face, which is in the frame of the rigid body; looks at eight of them at a time.
 void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, const Bounds& box,
-                                const TurnedFace& turned, std::int32_t& hint, Side& side) {
+                                const TurnedFace& turned, FaceSamples& samples, Side& side) {
   const auto& [face, a, ab, ac, facing] = turned;
   const auto at = static_cast<std::size_t>(face);
   const double area = side.area[at];
-  const auto deformable = static_cast<std::size_t>(side.body[at]);
-  const Material& material = rigid.material[deformable];
-  const SignedDistance& distance = *rigid.body.distance;
+  const Material& material = rigid.material[static_cast<std::size_t>(side.body[at])];
   const double wanted = rigid.spacing > 0 ? std::ceil(4 * third * std::sqrt(area) / rigid.spacing * (1 - 1e-12)) : 1;
   const int n = std::max(static_cast<int>(std::min(wanted, most_parts)), rigid.least_parts);
   const double weight = area / (static_cast<double>(n) * n) / material.patch_area;
@@ -299,24 +301,46 @@ void SoftContacts::look_at_face(const Rigid& rigid, std::size_t number, const Po
       if (side.over()) return;
       side.work();
       const double u = (i + at_third) / n;
-      const Nearest near = distance.nearest(a + u * ab + v * ac, hint);
-      hint = near.face;
-      if (!(near.distance < margin_)) continue;
-      const double counts = std::clamp(-4 * dot(near.gradient, facing), 0.0, 1.0);
-      if (!(counts > 0)) continue;
-      Contact contact = of_material(material);
-      const Spot spot{face, {1 - u - v, u, v}};
-      contact.p_TC = near.p;
-      contact.n_W = -rotate(X_WT.R, near.gradient);
-      contact.p_WC = spot.share[0] * side.surface.corner(face, 0) + u * side.surface.corner(face, 1) +
-                     v * side.surface.corner(face, 2);
-      contact.distance = near.distance;
-      contact.weight = counts * weight;
-      side.extents[deformable][0] += contact.weight * (margin_ - contact.distance);
       const auto sample = static_cast<std::uint64_t>(row * 64) + static_cast<std::uint64_t>(i);
-      add(contact, rigid, number, false, static_cast<std::uint64_t>(face) << 13U | sample, spot, side);
+      FaceSample& taken = samples.sample[samples.count];
+      taken = {a + u * ab + v * ac,
+               facing,
+               {face, {1 - u - v, u, v}},
+               weight,
+               static_cast<std::uint64_t>(face) << 13U | sample};
+      place(samples.points, samples.count, taken.p_T);
+      if (++samples.count == 8) look_at_face_samples(rigid, number, X_WT, samples, side);
     }
   }
+}
+
+/// The contacts of samples of faces; forgets the samples.
+void SoftContacts::look_at_face_samples(const Rigid& rigid, std::size_t number, const Pose& X_WT, FaceSamples& samples,
+                                        Side& side) {
+  const SignedDistance& distance = *rigid.body.distance;
+  std::array<float, 8> bound;
+  distance.lower_bounds(samples.points, (1U << samples.count) - 1U, bound);
+  for (std::size_t k = 0; k < samples.count; ++k) {
+    const auto& [p_T, facing, spot, weight, sample] = samples.sample[k];
+    if (!(bound[k] - reach_about(p_T, 0) < margin_)) continue;
+    const Nearest near = distance.nearest(p_T, samples.hint);
+    samples.hint = near.face;
+    if (!(near.distance < margin_)) continue;
+    const double counts = std::clamp(-4 * dot(near.gradient, facing), 0.0, 1.0);
+    if (!(counts > 0)) continue;
+    const auto deformable = static_cast<std::size_t>(side.body[static_cast<std::size_t>(spot.face)]);
+    Contact contact = of_material(rigid.material[deformable]);
+    contact.p_TC = near.p;
+    contact.n_W = -rotate(X_WT.R, near.gradient);
+    contact.p_WC = spot.share[0] * side.surface.corner(spot.face, 0) +
+                   spot.share[1] * side.surface.corner(spot.face, 1) +
+                   spot.share[2] * side.surface.corner(spot.face, 2);
+    contact.distance = near.distance;
+    contact.weight = counts * weight;
+    side.extents[deformable][0] += contact.weight * (margin_ - contact.distance);
+    add(contact, rigid, number, false, sample, spot, side);
+  }
+  samples.count = 0;
 }
 
 /// The balls whose centres are deep.
@@ -354,7 +378,7 @@ void SoftContacts::look_at_balls(Rigid& rigid, std::size_t number, const Pose& X
 /// The samples of the rigid body.
 void SoftContacts::look_at_samples(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side) {
   if (!boxes_meet(box_at(X_WT, rigid.body.box), larger(side.surface.inner_box(), margin_))) return;
-  rigid.samples.find(side.surface, X_WT, margin_, side.left, side.own);
+  rigid.samples.find(side.surface, X_WT, margin_, side.left, side.memory[number], side.own);
   if (side.over()) return;
   const ContactSamples& samples = rigid.body.samples;
   const double smoothing = std::min(rigid.body.box.longest() / 8, side.smoothing);

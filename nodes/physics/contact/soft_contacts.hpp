@@ -113,14 +113,29 @@ class SoftContacts {
     std::int32_t face;
     std::array<double, 3> share;
   };
+  /// A sample of a face.
+  struct FaceSample {
+    Vec3 p_T, facing;  // m; unit, the normal of the face, in the frame of the rigid body
+    Spot spot;
+    double weight;      // where the face faces the body
+    std::uint64_t key;  // of the face and the sample
+  };
+  /// Samples that are looked at together.
+  struct FaceSamples {
+    std::array<FaceSample, 8> sample;
+    Points8 points{};
+    std::size_t count = 0;
+    std::int32_t hint = -1;  // the face of the rigid body that was nearest last
+  };
   /// One surface and what was found on it.
   struct Side {
     explicit Side(const SoftContactOptions& options, std::size_t most);
     MovingSurface surface;
     std::span<const std::int32_t> body;
     std::span<const double> area;
-    std::vector<std::int32_t> near;   // faces
-    std::vector<NearSoftSample> own;  // samples of the rigid body
+    std::vector<std::int32_t> near;        // faces
+    std::vector<NearSoftSample> own;       // samples of the rigid body
+    std::vector<SoftSampleMemory> memory;  // of each rigid body
     FoundContacts contacts, sorted;
     std::vector<Spot> spots, sorted_spots;
     std::vector<std::size_t> order;
@@ -137,7 +152,8 @@ class SoftContacts {
   void look(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void look_at_faces(const Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void look_at_face(const Rigid& rigid, std::size_t number, const Pose& X_WT, const Bounds& box,
-                    const TurnedFace& turned, std::int32_t& hint, Side& side);
+                    const TurnedFace& turned, FaceSamples& samples, Side& side);
+  void look_at_face_samples(const Rigid& rigid, std::size_t number, const Pose& X_WT, FaceSamples& samples, Side& side);
   void look_at_balls(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void look_at_samples(Rigid& rigid, std::size_t number, const Pose& X_WT, Side& side);
   void share_out(std::size_t first, Side& side) const;

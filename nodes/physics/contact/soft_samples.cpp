@@ -4,6 +4,8 @@
 #include <array>
 #include <numeric>
 
+#include "framework/core/check.hpp"
+
 namespace tactor {
 
 namespace {
@@ -44,10 +46,22 @@ void SoftSampleTree::build(std::size_t begin, std::size_t end) {
 }
 
 void SoftSampleTree::find(const MovingSurface& surface, const Pose& X_WB, double margin, int* left,
-                          std::vector<NearSoftSample>& found) const {
+                          SoftSampleMemory& memory, std::vector<NearSoftSample>& found) const {
+  using Look = SoftSampleMemory::Look;
   constexpr double rounding = 1e-9;  // of distances
+  TACTOR_DEMAND(memory.balls.size() == balls_.size() && memory.samples.size() == points_.size());
   found.clear();
   if (balls_.empty()) return;
+  const auto is_known = [&](const Look& look) { return look.times_set == surface.times_set(); };
+  // m, by how much the distance from p_W may be other than it was.
+  const auto way_since = [&](const Look& look, const Vec3& p_W) {
+    return (norm(p_W - look.p_W) + surface.way() - look.way) * (1 + rounding);
+  };
+  const auto look_from = [&](const Vec3& p_W, std::int32_t hint, Look& look) {
+    const SurfacePoint at = surface.nearest(p_W, is_known(look) ? look.face : hint, left);
+    look = {p_W, at.distance, surface.way(), at.face, surface.times_set()};
+    return at;
+  };
   struct Open {
     std::int32_t ball, hint;
   };
@@ -57,18 +71,31 @@ void SoftSampleTree::find(const MovingSurface& surface, const Pose& X_WB, double
   while (count > 0) {
     auto [k, hint] = open[--count];
     const Ball& ball = balls_[static_cast<std::size_t>(k)];
-    const SurfacePoint middle = surface.nearest(transform(X_WB, ball.middle), hint, left);
-    if (left != nullptr && *left < 0) return;
-    if (middle.face < 0 || middle.distance * (1 - rounding) - ball.radius >= margin) continue;
+    Look& look = memory.balls[static_cast<std::size_t>(k)];
+    const Vec3 middle_W = transform(X_WB, ball.middle);
+    const auto is_clear = [&](double way) {
+      return look.face < 0 || look.distance * (1 - rounding) - way - ball.radius >= margin;
+    };
+    const double way = is_known(look) ? way_since(look, middle_W) : 0;
+    // What was near and has hardly moved is taken to be near still.
+    if (!is_known(look) || (!is_clear(way) && (is_clear(0) || !(way < 0.5 * ball.radius)))) {
+      look_from(middle_W, hint, look);
+      if (left != nullptr && *left < 0) return;
+      if (is_clear(0)) continue;
+    } else if (is_clear(way)) {
+      continue;
+    }
     if (ball.count == 0) {
-      open[count++] = {ball.right, middle.face};
-      open[count++] = {k + 1, middle.face};
+      open[count++] = {ball.right, look.face};
+      open[count++] = {k + 1, look.face};
       continue;
     }
     for (std::int32_t j = ball.first; j < ball.first + ball.count; ++j) {
       const std::int32_t sample = order_[static_cast<std::size_t>(j)];
-      const SurfacePoint at =
-          surface.nearest(transform(X_WB, points_[static_cast<std::size_t>(sample)]), middle.face, left);
+      const Vec3 p_W = transform(X_WB, points_[static_cast<std::size_t>(sample)]);
+      Look& last = memory.samples[static_cast<std::size_t>(sample)];
+      if (is_known(last) && last.distance * (1 - rounding) - way_since(last, p_W) >= margin) continue;
+      const SurfacePoint at = look_from(p_W, look.face, last);
       if (left != nullptr && *left < 0) return;
       if (at.judged && at.distance < margin) found.push_back({sample, at});
     }

@@ -89,6 +89,7 @@ void MovingSurface::reserve(std::size_t faces, std::size_t nodes) {
   around_.reserve(3 * faces);
   around_begin_.reserve(nodes + 1);
   at_rim_.reserve(nodes);
+  were_.reserve(nodes);
 }
 
 Vec3 MovingSurface::middle(std::int32_t face) const {
@@ -112,6 +113,8 @@ void MovingSurface::set(std::span<const FaceNodes> faces, std::span<const Vec3> 
   tree_.clear();
   tree_.reserve(2 * faces_.size());
   if (!faces_.empty()) build(0, faces_.size());
+  ++times_set_;
+  were_.assign(nodes.begin(), nodes.end());
   move(nodes);
 }
 
@@ -182,6 +185,15 @@ void MovingSurface::build(std::size_t begin, std::size_t end) {
 void MovingSurface::move(std::span<const Vec3> nodes) {
   TACTOR_DEMAND(nodes.size() + 1 == around_begin_.size());
   nodes_ = nodes;
+  double longest = 0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Vec3 way = nodes[i] - were_[i];
+    const double squared = dot(way, way);
+    // Also where it is not a number.
+    if (!(squared <= longest)) longest = squared;
+    were_[i] = nodes[i];
+  }
+  way_ += std::sqrt(longest);
   for (std::size_t k = tree_.size(); k-- > 0;) {
     Node& node = tree_[k];
     node.box = {};

@@ -78,6 +78,11 @@ class MovingSurface {
   /// The nodes are here now, m in W. The span must live until the next call.
   void move(std::span<const Vec3> nodes);
 
+  /// m, no less than any node's way since the first `move`: of each move the longest, added up.
+  [[nodiscard]] double way() const { return way_; }
+  /// How often faces were taken.
+  [[nodiscard]] std::int64_t times_set() const { return times_set_; }
+
   [[nodiscard]] const std::vector<FaceNodes>& faces() const { return faces_; }
   /// m, about all faces; empty where there are none.
   [[nodiscard]] Bounds box() const { return tree_.empty() ? Bounds{} : tree_.front().box; }
@@ -129,6 +134,9 @@ class MovingSurface {
   std::vector<std::uint8_t> at_rim_;        // of each node
   bool open_ = false;                       // some edge has one face alone
   std::span<const Vec3> nodes_;
+  std::vector<Vec3> were_;  // m, where nodes_ were when they last moved
+  double way_ = 0;          // m
+  std::int64_t times_set_ = 0;
 };
 
 template <class Skip>

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "nodes/physics/deformable/spread_nodes.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
 
 namespace tactor {
@@ -14,16 +15,46 @@ namespace {
 // s_0 and s_1 over that of the fastest modes: far below the slowest ones, and far above what rounding leaves.
 constexpr double balance = 1e-7, slow = 1e-6;
 
+/// Of how far masters reach: how far they may have moved against each other for their mass to be taken as it was.
+constexpr double still = 0.1;
+
 }  // namespace
 
-Condensation::Condensation(const DeformableStep& step, FactorKind factor, std::size_t results)
+Condensation::Condensation(const DeformableStep& step, FactorKind factor, int far_nodes, std::size_t results)
     : step_(step),
       factor_(make_factor(factor, step.soft().model.elements())),
+      most_far_(static_cast<std::size_t>(far_nodes)),
+      spread_(spread_nodes(step.soft(), far_nodes + LocalPatch::capacity)),
       solved_(step.soft().model.unknowns()),
       node_pool_(results, LocalPatch::capacity),
       face_pool_(results, LocalPatch::most_faces),
-      mode_pool_(results, 3 * LocalPatch::capacity),
-      shape_pool_(results, 9 * LocalPatch::capacity * LocalPatch::capacity) {}
+      mode_pool_(results, LocalPatch::most_modes),
+      shape_pool_(results, static_cast<std::size_t>(3 * LocalPatch::capacity * LocalPatch::most_modes)) {}
+
+/// Takes nodes far from the tool, of those bodies in turn that have some around it.
+void Condensation::choose_far_nodes() {
+  const ElasticModel& model = step_.soft().model;
+  std::vector<char> touched(model.bodies().size(), 0);
+  for (std::size_t i = 0; i < free_; ++i) {
+    touched[static_cast<std::size_t>(model.body_of(model.unknown_of(nodes_[i])))] = 1;
+  }
+  const std::size_t most = std::min(most_far_, static_cast<std::size_t>(LocalPatch::most_modes / 3) - free_);
+  masters_.clear();
+  for (std::size_t k = 0; k < most_far_ + LocalPatch::capacity; ++k) {
+    for (std::size_t b = 0; b < spread_.size(); ++b) {
+      if (touched[b] == 0 || k >= spread_[b].size() || masters_.size() >= most) continue;
+      if (step_.patch().place_of(spread_[b][k]) < 0) masters_.push_back(spread_[b][k]);
+    }
+  }
+}
+
+/// Sets last_ to the nodes that are eliminated last: those that only other bodies touch, then the masters.
+void Condensation::choose_order() {
+  const ElasticModel& model = step_.soft().model;
+  last_.clear();
+  for (std::size_t i = 0; i < patch_.size() - free_; ++i) last_.push_back(model.unknown_of(patch_[i]) / 3);
+  for (const int node : masters_) last_.push_back(model.unknown_of(node) / 3);
+}
 
 /// Takes the nodes around the tool and the faces between them and nodes that do not move.
 void Condensation::choose_nodes() {
@@ -32,6 +63,9 @@ void Condensation::choose_nodes() {
   patch_ = patch.nodes();
   nodes_.assign(patch_.end() - static_cast<std::ptrdiff_t>(patch.around_tool()), patch_.end());
   free_ = nodes_.size();
+  choose_far_nodes();
+  masters_.insert(masters_.end(), nodes_.begin(), nodes_.end());
+  choose_order();
   faces_.clear();
   const std::size_t others = patch_.size() - free_;
   const auto place = [&](int node) -> std::int32_t {
@@ -64,9 +98,9 @@ void Condensation::choose_nodes() {
   }
 }
 
-/// From the Schur complement on all last nodes to that on those around the tool, which come last.
+/// From the Schur complement on all last nodes to that on the masters, which come last.
 void Condensation::reduce(Eigen::MatrixXd& schur) const {
-  const auto kept = static_cast<Eigen::Index>(3 * free_);
+  const auto kept = static_cast<Eigen::Index>(3 * masters_.size());
   if (schur.rows() == kept) return;
   const Eigen::LLT<Eigen::MatrixXd> factors(schur);
   const Eigen::MatrixXd L = factors.matrixL();
@@ -74,18 +108,18 @@ void Condensation::reduce(Eigen::MatrixXd& schur) const {
   schur = last.triangularView<Eigen::Lower>() * last.transpose();
 }
 
-/// Sets on_patch to what the patch feels of a force on all unknowns.
-void Condensation::balanced(const Eigen::VectorXd& force, Eigen::VectorXd& on_patch) {
+/// Sets on_masters to what these feel of a force on all unknowns.
+void Condensation::balanced(const Eigen::VectorXd& force, Eigen::VectorXd& on_masters) {
   solved_ = force;
   factor_->solve(solved_);
-  Eigen::VectorXd moved(static_cast<Eigen::Index>(3 * free_));
-  for (std::size_t i = 0; i < free_; ++i) {
-    moved.segment<3>(static_cast<Eigen::Index>(3 * i)) = solved_.segment<3>(step_.soft().model.unknown_of(nodes_[i]));
+  Eigen::VectorXd moved(static_cast<Eigen::Index>(3 * masters_.size()));
+  for (std::size_t i = 0; i < masters_.size(); ++i) {
+    moved.segment<3>(static_cast<Eigen::Index>(3 * i)) = solved_.segment<3>(step_.soft().model.unknown_of(masters_[i]));
   }
-  on_patch.noalias() = static_ * moved;
+  on_masters.noalias() = static_ * moved;
 }
 
-/// Sets `schur` to A(s) on the patch. False where K + s M is not positive definite.
+/// Sets `schur` to A(s) on the masters. False where K + s M is not positive definite.
 bool Condensation::condense_at(double s, Eigen::MatrixXd& schur) {
   const Eigen::SparseMatrix<double>& M = step_.soft().model.mass();
   for (Eigen::Index i = 0; i < A_.nonZeros(); ++i) A_.valuePtr()[i] = K_.valuePtr()[i] + s * M.valuePtr()[i];
@@ -96,14 +130,19 @@ bool Condensation::condense_at(double s, Eigen::MatrixXd& schur) {
   return true;
 }
 
-/// Sets K_ to the stiffness where the nodes are.
-void Condensation::assemble() {
-  const ElasticModel& model = step_.soft().model;
-  model.assemble(step_.x(), ElasticModel::Tangent::exact, K_, scratch_);
-  model.assemble(step_.x(), ElasticModel::Tangent::warped, warped_, scratch_);
-  for (Eigen::Index i = 0; i < K_.nonZeros(); ++i) {
-    K_.valuePtr()[i] = 0.5 * (K_.valuePtr()[i] + warped_.valuePtr()[i]);
+/// Whether the mass is still that of these masters where they are.
+bool Condensation::has_mass() const {
+  if (mass_masters_ != masters_) return false;
+  const Eigen::VectorXd& x = step_.x();
+  double size = 0, moved = 0;
+  const auto first = static_cast<Eigen::Index>(3 * masters_.back());
+  for (const int node : masters_) {
+    const auto at = static_cast<Eigen::Index>(3 * node);
+    const Eigen::Vector3d apart = mass_x_.segment<3>(at) - mass_x_.segment<3>(first);
+    size = std::max(size, apart.norm());
+    moved = std::max(moved, (x.segment<3>(at) - x.segment<3>(first) - apart).norm());
   }
+  return moved <= still * size;
 }
 
 /// Makes the modes of K_. False where it or the mass is not positive definite.
@@ -112,15 +151,20 @@ bool Condensation::make_modes() {
   if (A_.rows() == 0) A_ = K_;
   if (patch_ != step_.patch().nodes() || !is_analysed_) {
     choose_nodes();
-    factor_->analyze(A_, step_.patch().last_nodes());
+    factor_->analyze(A_, last_);
     is_analysed_ = true;
   }
   if (free_ == 0) return true;
   // The factor in balance comes last, because forces are balanced by it.
   const double fastest = K_.diagonal().sum() / model.mass().diagonal().sum();
   const double s0 = balance * fastest, s1 = slow * fastest;
-  if (!condense_at(s1, slow_) || !condense_at(s0, static_)) return false;
-  mass_ = (slow_ - static_) / (s1 - s0);
+  const bool is_kept = has_mass();
+  if ((!is_kept && !condense_at(s1, slow_)) || !condense_at(s0, static_)) return false;
+  if (!is_kept) {
+    mass_ = (slow_ - static_) / (s1 - s0);
+    mass_masters_ = masters_;
+    mass_x_ = step_.x();
+  }
   return make_modes_by_body(s0);
 }
 
@@ -128,7 +172,7 @@ bool Condensation::make_modes() {
 /// them their damping.
 bool Condensation::make_modes_by_body(double s0) {
   const ElasticModel& model = step_.soft().model;
-  const auto dofs = static_cast<Eigen::Index>(3 * free_);
+  const auto dofs = static_cast<Eigen::Index>(3 * masters_.size());
   shapes_.setZero(dofs, dofs);
   square_.resize(dofs);
   damping_.resize(dofs);
@@ -136,8 +180,8 @@ bool Condensation::make_modes_by_body(double s0) {
   std::vector<Eigen::Index> own;
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
     own.clear();
-    for (std::size_t i = 0; i < free_; ++i) {
-      if (model.body_of(model.unknown_of(nodes_[i])) != static_cast<int>(b)) continue;
+    for (std::size_t i = 0; i < masters_.size(); ++i) {
+      if (model.body_of(model.unknown_of(masters_[i])) != static_cast<int>(b)) continue;
       for (std::size_t c = 0; c < 3; ++c) own.push_back(static_cast<Eigen::Index>(3 * i + c));
     }
     if (own.empty()) continue;
@@ -156,18 +200,18 @@ bool Condensation::make_modes_by_body(double s0) {
 std::optional<LocalPatch> Condensation::condense() {
   if (step_.counts().steps == 0) return LocalPatch{};
   const ElasticModel& model = step_.soft().model;
-  assemble();
+  model.assemble(step_.x(), ElasticModel::Tangent::mean, K_, scratch_);
   if (!make_modes()) {
     // Pressed hard, a body may be about to buckle. By the warped stiffness it never is.
-    K_ = warped_;
+    model.assemble(step_.x(), ElasticModel::Tangent::warped, K_, scratch_);
     if (!make_modes()) return std::nullopt;
   }
   if (free_ == 0) return LocalPatch{};
-  const auto shapes = shape_pool_.make(static_cast<std::size_t>(nodes_.size() * 9 * free_), [&](std::span<double> to) {
-    Eigen::Map<Eigen::MatrixXd> all(to.data(), static_cast<Eigen::Index>(3 * nodes_.size()),
-                                    static_cast<Eigen::Index>(3 * free_));
-    all.setZero();
-    all.topRows(static_cast<Eigen::Index>(3 * free_)) = shapes_;
+  const auto shapes = shape_pool_.make(9 * nodes_.size() * masters_.size(), [&](std::span<double> to) {
+    const auto moving = static_cast<Eigen::Index>(3 * free_);
+    Eigen::Map<Eigen::MatrixXd> all(to.data(), static_cast<Eigen::Index>(3 * nodes_.size()), shapes_.cols());
+    all.topRows(moving) = shapes_.bottomRows(moving);
+    all.bottomRows(all.rows() - moving).setZero();
   });
   const auto faces = face_pool_.copy(faces_);
   const auto nodes = node_pool_.make(nodes_.size(), [&](std::span<PatchNode> to) {
@@ -177,12 +221,12 @@ std::optional<LocalPatch> Condensation::condense() {
                u < 0 ? 1 : 0};
     }
   });
-  Eigen::VectorXd on_patch;
-  balanced(model.mass().selfadjointView<Eigen::Lower>() * step_.v(), on_patch);
-  const Eigen::VectorXd rates = shapes_.transpose() * on_patch;
-  balanced(step_.inner_force(), on_patch);
-  const Eigen::VectorXd forces = shapes_.transpose() * on_patch;
-  const auto modes = mode_pool_.make(3 * free_, [&](std::span<PatchMode> to) {
+  Eigen::VectorXd on_masters;
+  balanced(model.mass().selfadjointView<Eigen::Lower>() * step_.v(), on_masters);
+  const Eigen::VectorXd rates = shapes_.transpose() * on_masters;
+  balanced(step_.inner_force(), on_masters);
+  const Eigen::VectorXd forces = shapes_.transpose() * on_masters;
+  const auto modes = mode_pool_.make(3 * masters_.size(), [&](std::span<PatchMode> to) {
     for (std::size_t i = 0; i < to.size(); ++i) {
       const auto m = static_cast<Eigen::Index>(i);
       to[i] = {.stiffness = square_[m], .damping = damping_[m], .force = forces[m], .z = 0, .rate = rates[m]};

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "framework/core/check.hpp"
+#include "nodes/physics/deformable/cofactors.hpp"
 #include "nodes/physics/deformable/elastic_law.hpp"
 #include "nodes/physics/deformable/elastic_model.hpp"
 #include "nodes/physics/deformable/quadrature.hpp"
@@ -17,6 +18,9 @@ using Corners = std::array<Eigen::Vector3d, 4>;
 using Gradients = std::array<Eigen::Vector3d, 3>;
 /// Stiffness between corners 1, 2, 3: (1,1), (2,1), (2,2), (3,1), (3,2), (3,3). Corner 0 moves against their sum.
 using CornerBlocks = std::array<Eigen::Matrix3d, 6>;
+
+/// The product of the three sums of two singular values of F, which is 8 at rest: above, its inverse is well known.
+constexpr double least_sums = 1e-3;
 
 template <std::size_t size>
 constexpr int points = size == 4 ? 1 : 4;
@@ -51,6 +55,37 @@ inline void warped_blocks(const Eigen::Matrix3d& R, const Gradients& gradient, d
   }
 }
 
+/// Adds `share` of what the exact tangent has and the warped one has not: K_e turns with the material, and
+///   dR = [w]x R,   (tr(V) I - V) w = 2 axis(skew(dF R^T)),   V = F R^T,
+/// so that the blocks are weight / 2 [g_a]x^T H [g_b]x with g = R grad L and
+///   H = 2 mu I + 2 (lambda (tr(V) - 3) - 2 mu) (tr(V) I - V)^-1.
+/// False, and nothing is added, where two singular values of F nearly cancel.
+inline bool add_turning(const Eigen::Matrix3d& F, const Eigen::Matrix3d& R, const CorotationalLaw& law,
+                        const Gradients& gradient, double weight, double share, CornerBlocks& k) {
+  const Eigen::Matrix3d V = F * R.transpose();
+  const double trace = V.trace();
+  Eigen::Matrix3d G = -V, cofactor;
+  G.diagonal().array() += trace;
+  cofactors(G, cofactor);
+  const double det = determinant(G, cofactor);
+  if (!(det > least_sums)) return false;
+  const double factor = 0.5 * share * weight;
+  // G is symmetric, so its cofactors are det G times its inverse.
+  Eigen::Matrix3d H = (factor * 2 * (law.lambda * (trace - 3) - 2 * law.mu) / det) * cofactor;
+  H.diagonal().array() += factor * 2 * law.mu;
+  std::array<Eigen::Matrix3d, 3> N, HN;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Eigen::Vector3d g = R * gradient[c];
+    N[c] << 0, -g[2], g[1], g[2], 0, -g[0], -g[1], g[0], 0;
+    HN[c] = H * N[c];
+  }
+  std::size_t n = 0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t b = 0; b <= a; ++b, ++n) k[n] += N[a].transpose() * HN[b];
+  }
+  return true;
+}
+
 /// With h = V^T grad L and D = U^T dF V, D_ij = u_i h_j for a displacement u in the axes of U.
 inline void principal_blocks(const SignedSvd& svd, const PrincipalTangent& tangent, const Gradients& gradient,
                              double weight, CornerBlocks& k) {
@@ -79,6 +114,15 @@ inline void principal_blocks(const SignedSvd& svd, const PrincipalTangent& tange
       k[n] = turned * svd.U.transpose();
     }
   }
+}
+
+/// The mean of a tangent and its projection.
+inline void halve(PrincipalTangent& tangent) {
+  PrincipalTangent positive = tangent;
+  project(positive);
+  tangent.A = 0.5 * (tangent.A + positive.A);
+  tangent.twist = 0.5 * (tangent.twist + positive.twist);
+  tangent.flip = 0.5 * (tangent.flip + positive.flip);
 }
 
 /// All ten blocks of four corners: (0,0), (1,0), (1,1), (2,0), ...
@@ -233,6 +277,7 @@ void ElasticModel::assemble_by(const Eigen::VectorXd& x, Tangent tangent, double
   Eigen::Matrix3d F, P, R;
   SignedSvd svd;
   PrincipalTangent principal;
+  const double exact_share = tangent == Tangent::exact ? 1 : 0.5;
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
     const Law law({element.mu, element.lambda});
@@ -243,15 +288,18 @@ void ElasticModel::assemble_by(const Eigen::VectorXd& x, Tangent tangent, double
     for (int point = 0; point < points<size>; ++point) {
       corner_values(at, point, y);
       deformation(y, element.gradient, F);
+      bool is_known = false;
       if constexpr (std::is_same_v<Law, CorotationalLaw>) {
-        if (tangent == Tangent::warped) {
+        if (tangent != Tangent::projected) {
           law.rotated_stress(F, P, R);
           warped_blocks(R, element.gradient, weight * element.mu, weight * element.lambda, k);
+          is_known = tangent == Tangent::warped || add_turning(F, R, law, element.gradient, weight, exact_share, k);
         }
       }
-      if (tangent != Tangent::warped) {
+      if (!is_known) {
         law.tangent(F, P, svd, principal);
         if (tangent == Tangent::projected) project(principal);
+        if (tangent == Tangent::mean) halve(principal);
         principal_blocks(svd, principal, element.gradient, weight, k);
       }
       corner_forces(P, element.gradient, weight, y);

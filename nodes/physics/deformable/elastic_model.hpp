@@ -25,7 +25,8 @@ class ElasticModel {
   /// projected: the Hessian of each quadrature point with its negative eigenvalues set to 0, so that K is positive
   /// semidefinite (Smith, De Goes and Kim, TOG 2019).
   /// exact: the Hessian, which may be indefinite.
-  enum class Tangent { warped, projected, exact };
+  /// mean: half of it and half of the warped one.
+  enum class Tangent { warped, projected, exact, mean };
 
   /// Throws InputError where a body's lists do not fit its mesh, a modulus is out of its bounds, or a tetrahedron has
   /// no volume.

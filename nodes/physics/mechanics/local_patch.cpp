@@ -65,8 +65,8 @@ bool fits_in_patch(const Vec3& v) {
 
 bool is_usable(const LocalPatch& patch) {
   const std::size_t n = patch.nodes.size();
-  if (n > LocalPatch::capacity || patch.faces.size() > LocalPatch::most_faces || patch.modes.size() > 3 * n ||
-      patch.shapes.size() != 3 * n * patch.modes.size()) {
+  if (n > LocalPatch::capacity || patch.faces.size() > LocalPatch::most_faces ||
+      patch.modes.size() > LocalPatch::most_modes || patch.shapes.size() != 3 * n * patch.modes.size()) {
     return false;
   }
   const auto known = [n](std::int32_t node) { return node >= 0 && static_cast<std::size_t>(node) < n; };

@@ -30,15 +30,16 @@ struct PatchMode {
   double rate = 0;       ///< sqrt(kg) m/s
 };
 
-/// What a deformable body is around the tool, condensed onto n nodes of its surface: the other nodes follow as they do
-/// in balance (R. Guyan, "Reduction of stiffness and mass matrices", 1965). Empty where nothing deforms or the tool is
-/// far away.
+/// What a deformable body is around the tool: n nodes of its surface, which can be touched, and m modes of the body
+/// condensed onto these and a few nodes elsewhere. All other nodes follow as they do in balance (R. Guyan, "Reduction
+/// of stiffness and mass matrices", 1965). Empty where nothing deforms or the tool is far away.
 struct LocalPatch {
-  static constexpr int capacity = 32;  ///< nodes
+  static constexpr int capacity = 40;  ///< nodes
   static constexpr int most_faces = 96;
+  static constexpr int most_modes = 3 * 48;
   SharedArray<PatchNode> nodes;  ///< n
   SharedArray<PatchFace> faces;  ///< all of whose nodes are in the patch
-  SharedArray<PatchMode> modes;  ///< m <= 3 n: three for each node that is not fixed
+  SharedArray<PatchMode> modes;  ///< m: three for each node that the body is condensed onto
   SharedArray<double> shapes;    ///< 3 n x m, 1/sqrt(kg), a column a mode; zero rows for nodes that are fixed
 };
 

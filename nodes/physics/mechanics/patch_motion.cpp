@@ -11,6 +11,8 @@ namespace tactor {
 
 namespace {
 
+constexpr std::size_t most_dofs = 3 * LocalPatch::capacity, most_modes = LocalPatch::most_modes;
+
 /// What of its velocity a mode keeps over h seconds.
 double kept(const PatchMode& mode, double h) {
   return 1 / (1 + h * mode.damping + h * h * mode.stiffness);
@@ -25,20 +27,20 @@ PatchMotion::PatchMotion(Integrator integrator)
       face_nodes_(LocalPatch::most_faces),
       face_bodies_(LocalPatch::most_faces),
       face_areas_(LocalPatch::most_faces),
-      z_(most),
-      rate_(most),
-      impulse_(most),
+      z_(most_modes),
+      rate_(most_modes),
+      impulse_(most_modes),
       place_(LocalPatch::capacity, -1),
       touched_p_W_(LocalPatch::capacity),
       touched_ahead_W_(LocalPatch::capacity),
-      shapes_(most, most),
-      scaled_(most, most),
-      mobility_(most, most),
-      inertia_(most, most),
-      velocity_(most),
-      free_velocity_(most),
-      velocity_after_(most),
-      force_(most) {
+      shapes_(most_dofs, most_modes),
+      scaled_(most_dofs, most_modes),
+      mobility_(most_dofs, most_dofs),
+      inertia_(most_dofs, most_dofs),
+      velocity_(most_dofs),
+      free_velocity_(most_dofs),
+      velocity_after_(most_dofs),
+      force_(most_dofs) {
   touched_.reserve(LocalPatch::capacity);
 }
 

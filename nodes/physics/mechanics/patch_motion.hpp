@@ -53,7 +53,6 @@ class PatchMotion {
   void move_modes(double h);
   void place_nodes();
 
-  static constexpr std::size_t most = 3 * LocalPatch::capacity;
   Integrator integrator_;
   LocalPatch patch_;
   std::size_t nodes_ = 0;

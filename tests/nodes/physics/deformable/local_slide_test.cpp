@@ -66,7 +66,7 @@ double off(SoftRig& rig, const Hand& hand, double until, int ticks) {
   rig.coupling.force_max = 100;
   double t = 0;
   while (t < until - 1e-9) rig.advance(tick, hand.at(t += tick));
-  Condensation condensation(*rig.step, FactorKind::eigen, 4);
+  Condensation condensation(*rig.step, FactorKind::eigen, 8, 4);
   rig.step->refresh(rig.bodies);
   const auto patch = condensation.condense();
   BOOST_REQUIRE(patch.has_value());
