@@ -147,7 +147,9 @@ NodeInfo DeformableDynamics::declare() {
              .in_reference = 0.001})
       .boolean("settle", &Params::settle, true, "start in balance with the weight")
       .integer("patch_nodes", &Params::patch_nodes,
-               {.doc = "nodes around the tool that the output `patch` has, at most",
+               {.doc = "nodes around the tool that the output `patch` has, at most; it has twice as many as are "
+                       "touched, and 16 "
+                       "at least",
                 .default_value = 36,
                 .min = 4,
                 .max = LocalPatch::capacity})

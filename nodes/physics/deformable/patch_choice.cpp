@@ -10,6 +10,8 @@ namespace tactor {
 
 namespace {
 
+constexpr double about_to_touch = 0.05;                             // of the reach
+constexpr std::size_t fewest_nodes = 16;                            // of a patch, where there are as many
 constexpr double beyond = std::numeric_limits<double>::infinity();  // m
 
 }  // namespace
@@ -65,7 +67,7 @@ void PatchChoice::look_for_candidates(const Eigen::VectorXd& x, const Pose& X_WT
   std::make_heap(candidates_.begin(), candidates_.end());
 }
 
-/// Fills near_ with the free surface nodes that the tool touches or that are nearest to its way, as many as are wanted.
+/// Fills near_ with the free surface nodes nearest to the tool's way: twice as many as it touches or is about to touch.
 void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT,
                               std::span<const SoftContact> contacts) {
   std::fill(distance_.begin(), distance_.end(), beyond);
@@ -97,12 +99,15 @@ void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const 
   const auto kept = std::min(near_.size(), static_cast<std::size_t>(options_.nodes));
   std::partial_sort(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(kept), near_.end());
   near_.resize(kept);
+  // Those that are touched or about to be, and as many around them.
+  const auto touched = static_cast<std::size_t>(std::count_if(
+      near_.begin(), near_.end(), [&](const Near& n) { return n.distance < about_to_touch * options_.reach; }));
+  near_.resize(std::min(near_.size(), std::max(2 * touched, fewest_nodes)));
 }
 
 bool PatchChoice::serves(std::span<const SoftContact> contacts) const {
   const std::size_t others = nodes_.size() - around_tool_;
-  const std::size_t needed =
-      near_.size() < static_cast<std::size_t>(options_.nodes) ? near_.size() : 2 * near_.size() / 3;
+  const std::size_t needed = near_.size() < fewest_nodes ? near_.size() : 2 * near_.size() / 3;
   for (std::size_t i = 0; i < needed; ++i) {
     const int place = place_of(near_[i].node);
     if (place < 0 || static_cast<std::size_t>(place) < others) return false;

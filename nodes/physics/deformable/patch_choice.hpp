@@ -13,16 +13,17 @@
 namespace tactor {
 
 struct PatchChoiceOptions {
-  int nodes = 24;      ///< around the tool, at most LocalPatch::capacity
+  int nodes = 36;      ///< around the tool at most; no more than LocalPatch::capacity
   double reach = 0;    ///< m, how far from the tool they may be
   double horizon = 0;  ///< s, for how long the tool's way counts too
 };
 
 /// The patch of a tool: the free surface nodes nearest to it, where it is and where its velocity takes it within the
-/// horizon. A node is as near as the middle of any of its faces, and as any contact of the tool there: a large face
-/// that is touched in its middle is kept whole, also where the tool touches at two places. The patch stays as it is
-/// while it has the nearest two thirds of them, because another one costs a new order of elimination. Before them stand
-/// nodes that contacts of other bodies touch.
+/// horizon. They are twice as many as those nearer than a twentieth of the reach, 16 at least and `nodes` at most: what
+/// a large tool touches needs more of them, and each costs time. A node is as near as the middle of any of its faces,
+/// and as any contact of the tool there: a large face that is touched in its middle is kept whole, also where the tool
+/// touches at two places. The patch stays as it is while it has the nearest two thirds of them, because another one
+/// costs a new order of elimination. Before them stand nodes that contacts of other bodies touch.
 class PatchChoice {
  public:
   PatchChoice(const SoftScene& soft, const ContactBody& tool, const PatchChoiceOptions& options);

@@ -96,6 +96,24 @@ BOOST_AUTO_TEST_CASE(the_exact_tangent_is_the_slope_of_the_force) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(the_mean_tangent_is_half_exact_and_half_warped) {
+  for (const Kind& kind : kinds) {
+    for (const double share : {0.0, 0.1, 1.0}) {
+      BOOST_TEST_CONTEXT(told(kind) << ", deformed by " << share) {
+        const ElasticModel model = small_box(kind);
+        const Eigen::VectorXd x = deformed(model, share);
+        Eigen::SparseMatrix<double> exact, warped, mean;
+        Eigen::VectorXd f, of_mean;
+        model.assemble(x, Tangent::exact, exact, f);
+        model.assemble(x, Tangent::warped, warped, f);
+        model.assemble(x, Tangent::mean, mean, of_mean);
+        BOOST_TEST((full(mean) - 0.5 * (full(exact) + full(warped))).norm() < 1e-12 * full(mean).norm());
+        BOOST_TEST((f - of_mean).norm() < 1e-12 * f.norm() + 1e-12);
+      }
+    }
+  }
+}
+
 BOOST_AUTO_TEST_CASE(the_projected_tangent_has_no_negative_eigenvalue) {
   for (const Kind& kind : kinds) {
     for (const double share : {0.1, 1.0, 3.0}) {

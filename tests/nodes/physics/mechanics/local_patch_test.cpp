@@ -145,9 +145,9 @@ BOOST_AUTO_TEST_CASE(messages_that_cannot_be_are_refused_and_nothing_changes) {
   refused("a mode too few in the shapes", [](Parts& p) { p.shapes.conservativeResize(18, 14); });
   refused("a row too few in the shapes", [](Parts& p) { p.shapes.conservativeResize(17, 15); });
   refused("no shapes", [](Parts& p) { p.shapes.resize(0, 0); });
-  refused("more modes than ways to move", [](Parts& p) {
-    p.modes.resize(19);
-    p.shapes = Eigen::MatrixXd::Ones(18, 19);
+  refused("too many modes", [](Parts& p) {
+    p.modes.resize(LocalPatch::most_modes + 1);
+    p.shapes = Eigen::MatrixXd::Ones(18, LocalPatch::most_modes + 1);
   });
   refused("too many nodes", [](Parts& p) {
     p.nodes.resize(LocalPatch::capacity + 1);
