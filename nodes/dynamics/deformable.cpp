@@ -19,6 +19,9 @@ namespace {
 /// Results that edges and their readers hold at the same time.
 constexpr std::size_t most_results = 32;
 
+/// s, of the tool's way for which a patch is chosen: two intervals between results, within these.
+constexpr double least_horizon = 0.03, most_horizon = 0.2;
+
 constexpr int most_far_nodes = LocalPatch::most_modes / 3 - LocalPatch::capacity;
 
 SystemModel rigid_model(const DeformableDynamics::Params& params, const NodeContext& context) {
@@ -30,12 +33,11 @@ SystemModel rigid_model(const DeformableDynamics::Params& params, const NodeCont
 }
 
 DeformableOptions step_options(const DeformableDynamics::Params& params) {
-  return {
-      .factor = params.solver,
-      .iterations = params.newton_iterations,
-      .tolerance = params.tolerance,
-      .reuse = params.reuse_factors,
-      .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = params.patch_horizon.seconds()}};
+  return {.factor = params.solver,
+          .iterations = params.newton_iterations,
+          .tolerance = params.tolerance,
+          .reuse = params.reuse_factors,
+          .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = least_horizon}};
 }
 
 void declare_metrics(Declare<DeformableDynamics>& d) {
@@ -160,13 +162,7 @@ NodeInfo DeformableDynamics::declare() {
                 .min = 0,
                 .max = most_far_nodes})
       .real("patch_reach", &Params::patch_reach,
-            {.doc = "how far from the tool they may be", .unit = "m", .default_value = 0.04, .min = 0, .max = 1})
-      .real("patch_horizon", &Params::patch_horizon,
-            {.doc = "for how long the tool's way counts when they are chosen, about two physics periods",
-             .unit = "s",
-             .default_value = 0.03,
-             .min = 0,
-             .max = 1});
+            {.doc = "how far from the tool they may be", .unit = "m", .default_value = 0.04, .min = 0, .max = 1});
   d.coarser("elements", {std::string("linear")})
       .coarser("newton_iterations", {std::int64_t{4}, std::int64_t{2}})
       .coarser("tolerance", {1e-2, 5e-2})
@@ -257,6 +253,7 @@ void DeformableDynamics::begin(const CouplingParameters& /*spring*/) {
 
 void DeformableDynamics::advance(const CouplingParameters& spring, const ContactPlanes& planes) {
   const double interval = (newest_.stamp.valid - used_.stamp.valid).seconds();
+  step_->set_patch_horizon(std::clamp(2 * interval, least_horizon, most_horizon));
   // The small allowance keeps an interval of exactly n steps at n.
   const double pieces =
       std::clamp(std::ceil(interval / params_.substep - 1e-6), 1.0, static_cast<double>(params_.most_substeps));

@@ -32,7 +32,6 @@ class DeformableDynamics final : public Node {
     Duration min_step;
     std::int32_t patch_nodes = 0, patch_far_nodes = 0;
     double patch_reach = 0;  // m
-    Duration patch_horizon;
   };
   DeformableDynamics(const Params& params, const NodeContext& context);
   ~DeformableDynamics() override;

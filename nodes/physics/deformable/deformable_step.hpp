@@ -87,6 +87,8 @@ class DeformableStep {
   [[nodiscard]] const Eigen::VectorXd& x() const { return x_; }  ///< m, of all nodes
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }  ///< m/s, of the unknowns
   [[nodiscard]] const PatchChoice& patch() const { return patch_; }
+  /// s, for how long the tool's way counts where the next patch is chosen.
+  void set_patch_horizon(double horizon) { patch_.set_horizon(horizon); }
   [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
   /// Brings the patch to where the last step ended. A step begins with it; who condenses the bodies onto it asks
   /// before, and the step then does not look again.

@@ -32,6 +32,9 @@ class PatchChoice {
   /// those that are expected, in the model's nodes.
   bool update(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT, std::span<const SoftContact> contacts);
 
+  /// s, from the next `update` on.
+  void set_horizon(double horizon) { options_.horizon = horizon; }
+
   /// Nodes of the model, all free: those that only others touch, then those around the tool.
   [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }
   /// The same as a SparseFactor numbers them: the nodes to eliminate last.
