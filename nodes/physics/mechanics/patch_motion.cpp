@@ -1,6 +1,7 @@
 #include "nodes/physics/mechanics/patch_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <Eigen/Cholesky>
@@ -128,7 +129,7 @@ SoftPatch PatchMotion::begin(double h, std::span<SoftContact> contacts, std::spa
   for (std::size_t i = 0; i < patch_.modes.size(); ++i) {
     const auto m = static_cast<Eigen::Index>(i);
     const double D = kept(patch_.modes[i], solved);
-    scaled.col(m) = D * shapes.col(m);
+    scaled.col(m) = std::sqrt(D) * shapes.col(m);
     free_rates[m] = D * free_rate(i, solved);
   }
   velocity_.head(touched).noalias() = shapes * rate_.head(modes_);
@@ -136,7 +137,8 @@ SoftPatch PatchMotion::begin(double h, std::span<SoftContact> contacts, std::spa
   // The inverse of what an impulse does.
   auto inertia = inertia_.topLeftCorner(touched, touched);
   auto mobility = mobility_.topLeftCorner(touched, touched);
-  mobility.noalias() = scaled * shapes.transpose();
+  mobility.setZero();
+  mobility.selfadjointView<Eigen::Lower>().rankUpdate(scaled);
   inertia.setIdentity();
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(mobility);
   if (factors.info() == Eigen::Success) {
