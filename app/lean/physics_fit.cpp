@@ -122,7 +122,7 @@ std::string text_of(const PhysicsFit& fit) {
       fmt::format("physics takes {} a step here ({}), 99 of 100 steps less than {}; a tick is {}",
                   microseconds(fit.mean_us()), parts, microseconds(fit.p99_us()), microseconds(fit.tick_us));
   if (fit.fits()) {
-    text += ": nothing need be predicted; for rigid bodies use --over direct";
+    text += ": nothing need be predicted; where nothing deforms, use --over direct";
   } else {
     text += fmt::format(
         ": that does not fit; with half of the tick left to the rest, it would have to be {:.1f} times "

@@ -94,7 +94,13 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
     kept.left_out.push_back(
         {"torque", graph.scene.tool() == nullptr ? "no body of the scene moves" : "the scene is translation-only"});
   }
-  for (const auto& [n, reason] : kept.node_reasons) kept.left_out.push_back({"node " + graph.nodes[n].name, reason});
+  for (const auto& [n, reason] : kept.node_reasons) {
+    // Its work is done by another node then.
+    const bool costs = graph.nodes[n].cost.kind != CostModel::Kind::none && !graph.scene.deformable().empty();
+    kept.left_out.push_back(
+        {"node " + graph.nodes[n].name,
+         reason + (costs ? "; its declared cost is left out too: give one to what does its work" : "")});
+  }
   for (std::size_t e = 0; e < wires.size(); ++e) {
     const bool from = kept.nodes[wires[e].from];
     const bool to = kept.nodes[wires[e].to];

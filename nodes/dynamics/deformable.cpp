@@ -22,7 +22,7 @@ constexpr std::size_t most_results = 32;
 /// s, of the tool's way for which a patch is chosen: two intervals between results, within these.
 constexpr double least_horizon = 0.03, most_horizon = 0.2;
 
-constexpr int most_far_nodes = LocalPatch::most_modes / 3 - LocalPatch::capacity;
+constexpr int most_far_nodes = 8;
 
 SystemModel rigid_model(const DeformableDynamics::Params& params, const NodeContext& context) {
   SystemModel model = scene_model("dynamics.deformable", *context.scene, context.notes);
@@ -58,15 +58,22 @@ void declare_metrics(Declare<DeformableDynamics>& d) {
               Better::lower);
 }
 
-/// Says which solver `auto` is, how long its factors serve, and what the patch has.
+/// Says which solver `auto` is.
 void note_choices(const DeformableDynamics::Params& params, int tetrahedra, Notes* notes) {
   if (notes == nullptr || params.solver != FactorKind::automatic) return;
   const FactorChoice choice = chosen_factor(tetrahedra);
   notes->push_back(std::string("dynamics.deformable: solver auto is ") +
-                   (choice.kind == FactorKind::supernodal ? "supernodal" : "eigen") + ", because " + choice.why +
-                   (params.reuse_factors ? "; a factor learns and serves until slow iterations have cost as much"
-                                         : "; each step factors") +
-                   "; a patch has up to " + std::to_string(params.patch_nodes) + " nodes");
+                   (choice.kind == FactorKind::supernodal ? "supernodal" : "eigen") + ", because " + choice.why);
+}
+
+/// The name of a body that deforms and has no fixed node; empty where all are held.
+std::string held_nowhere(const SoftScene& soft, const Scene& scene) {
+  const std::vector<std::size_t> bodies = scene.deformable();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const std::vector<char>& fixed = soft.model.bodies()[b].fixed;
+    if (std::count(fixed.begin(), fixed.end(), 1) == 0) return scene.bodies[bodies[b]].name;
+  }
+  return {};
 }
 
 /// The nodes after they have come to rest under their weight.
@@ -75,9 +82,12 @@ Eigen::VectorXd settled(const SoftScene& soft, const Scene& scene, FactorKind so
       settle(soft.model, soft.model.rest(), scene.gravity_W, {}, {.tolerance = 1e-6, .factor = solver});
   if (balance.converged) return balance.x;
   if (notes != nullptr) {
+    const std::string loose = held_nowhere(soft, scene);
     notes->push_back(
         "dynamics.deformable: warning: the bodies that deform find no balance under their weight, so they start "
-        "unstrained and move at once; hold them by `fixed`, make them stiffer, or write settle: false");
+        "unstrained and move at once; " +
+        (loose.empty() ? std::string("make them stiffer, or write settle: false")
+                       : "body '" + loose + "' is held nowhere and falls: give it `fixed`"));
   }
   return soft.model.rest();
 }

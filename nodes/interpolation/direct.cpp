@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "framework/core/value_error.hpp"
 #include "nodes/interpolation/not_finite.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
 
@@ -66,7 +67,13 @@ Direct::Direct(const Params& params, const NodeContext& context)
       surface_(surface_contacts(params, context)),
       rollout_(rollout_model("interpolation.direct", params, context), surface_.get()),
       carried_(tick_, torque_),
-      blended_(tick_, params.blend_time) {}
+      blended_(tick_, params.blend_time) {
+  if (const std::vector<std::size_t> soft = context.scene->deformable(); !soft.empty()) {
+    const std::string& name = context.scene->bodies[soft.front()].name;
+    throw ValueError("scene.bodies." + name + ".motion",
+                     "interpolation.direct steps rigid bodies, and body '" + name + "' deforms; use --over local");
+  }
+}
 
 void Direct::take_coupling() {
   const Stamped<CouplingParameters>* newest = coupling.latest();

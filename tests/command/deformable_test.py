@@ -41,6 +41,15 @@ class Deformable(CommandTest):
                 self.refused(f"{kind} moves rigid bodies, and body 'gel' deforms; use dynamics.deformable",
                              ("type: dynamics.deformable", f"type: {kind}"))
 
+    def test_a_step_of_rigid_bodies_in_the_tick_refuses_a_scene_that_deforms(self):
+        result = tactor("check", GRAPHS / "gel_cube/scene.yaml", "--over", "direct")
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("interpolation.direct steps rigid bodies, and body 'gel' deforms; use --over local", result.stderr)
+
+    def test_the_cost_of_a_node_that_is_left_out_is_told(self):
+        result = self.run_ok("check", "--explain", GRAPHS / "gel_cube/scene.yaml", "--set", "collision.cost={constant: 5 ms}")
+        self.assertIn("its declared cost is left out too: give one to what does its work", " ".join(result.stdout.split()))
+
     def test_an_open_mesh_cannot_deform(self):
         self.write("open.off", OPEN)
         self.refused("open.off", (BOX, "mesh: open.off"))
@@ -85,6 +94,7 @@ class Deformable(CommandTest):
         self.assertNotIn(warning, weightless.stderr)
         heavy = self.run_ok("check", self.changed((FIXED, "drag: 0 1/s"), ("gravity: [0, 0, 0]", "gravity: [0, 0, -9.81]")))
         self.assertIn(warning, heavy.stderr)
+        self.assertIn("body 'gel' is held nowhere and falls: give it `fixed`", heavy.stderr)
 
     def test_check_tells_tetrahedra_solver_and_why_collision_is_left_out(self):
         result = self.run_ok("check", "--explain", GRAPHS / "gel_cube/scene.yaml")

@@ -52,14 +52,14 @@ void SoftSampleTree::find(const MovingSurface& surface, const Pose& X_WB, double
   TACTOR_DEMAND(memory.balls.size() == balls_.size() && memory.samples.size() == points_.size());
   found.clear();
   if (balls_.empty()) return;
-  const auto is_known = [&](const Look& look) { return look.times_set == surface.times_set(); };
+  const auto is_known = [&](const Look& look) { return look.times_placed == surface.times_placed(); };
   // m, by how much the distance from p_W may be other than it was.
   const auto way_since = [&](const Look& look, const Vec3& p_W) {
     return (norm(p_W - look.p_W) + surface.way() - look.way) * (1 + rounding);
   };
   const auto look_from = [&](const Vec3& p_W, std::int32_t hint, Look& look) {
     const SurfacePoint at = surface.nearest(p_W, is_known(look) ? look.face : hint, left);
-    look = {p_W, at.distance, surface.way(), at.face, surface.times_set()};
+    look = {p_W, at.distance, surface.way(), at.face, surface.times_placed()};
     return at;
   };
   struct Open {
@@ -70,6 +70,7 @@ void SoftSampleTree::find(const MovingSurface& surface, const Pose& X_WB, double
   open[count++] = {0, -1};
   while (count > 0) {
     auto [k, hint] = open[--count];
+    if (left != nullptr && --*left < 0) return;
     const Ball& ball = balls_[static_cast<std::size_t>(k)];
     Look& look = memory.balls[static_cast<std::size_t>(k)];
     const Vec3 middle_W = transform(X_WB, ball.middle);

@@ -20,11 +20,11 @@ struct NearSoftSample {
 struct SoftSampleMemory {
   /// A point, when it was last looked at.
   struct Look {
-    Vec3 p_W;                     // m
-    double distance = 0;          // m, to the surface
-    double way = 0;               // m, of the surface until then
-    std::int32_t face = -1;       // that was nearest
-    std::int64_t times_set = -1;  // of the surface; -1: it was not looked at
+    Vec3 p_W;                        // m
+    double distance = 0;             // m, to the surface
+    double way = 0;                  // m, of the surface until then
+    std::int32_t face = -1;          // that was nearest
+    std::int64_t times_placed = -1;  // of the surface; -1: it was not looked at
   };
   std::vector<Look> balls, samples;
 };
@@ -37,7 +37,9 @@ class SoftSampleTree {
   explicit SoftSampleTree(const std::vector<SurfaceSample>& samples);
   /// Sets `found` to the samples whose signed distance to the surface is judged and below `margin` (m), in an order
   /// that only the samples decide. X_WB: where the body is. `left`: as of MovingSurface::nearest; where it goes below
-  /// zero the search ends. `memory`: of this tree and that surface; it changes nothing but the time.
+  /// zero the search ends; a ball takes a step too. `memory`: of this tree and that surface. On a closed surface it
+  /// changes nothing but the time. Beyond the rim of an open one the sign of a distance may jump, and then what is
+  /// found there may be other than without it.
   void find(const MovingSurface& surface, const Pose& X_WB, double margin, int* left, SoftSampleMemory& memory,
             std::vector<NearSoftSample>& found) const;
   /// For `find` to have room.

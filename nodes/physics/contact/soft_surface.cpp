@@ -113,7 +113,7 @@ void MovingSurface::set(std::span<const FaceNodes> faces, std::span<const Vec3> 
   tree_.clear();
   tree_.reserve(2 * faces_.size());
   if (!faces_.empty()) build(0, faces_.size());
-  ++times_set_;
+  ++times_placed_;
   were_.assign(nodes.begin(), nodes.end());
   move(nodes);
 }
@@ -186,14 +186,19 @@ void MovingSurface::move(std::span<const Vec3> nodes) {
   TACTOR_DEMAND(nodes.size() + 1 == around_begin_.size());
   nodes_ = nodes;
   double longest = 0;
+  bool is_known = true;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Vec3 way = nodes[i] - were_[i];
     const double squared = dot(way, way);
-    // Also where it is not a number.
-    if (!(squared <= longest)) longest = squared;
+    is_known = is_known && std::isfinite(squared);
+    longest = std::max(longest, squared);
     were_[i] = nodes[i];
   }
-  way_ += std::sqrt(longest);
+  if (is_known) {
+    way_ += std::sqrt(longest);
+  } else {
+    ++times_placed_;
+  }
   for (std::size_t k = tree_.size(); k-- > 0;) {
     Node& node = tree_[k];
     node.box = {};

@@ -78,10 +78,10 @@ class MovingSurface {
   /// The nodes are here now, m in W. The span must live until the next call.
   void move(std::span<const Vec3> nodes);
 
-  /// m, no less than any node's way since the first `move`: of each move the longest, added up.
+  /// m, no less than any node's way while times_placed stays the same: of each move the longest, added up.
   [[nodiscard]] double way() const { return way_; }
-  /// How often faces were taken.
-  [[nodiscard]] std::int64_t times_set() const { return times_set_; }
+  /// Counts what breaks the way: other faces, and nodes that were or are no numbers.
+  [[nodiscard]] std::int64_t times_placed() const { return times_placed_; }
 
   [[nodiscard]] const std::vector<FaceNodes>& faces() const { return faces_; }
   /// m, about all faces; empty where there are none.
@@ -136,7 +136,7 @@ class MovingSurface {
   std::span<const Vec3> nodes_;
   std::vector<Vec3> were_;  // m, where nodes_ were when they last moved
   double way_ = 0;          // m
-  std::int64_t times_set_ = 0;
+  std::int64_t times_placed_ = 0;
 };
 
 template <class Skip>

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "nodes/physics/deformable/nearest_rotation.hpp"
 #include "nodes/physics/deformable/spread_nodes.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
 
@@ -15,7 +16,8 @@ namespace {
 // s_0 and s_1 over that of the fastest modes: far below the slowest ones, and far above what rounding leaves.
 constexpr double balance = 1e-7, slow = 1e-6;
 
-/// Of how far masters reach: how far they may have moved against each other for their mass to be taken as it was.
+/// Of how far the masters of a body reach: how far they may have moved, but for turning all together, for their mass to
+/// be taken as it was.
 constexpr double still = 0.1;
 
 }  // namespace
@@ -26,10 +28,10 @@ Condensation::Condensation(const DeformableStep& step, FactorKind factor, int fa
       most_far_(static_cast<std::size_t>(far_nodes)),
       spread_(spread_nodes(step.soft(), far_nodes + LocalPatch::capacity)),
       solved_(step.soft().model.unknowns()),
-      node_pool_(results, LocalPatch::capacity),
+      node_pool_(results, LocalPatch::most_nodes),
       face_pool_(results, LocalPatch::most_faces),
       mode_pool_(results, LocalPatch::most_modes),
-      shape_pool_(results, static_cast<std::size_t>(3 * LocalPatch::capacity * LocalPatch::most_modes)) {}
+      shape_pool_(results, static_cast<std::size_t>(3 * LocalPatch::most_nodes * LocalPatch::most_modes)) {}
 
 /// Takes nodes far from the tool, of those bodies in turn that have some around it.
 void Condensation::choose_far_nodes() {
@@ -75,7 +77,7 @@ void Condensation::choose_nodes() {
     }
     const auto fixed = std::find(nodes_.begin() + static_cast<std::ptrdiff_t>(free_), nodes_.end(), node);
     if (fixed == nodes_.end()) {
-      if (nodes_.size() == LocalPatch::capacity) return -1;
+      if (nodes_.size() == LocalPatch::most_nodes) return -1;
       nodes_.push_back(node);
       return static_cast<std::int32_t>(nodes_.size() - 1);
     }
@@ -130,26 +132,63 @@ bool Condensation::condense_at(double s, Eigen::MatrixXd& schur) {
   return true;
 }
 
-/// Whether the mass is still that of these masters where they are.
-bool Condensation::has_mass() const {
-  if (mass_masters_ != masters_) return false;
+/// The mean turn of a body's masters since their mass was made. None where they have moved otherwise too.
+std::optional<Eigen::Matrix3d> Condensation::turn_of(int body) const {
+  const ElasticModel& model = step_.soft().model;
   const Eigen::VectorXd& x = step_.x();
-  double size = 0, moved = 0;
-  const auto first = static_cast<Eigen::Index>(3 * masters_.back());
+  std::vector<Eigen::Index> own;
   for (const int node : masters_) {
-    const auto at = static_cast<Eigen::Index>(3 * node);
-    const Eigen::Vector3d apart = mass_x_.segment<3>(at) - mass_x_.segment<3>(first);
-    size = std::max(size, apart.norm());
-    moved = std::max(moved, (x.segment<3>(at) - x.segment<3>(first) - apart).norm());
+    if (model.body_of(model.unknown_of(node)) == body) own.push_back(static_cast<Eigen::Index>(3 * node));
   }
-  return moved <= still * size;
+  if (own.empty()) return Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  Eigen::Vector3d then = Eigen::Vector3d::Zero(), now = then;
+  for (const Eigen::Index at : own) {
+    then += mass_x_.segment<3>(at) / static_cast<double>(own.size());
+    now += x.segment<3>(at) / static_cast<double>(own.size());
+  }
+  // W. Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
+  Eigen::Matrix3d both = Eigen::Matrix3d::Zero(), R;
+  double reach = 0, moved = 0;
+  for (const Eigen::Index at : own) {
+    both += (x.segment<3>(at) - now) * (mass_x_.segment<3>(at) - then).transpose();
+    reach = std::max(reach, (mass_x_.segment<3>(at) - then).norm());
+  }
+  nearest_rotation(both / (reach * reach), R);
+  for (const Eigen::Index at : own) {
+    moved = std::max(moved, (x.segment<3>(at) - now - R * (mass_x_.segment<3>(at) - then)).norm());
+  }
+  if (!(moved <= still * reach)) return std::nullopt;
+  return R;
+}
+
+/// Turns the mass as the masters have turned since it was made. False where they are others or have moved otherwise.
+bool Condensation::turn_mass() {
+  if (mass_masters_ != masters_) return false;
+  const ElasticModel& model = step_.soft().model;
+  std::vector<Eigen::Matrix3d> turns;
+  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
+    const auto turn = turn_of(static_cast<int>(b));
+    if (!turn) return false;
+    turns.push_back(*turn);
+  }
+  const auto turn_at = [&](Eigen::Index i) -> const Eigen::Matrix3d& {
+    return turns[static_cast<std::size_t>(model.body_of(model.unknown_of(masters_[static_cast<std::size_t>(i)])))];
+  };
+  mass_.resizeLike(made_mass_);
+  const auto count = static_cast<Eigen::Index>(masters_.size());
+  for (Eigen::Index j = 0; j < count; ++j) {
+    for (Eigen::Index i = 0; i < count; ++i) {
+      mass_.block<3, 3>(3 * i, 3 * j) = turn_at(i) * made_mass_.block<3, 3>(3 * i, 3 * j) * turn_at(j).transpose();
+    }
+  }
+  return true;
 }
 
 /// Makes the modes of K_. False where it or the mass is not positive definite.
 bool Condensation::make_modes() {
   const ElasticModel& model = step_.soft().model;
   if (A_.rows() == 0) A_ = K_;
-  if (patch_ != step_.patch().nodes() || !is_analysed_) {
+  if (patch_ != step_.patch().nodes() || free_ != step_.patch().around_tool() || !is_analysed_) {
     choose_nodes();
     factor_->analyze(A_, last_);
     is_analysed_ = true;
@@ -158,10 +197,10 @@ bool Condensation::make_modes() {
   // The factor in balance comes last, because forces are balanced by it.
   const double fastest = K_.diagonal().sum() / model.mass().diagonal().sum();
   const double s0 = balance * fastest, s1 = slow * fastest;
-  const bool is_kept = has_mass();
+  const bool is_kept = turn_mass();
   if ((!is_kept && !condense_at(s1, slow_)) || !condense_at(s0, static_)) return false;
   if (!is_kept) {
-    mass_ = (slow_ - static_) / (s1 - s0);
+    mass_ = made_mass_ = (slow_ - static_) / (s1 - s0);
     mass_masters_ = masters_;
     mass_x_ = step_.x();
   }

@@ -25,8 +25,9 @@ namespace tactor {
 /// 1965). Both come from two small s, which also a body that nothing holds has, 1e-7 and 1e-6 of trace(K) / trace(M):
 ///   M_r = (A(s_1) - A(s_0)) / (s_1 - s_0),   K_r = A(s_0) - s_0 M_r.
 /// A secant to s_1 = 1 / h^2, as the step itself sees it, has less mass and delivers worse: what matters is the motion
-/// over some 30 ms. The mass is kept while the masters stay the same and have moved against each other by less than a
-/// tenth of how far they reach, because it costs a factor. Modes are those of K_r z = w^2 M_r z of each body, with its
+/// over some 30 ms. The mass costs a factor, so it is kept: it turns with
+/// the masters of each body, as long as they stay the same and have moved by no more than a tenth of how far they reach
+/// but for turning. Modes are those of K_r z = w^2 M_r z of each body, with its
 /// damping drag + damping w^2. What the masters feel of a force r on all unknowns is K_r u on them, u = K^-1 r: the
 /// force of each mode is shape^T of that of elasticity and weight where the result has the nodes, and its rate is
 /// shape^T of that of the momentum M v.
@@ -47,7 +48,8 @@ class Condensation {
   void choose_far_nodes();
   void choose_order();
   bool condense_at(double s, Eigen::MatrixXd& schur);
-  [[nodiscard]] bool has_mass() const;
+  [[nodiscard]] std::optional<Eigen::Matrix3d> turn_of(int body) const;
+  bool turn_mass();
   bool make_modes();
   bool make_modes_by_body(double s0);
   void reduce(Eigen::MatrixXd& schur) const;
@@ -67,10 +69,10 @@ class Condensation {
   std::size_t free_ = 0;      // of them
   std::vector<int> masters_;  // far from the tool, then around it
   std::vector<PatchFace> faces_;
-  Eigen::MatrixXd static_, slow_, mass_, shapes_;  // static_: A(s_0), slow_: A(s_1)
-  Eigen::VectorXd square_, damping_;               // by mode: w^2, 1/s
-  std::vector<int> mass_masters_;                  // whose mass_ it is
-  Eigen::VectorXd mass_x_;                         // m, where all nodes were then
+  Eigen::MatrixXd static_, slow_, mass_, made_mass_, shapes_;  // static_: A(s_0), slow_: A(s_1)
+  Eigen::VectorXd square_, damping_;                           // by mode: w^2, 1/s
+  std::vector<int> mass_masters_;                              // whose mass_ it is
+  Eigen::VectorXd mass_x_;                                     // m, where all nodes were then
   Eigen::VectorXd solved_;
   ArrayPool<PatchNode> node_pool_;
   ArrayPool<PatchFace> face_pool_;

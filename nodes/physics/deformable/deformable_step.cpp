@@ -14,7 +14,7 @@ namespace {
 constexpr double good_contraction = 1.0 / 3;     // of what an iteration leaves
 constexpr double fresh_contraction = 0.1;        // of what one leaves with a factor of where it is
 constexpr double least_to_learn = 0.05;          // of what one leaves, where the factor learns from it
-constexpr double slowest_contraction = 0.95;     // that still counts as one
+constexpr double slowest_contraction = 0.95;     // taken for iterations that leave more, or all
 constexpr double largest_change_of_step = 0.15;  // that a factor serves
 // Of a step, in multiplications as fast as those of a factorisation: of an entry of the factor in a solution, which
 // waits for memory, and of a tetrahedron in forces and in an assembly.
@@ -516,6 +516,7 @@ StepResult DeformableStep::advance(const CouplingParameters& coupling, const Dev
     factored_h_ = 0;
   }
   if (!converged) {
+    take_force(x_);
     ++counts_.damped;
     limit_energy(had, work);
     if (result.outcome == StepOutcome::converged) result.outcome = StepOutcome::damped;

@@ -25,7 +25,8 @@ class ElasticModel {
   /// projected: the Hessian of each quadrature point with its negative eigenvalues set to 0, so that K is positive
   /// semidefinite (Smith, De Goes and Kim, TOG 2019).
   /// exact: the Hessian, which may be indefinite.
-  /// mean: half of it and half of the warped one.
+  /// mean: half of it and half of the warped one; half of the projected one of another law than the corotational, and
+  /// where two singular values of F nearly cancel.
   enum class Tangent { warped, projected, exact, mean };
 
   /// Throws InputError where a body's lists do not fit its mesh, a modulus is out of its bounds, or a tetrahedron has

@@ -107,7 +107,9 @@ void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const 
 
 bool PatchChoice::serves(std::span<const SoftContact> contacts) const {
   const std::size_t others = nodes_.size() - around_tool_;
-  const std::size_t needed = near_.size() < fewest_nodes ? near_.size() : 2 * near_.size() / 3;
+  if (near_.empty() && around_tool_ > 0) return false;
+  const std::size_t few = std::min(fewest_nodes, static_cast<std::size_t>(options_.nodes));
+  const std::size_t needed = near_.size() < few ? near_.size() : 2 * near_.size() / 3;
   for (std::size_t i = 0; i < needed; ++i) {
     const int place = place_of(near_[i].node);
     if (place < 0 || static_cast<std::size_t>(place) < others) return false;

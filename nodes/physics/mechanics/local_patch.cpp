@@ -65,7 +65,9 @@ bool fits_in_patch(const Vec3& v) {
 
 bool is_usable(const LocalPatch& patch) {
   const std::size_t n = patch.nodes.size();
-  if (n > LocalPatch::capacity || patch.faces.size() > LocalPatch::most_faces ||
+  const auto moving =
+      std::count_if(patch.nodes.begin(), patch.nodes.end(), [](const PatchNode& node) { return node.fixed == 0; });
+  if (n > LocalPatch::most_nodes || moving > LocalPatch::capacity || patch.faces.size() > LocalPatch::most_faces ||
       patch.modes.size() > LocalPatch::most_modes || patch.shapes.size() != 3 * n * patch.modes.size()) {
     return false;
   }

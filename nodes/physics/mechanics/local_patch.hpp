@@ -34,9 +34,10 @@ struct PatchMode {
 /// condensed onto these and a few nodes elsewhere. All other nodes follow as they do in balance (R. Guyan, "Reduction
 /// of stiffness and mass matrices", 1965). Empty where nothing deforms or the tool is far away.
 struct LocalPatch {
-  static constexpr int capacity = 40;  ///< nodes
+  static constexpr int capacity = 40;    ///< nodes that move
+  static constexpr int most_nodes = 48;  ///< and those that do not
   static constexpr int most_faces = 96;
-  static constexpr int most_modes = 3 * 48;
+  static constexpr int most_modes = 3 * 45;
   SharedArray<PatchNode> nodes;  ///< n
   SharedArray<PatchFace> faces;  ///< all of whose nodes are in the patch
   SharedArray<PatchMode> modes;  ///< m: three for each node that the body is condensed onto

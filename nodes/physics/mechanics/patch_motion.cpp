@@ -13,6 +13,8 @@ namespace tactor {
 namespace {
 
 constexpr std::size_t most_dofs = 3 * LocalPatch::capacity, most_modes = LocalPatch::most_modes;
+// Products of larger ones take memory from the heap.
+static_assert(most_dofs * most_modes * sizeof(double) <= EIGEN_STACK_ALLOCATION_LIMIT);
 
 /// What of its velocity a mode keeps over h seconds.
 double kept(const PatchMode& mode, double h) {
@@ -23,15 +25,15 @@ double kept(const PatchMode& mode, double h) {
 
 PatchMotion::PatchMotion(Integrator integrator)
     : integrator_(integrator),
-      p_W_(LocalPatch::capacity),
-      ahead_W_(LocalPatch::capacity),
+      p_W_(LocalPatch::most_nodes),
+      ahead_W_(LocalPatch::most_nodes),
       face_nodes_(LocalPatch::most_faces),
       face_bodies_(LocalPatch::most_faces),
       face_areas_(LocalPatch::most_faces),
       z_(most_modes),
       rate_(most_modes),
       impulse_(most_modes),
-      place_(LocalPatch::capacity, -1),
+      place_(LocalPatch::most_nodes, -1),
       touched_p_W_(LocalPatch::capacity),
       touched_ahead_W_(LocalPatch::capacity),
       shapes_(most_dofs, most_modes),
@@ -41,7 +43,7 @@ PatchMotion::PatchMotion(Integrator integrator)
       velocity_(most_dofs),
       free_velocity_(most_dofs),
       velocity_after_(most_dofs),
-      force_(most_dofs) {
+      force_(3 * LocalPatch::most_nodes) {
   touched_.reserve(LocalPatch::capacity);
 }
 

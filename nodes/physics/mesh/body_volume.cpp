@@ -156,9 +156,9 @@ TetMesh fill(const Body& body, Notes* notes) {
   constexpr double least_part = 0.75;
   if (const double part = quality_of(mesh).volume / volume; part < least_part) {
     refuse(body, body.deformable.cell_size > 0 ? "cell_size" : "tetrahedra",
-           text_of("the tetrahedra fill %.0f", 100 * part) +
-               " % of the volume of its surface, which is too thin for so few; ask for more tetrahedra (a smaller "
-               "cell_size)");
+           text_of("so few tetrahedra fill %.0f", 100 * part) +
+               text_of(" %% of its volume, and %.0f", 100 * least_part) +
+               " % are needed; ask for more of them (a smaller cell_size)");
   }
   note_quality(body, mesh, volume, notes);
   note_count(body, mesh, notes);
