@@ -400,7 +400,8 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
       add(way_, 1, x_next);
     }
     residual(x_next, solved, left_);
-    if (left_.norm() <= allowed(x_next)) {
+    // Nodes may be in balance without the contacts, where those were not solved.
+    if (left_.norm() <= allowed(x_next) && result.outcome == StepOutcome::converged) {
       x_i_ = x_next;
       return true;
     }
