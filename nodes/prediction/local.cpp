@@ -124,8 +124,7 @@ LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
     : params_(params),
       soft_(patch_contacts(params, context)),
       rollout_(rollout_model("prediction.local", params, context), nullptr, soft_.get()),
-      modes_(soft_ == nullptr ? nullptr
-                              : std::make_unique<ArrayPool<PatchMode>>(most_models, LocalPatch::most_modes)),
+      modes_(soft_ == nullptr ? nullptr : std::make_unique<ArrayPool<PatchMode>>(most_models, LocalPatch::most_modes)),
       fit_(rollout_.tool_rotates(), params.stick_velocity,
            {.scale_all = params.stiffness_scale, .friction_scale_all = params.friction_scale}) {}
 
