@@ -96,6 +96,12 @@ class Deformable(CommandTest):
         self.assertIn(warning, heavy.stderr)
         self.assertIn("body 'gel' is held nowhere and falls: give it `fixed`", heavy.stderr)
 
+    def test_a_body_softer_than_any_tissue_is_warned_of(self):
+        for young, warned in (("20", True), ("20 kPa", False), ("0.1 kPa", False)):
+            with self.subTest(young):
+                text = self.run_ok("check", GRAPHS / "gel_cube/scene.yaml", "--set", f"scene.bodies.gel.young={young}").stderr
+                self.assertEqual(f"young is {young} Pa, softer than any tissue" in text, warned)
+
     def test_check_tells_tetrahedra_solver_and_why_collision_is_left_out(self):
         result = self.run_ok("check", "--explain", GRAPHS / "gel_cube/scene.yaml")
         said = result.stdout + result.stderr

@@ -136,6 +136,15 @@ void note_count(const Body& body, const TetMesh& mesh, Notes* notes) {
                       count_text(static_cast<std::size_t>(d.tetrahedra)) + " asked for, because of the shape");
 }
 
+/// Brain has some 500 Pa.
+void note_softness(const Body& body, Notes* notes) {
+  constexpr double softest = 100;  // Pa
+  const double young = body.deformable.young;
+  if (young >= softest) return;
+  add_once(notes, "body '" + body.name + "': warning: young is " + text_of("%.3g", young) +
+                      " Pa, softer than any tissue; a bare number is in Pa, write kPa where you mean that");
+}
+
 TetMesh fill(const Body& body, Notes* notes) {
   const TriangleMesh surface = load_body_mesh(body, notes);
   const VolumeFineness fineness = fineness_of(body);
@@ -286,6 +295,7 @@ std::vector<double> stiffnesses(const Body& body, const TetMesh& mesh) {
 BodyVolume load_body_volume(const Body& body, Notes* notes) {
   TACTOR_DEMAND(body.motion == Motion::deformable);
   BodyVolume volume;
+  note_softness(body, notes);
   volume.mesh = mesh_of(body, notes);
   volume.young = stiffnesses(body, volume.mesh);
   volume.fixed = fixed_nodes(body, volume.mesh);
