@@ -96,7 +96,7 @@ def measured(minutes, slice_s):
         folder = pathlib.Path(name)
         path = folder / "path.csv"
         live.write_path(path, slice_s, PATH)
-        said = ("rollout.lane=realtime", "rollout.priority=79", "local.cost=none", f"trajectory.file={path}")  # as the liver has it
+        said = ("rollout.lane=realtime", "rollout.priority=78", "local.cost=none", f"trajectory.file={path}")  # as the liver has it
         rigid = [DUCK, "--over", METHOD, *(word for text in said for word in ("--set", text))]
         for n in range(max(1, round(60 * minutes / slice_s))):
             slices["idle"].append(run_slice(rigid, slice_s, folder))
