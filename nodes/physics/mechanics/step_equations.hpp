@@ -62,7 +62,7 @@ class StepEquations {
       patch_offset_ = dofs_;
       dofs_ += 3 * static_cast<int>(patch_->p_W.size());
       patch_momentum_.resize(patch_->free_velocity.size());
-      patch_momentum_.noalias() = inertia() * patch_->free_velocity;
+      take_momentum(patch_->free_velocity, patch_momentum_);
     }
   }
 
@@ -106,7 +106,7 @@ class StepEquations {
     }
     add_coupling(v, left);
     if constexpr (soft) {
-      of_patch(left).noalias() = inertia() * of_patch(v);
+      take_momentum(of_patch(v), of_patch(left));
       patch_terms_ = of_patch(left).norm() + patch_momentum_.norm();
       of_patch(left) -= patch_momentum_;
     }
@@ -378,7 +378,13 @@ class StepEquations {
     if constexpr (soft) return p.body >= 0;
     return true;
   }
-  [[nodiscard]] auto inertia() const { return patch_->inertia.template selfadjointView<Eigen::Lower>(); }
+  /// Sets `momentum`, N s, to that of the nodes at velocities v, m/s. Where a patch has no nodes there is nothing to
+  /// set, and its inertia may have no memory, whose first element Eigen's product would refer to.
+  template <class V, class M>
+  void take_momentum(const V& v, M&& momentum) const {
+    if (patch_->p_W.empty()) return;
+    momentum.noalias() = patch_->inertia.template selfadjointView<Eigen::Lower>() * v;
+  }
   [[nodiscard]] Vec3 velocity_on_patch(const Vector& v, const Plane& p) const {
     Vec3 u;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -485,7 +491,7 @@ class StepEquations {
     }
     add_coupling(v, left);
     if constexpr (soft) {
-      of_patch(left).noalias() = inertia() * of_patch(v);
+      take_momentum(of_patch(v), of_patch(left));
       of_patch(left) -= patch_momentum_;
     }
   }
