@@ -172,7 +172,11 @@ NodeInfo DeformableDynamics::declare() {
                 .min = 0,
                 .max = most_far_nodes})
       .real("patch_reach", &Params::patch_reach,
-            {.doc = "how far from the tool they may be", .unit = "m", .default_value = 0.04, .min = 0, .max = 1});
+            {.doc = "how far from the tool they may be; within a twentieth of it they count as touched",
+             .unit = "m",
+             .default_value = 0.04,
+             .min = 0,
+             .max = 1});
   d.coarser("elements", {std::string("linear")})
       .coarser("newton_iterations", {std::int64_t{4}, std::int64_t{2}})
       .coarser("tolerance", {1e-2, 5e-2})

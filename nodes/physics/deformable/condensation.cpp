@@ -13,7 +13,8 @@ namespace tactor {
 
 namespace {
 
-// s_0 and s_1 over that of the fastest modes: far below the slowest ones, and far above what rounding leaves.
+// s_0 and s_1 over that of the fastest modes of all bodies: below the slowest ones, unless bodies differ by more than a
+// thousand times in stiffness, and far above what rounding leaves.
 constexpr double balance = 1e-7, slow = 1e-6;
 
 /// Of how far the masters of a body reach: how far they may have moved, but for turning all together, for their mass to
@@ -224,7 +225,10 @@ bool Condensation::make_modes_by_body(double s0) {
       for (std::size_t c = 0; c < 3; ++c) own.push_back(static_cast<Eigen::Index>(3 * i + c));
     }
     if (own.empty()) continue;
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(static_(own, own), mass_(own, own));
+    const Eigen::MatrixXd mass = mass_(own, own);
+    // The solver does not tell where it is not positive definite.
+    if (Eigen::LLT<Eigen::MatrixXd>(mass).info() != Eigen::Success) return false;
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(static_(own, own), mass);
     if (modes.info() != Eigen::Success || !modes.eigenvectors().allFinite()) return false;
     const auto count = static_cast<Eigen::Index>(own.size());
     shapes_(own, Eigen::seqN(made, count)) = modes.eigenvectors();

@@ -91,7 +91,7 @@ class DeformableStep {
   void set_patch_horizon(double horizon) { patch_.set_horizon(horizon); }
   [[nodiscard]] const DeformableCounts& counts() const { return counts_; }
   /// Brings the patch to where the last step ended. A step begins with it; who condenses the bodies onto it asks
-  /// before, and the step then does not look again.
+  /// before, and the step then does not look again. The way of the tool counts for the horizon that was set last.
   void refresh(const BodyStates& bodies);
   /// So many iterations cost what an assembly and a factorisation do, by counts of multiplications. After a step.
   [[nodiscard]] double iterations_a_factor_is_worth() const;
