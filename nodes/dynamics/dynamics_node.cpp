@@ -32,11 +32,7 @@ DynamicsNode::DynamicsNode(std::string type, const InertialParams& params, bool 
                                         " s) is above substep (" + std::to_string(params.substep) +
                                         " s); lower the one or raise the other");
   }
-  if (const std::vector<std::size_t> soft = context.scene->deformable(); !soft.empty()) {
-    const std::string& name = context.scene->bodies[soft.front()].name;
-    throw ValueError("scene.bodies." + name + ".motion",
-                     type_ + " moves rigid bodies, and body '" + name + "' deforms; use dynamics.deformable");
-  }
+  refuse_deformable(*context.scene, type_ + " moves", "dynamics.deformable");
   for (const std::size_t i : context.scene->moving()) {
     bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = context.scene->bodies[i].X_WB;
   }

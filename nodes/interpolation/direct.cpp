@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "framework/core/value_error.hpp"
 #include "nodes/interpolation/not_finite.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
 
@@ -68,11 +68,7 @@ Direct::Direct(const Params& params, const NodeContext& context)
       rollout_(rollout_model("interpolation.direct", params, context), surface_.get()),
       carried_(tick_, torque_),
       blended_(tick_, params.blend_time) {
-  if (const std::vector<std::size_t> soft = context.scene->deformable(); !soft.empty()) {
-    const std::string& name = context.scene->bodies[soft.front()].name;
-    throw ValueError("scene.bodies." + name + ".motion",
-                     "interpolation.direct steps rigid bodies, and body '" + name + "' deforms; use --over local");
-  }
+  refuse_deformable(*context.scene, "interpolation.direct steps", "--over local");
 }
 
 void Direct::take_coupling() {

@@ -275,7 +275,7 @@ void SoftContacts::look_at_faces(const Rigid& rigid, std::size_t number, const P
     if (++count == 8) look_at_eight();
   }
   if (count > 0) look_at_eight();
-  look_at_face_samples(rigid, number, X_WT, samples, side);
+  if (samples.count > 0) look_at_face_samples(rigid, number, X_WT, samples, side);
 }
 
 /// Takes the samples of a face, which is in the frame of the rigid body; looks at eight of them at a time.

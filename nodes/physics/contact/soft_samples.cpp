@@ -78,13 +78,13 @@ void SoftSampleTree::find(const MovingSurface& surface, const Pose& X_WB, double
       return look.face < 0 || look.distance * (1 - rounding) - way - ball.radius >= margin;
     };
     const double way = is_known(look) ? way_since(look, middle_W) : 0;
+    if (is_known(look) && is_clear(way)) continue;
     // What was near and has hardly moved is taken to be near still.
-    if (!is_known(look) || (!is_clear(way) && (is_clear(0) || !(way < 0.5 * ball.radius)))) {
+    const bool near_still = is_known(look) && !is_clear(0) && way < 0.5 * ball.radius;
+    if (!near_still) {
       look_from(middle_W, hint, look);
       if (left != nullptr && *left < 0) return;
       if (is_clear(0)) continue;
-    } else if (is_clear(way)) {
-      continue;
     }
     if (ball.count == 0) {
       open[count++] = {ball.right, look.face};

@@ -51,12 +51,25 @@ void Condensation::choose_far_nodes() {
   }
 }
 
-/// Sets last_ to the nodes that are eliminated last: those that only other bodies touch, then the masters.
-void Condensation::choose_order() {
+/// The nodes that are eliminated last, as a SparseFactor numbers them: those that only other bodies touch, then the
+/// masters.
+std::vector<int> Condensation::last_nodes() const {
   const ElasticModel& model = step_.soft().model;
-  last_.clear();
-  for (std::size_t i = 0; i < patch_.size() - free_; ++i) last_.push_back(model.unknown_of(patch_[i]) / 3);
-  for (const int node : masters_) last_.push_back(model.unknown_of(node) / 3);
+  std::vector<int> last;
+  for (std::size_t i = 0; i < patch_.size() - free_; ++i) last.push_back(model.unknown_of(patch_[i]) / 3);
+  for (const int node : masters_) last.push_back(model.unknown_of(node) / 3);
+  return last;
+}
+
+/// Which of the masters are of that body.
+std::vector<Eigen::Index> Condensation::masters_of(std::size_t body) const {
+  const ElasticModel& model = step_.soft().model;
+  std::vector<Eigen::Index> own;
+  for (std::size_t i = 0; i < masters_.size(); ++i) {
+    if (model.body_of(model.unknown_of(masters_[i])) == static_cast<int>(body))
+      own.push_back(static_cast<Eigen::Index>(i));
+  }
+  return own;
 }
 
 /// Takes the nodes around the tool and the faces between them and nodes that do not move.
@@ -68,7 +81,6 @@ void Condensation::choose_nodes() {
   free_ = nodes_.size();
   choose_far_nodes();
   masters_.insert(masters_.end(), nodes_.begin(), nodes_.end());
-  choose_order();
   faces_.clear();
   const std::size_t others = patch_.size() - free_;
   const auto place = [&](int node) -> std::int32_t {
@@ -133,31 +145,24 @@ bool Condensation::condense_at(double s, Eigen::MatrixXd& schur) {
   return true;
 }
 
-/// The mean turn of a body's masters since their mass was made. None where they have moved otherwise too.
-std::optional<Eigen::Matrix3d> Condensation::turn_of(int body) const {
-  const ElasticModel& model = step_.soft().model;
-  const Eigen::VectorXd& x = step_.x();
-  std::vector<Eigen::Index> own;
-  for (const int node : masters_) {
-    if (model.body_of(model.unknown_of(node)) == body) own.push_back(static_cast<Eigen::Index>(3 * node));
-  }
-  if (own.empty()) return Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+/// The mean turn of some masters of one body since their mass was made. None where they have moved otherwise too.
+std::optional<Eigen::Matrix3d> Condensation::turn_of(std::span<const Eigen::Index> own) const {
+  const auto then_at = [&](Eigen::Index i) { return mass_x_.segment<3>(3 * masters_[static_cast<std::size_t>(i)]); };
+  const auto now_at = [&](Eigen::Index i) { return step_.x().segment<3>(3 * masters_[static_cast<std::size_t>(i)]); };
   Eigen::Vector3d then = Eigen::Vector3d::Zero(), now = then;
-  for (const Eigen::Index at : own) {
-    then += mass_x_.segment<3>(at) / static_cast<double>(own.size());
-    now += x.segment<3>(at) / static_cast<double>(own.size());
+  for (const Eigen::Index i : own) {
+    then += then_at(i) / static_cast<double>(own.size());
+    now += now_at(i) / static_cast<double>(own.size());
   }
   // W. Kabsch, "A solution for the best rotation to relate two sets of vectors", 1976.
   Eigen::Matrix3d both = Eigen::Matrix3d::Zero(), R;
   double reach = 0, moved = 0;
-  for (const Eigen::Index at : own) {
-    both += (x.segment<3>(at) - now) * (mass_x_.segment<3>(at) - then).transpose();
-    reach = std::max(reach, (mass_x_.segment<3>(at) - then).norm());
+  for (const Eigen::Index i : own) {
+    both += (now_at(i) - now) * (then_at(i) - then).transpose();
+    reach = std::max(reach, (then_at(i) - then).norm());
   }
   nearest_rotation(both / (reach * reach), R);
-  for (const Eigen::Index at : own) {
-    moved = std::max(moved, (x.segment<3>(at) - now - R * (mass_x_.segment<3>(at) - then)).norm());
-  }
+  for (const Eigen::Index i : own) moved = std::max(moved, (now_at(i) - now - R * (then_at(i) - then)).norm());
   if (!(moved <= still * reach)) return std::nullopt;
   return R;
 }
@@ -165,21 +170,19 @@ std::optional<Eigen::Matrix3d> Condensation::turn_of(int body) const {
 /// Turns the mass as the masters have turned since it was made. False where they are others or have moved otherwise.
 bool Condensation::turn_mass() {
   if (mass_masters_ != masters_) return false;
-  const ElasticModel& model = step_.soft().model;
-  std::vector<Eigen::Matrix3d> turns;
-  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
-    const auto turn = turn_of(static_cast<int>(b));
+  std::vector<Eigen::Matrix3d> turns(masters_.size());
+  for (std::size_t b = 0; b < step_.soft().model.bodies().size(); ++b) {
+    const std::vector<Eigen::Index> own = masters_of(b);
+    if (own.empty()) continue;
+    const auto turn = turn_of(own);
     if (!turn) return false;
-    turns.push_back(*turn);
+    for (const Eigen::Index i : own) turns[static_cast<std::size_t>(i)] = *turn;
   }
-  const auto turn_at = [&](Eigen::Index i) -> const Eigen::Matrix3d& {
-    return turns[static_cast<std::size_t>(model.body_of(model.unknown_of(masters_[static_cast<std::size_t>(i)])))];
-  };
   mass_.resizeLike(made_mass_);
-  const auto count = static_cast<Eigen::Index>(masters_.size());
-  for (Eigen::Index j = 0; j < count; ++j) {
-    for (Eigen::Index i = 0; i < count; ++i) {
-      mass_.block<3, 3>(3 * i, 3 * j) = turn_at(i) * made_mass_.block<3, 3>(3 * i, 3 * j) * turn_at(j).transpose();
+  for (std::size_t j = 0; j < turns.size(); ++j) {
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(3 * i), column = static_cast<Eigen::Index>(3 * j);
+      mass_.block<3, 3>(row, column) = turns[i] * made_mass_.block<3, 3>(row, column) * turns[j].transpose();
     }
   }
   return true;
@@ -191,7 +194,7 @@ bool Condensation::make_modes() {
   if (A_.rows() == 0) A_ = K_;
   if (patch_ != step_.patch().nodes() || free_ != step_.patch().around_tool() || !is_analysed_) {
     choose_nodes();
-    factor_->analyze(A_, last_);
+    factor_->analyze(A_, last_nodes());
     is_analysed_ = true;
   }
   if (free_ == 0) return true;
@@ -220,9 +223,8 @@ bool Condensation::make_modes_by_body(double s0) {
   std::vector<Eigen::Index> own;
   for (std::size_t b = 0; b < model.bodies().size(); ++b) {
     own.clear();
-    for (std::size_t i = 0; i < masters_.size(); ++i) {
-      if (model.body_of(model.unknown_of(masters_[i])) != static_cast<int>(b)) continue;
-      for (std::size_t c = 0; c < 3; ++c) own.push_back(static_cast<Eigen::Index>(3 * i + c));
+    for (const Eigen::Index i : masters_of(b)) {
+      for (Eigen::Index c = 0; c < 3; ++c) own.push_back(3 * i + c);
     }
     if (own.empty()) continue;
     const Eigen::MatrixXd mass = mass_(own, own);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -46,9 +47,10 @@ class Condensation {
  private:
   void choose_nodes();
   void choose_far_nodes();
-  void choose_order();
   bool condense_at(double s, Eigen::MatrixXd& schur);
-  [[nodiscard]] std::optional<Eigen::Matrix3d> turn_of(int body) const;
+  [[nodiscard]] std::vector<int> last_nodes() const;
+  [[nodiscard]] std::vector<Eigen::Index> masters_of(std::size_t body) const;
+  [[nodiscard]] std::optional<Eigen::Matrix3d> turn_of(std::span<const Eigen::Index> own) const;
   bool turn_mass();
   bool make_modes();
   bool make_modes_by_body(double s0);
@@ -62,7 +64,6 @@ class Condensation {
   Eigen::SparseMatrix<double> K_, A_;
   Eigen::VectorXd scratch_;
   std::vector<int> patch_;  // the step's, as it was analysed
-  std::vector<int> last_;   // nodes as a SparseFactor numbers them
   bool is_analysed_ = false;
   std::int64_t factors_ = 0;
   std::vector<int> nodes_;    // of the message: around the tool, then those that do not move

@@ -140,7 +140,6 @@ bool DeformableStep::factor(double h, ElasticModel::Tangent tangent) {
   factored_h_ = factor_.factor(A_) ? h : 0;
   if (factored_h_ == 0) return false;
   stiffest_ = A_.diagonal().norm();
-  patch_inertia_ = h * h * factor_.schur();
   return true;
 }
 
@@ -180,16 +179,20 @@ void DeformableStep::prepare_damping(double h) {
 void DeformableStep::residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left) {
   const ElasticModel& model = soft_.model;
   take_force(x);
-  // way_ = x - x0, scratch_ = way - h v.
-  by_unknown(x, way_);
-  by_unknown(x0_, scratch_);
-  way_ -= scratch_;
+  take_way(x);
   scratch_ = way_ - h * v_;
   inertia_force_.noalias() = model.mass().selfadjointView<Eigen::Lower>() * scratch_;
   inertia_force_ /= -h * h;
   damp(way_, damper_force_);
   damper_force_ /= -h;
   left = force_ + inertia_force_ + damper_force_ + contact_force_;
+}
+
+/// Sets way_ to that of the unknowns from x0_ to x.
+void DeformableStep::take_way(const Eigen::VectorXd& x) {
+  by_unknown(x, way_);
+  by_unknown(x0_, scratch_);
+  way_ -= scratch_;
 }
 
 /// Sets force_ to elasticity and weight at x, unless it is.
@@ -229,9 +232,7 @@ double DeformableStep::allowed(const Eigen::VectorXd& x) const {
 double DeformableStep::merit(const Eigen::VectorXd& x, double h) {
   const ElasticModel& model = soft_.model;
   double sum = model.energy(x);
-  by_unknown(x, way_);
-  by_unknown(x0_, scratch_);
-  way_ -= scratch_;
+  take_way(x);
   scratch_ = way_ - h * v_;
   product_.noalias() = model.mass().selfadjointView<Eigen::Lower>() * scratch_;
   sum += scratch_.dot(product_) / (2 * h * h);
@@ -304,6 +305,7 @@ StepResult DeformableStep::solve_contacts(RigidStep& rigid_step, const CouplingP
       patch_velocity_.segment<3>(row) = v_.segment<3>(u);
       patch_free_.segment<3>(row) = (x_free_.segment<3>(x_at) - x0_.segment<3>(x_at)) / solved;
     }
+    patch_inertia_ = solved * solved * factor_.schur();
     const SoftPatch patch{.p_W = std::span(patch_p_W_).first(nodes.size()),
                           .inertia = patch_inertia_,
                           .velocity = patch_velocity_.head(size),
@@ -372,7 +374,6 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
   contact_force_.setZero();
   bool fresh = !options_.reuse || !(std::abs(factored_h_ - solved) <= largest_change_of_step * solved);
   if (fresh && !factor(solved, ElasticModel::Tangent::warped)) return false;
-  patch_inertia_ = solved * solved * factor_.schur();
   residual(x_i_, solved, left_);
   double was_left = left_.norm();
   for (int i = 0; i < options_.iterations; ++i) {
@@ -427,10 +428,7 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
       fresh = true;
     } else if (options_.reuse && contraction > least_to_learn) {
       without_contact_ -= left_ - contact_force_;
-      if (factor_.update(d_, without_contact_)) {
-        ++counts_.updates;
-        patch_inertia_ = solved * solved * factor_.schur();
-      }
+      if (factor_.update(d_, without_contact_)) ++counts_.updates;
     }
   }
   return false;
@@ -439,9 +437,7 @@ bool DeformableStep::solve(RigidStep& rigid_step, const CouplingParameters& coup
 /// Takes the nodes to where `solve` has them; returns the contacts' work on them, J.
 double DeformableStep::take(double h, bool midpoint) {
   const double whole = midpoint ? 2 : 1;
-  by_unknown(x_i_, way_);
-  by_unknown(x0_, scratch_);
-  way_ -= scratch_;
+  take_way(x_i_);
   if (midpoint) {
     x_ = x0_;
     add(way_, whole, x_);

@@ -108,6 +108,7 @@ class DeformableStep {
   void prepare_damping(double h);
   bool is_factor_due(double contraction, int to_go, bool fresh);
   void damp(const Eigen::VectorXd& way, Eigen::VectorXd& sum);
+  void take_way(const Eigen::VectorXd& x);
   void take_force(const Eigen::VectorXd& x);
   void residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left);
   [[nodiscard]] double allowed(const Eigen::VectorXd& x) const;

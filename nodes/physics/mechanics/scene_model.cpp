@@ -1,6 +1,7 @@
 #include "nodes/physics/mechanics/scene_model.hpp"
 
 #include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
 
 namespace tactor {
 
@@ -17,6 +18,14 @@ SystemModel scene_model(const std::string& type, const Scene& scene, Notes* note
   if (model.count == 0) throw InputError(type + " needs a moving body in the scene");
   model.gravity_W = scene.gravity_W;
   return model;
+}
+
+void refuse_deformable(const Scene& scene, const std::string& does, const std::string& use) {
+  const std::vector<std::size_t> soft = scene.deformable();
+  if (soft.empty()) return;
+  const std::string& name = scene.bodies[soft.front()].name;
+  throw ValueError("scene.bodies." + name + ".motion",
+                   does + " rigid bodies, and body '" + name + "' deforms; use " + use);
 }
 
 }  // namespace tactor

@@ -13,6 +13,10 @@ namespace tactor {
 /// Throws InputError where nothing moves or a moving body's mesh is no solid; tells `notes` what was repaired.
 SystemModel scene_model(const std::string& type, const Scene& scene, Notes* notes);
 
+/// Throws ValueError where a body of the scene deforms. `does`: what the node does with rigid bodies, such as
+/// `dynamics.rigid moves`; `use`: what takes its place.
+void refuse_deformable(const Scene& scene, const std::string& does, const std::string& use);
+
 /// Why a scene does not need what moves the tool, or empty where it does.
 inline std::string nothing_moves(const Scene& scene) {
   return scene.tool() == nullptr ? std::string("nothing in the scene moves") : std::string();

@@ -39,6 +39,22 @@ struct Wandering {
   }
 };
 
+/// A box of samples, and a flat grid that it is searched on.
+struct BoxOverGrid {
+  SoftSampleTree tree{samples_of(box({0.03, 0.02, 0.02}), 0.002)};
+  SoftMesh soft = soft_mesh(flat_grid(0.06, 13));
+  MovingSurface surface;
+  SoftSampleMemory memory = tree.new_memory();
+  std::vector<NearSoftSample> found;
+  BoxOverGrid() { surface.set(soft.surface.faces, soft.nodes); }
+  /// The steps of work with the box at z, m.
+  int find(double z) {
+    int left = 1'000'000;
+    tree.find(surface, {{0, 0, z}, {}}, margin, &left, memory, found);
+    return 1'000'000 - left;
+  }
+};
+
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(what_was_looked_at_before_changes_nothing_that_is_found) {
@@ -76,55 +92,38 @@ BOOST_AUTO_TEST_CASE(what_was_looked_at_before_changes_nothing_that_is_found) {
 }
 
 BOOST_AUTO_TEST_CASE(what_hardly_moved_is_hardly_looked_at) {
-  const SoftSampleTree tree(samples_of(box({0.03, 0.02, 0.02}), 0.002));
-  const SoftMesh soft = soft_mesh(flat_grid(0.06, 13));
-  MovingSurface surface;
-  surface.set(soft.surface.faces, soft.nodes);
-  SoftSampleMemory memory = tree.new_memory();
-  std::vector<NearSoftSample> found;
-  const auto work = [&](double z) {
-    int left = 1'000'000;
-    tree.find(surface, {{0, 0, z}, {}}, margin, &left, memory, found);
-    return 1'000'000 - left;
-  };
-  const int first = work(0.0135), second = work(0.01351);
+  BoxOverGrid scene;
+  const int first = scene.find(0.0135), second = scene.find(0.01351);
   BOOST_TEST(first > 0);
   BOOST_TEST(second < first / 2);
 }
 
 BOOST_AUTO_TEST_CASE(nodes_that_are_no_numbers_are_never_taken_for_known) {
-  const SoftSampleTree tree(samples_of(box({0.03, 0.02, 0.02}), 0.002));
-  const SoftMesh soft = soft_mesh(flat_grid(0.06, 13));
-  MovingSurface surface;
-  surface.set(soft.surface.faces, soft.nodes);
-  SoftSampleMemory memory = tree.new_memory();
-  std::vector<NearSoftSample> found;
-  tree.find(surface, {{0, 0, 0.05}, {}}, margin, nullptr, memory, found);
-  BOOST_TEST(found.empty());
+  BoxOverGrid scene;
+  scene.find(0.05);
+  BOOST_TEST(scene.found.empty());
   // Nowhere for a while, looked at or not, and then back where the samples are.
   for (const bool look : {false, true}) {
-    std::vector<Vec3> nodes(soft.nodes.size(), Vec3{std::nan(""), 0, 0});
-    surface.move(nodes);
-    if (look) tree.find(surface, {{0, 0, 0.05}, {}}, margin, nullptr, memory, found);
-    BOOST_TEST(found.empty());
-    nodes = soft.nodes;
+    std::vector<Vec3> nodes(scene.soft.nodes.size(), Vec3{std::nan(""), 0, 0});
+    scene.surface.move(nodes);
+    if (look) scene.find(0.05);
+    BOOST_TEST(scene.found.empty());
+    nodes = scene.soft.nodes;
     for (Vec3& p : nodes) p.z = 0.045;
-    surface.move(nodes);
-    tree.find(surface, {{0, 0, 0.05}, {}}, margin, nullptr, memory, found);
-    BOOST_TEST(!found.empty());
-    found.clear();
+    scene.surface.move(nodes);
+    scene.find(0.05);
+    BOOST_TEST(!scene.found.empty());
+    scene.found.clear();
   }
   // A node that was none for a moment costs nothing later on.
-  std::vector<Vec3> nodes = soft.nodes;
+  std::vector<Vec3> nodes = scene.soft.nodes;
   const auto work = [&] {
-    surface.move(nodes);
-    int left = 1'000'000;
-    tree.find(surface, {{0, 0, 0.0135}, {}}, margin, &left, memory, found);
-    return 1'000'000 - left;
+    scene.surface.move(nodes);
+    return scene.find(0.0135);
   };
   nodes[0].x = std::nan("");
   work();
-  nodes[0] = soft.nodes[0];
+  nodes[0] = scene.soft.nodes[0];
   const int first = work(), second = work();
   BOOST_TEST(second < first);
 }
