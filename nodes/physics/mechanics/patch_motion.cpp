@@ -21,6 +21,21 @@ double kept(const PatchMode& mode, double h) {
   return 1 / (1 + h * mode.damping + h * h * mode.stiffness);
 }
 
+/// The lower triangle of the inverse of L L^T, from the lower triangle of `L`. Rows above a column are never needed, so
+/// that it takes half the time of solving for the identity.
+void invert(const Eigen::Ref<const Eigen::MatrixXd>& L, Eigen::Ref<Eigen::MatrixXd> inverse) {
+  const Eigen::Index n = L.rows();
+  constexpr Eigen::Index columns = 24;
+  for (Eigen::Index j = 0; j < n; j += columns) {
+    const Eigen::Index below = n - j;
+    auto block = inverse.block(j, j, below, std::min(columns, below));
+    block.setIdentity();
+    const auto tail = L.bottomRightCorner(below, below).triangularView<Eigen::Lower>();
+    tail.solveInPlace(block);
+    tail.adjoint().solveInPlace(block);
+  }
+}
+
 }  // namespace
 
 PatchMotion::PatchMotion(Integrator integrator)
@@ -45,11 +60,13 @@ PatchMotion::PatchMotion(Integrator integrator)
       velocity_after_(most_dofs),
       force_(3 * LocalPatch::most_nodes) {
   touched_.reserve(LocalPatch::capacity);
+  known_touched_.reserve(LocalPatch::capacity);
 }
 
 void PatchMotion::restart(const LocalPatch& patch) {
   patch_ = patch;
   nodes_ = patch.nodes.size();
+  known_time_ = 0;
   for (std::size_t i = 0; i < patch.faces.size(); ++i) {
     face_nodes_[i] = patch.faces[i].node;
     face_bodies_[i] = patch.faces[i].body;
@@ -115,47 +132,60 @@ SoftPatch PatchMotion::begin(double h, std::span<SoftContact> contacts, std::spa
   }
   for (const std::int32_t node : touched_) place_[static_cast<std::size_t>(node)] = -1;
 
-  const auto dofs = static_cast<Eigen::Index>(3 * nodes_);
+  const double solved = solved_time(h);
+  if (touched_ != known_touched_ || solved != known_time_) set_inertia(solved);
+
   const auto touched = static_cast<Eigen::Index>(3 * touched_.size());
-  const Eigen::Map<const Eigen::MatrixXd> all(patch_.shapes.data(), dofs, modes_);
-  auto shapes = shapes_.topLeftCorner(touched, modes_);
   for (std::size_t i = 0; i < touched_.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(3 * i), from = static_cast<Eigen::Index>(3 * touched_[i]);
-    shapes.middleRows<3>(row) = all.middleRows<3>(from);
     touched_p_W_[i] = p_W_[static_cast<std::size_t>(touched_[i])];
     touched_ahead_W_[i] = ahead_W_[static_cast<std::size_t>(touched_[i])];
   }
-  auto scaled = scaled_.topLeftCorner(touched, modes_);
+  const auto shapes = shapes_.topLeftCorner(touched, modes_);
   auto free_rates = impulse_.head(modes_);
-  const double solved = solved_time(h);
   for (std::size_t i = 0; i < patch_.modes.size(); ++i) {
-    const auto m = static_cast<Eigen::Index>(i);
-    const double D = kept(patch_.modes[i], solved);
-    scaled.col(m) = std::sqrt(D) * shapes.col(m);
-    free_rates[m] = D * free_rate(i, solved);
+    free_rates[static_cast<Eigen::Index>(i)] = kept(patch_.modes[i], solved) * free_rate(i, solved);
   }
   velocity_.head(touched).noalias() = shapes * rate_.head(modes_);
   free_velocity_.head(touched).noalias() = shapes * free_rates;
-  // The inverse of what an impulse does.
-  auto inertia = inertia_.topLeftCorner(touched, touched);
-  auto mobility = mobility_.topLeftCorner(touched, touched);
-  mobility.setZero();
-  mobility.selfadjointView<Eigen::Lower>().rankUpdate(scaled);
-  inertia.setIdentity();
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(mobility);
-  if (factors.info() == Eigen::Success) {
-    factors.solveInPlace(inertia);
-  } else {
-    // Nodes that no force moves. The step will not be solved, and says so.
-    inertia.setConstant(std::numeric_limits<double>::quiet_NaN());
-  }
   return {.p_W = std::span(touched_p_W_).first(touched_.size()),
-          .inertia = inertia,
+          .inertia = inertia_.topLeftCorner(touched, touched),
           .velocity = velocity_.head(touched),
           .free_velocity = free_velocity_.head(touched),
           .contacts = contacts,
           .query_p_W = std::span(touched_ahead_W_).first(touched_.size()),
           .query_X_WB = X_WB};
+}
+
+/// The shapes and the inertia of the nodes that are touched, over `solved` seconds. They stay for as long as the same
+/// nodes are touched.
+void PatchMotion::set_inertia(double solved) {
+  known_touched_ = touched_;
+  known_time_ = solved;
+  const auto dofs = static_cast<Eigen::Index>(3 * nodes_);
+  const auto touched = static_cast<Eigen::Index>(3 * touched_.size());
+  const Eigen::Map<const Eigen::MatrixXd> all(patch_.shapes.data(), dofs, modes_);
+  auto shapes = shapes_.topLeftCorner(touched, modes_);
+  for (std::size_t i = 0; i < touched_.size(); ++i) {
+    shapes.middleRows<3>(static_cast<Eigen::Index>(3 * i)) =
+        all.middleRows<3>(static_cast<Eigen::Index>(3 * touched_[i]));
+  }
+  auto scaled = scaled_.topLeftCorner(touched, modes_);
+  for (std::size_t i = 0; i < patch_.modes.size(); ++i) {
+    const auto m = static_cast<Eigen::Index>(i);
+    scaled.col(m) = std::sqrt(kept(patch_.modes[i], solved)) * shapes.col(m);
+  }
+  // The inverse of what an impulse does.
+  auto inertia = inertia_.topLeftCorner(touched, touched);
+  auto mobility = mobility_.topLeftCorner(touched, touched);
+  mobility.setZero();
+  mobility.selfadjointView<Eigen::Lower>().rankUpdate(scaled);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(mobility);
+  if (factors.info() == Eigen::Success) {
+    invert(mobility, inertia);
+  } else {
+    // Nodes that no force moves. The step will not be solved, and says so.
+    inertia.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
 }
 
 SoftPatchMotion PatchMotion::motion() {

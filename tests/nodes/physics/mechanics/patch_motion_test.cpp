@@ -98,6 +98,7 @@ BOOST_AUTO_TEST_CASE(a_step_with_forces_solves_the_equations_of_the_nodes) {
         const Eigen::MatrixXd A = random.M + s * C + s * s * random.K;
         const Eigen::VectorXd inner = random.f - random.K * x;
         const Eigen::VectorXd free = A.ldlt().solve(random.M * u + s * inner);
+        const Eigen::MatrixXd inertia = seen.inertia.selfadjointView<Eigen::Lower>();
         // Told in the order in which the contacts name the nodes.
         const Eigen::VectorXd f = noise.vector(3 * nodes);
         const std::vector<int> order = order_of(contacts, nodes);
@@ -108,7 +109,7 @@ BOOST_AUTO_TEST_CASE(a_step_with_forces_solves_the_equations_of_the_nodes) {
           BOOST_TEST((seen.velocity.segment<3>(3 * place) - u.segment<3>(3 * n)).norm() < 1e-9 * (1 + u.norm()));
           motion.motion().force.segment<3>(3 * place) = f.segment<3>(3 * n);
           for (int k = 0; k < nodes; ++k) {
-            const Eigen::Matrix3d block = seen.inertia.block<3, 3>(3 * place, 3 * order[static_cast<std::size_t>(k)]);
+            const Eigen::Matrix3d block = inertia.block<3, 3>(3 * place, 3 * order[static_cast<std::size_t>(k)]);
             BOOST_TEST((block - A.block<3, 3>(3 * n, 3 * k)).norm() < 1e-8 * A.norm());
           }
         }
@@ -122,6 +123,52 @@ BOOST_AUTO_TEST_CASE(a_step_with_forces_solves_the_equations_of_the_nodes) {
           BOOST_TEST((Eigen::Vector3d(p.x - at.x, p.y - at.y, p.z - at.z) - x.segment<3>(3 * n)).norm() <
                      1e-9 * (1 + x.norm()));
         }
+      }
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(an_inertia_is_made_anew_for_other_nodes_another_time_and_another_patch) {
+  PatchPool pool;
+  const RandomPatch one(10, 3), other(10, 4);
+  const LocalPatch patches[] = {one.make(pool, 1, 0.002), other.make(pool, 1, 0.002)};
+  const auto contacts_on = [](std::vector<std::array<std::int32_t, 3>> nodes) {
+    std::vector<SoftContact> contacts(nodes.size());
+    for (std::size_t i = 0; i < nodes.size(); ++i) contacts[i].node = nodes[i];
+    return contacts;
+  };
+  const std::vector<SoftContact> all = touching_all(10), few = contacts_on({{0, 4, 7}}),
+                                 few_turned = contacts_on({{7, 0, 4}});
+  struct Step {
+    int patch;
+    const std::vector<SoftContact>* contacts;
+    double h;
+  };
+  const Step steps[] = {{0, &all, 0.001},        {0, &few, 0.001},        {0, &few_turned, 0.001},
+                        {0, &few_turned, 0.001}, {0, &few_turned, 0.003}, {1, &few_turned, 0.003},
+                        {1, &all, 0.003}};
+  const std::array<Pose, 1> X_WB{};
+  PatchMotion kept(Integrator::implicit_euler);
+  int now = -1;
+  for (const Step& step : steps) {
+    if (step.patch != now) kept.restart(patches[step.patch]);
+    now = step.patch;
+    PatchMotion fresh(Integrator::implicit_euler);
+    fresh.restart(patches[step.patch]);
+    std::vector<SoftContact> contacts = *step.contacts, again = *step.contacts;
+    const Eigen::MatrixXd found = kept.begin(step.h, contacts, X_WB).inertia.selfadjointView<Eigen::Lower>();
+    const Eigen::MatrixXd expected = fresh.begin(step.h, again, X_WB).inertia.selfadjointView<Eigen::Lower>();
+    BOOST_REQUIRE(found.rows() == expected.rows());
+    BOOST_TEST((found - expected).norm() == 0.0);
+    // Of all nodes it is the sum of the matrices.
+    if (step.contacts != &all) continue;
+    const RandomPatch& random = now == 0 ? one : other;
+    const std::vector<int> order = order_of(contacts, 10);
+    const Eigen::MatrixXd A = (1 + step.h) * random.M + (0.002 * step.h + step.h * step.h) * random.K;
+    for (int n = 0; n < 10; ++n) {
+      for (int k = 0; k < 10; ++k) {
+        const int row = order[static_cast<std::size_t>(n)], column = order[static_cast<std::size_t>(k)];
+        BOOST_TEST((found.block<3, 3>(3 * row, 3 * column) - A.block<3, 3>(3 * n, 3 * k)).norm() < 1e-8 * A.norm());
       }
     }
   }
