@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "app/mesh/mesh_command.hpp"
@@ -147,6 +148,21 @@ std::optional<double> chosen_scale(const fs::path& file, double longest, std::op
   return scale;
 }
 
+/// The plane across the body's far side, seen from where it is touched, behind which a tenth of its depth lies.
+TouchPoint far_side(const TriangleMesh& body, const TouchPath& path) {
+  constexpr double share = 0.1;
+  Vec3 sum;
+  for (const TouchPoint& point : path) sum += point.normal;
+  const double length = norm(sum);
+  const Vec3 n = length > 0.1 ? sum / length : path.front().normal;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vec3& v : body.vertices) {
+    low = std::min(low, dot(n, v));
+    high = std::max(high, dot(n, v));
+  }
+  return {(low + share * (high - low)) * n, n};
+}
+
 /// The body in its place, and how the ball goes about it.
 NewScene planned(const NewGraphRequest& request, const SceneMesh* mesh) {
   NewScene scene;
@@ -165,8 +181,12 @@ NewScene planned(const NewGraphRequest& request, const SceneMesh* mesh) {
     body = box_mesh(scene.box);
   }
   scene.longest = bounds_of(body).longest();
-  scene.radius = std::clamp(0.04 * scene.longest, 2e-4, 5e-3);
+  // Tetrahedra are coarse: a ball that is smaller than one would feel single nodes.
+  scene.radius =
+      request.young ? std::clamp(0.08 * scene.longest, 4e-4, 1e-2) : std::clamp(0.04 * scene.longest, 2e-4, 5e-3);
   scene.path = find_touch_path(body, scene.radius, 0.25 * scene.longest, 5);
+  scene.young = request.young;
+  if (scene.young) scene.held = far_side(body, scene.path);
   if (scene.path.size() == 1) tell_note("found no place to slide along: the ball presses in one place");
   return scene;
 }

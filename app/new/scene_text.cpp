@@ -19,7 +19,8 @@ struct WayPoint {
 /// Comes down outside, presses, slides to the end and back, and leaves.
 std::vector<WayPoint> way_points(const NewScene& scene) {
   // The coupling pulls with 354 N/m and the contact pushes with 1800: 3 mm are 1 N, and the ball gives way by a fifth.
-  const double depth = std::min(3e-3, 3 * scene.radius), above = 2.5 * scene.radius + 5e-3;
+  // What deforms is pressed by as much as the ball's radius.
+  const double depth = scene.young ? scene.radius : std::min(3e-3, 3 * scene.radius), above = 2.5 * scene.radius + 5e-3;
   const TouchPoint& first = scene.path.front();
   const auto inside = [&](const TouchPoint& at, double d) { return at.p - d * at.normal; };
   std::vector<WayPoint> points{{0, inside(first, -above), ""},
@@ -55,6 +56,39 @@ std::string vector_text(const Vec3& v) {
   return fmt::format("[{}, {}, {}]", millimetres(v.x), millimetres(v.y), millimetres(v.z));
 }
 
+/// The keys of a body that deforms.
+std::string deformable_text(const NewScene& scene) {
+  const Vec3& n = scene.held.normal;
+  return fmt::format(
+      "      motion: deformable\n"
+      "      young: {:g} kPa\n"
+      "      poisson: 0.45\n"
+      "      density: 1000 kg/m^3\n"
+      "      damping: 5 ms        # stress per rate of strain, over the stiffness\n"
+      "      tetrahedra: 1000     # more show finer shapes and take longer\n"
+      "      fixed: {{behind: {{p: {}, n: [{:.4g}, {:.4g}, {:.4g}]}}}}   # in the body's frame: it is held there\n",
+      *scene.young / 1e3, vector_text(scene.held.p - scene.p_WB), n.x, n.y, n.z);
+}
+
+/// Who computes contact and motion, and how slow that is.
+std::string physics_text(const NewScene& scene) {
+  if (scene.young) {
+    return "  collision:\n"
+           "    type: collision.auto   # left out: dynamics.deformable finds the contacts itself\n"
+           "  dynamics:\n"
+           "    type: dynamics.deformable\n"
+           "    # How slow physics is under the virtual clock: 60 results a second. Without it a step takes no time.\n"
+           "    cost: {constant: 16.7 ms}\n";
+  }
+  return "  collision:\n"
+         "    type: collision.auto   # what suits the scene: `tactor check --explain` says which and why\n"
+         "    # How slow physics is under the virtual clock: 50 to 150 results a second. Without it a step takes no "
+         "time.\n"
+         "    cost: {base: 6.7 ms, per_contact: 5 ms, jitter: 10 %, min: 6.7 ms, max: 20 ms}\n"
+         "  dynamics:\n"
+         "    type: dynamics.translation\n";
+}
+
 }  // namespace
 
 std::string scene_text(const NewScene& scene) {
@@ -80,6 +114,7 @@ std::string scene_text(const NewScene& scene) {
       text += fmt::format("      scale: {:.6g}         # what one unit of the file is, in m\n", *scene.scale);
     text += fmt::format("      pose: {{p: {}}}   # its middle at the origin\n", vector_text(scene.p_WB));
   }
+  if (scene.young) text += deformable_text(scene);
   text += fmt::format(
       "      material: {{stiffness: 2 N/mm, damping: 2 N s/m, friction: 0.3}}\n"
       "    tool:\n"
@@ -104,14 +139,9 @@ std::string scene_text(const NewScene& scene) {
   text +=
       "  device:\n"
       "    type: device.simulated # or a real one: docs/devices.md\n"
-      "    encoder_step: 10 um\n"
-      "  collision:\n"
-      "    type: collision.auto   # what suits the scene: `tactor check --explain` says which and why\n"
-      "    # How slow physics is under the virtual clock: 50 to 150 results a second. Without it a step takes no "
-      "time.\n"
-      "    cost: {base: 6.7 ms, per_contact: 5 ms, jitter: 10 %, min: 6.7 ms, max: 20 ms}\n"
-      "  dynamics:\n"
-      "    type: dynamics.translation\n"
+      "    encoder_step: 10 um\n";
+  text += physics_text(scene);
+  text +=
       "  coupling:\n"
       "    type: coupling.adaptive\n"
       "  prediction:\n"
@@ -136,7 +166,8 @@ std::string scene_text(const NewScene& scene) {
       "  - prediction.forecast -> metrics.forecast\n"
       "  - dynamics.state -> metrics.state\n"
       "  - device.state -> metrics.device\n\n"
-      "record: [device.state, device.commanded, coupling.force, collision.contacts]   # recording.h5\n";
+      "record: [device.state, device.commanded, coupling.force";
+  text += scene.young ? "]   # recording.h5\n" : ", collision.contacts]   # recording.h5\n";
   return text;
 }
 

@@ -15,10 +15,12 @@ struct NewScene {
   std::string mesh_note;        ///< a comment for the line of the mesh
   std::optional<double> scale;  ///< m that one unit of the file is
   Vec3 box;
-  Vec3 p_WB;           ///< of the body
-  double longest = 0;  ///< side of the bounds
-  double radius = 0;   ///< of the tool
-  TouchPath path;      ///< of the tool's middle
+  Vec3 p_WB;                    ///< of the body
+  double longest = 0;           ///< side of the bounds
+  std::optional<double> young;  ///< Pa, of a body that deforms; absent: a rigid one
+  TouchPoint held;              ///< a body that deforms is held on this plane and behind it
+  double radius = 0;            ///< of the tool
+  TouchPath path;               ///< of the tool's middle
 };
 
 /// `scene.yaml`: scene, device, physics, metrics and recording, the force held.

@@ -76,6 +76,9 @@ void add_new_graph(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   add_number(*verb, "--size", request->size, {.unit = "m", .min = 1e-3, .max = 10},
              "The longest side of the body (default: as the file says, where that is 20 mm to 0.5 m in m or mm)");
+  add_number(*verb, "--young", request->young, {.unit = "Pa", .min = 100, .max = 1e9},
+             "Young's modulus of a body that deforms, as `20 kPa`; it is held at the side away from the ball (default: "
+             "the body is rigid)");
   verb->add_option("--in", request->folder, "The folder in which the scene's folder is made (default: this one)");
   verb->add_flag("--overwrite", request->overwrite, "Replace files that are there");
   verb->callback([request, &exit_code] {

@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "app/output.hpp"
 #include "app/run/experiment.hpp"
@@ -32,9 +34,14 @@ void run(Session& session, SessionView& view) {
 }  // namespace
 
 std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const ViewOptions& options) {
+  // The view and physics each load a mesh and have the same to say of it.
+  std::set<std::string> said;
+  const auto note_once = [&](const std::string& text) {
+    if (said.insert(text).second) options.note(text);
+  };
   SessionView::Options shown;
   shown.ports = options.ports;
-  shown.meshes = mesh_messages(graph.scene, options.note);
+  shown.meshes = mesh_messages(graph.scene, note_once);
   if (!options.own_device) {
     shown.start = first_handle_pose(graph);
     shown.mouse = lead_by_mouse(graph, shown.start, registry);
@@ -45,7 +52,7 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   // A run is made for something: without sinks for what its device displays.
   if (graph.record.empty()) graph.record.push_back(device_of(graph).name + ".commanded");
   Session session(make_plan(std::move(graph)), {.keeps_tables = true});
-  for (const std::string& note : session.nodes().notes()) options.note(note);
+  for (const std::string& note : session.nodes().notes()) note_once(note);
   const std::unique_ptr<Follower> follower =
       options.reference && !experiment_of(session.plan())
           ? judging_follower(session, registry, Follower::usual_most_behind, options.note)

@@ -178,9 +178,11 @@ NodeInfo DeformableDynamics::declare() {
              .min = 0,
              .max = 1});
   d.coarser("elements", {std::string("linear")})
+      .coarser("solver", {std::string("eigen"), std::string("simplicial"), std::string("supernodal")})
       .coarser("newton_iterations", {std::int64_t{4}, std::int64_t{2}})
       .coarser("tolerance", {1e-2, 5e-2})
-      .coarser("patch_nodes", {std::int64_t{16}, std::int64_t{12}, std::int64_t{8}})
+      .coarser("patch_nodes", {std::int64_t{24}, std::int64_t{16}, std::int64_t{12}, std::int64_t{8}})
+      .coarser("patch_far_nodes", {std::int64_t{4}, std::int64_t{0}})
       .coarser("soft_spacing", {4e-3, 8e-3});
   declare_metrics(d);
   return d.info();

@@ -163,6 +163,23 @@ BOOST_FIXTURE_TEST_CASE(what_is_left_out_or_not_read_is_not_tried, Fixture) {
   BOOST_TEST(tried(with_idle) == tried(graph), boost::test_tools::per_element());
 }
 
+BOOST_FIXTURE_TEST_CASE(a_body_that_deforms_is_tried_with_fewer_tetrahedra_unless_its_cell_size_counts, Fixture) {
+  const auto tried = [this] {
+    std::vector<std::string> names;
+    for (const auto& move : lean_moves(graph, registry)) names.push_back(move.what);
+    return names;
+  };
+  const std::vector<std::string> without = tried();
+  Body gel{.name = "gel", .motion = Motion::deformable};
+  gel.deformable.tetrahedra = 1000;
+  graph.scene.bodies.push_back(gel);
+  std::vector<std::string> expected{"tetrahedra of gel: 1000 -> 500", "tetrahedra of gel: 1000 -> 250"};
+  expected.insert(expected.end(), without.begin(), without.end());
+  BOOST_TEST(tried() == expected, boost::test_tools::per_element());
+  graph.scene.bodies.back().deformable.cell_size = 0.01;
+  BOOST_TEST(tried() == without, boost::test_tools::per_element());
+}
+
 BOOST_FIXTURE_TEST_CASE(a_run_that_is_interrupted_ends_there, Fixture) {
   options.measure.interrupted = [] { return true; };
   BOOST_CHECK_THROW(make_lean(graph, registry, options), Interrupted);
