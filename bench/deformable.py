@@ -92,9 +92,22 @@ def rows(scene, case, seeds, keep):
     return body
 
 
+def worst_of(method, seeds, fine_seeds, keep, scenes):
+    """A sentence: what the method delivers in the worst scene, case and seed."""
+    worst = []
+    for case in CASES:
+        for scene in scenes:
+            for seed in range(FIRST_SEED, FIRST_SEED + (fine_seeds if case[3] > 1000 else seeds)):
+                error, hold = (kept(keep, scene, case, one, seed)["error"] for one in (method, "hold"))
+                worst.append((error / hold, f"`{scene}`, {case[0]}, seed {seed}"))
+    ratio, where = max(worst)
+    return f"`{method}` {ratio:.2f} ({where})"
+
+
 def accuracy(seeds, fine_seeds, keep, scenes=tuple(SCENES)):
-    """A Markdown text with a table a case."""
-    parts = []
+    """A Markdown text: the worst runs, and a table a case."""
+    said = "; ".join(worst_of(method, seeds, fine_seeds, keep, scenes) for method in METHODS if method != "hold")
+    parts = [f"The worst single run of each method, as its error over that of a hold: {said}."]
     for case in CASES:
         count = fine_seeds if case[3] > 1000 else seeds
         body = [row for scene in scenes for row in rows(scene, case, range(FIRST_SEED, FIRST_SEED + count), keep)]

@@ -123,12 +123,15 @@ NodeInfo DeformableDynamics::declare() {
       .choice<FactorKind>(
           "solver", &Params::solver,
           {{"auto", FactorKind::automatic},
+           {"portable", FactorKind::portable},
            {"eigen", FactorKind::eigen},
            {"simplicial", FactorKind::simplicial},
            {"supernodal", FactorKind::supernodal}},
           FactorKind::automatic,
           "what factors the equations; eigen and simplicial give the same numbers on all processors, supernodal is "
-          "the fastest; auto: eigen below 1,000 tetrahedra, else supernodal")
+          "the fastest; auto: eigen below 1,000 tetrahedra, else supernodal; portable: eigen below 10,000, else "
+          "simplicial",
+          FactorKind::portable)
       .integer("newton_iterations", &Params::newton_iterations,
                {.doc = "Newton iterations of the elastic equations a step, at most; then the step is damped, and "
                        "counted",

@@ -13,6 +13,10 @@ FactorChoice chosen_factor(int tetrahedra) {
 
 std::unique_ptr<SparseFactor> make_factor(FactorKind kind, int tetrahedra) {
   if (kind == FactorKind::automatic) kind = chosen_factor(tetrahedra).kind;
+  if (kind == FactorKind::portable) {
+    const bool simplicial = tetrahedra >= least_for_simplicial && has_suitesparse_plugin();
+    kind = simplicial ? FactorKind::simplicial : FactorKind::eigen;
+  }
   if (kind == FactorKind::simplicial) return load_suitesparse_plugin("the simplicial factor").simplicial_factor();
   if (kind == FactorKind::supernodal) return load_suitesparse_plugin("the supernodal factor").supernodal_factor();
   return std::make_unique<EigenFactor>();

@@ -38,12 +38,13 @@ enum class FactorKind {
   automatic,   ///< eigen where there are few tetrahedra or the plugin is missing, else supernodal
   eigen,       ///< Eigen's SimplicialLLT. The same numbers on all processors
   simplicial,  ///< CHOLMOD without BLAS. The same numbers on all processors
+  portable,    ///< eigen where there are few tetrahedra or the plugin is missing, else simplicial
   supernodal,  ///< CHOLMOD by a BLAS on one thread, which picks its code by the processor: last digits differ between
                ///< them
 };
 
-/// From so many tetrahedra on, `automatic` is supernodal.
-inline constexpr int least_for_supernodal = 1000;
+/// From so many tetrahedra on, `automatic` is supernodal, and `portable` simplicial; without the plugin both are eigen.
+inline constexpr int least_for_supernodal = 1000, least_for_simplicial = 10'000;
 
 /// What `automatic` is for so many tetrahedra, and why, in words.
 struct FactorChoice {
@@ -52,7 +53,7 @@ struct FactorChoice {
 };
 FactorChoice chosen_factor(int tetrahedra);
 
-/// Throws InputError where the kind needs the plugin tactor_suitesparse and that is not installed, but for `automatic`.
+/// Throws InputError where simplicial or supernodal is asked for and the plugin tactor_suitesparse is not installed.
 std::unique_ptr<SparseFactor> make_factor(FactorKind kind, int tetrahedra);
 
 }  // namespace tactor

@@ -165,6 +165,12 @@ BOOST_AUTO_TEST_CASE(small_bodies_are_factored_by_eigen) {
              (has_suitesparse_plugin() ? "CHOLMOD supernodal" : "Eigen"));
 }
 
+BOOST_AUTO_TEST_CASE(a_portable_factor_never_calls_the_BLAS) {
+  BOOST_TEST(std::string(make_factor(FactorKind::portable, least_for_simplicial - 1)->name()) == "Eigen");
+  BOOST_TEST(std::string(make_factor(FactorKind::portable, least_for_simplicial)->name()) ==
+             (has_suitesparse_plugin() ? "CHOLMOD simplicial" : "Eigen"));
+}
+
 BOOST_AUTO_TEST_CASE(no_factor_starts_a_thread) {
   // Neither OpenMP in CHOLMOD nor the BLAS.
   const auto threads = [] {
