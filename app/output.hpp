@@ -4,8 +4,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <memory>
+#include <set>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "framework/core/check.hpp"
 
@@ -21,6 +25,13 @@ inline void tell(const std::string& text) {
 /// Something that the user is to know and that nothing stops for, with the command's name in front.
 inline void tell_note(const std::string& note) {
   tell("tactor: " + note + "\n");
+}
+
+/// `say`, but each text once; its copies remember together.
+inline std::function<void(const std::string&)> once(std::function<void(const std::string&)> say) {
+  return [say = std::move(say), said = std::make_shared<std::set<std::string>>()](const std::string& text) {
+    if (said->insert(text).second) say(text);
+  };
 }
 
 /// Writes a file whole; throws RunError where the disk refuses.

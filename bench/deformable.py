@@ -92,12 +92,16 @@ def rows(scene, case, seeds, keep):
     return body
 
 
+def seeds_of(case, seeds, fine_seeds):
+    return range(FIRST_SEED, FIRST_SEED + (fine_seeds if case[3] > 1000 else seeds))
+
+
 def worst_of(method, seeds, fine_seeds, keep, scenes):
-    """A sentence: what the method delivers in the worst scene, case and seed."""
+    """What the method delivers in the worst scene, case and seed, in words."""
     worst = []
     for case in CASES:
         for scene in scenes:
-            for seed in range(FIRST_SEED, FIRST_SEED + (fine_seeds if case[3] > 1000 else seeds)):
+            for seed in seeds_of(case, seeds, fine_seeds):
                 error, hold = (kept(keep, scene, case, one, seed)["error"] for one in (method, "hold"))
                 worst.append((error / hold, f"`{scene}`, {case[0]}, seed {seed}"))
     ratio, where = max(worst)
@@ -109,9 +113,9 @@ def accuracy(seeds, fine_seeds, keep, scenes=tuple(SCENES)):
     said = "; ".join(worst_of(method, seeds, fine_seeds, keep, scenes) for method in METHODS if method != "hold")
     parts = [f"The worst single run of each method, as its error over that of a hold: {said}."]
     for case in CASES:
-        count = fine_seeds if case[3] > 1000 else seeds
-        body = [row for scene in scenes for row in rows(scene, case, range(FIRST_SEED, FIRST_SEED + count), keep)]
-        parts.append(f"### {case[0]}\n\n{count} seeds.\n\n{table(HEAD, body)}")
+        own = seeds_of(case, seeds, fine_seeds)
+        body = [row for scene in scenes for row in rows(scene, case, own, keep)]
+        parts.append(f"### {case[0]}\n\n{len(own)} seeds.\n\n{table(HEAD, body)}")
     return "\n\n".join(parts)
 
 

@@ -148,8 +148,8 @@ std::optional<double> chosen_scale(const fs::path& file, double longest, std::op
   return scale;
 }
 
-/// The plane across the body's far side, seen from where it is touched, behind which a tenth of its depth lies.
-TouchPoint far_side(const TriangleMesh& body, const TouchPath& path) {
+/// The tenth of the body's depth that is farthest from where it is touched.
+HalfSpaceRegion far_side(const TriangleMesh& body, const TouchPath& path) {
   constexpr double share = 0.1;
   Vec3 sum;
   for (const TouchPoint& point : path) sum += point.normal;
@@ -182,8 +182,7 @@ NewScene planned(const NewGraphRequest& request, const SceneMesh* mesh) {
   }
   scene.longest = bounds_of(body).longest();
   // Tetrahedra are coarse: a ball that is smaller than one would feel single nodes.
-  scene.radius =
-      request.young ? std::clamp(0.08 * scene.longest, 4e-4, 1e-2) : std::clamp(0.04 * scene.longest, 2e-4, 5e-3);
+  scene.radius = (request.young ? 2 : 1) * std::clamp(0.04 * scene.longest, 2e-4, 5e-3);
   scene.path = find_touch_path(body, scene.radius, 0.25 * scene.longest, 5);
   scene.young = request.young;
   if (scene.young) scene.held = far_side(body, scene.path);

@@ -58,7 +58,7 @@ std::string vector_text(const Vec3& v) {
 
 /// The keys of a body that deforms.
 std::string deformable_text(const NewScene& scene) {
-  const Vec3& n = scene.held.normal;
+  const Vec3& n = scene.held.n;
   return fmt::format(
       "      motion: deformable\n"
       "      young: {:g} kPa\n"

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/new/touch_path.hpp"
+#include "framework/core/scene.hpp"
 
 namespace tactor {
 
@@ -18,7 +19,7 @@ struct NewScene {
   Vec3 p_WB;                    ///< of the body
   double longest = 0;           ///< side of the bounds
   std::optional<double> young;  ///< Pa, of a body that deforms; absent: a rigid one
-  TouchPoint held;              ///< a body that deforms is held on this plane and behind it
+  HalfSpaceRegion held;         ///< where a body that deforms is held
   double radius = 0;            ///< of the tool
   TouchPath path;               ///< of the tool's middle
 };

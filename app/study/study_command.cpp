@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "app/interruption.hpp"
 #include "app/output.hpp"
@@ -46,14 +45,12 @@ std::vector<std::uint64_t> seeds_from(std::uint64_t first, std::int64_t count) {
 
 /// Runs the cases with a bar on the terminal, telling each note once.
 CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, CasesOptions options) {
-  // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
-  std::set<std::string> told;
   ProgressBar bar;
-  options.note = [&](const std::string& note) {
-    if (!told.insert(note).second) return;
+  // Graphs that are compared share their bodies: what is said of one is not said again of the others, nor by the runs.
+  options.note = once([&](const std::string& note) {
     bar.clear();
     tell_note(note);
-  };
+  });
   options.cache_folder = default_cache_folder();
   options.interruptions = [] { return interruption.load(); };
   options.progress = [&](double share, const std::string& what) { bar.draw(share, what); };

@@ -2,8 +2,6 @@
 
 #include <cstdlib>
 #include <memory>
-#include <set>
-#include <string>
 
 #include "app/output.hpp"
 #include "app/run/experiment.hpp"
@@ -35,10 +33,7 @@ void run(Session& session, SessionView& view) {
 
 std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const ViewOptions& options) {
   // The view and physics each load a mesh and have the same to say of it.
-  std::set<std::string> said;
-  const auto note_once = [&](const std::string& text) {
-    if (said.insert(text).second) options.note(text);
-  };
+  const auto note_once = once(options.note);
   SessionView::Options shown;
   shown.ports = options.ports;
   shown.meshes = mesh_messages(graph.scene, note_once);

@@ -58,6 +58,28 @@ void declare_metrics(Declare<DeformableDynamics>& d) {
               Better::lower);
 }
 
+/// Adds the parameters of the output `patch`.
+void declare_patch(Declare<DeformableDynamics>& d) {
+  d.integer("patch_nodes", &DeformableDynamics::Params::patch_nodes,
+            {.doc = "nodes around the tool that the output `patch` has, at most; it has twice as many as are "
+                    "touched, and 16 at least",
+             .default_value = 36,
+             .min = 4,
+             .max = LocalPatch::capacity})
+      .integer("patch_far_nodes", &DeformableDynamics::Params::patch_far_nodes,
+               {.doc = "nodes spread over the rest of the surface that carry the slow motions of the whole body in the "
+                       "output `patch`, at most",
+                .default_value = 8,
+                .min = 0,
+                .max = most_far_nodes})
+      .real("patch_reach", &DeformableDynamics::Params::patch_reach,
+            {.doc = "how far from the tool they may be; within a twentieth of it they count as touched",
+             .unit = "m",
+             .default_value = 0.04,
+             .min = 0,
+             .max = 1});
+}
+
 /// Says which solver `auto` is.
 void note_choices(const DeformableDynamics::Params& params, int tetrahedra, Notes* notes) {
   if (notes == nullptr || params.solver != FactorKind::automatic) return;
@@ -160,26 +182,8 @@ NodeInfo DeformableDynamics::declare() {
              .min = 0,
              .max = 0.1,
              .in_reference = 0.001})
-      .boolean("settle", &Params::settle, true, "start in balance with the weight")
-      .integer("patch_nodes", &Params::patch_nodes,
-               {.doc = "nodes around the tool that the output `patch` has, at most; it has twice as many as are "
-                       "touched, and 16 "
-                       "at least",
-                .default_value = 36,
-                .min = 4,
-                .max = LocalPatch::capacity})
-      .integer("patch_far_nodes", &Params::patch_far_nodes,
-               {.doc = "nodes spread over the rest of the surface that carry the slow motions of the whole body in the "
-                       "output `patch`, at most",
-                .default_value = 8,
-                .min = 0,
-                .max = most_far_nodes})
-      .real("patch_reach", &Params::patch_reach,
-            {.doc = "how far from the tool they may be; within a twentieth of it they count as touched",
-             .unit = "m",
-             .default_value = 0.04,
-             .min = 0,
-             .max = 1});
+      .boolean("settle", &Params::settle, true, "start in balance with the weight");
+  declare_patch(d);
   d.coarser("elements", {std::string("linear")})
       .coarser("solver", {std::string("eigen"), std::string("simplicial"), std::string("supernodal")})
       .coarser("newton_iterations", {std::int64_t{4}, std::int64_t{2}})

@@ -26,12 +26,11 @@ namespace tactor {
 /// 1965). Both come from two small s, which also a body that nothing holds has, 1e-7 and 1e-6 of trace(K) / trace(M):
 ///   M_r = (A(s_1) - A(s_0)) / (s_1 - s_0),   K_r = A(s_0) - s_0 M_r.
 /// A secant to s_1 = 1 / h^2, as the step itself sees it, has less mass and delivers worse: what matters is the motion
-/// over some 30 ms. The mass costs a factor, so it is kept: it turns with
-/// the masters of each body, as long as they stay the same and have moved by no more than a tenth of how far they reach
-/// but for turning. Modes are those of K_r z = w^2 M_r z of each body, with its
-/// damping drag + damping w^2. What the masters feel of a force r on all unknowns is K_r u on them, u = K^-1 r: the
-/// force of each mode is shape^T of that of elasticity and weight where the result has the nodes, and its rate is
-/// shape^T of that of the momentum M v.
+/// over some 30 ms. The mass costs a factor, so it is kept: it turns with the masters of each body, as long as they
+/// stay the same and have moved by no more than a tenth of how far they reach but for turning. Modes are those of K_r z
+/// = w^2 M_r z of each body, with its damping drag + damping w^2. What the masters feel of a force r on all unknowns is
+/// K_r u on them, u = K^-1 r: the force of each mode is shape^T of that of elasticity and weight where the result has
+/// the nodes, and its rate is shape^T of that of the momentum M v.
 class Condensation {
  public:
   /// `far_nodes`: masters far from the tool, at most. `results`: how many patches are read at the same time. `step`

@@ -65,8 +65,8 @@ class PatchMotion {
   Eigen::VectorXd z_, rate_, impulse_;  // by mode; impulse: shape^T J
   // Of the nodes that are touched, in the order in which contacts name them.
   std::vector<std::int32_t> touched_, place_;  // their numbers; of each node, its place among them or -1
-  std::vector<std::int32_t> known_touched_;    // the nodes that shapes, inertia and what leads to them are of
-  double known_time_ = 0;                      // s, what the inertia is over; 0: of no patch yet
+  std::vector<std::int32_t> known_touched_;    // the nodes that shapes_ and inertia_ are of
+  double known_time_ = 0;                      // s, that inertia_ is over; 0: neither is of this patch
   std::vector<Vec3> touched_p_W_, touched_ahead_W_;
   Eigen::MatrixXd shapes_, scaled_, mobility_, inertia_;
   Eigen::VectorXd velocity_, free_velocity_, velocity_after_, force_;
