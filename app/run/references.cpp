@@ -92,13 +92,19 @@ std::string reference_id(const Plan& plan) {
   return reference_plan.nodes.empty() ? "" : reference_key(reference_plan, {});
 }
 
-std::string program_hash(const std::set<fs::path>& files, const std::set<std::string>& codes) {
-  std::string text;
+std::map<std::string, std::string> code_hashes(const std::set<fs::path>& files) {
+  std::map<std::string, std::string> hashes;
   for (const fs::path& file : files) {
     std::ifstream stream(file, std::ios::binary);
     const std::string bytes(std::istreambuf_iterator<char>(stream), {});
-    text += file.filename().string() + " " + content_key({bytes}) + "\n";
+    hashes[file.filename().string()] = content_key({bytes});
   }
+  return hashes;
+}
+
+std::string program_hash(const std::set<fs::path>& files, const std::set<std::string>& codes) {
+  std::string text;
+  for (const auto& [name, hash] : code_hashes(files)) text += name + " " + hash + "\n";
   for (const std::string& code : codes) text += code + "\n";
   return content_key({text});
 }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -36,7 +37,10 @@ std::string reference_id(const Plan& plan);
 /// which of them a run loads depends on what the caches hold.
 std::vector<std::filesystem::path> code_files();
 
-/// A hash of such files.
+/// The hash of the bytes of each such file, by its name.
+std::map<std::string, std::string> code_hashes(const std::set<std::filesystem::path>& files);
+
+/// One hash of such files, and of the code of nodes in Python.
 std::string program_hash(const std::set<std::filesystem::path>& files, const std::set<std::string>& codes);
 
 }  // namespace tactor

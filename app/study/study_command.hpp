@@ -6,24 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "app/study/prepare_study.hpp"
 #include "app/study/spec/study_spec.hpp"
 #include "framework/graph/spec.hpp"
 
 namespace tactor {
-
-struct StudyRequest {
-  std::filesystem::path file;
-  Overrides overrides;
-  std::optional<std::int64_t> seeds;
-  std::optional<std::uint64_t> first_seed;
-  std::optional<std::int64_t>
-      repeats;  ///< of every run, for its run time; one more before them where there are several
-  unsigned jobs = 1;
-  std::optional<std::filesystem::path> out;  ///< absent: out/NAME
-  bool resume = false, overwrite = false;
-  bool is_short = false;
-  std::optional<JudgedPart> judge;  ///< absent: the study's
-};
 
 struct CompareRequest {
   std::vector<std::filesystem::path> graphs;

@@ -1,4 +1,6 @@
-// `tactor study`: graphs by methods by values over seeds.
+// `tactor study`: graphs by methods by values over seeds, here or on a cluster.
+#include "app/study/cluster/cluster_command.hpp"
+#include "app/study/cluster/cluster_system.hpp"
 #include "app/study/spec/study_spec.hpp"
 #include "app/study/study_command.hpp"
 #include "app/verbs/graph_options.hpp"
@@ -9,10 +11,85 @@
 namespace tactor {
 
 namespace {
+
 struct StudyArguments {
   StudyRequest study;
   GraphOptions options;
+  ClusterRequest cluster;
+  bool is_for_cluster = false;
+  bool status = false, cancel = false;
 };
+
+void add_cluster_options(CLI::App& verb, StudyArguments& arguments) {
+  ClusterRequest& cluster = arguments.cluster;
+  CLI::Option* system =
+      verb.add_option_function<std::string>(
+              "--cluster",
+              [&arguments](const std::string& name) {
+                arguments.cluster.system = named_file(name, cluster_files);
+                arguments.is_for_cluster = true;
+              },
+              "Hand the study to a cluster: slurm, local (processes of this machine), or a cluster file")
+          ->group("Cluster");
+  const auto about_cluster = [](CLI::Option* option) { return option->group("Cluster"); };
+  about_cluster(verb.add_option("--partition", cluster.partition, "Partition, or queue"));
+  about_cluster(verb.add_option("--account", cluster.account, "Account that is charged"));
+  about_cluster(
+      add_duration(verb, "--time", cluster.time_s,
+                   "Time limit of each task (default: five times what it is expected to take, 10 min at least)"));
+  about_cluster(
+      verb.add_option("--sbatch-option", cluster.options,
+                      "A further word for the command that submits, such as --constraint=NAME; may be repeated")
+          ->allow_extra_args(false));
+  about_cluster(add_duration(verb, "--chunk", cluster.chunk_s, "What a task is to take (default: 120 s)"))
+      ->needs(system);
+  about_cluster(verb.add_flag("--exclusive", cluster.exclusive,
+                              "Ask for nodes of its own for each task, for run times that nothing disturbs"))
+      ->needs(system);
+  about_cluster(verb.add_flag("--wait", cluster.wait, "Wait until it is done, with a bar; then print the tables"));
+  CLI::Option* status = about_cluster(
+      verb.add_flag("--status", arguments.status, "Tell how far the study of this folder, or of this name, is"));
+  about_cluster(verb.add_flag("--cancel", arguments.cancel, "End its tasks; what has finished is kept"))
+      ->excludes(status)
+      ->excludes(system);
+  status->excludes(system);
+}
+
+/// The folder of a study that was handed to a cluster: what is named, or where the results of that study go.
+std::optional<std::filesystem::path> handed_over(const StudyRequest& study) {
+  if (is_cluster_study(study.file)) return study.file;
+  const std::filesystem::path out = study.out.value_or(std::filesystem::path("out") / study.file.stem());
+  return is_cluster_study(out) ? std::optional(out) : std::nullopt;
+}
+
+int run(StudyArguments& made) {
+  StudyRequest& study = made.study;
+  if (!made.is_for_cluster && !study.overwrite) {
+    const std::optional<std::filesystem::path> out = handed_over(study);
+    if (out && made.status) return show_cluster_status(*out);
+    if (out && made.cancel) return cancel_cluster_study(*out);
+    if (out && study.resume) return resume_cluster_study(*out, made.cluster);
+    if (out && made.cluster.wait) return wait_for_cluster_study(*out);
+  }
+  if (!made.is_for_cluster) {
+    const ClusterRequest& cluster = made.cluster;
+    if (made.status || made.cancel || cluster.wait || cluster.partition || cluster.account || cluster.time_s ||
+        !cluster.options.empty()) {
+      throw InputError(study.file.string() +
+                       ": expected the folder of a study that was handed to a cluster, found none; --cluster hands "
+                       "one over");
+    }
+  }
+  study.file = named_file(study.file, study_files);
+  study.overrides = made.options.overrides;
+  if (!made.is_for_cluster) return run_study(study);
+  if (study.resume) {
+    throw InputError("--resume: expected the folder of results without --cluster, such as tactor study out/" +
+                     study.file.stem().string() + " --resume");
+  }
+  return run_study_on_cluster(study, made.cluster);
+}
+
 }  // namespace
 
 void add_study(CLI::App& app, int& exit_code) {
@@ -21,7 +98,7 @@ void add_study(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<StudyArguments>();
   StudyRequest& study = arguments->study;
   study.jobs = cores();
-  verb->add_option("study", study.file, "The study file (YAML)")->required();
+  verb->add_option("study", study.file, "The study file (YAML); or the folder of a study on a cluster")->required();
   arguments->options.add_to(*verb, false);
   add_integer(*verb, "--seeds", study.seeds, 1, most_seeds, "Number of seeds (default: the study's)");
   add_seed(*verb, "--first-seed", study.first_seed, "The first seed (default: the study's)");
@@ -40,12 +117,8 @@ void add_study(CLI::App& app, int& exit_code) {
           "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: the "
           "study's)")
       ->check(CLI::IsMember({"warm", "whole"}));
-  verb->callback([arguments, &exit_code] {
-    StudyRequest& made = arguments->study;
-    made.file = named_file(made.file, study_files);
-    made.overrides = arguments->options.overrides;
-    exit_code = run_study(made);
-  });
+  add_cluster_options(*verb, *arguments);
+  verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }
 
 }  // namespace tactor

@@ -29,6 +29,6 @@ void add_devices(CLI::App& app, int& exit_code);
 void add_device(CLI::App& app, int& exit_code);
 void add_emulate(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
-void add_new(CLI::App& app, int& exit_code);
+void add_task(CLI::App& app, int& exit_code);
 
 }  // namespace tactor

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/processor_dependence.hpp"
 #include "framework/node/port.hpp"
 #include "python/file_text.hpp"
 #include "python/interpreter_lock.hpp"
@@ -155,6 +156,8 @@ struct PythonNode::OutputPort {
 PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue>& values, const NodeContext& context)
     : class_(node_class) {
   const NodeInfo& info = class_.info;
+  // What numpy and the C library compute for it is their own affair.
+  note_processor_dependence("the node type " + info.type + ", which is in Python");
   for (const MessageArrays& arrays : class_.inputs) inputs_.push_back(std::make_shared<InputPort>(arrays));
   for (std::size_t i = 0; i < class_.outputs.size(); ++i) {
     outputs_.push_back(std::make_shared<OutputPort>(class_.outputs[i], info.outputs[i].name));

@@ -67,12 +67,12 @@ class Table(StudyTest):
         process.kill()
         process.communicate()
         self.wait_for(lambda: not any(map(is_alive, workers)), "what it had started ended with it")
-        before = dict(self.table("killed", "SELECT run, cpu_s FROM runs WHERE status = 'done'"))
+        before = dict(self.table("killed", "SELECT run, cpu_s FROM run_times NATURAL JOIN runs WHERE status = 'done'"))
         self.assertLess(len(before), 360)
         result = self.study(None, "killed", code=2)
         self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
         self.study(None, "killed", "--resume")
-        after = dict(self.table("killed", "SELECT run, cpu_s FROM runs"))
+        after = dict(self.table("killed", "SELECT run, cpu_s FROM run_times"))
         self.assertEqual(len(after), 360)
         # A run that were made again would have taken another time.
         self.assertEqual({run: after[run] for run in before}, before)
@@ -145,13 +145,13 @@ class Table(StudyTest):
     def test_repeats_are_medians_of_run_times_alone(self):
         self.study(f"graphs: [{RECORDED}]\nseeds: 2\nduration: 0.6 s\ntiming: {{repeats: 3, warm_up: 1}}\n", "out")
         for run in (0, 1):
-            repeats = sorted(v for v, in self.table("out", f"SELECT cpu_s FROM repeats WHERE run = {run}"))
+            repeats = sorted(v for v, in self.table("out", f"SELECT cpu_s FROM repeat_times WHERE run = {run}"))
             self.assertEqual(len(repeats), 3)
-            self.assertEqual(self.table("out", f"SELECT cpu_s FROM runs WHERE run = {run}")[0][0], repeats[1])
+            self.assertEqual(self.table("out", f"SELECT cpu_s FROM run_times WHERE run = {run}")[0][0], repeats[1])
         self.study(f"graphs: [{RECORDED}]\nseeds: 2\nduration: 0.6 s\n", "once")
         self.assertEqual(self.bytes_of("out"), self.bytes_of("once"))
         self.study(None, "asked", "--repeats", "4")
-        self.assertEqual(self.table("asked", "SELECT run, count(*) FROM repeats GROUP BY run"), [(0, 4), (1, 4)])
+        self.assertEqual(self.table("asked", "SELECT run, count(*) FROM repeat_times GROUP BY run"), [(0, 4), (1, 4)])
         timing = json.loads(self.bytes_of("asked", "study.json"))["timing"]
         self.assertEqual((timing["repeats"], timing["warm_up"]), (4, 1))
         self.assertIn("the median of 4 repeats after 1 run that did not count", timing["text"])

@@ -17,6 +17,7 @@
 #include "app/run/recorded_reference.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/table/warnings.hpp"
+#include "app/study/table/where.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/text_table.hpp"
@@ -486,6 +487,7 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
     }
     body += "</tbody></table></div>\n";
   }
+  body += where_html(study.comparison);
   return page(study.spec.name, body);
 }
 

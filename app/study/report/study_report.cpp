@@ -15,6 +15,7 @@
 #include "app/study/report/text_tables.hpp"
 #include "app/study/report/verdict.hpp"
 #include "app/study/table/warnings.hpp"
+#include "app/study/table/where.hpp"
 
 namespace tactor {
 
@@ -319,7 +320,8 @@ std::string study_report(const Study& study) {
   for (std::size_t first = 0; first < comparison.rows.size(); first += configurations)
     body += study_graph_html(study, first);
   body += timing_html(timing_note(study));
-  body += significance_table(comparison, baseline_text(study.spec)) + failures_html(comparison);
+  body +=
+      significance_table(comparison, baseline_text(study.spec)) + failures_html(comparison) + where_html(comparison);
   return page(study.spec.name, body);
 }
 

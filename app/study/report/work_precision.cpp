@@ -11,6 +11,7 @@
 #include "app/report/html_page.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/table/warnings.hpp"
+#include "app/study/table/where.hpp"
 #include "framework/graph/text_table.hpp"
 
 namespace tactor {
@@ -348,6 +349,7 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
   }
   const std::string failures = failures_text(study.comparison);
   if (!failures.empty()) body += "<h2>Runs that failed</h2>\n<pre>" + escape(failures) + "</pre>\n";
+  body += where_html(study.comparison);
   return page(study.spec.name, body);
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -60,6 +61,11 @@ class ByteWriter {
   void put(const std::map<K, V, C>& values) {
     put(values.size());
     for (const auto& [key, value] : values) (*this)(key, value);
+  }
+  template <class T>
+  void put(const std::set<T>& values) {
+    put(values.size());
+    for (const T& value : values) put(value);
   }
   template <class T>
   void put(const std::optional<T>& value) {
@@ -120,6 +126,14 @@ class ByteReader {
       K key{};
       get(key);
       get(values[key]);
+    }
+  }
+  template <class T>
+  void get(std::set<T>& values) {
+    for (std::size_t left = count(1); left > 0; --left) {
+      T value{};
+      get(value);
+      values.insert(std::move(value));
     }
   }
   template <class T>

@@ -82,6 +82,8 @@ struct CaseCheck {
 struct RunAnswer {
   std::optional<RunRecord> record;  ///< without its number; nothing where it was interrupted
   JobCost cost;
+  /// Why its last digits may be others on another processor, as processor_dependence(); empty: they are not.
+  std::vector<std::string> depends_on_processor;
 };
 
 std::string to_message(const Job& job);

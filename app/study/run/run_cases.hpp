@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/study/plan/run_case.hpp"
+#include "app/study/run/planned_cases.hpp"
 #include "app/study/table/run_table.hpp"
 #include "framework/graph/spec.hpp"
 
@@ -17,26 +18,13 @@ namespace tactor {
 
 class Registry;
 
-struct CasesOptions {
-  std::vector<std::uint64_t> seeds;
+struct CasesOptions : CasesSettings {
   unsigned reference_jobs = 2;  ///< reference runs at once, and cases that are planned at once
   unsigned jobs = 1;            ///< runs under test at once; metrics do not depend on it
-  std::int64_t repeats = 1;     ///< of every run; run times are their medians
-  std::int64_t warm_up = 0;     ///< runs before these that do not count
-  /// Judges the cases of a group on one interval, from when the nodes of all of them are warm on; false: each run from
-  /// its start.
-  bool judge_warm = false;
-  bool without_reference = false;  ///< no reference runs: metrics that need one are left out
-  /// Of real time, for every repeat of a run and every reference run: one that ends later has failed, and the worker
-  /// of one that does not end is killed.
-  std::optional<double> run_timeout_s;
-  bool curves = false;  ///< keep all curves of the first seed, for reports
-  /// Cases that are refused as bad input are results, unless all are.
-  bool refused_are_results = false;
+  bool curves = false;          ///< keep all curves of the first seed, for reports
   std::filesystem::path cache_folder;
   std::filesystem::path table;  ///< its folder is made; InputError where that cannot be
   TableMode mode = TableMode::create;
-  TableIdentity identity;                                               ///< its program is filled in
   std::function<void(double share, const std::string& what)> progress;  ///< may be empty, as may `note`
   std::function<void(const std::string& note)> note;                    ///< as RunOptions::note
   std::function<int()> interruptions = [] { return 0; };                ///< as in WorkerPool

@@ -1,6 +1,8 @@
 #include "app/study/run/study_worker.hpp"
 
+#include <array>
 #include <cmath>
+#include <ctime>
 #include <exception>
 #include <fstream>
 #include <limits>
@@ -8,12 +10,14 @@
 #include <vector>
 
 #include "app/run/cpu_time.hpp"
+#include "app/run/ran_on.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
 #include "app/run/timing.hpp"
 #include "app/run/warm_up.hpp"
 #include "app/statistics.hpp"
 #include "framework/core/disk_cache.hpp"
+#include "framework/core/processor_dependence.hpp"
 #include "framework/engine/reference.hpp"
 #include "framework/node/registry.hpp"
 
@@ -57,6 +61,14 @@ std::vector<double> each(const std::vector<RunResult>& runs, double RunResult::*
   std::vector<double> values;
   for (const RunResult& run : runs) values.push_back(run.*value);
   return values;
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 20> text{};
+  return {text.data(), std::strftime(text.data(), text.size(), "%F %T", &utc)};
 }
 
 /// The first of runs that differ in nothing but their run times, with the medians of these.
@@ -230,7 +242,12 @@ RunAnswer StudyWorker::run(const Job& job, const PoolLink& pool) {
     const CostMeter meter(answer.cost);
     answer.record = run_repeats(job, pool);
   }
-  if (answer.record) answer.record->control_us = control;
+  if (answer.record) {
+    answer.record->control_us = control;
+    answer.record->ran_on = this_machine();
+    answer.record->finished = utc_now();
+  }
+  answer.depends_on_processor = processor_dependence();
   return answer;
 }
 

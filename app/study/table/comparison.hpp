@@ -63,7 +63,9 @@ struct Comparison {
   std::vector<std::uint64_t> seeds;  ///< of every row
   std::vector<Column> columns;
   std::vector<CompareRow> rows;
-  MetricMap declared{};  ///< the metrics of the runs, and the run times derived from them
+  MetricMap declared{};                         ///< the metrics of the runs, and the run times derived from them
+  std::vector<std::string> further_warnings{};  ///< what makes it doubtful beside what comparison_warnings finds
+  std::vector<std::string> where{};             ///< sentences on where the runs were made
 
   /// The declaration of a metric, or null.
   [[nodiscard]] const MetricInfo* info(std::string_view metric) const;

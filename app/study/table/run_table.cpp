@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "app/results_folder.hpp"
 #include "framework/core/check.hpp"
@@ -20,23 +21,27 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr const char* layout = "3";  // of the tables below
+constexpr const char* layout = "4";  // of the tables below
 
 constexpr const char* schema = R"(
 CREATE TABLE identity(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE names(run INTEGER PRIMARY KEY, graph TEXT NOT NULL, configuration TEXT NOT NULL, seed TEXT NOT NULL,
                    content TEXT NOT NULL);
 CREATE TABLE runs(run INTEGER PRIMARY KEY REFERENCES names, status TEXT NOT NULL, message TEXT NOT NULL,
-                  title TEXT NOT NULL, duration_s REAL, cpu_s REAL, wall_s REAL, peak_memory_MB REAL, control_us REAL,
-                  finished TEXT DEFAULT CURRENT_TIMESTAMP, may_differ INTEGER NOT NULL, more TEXT NOT NULL);
-CREATE TABLE repeats(run INTEGER NOT NULL, repeat INTEGER NOT NULL, cpu_s REAL, PRIMARY KEY(run, repeat)) WITHOUT ROWID;
+                  title TEXT NOT NULL, duration_s REAL, may_differ INTEGER NOT NULL, more TEXT NOT NULL);
+CREATE TABLE run_times(run INTEGER PRIMARY KEY REFERENCES names, node TEXT NOT NULL, processor TEXT NOT NULL,
+                       c_library TEXT NOT NULL, cpu_s REAL, wall_s REAL, peak_memory_MB REAL, control_us REAL,
+                       finished TEXT NOT NULL);
+CREATE TABLE repeat_times(run INTEGER NOT NULL, repeat INTEGER NOT NULL, cpu_s REAL,
+                          PRIMARY KEY(run, repeat)) WITHOUT ROWID;
 CREATE TABLE metrics(run INTEGER NOT NULL, place INTEGER NOT NULL, name TEXT NOT NULL, value REAL,
                      PRIMARY KEY(run, place)) WITHOUT ROWID;
 CREATE TABLE declared(name TEXT PRIMARY KEY, unit TEXT NOT NULL, better TEXT NOT NULL, doc TEXT NOT NULL,
                       missing TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE costs(run INTEGER NOT NULL, place INTEGER NOT NULL, node TEXT NOT NULL, type TEXT NOT NULL,
-                   role TEXT NOT NULL, steps INTEGER, missed_ticks INTEGER, median_us REAL, p99_us REAL, total_s REAL,
-                   PRIMARY KEY(run, place)) WITHOUT ROWID;
+                   role TEXT NOT NULL, steps INTEGER, missed_ticks INTEGER, PRIMARY KEY(run, place)) WITHOUT ROWID;
+CREATE TABLE step_times(run INTEGER NOT NULL, place INTEGER NOT NULL, median_us REAL, p99_us REAL, total_s REAL,
+                        PRIMARY KEY(run, place)) WITHOUT ROWID;
 CREATE TABLE curves(run INTEGER NOT NULL, name TEXT NOT NULL, time BLOB, value BLOB, PRIMARY KEY(run, name)) WITHOUT ROWID;
 )";
 
@@ -241,7 +246,9 @@ RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity,
     if (tables.integer(0) > 0) {
       const std::string difference = db_->difference(identity, runs);
       if (difference.empty()) {
-        db_->execute("DELETE FROM runs WHERE may_differ");
+        db_->execute(
+            "DELETE FROM run_times WHERE run IN (SELECT run FROM runs WHERE may_differ);"
+            "DELETE FROM runs WHERE may_differ");
         return;
       }
       throw InputError(
@@ -259,41 +266,67 @@ std::vector<bool> RunTable::finished() const {
   return db_->finished();
 }
 
-void RunTable::add(const RunRecord& record) {
-  const auto run = static_cast<std::int64_t>(record.number);
-  const RunResult& result = record.result;
-  db_->execute("BEGIN IMMEDIATE");
-  try {
-    Statement row(
-        db_->db, path_,
-        "INSERT INTO runs(run, status, message, title, duration_s, cpu_s, wall_s, peak_memory_MB, control_us, "
-        "may_differ, more) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    row.run(run, std::string(word(record.status)), record.message, result.title, result.duration_s, result.cpu_s,
-            result.wall_s, result.peak_memory_MB, record.control_us, std::int64_t{record.may_differ}, more_of(result));
-    Statement repeat(db_->db, path_, "INSERT INTO repeats VALUES(?, ?, ?)");
-    for (std::size_t i = 0; i < record.cpu_s.size(); ++i)
-      repeat.run(run, static_cast<std::int64_t>(i), record.cpu_s[i]);
-    Statement metric(db_->db, path_, "INSERT INTO metrics VALUES(?, ?, ?, ?)");
-    std::int64_t place = 0;
-    for (const auto& [name, value] : result.metrics) metric.run(run, place++, name, value);
-    Statement declared(db_->db, path_, "INSERT OR IGNORE INTO declared VALUES(?, ?, ?, ?, ?)");
-    for (const auto& [name, info] : result.declared) {
-      declared.run(name, info.unit, std::string(name_of(info.better)), info.doc, info.missing);
+namespace {
+
+/// The statements that write a run, prepared once for many.
+class RunInserts {
+ public:
+  RunInserts(sqlite3* db, const fs::path& path)
+      : row_(db, path, "INSERT INTO runs VALUES(?, ?, ?, ?, ?, ?, ?)"),
+        times_(db, path, "INSERT INTO run_times VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+        repeat_(db, path, "INSERT INTO repeat_times VALUES(?, ?, ?)"),
+        metric_(db, path, "INSERT INTO metrics VALUES(?, ?, ?, ?)"),
+        declared_(db, path, "INSERT OR IGNORE INTO declared VALUES(?, ?, ?, ?, ?)"),
+        cost_(db, path, "INSERT INTO costs VALUES(?, ?, ?, ?, ?, ?, ?)"),
+        step_time_(db, path, "INSERT INTO step_times VALUES(?, ?, ?, ?, ?)"),
+        curve_(db, path, "INSERT INTO curves VALUES(?, ?, ?, ?)") {}
+
+  void add(const RunRecord& record) {
+    const auto run = static_cast<std::int64_t>(record.number);
+    const RunResult& result = record.result;
+    row_.run(run, std::string(word(record.status)), record.message, result.title, result.duration_s,
+             std::int64_t{record.may_differ}, more_of(result));
+    times_.run(run, record.ran_on.node, record.ran_on.processor, record.ran_on.c_library, result.cpu_s, result.wall_s,
+               result.peak_memory_MB, record.control_us, record.finished);
+    for (std::size_t i = 0; i < record.cpu_s.size(); ++i) {
+      repeat_.run(run, static_cast<std::int64_t>(i), record.cpu_s[i]);
     }
-    Statement cost(db_->db, path_, "INSERT INTO costs VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    std::int64_t place = 0;
+    for (const auto& [name, value] : result.metrics) metric_.run(run, place++, name, value);
+    for (const auto& [name, info] : result.declared) {
+      if (!known_.insert(name).second) continue;
+      declared_.run(name, info.unit, std::string(name_of(info.better)), info.doc, info.missing);
+    }
     place = 0;
     for (const NodeCost& node : result.nodes) {
-      cost.run(run, place++, node.node, node.type, std::string(name_of(node.role)),
-               static_cast<std::int64_t>(node.steps), static_cast<std::int64_t>(node.missed_ticks), node.median_us,
-               node.p99_us, node.total_s);
+      cost_.run(run, place, node.node, node.type, std::string(name_of(node.role)),
+                static_cast<std::int64_t>(node.steps), static_cast<std::int64_t>(node.missed_ticks));
+      step_time_.run(run, place++, node.median_us, node.p99_us, node.total_s);
     }
-    Statement curve(db_->db, path_, "INSERT INTO curves VALUES(?, ?, ?, ?)");
-    for (const Series& series : result.series) curve.run(run, series.name, series.time, series.value);
+    for (const Series& series : result.series) curve_.run(run, series.name, series.time, series.value);
+  }
+
+ private:
+  Statement row_, times_, repeat_, metric_, declared_, cost_, step_time_, curve_;
+  std::set<std::string> known_;  // metrics that have been declared
+};
+
+}  // namespace
+
+void RunTable::add(std::span<const RunRecord> records) {
+  db_->execute("BEGIN IMMEDIATE");
+  try {
+    RunInserts inserts(db_->db, path_);
+    for (const RunRecord& record : records) inserts.add(record);
     db_->execute("COMMIT");
   } catch (...) {
     sqlite3_exec(db_->db, "ROLLBACK", nullptr, nullptr, nullptr);
     throw;
   }
+}
+
+void RunTable::save_as(const fs::path& file) const {
+  Statement(db_->db, path_, "VACUUM INTO ?").step(file.string());
 }
 
 std::vector<RunRecord> RunTable::read() const {
@@ -302,7 +335,8 @@ std::vector<RunRecord> RunTable::read() const {
   Statement runs(
       db_->db, path_,
       "SELECT run, status, message, title, duration_s, cpu_s, wall_s, peak_memory_MB, control_us, more, graph, "
-      "seed, may_differ FROM runs NATURAL JOIN names ORDER BY run");
+      "seed, may_differ, node, processor, c_library, finished FROM runs NATURAL JOIN names NATURAL JOIN run_times "
+      "ORDER BY run");
   while (runs.step()) {
     RunRecord record;
     record.number = static_cast<std::size_t>(runs.integer(0));
@@ -319,18 +353,21 @@ std::vector<RunRecord> RunTable::read() const {
     result.graph = runs.text(10);
     result.seed = std::stoull(runs.text(11));
     record.may_differ = runs.integer(12) != 0;
+    record.ran_on = {runs.text(13), runs.text(14), runs.text(15)};
+    record.finished = runs.text(16);
     at[runs.integer(0)] = records.size();
     records.push_back(std::move(record));
   }
-  Statement repeats(db_->db, path_, "SELECT run, cpu_s FROM repeats ORDER BY run, repeat");
+  Statement repeats(db_->db, path_, "SELECT run, cpu_s FROM repeat_times ORDER BY run, repeat");
   while (repeats.step()) records[at.at(repeats.integer(0))].cpu_s.push_back(repeats.real(1));
   Statement metrics(db_->db, path_, "SELECT run, name, value FROM metrics ORDER BY run, place");
   while (metrics.step()) {
     records[at.at(metrics.integer(0))].result.metrics.emplace_back(metrics.text(1), metrics.real(2));
   }
-  Statement costs(
-      db_->db, path_,
-      "SELECT run, node, type, role, steps, missed_ticks, median_us, p99_us, total_s FROM costs ORDER BY run, place");
+  Statement costs(db_->db, path_,
+                  "SELECT run, node, type, role, steps, missed_ticks, median_us, p99_us, total_s FROM costs NATURAL "
+                  "JOIN step_times "
+                  "ORDER BY run, place");
   while (costs.step()) {
     records[at.at(costs.integer(0))].result.nodes.push_back(
         {costs.text(1), costs.text(2), role_of(costs.text(3)), static_cast<std::uint64_t>(costs.integer(4)),

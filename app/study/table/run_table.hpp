@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "app/run/ran_on.hpp"
 #include "app/run/run.hpp"
 
 namespace tactor {
@@ -32,6 +34,8 @@ struct RunRecord {
   /// CPU time of a fixed computation just before: how noisy the machine is. NaN where nobody could tell, as of a run
   /// whose worker ended.
   double control_us = std::numeric_limits<double>::quiet_NaN();
+  RanOn ran_on;          ///< empty where its worker ended
+  std::string finished;  ///< when, in UTC: `2026-11-26 11:45:57`
 };
 
 /// What a run is, to find it again.
@@ -57,8 +61,10 @@ enum class TableMode : std::uint8_t {
   overwrite,  ///< begins anew
 };
 
-/// An SQLite file in WAL mode, one transaction a run: the death of the process at any time loses no run that was added,
-/// and a loss of power leaves a whole table. One process at a time writes it. Used by one thread at a time.
+/// An SQLite file in WAL mode. What depends on graph and seed alone is in other tables (names, runs, metrics, declared,
+/// costs, curves) than what took how long and where (run_times, repeat_times, step_times). It has one transaction a
+/// run: the death of the process at any time loses no run that was added, and a loss of power leaves a whole table. One
+/// process at a time writes it. Used by one thread at a time.
 class RunTable {
  public:
   /// Throws InputError where the mode forbids the file that is there, where it is no table, or where it was made for
@@ -73,11 +79,16 @@ class RunTable {
   /// Whether the run of that number is there, by number.
   [[nodiscard]] std::vector<bool> finished() const;
   /// Adds a run that is not there yet. Throws RunError where the disk refuses.
-  void add(const RunRecord& record);
+  void add(const RunRecord& record) { add(std::span(&record, 1)); }
+  /// Adds several in one transaction: all or none.
+  void add(std::span<const RunRecord> records);
   /// All runs there are, by number; without what they declare.
   [[nodiscard]] std::vector<RunRecord> read() const;
   /// What the runs that are done may report.
   [[nodiscard]] MetricMap declared() const;
+  /// Writes the table to a new file, without journal and in order: tables with the same runs become the same bytes.
+  /// Throws RunError where the disk refuses.
+  void save_as(const std::filesystem::path& file) const;
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:

@@ -26,7 +26,7 @@ bool same(const Material& a, const Material& b) {
 
 std::vector<std::string> comparison_warnings(const Comparison& comparison) {
   constexpr std::size_t most_named = 5;
-  std::vector<std::string> warnings, untouched;
+  std::vector<std::string> warnings = comparison.further_warnings, untouched;
   for (const CompareRow& row : comparison.rows) {
     const std::string name = case_name(row.graph, row.configuration);
     if (!row.unlike.empty()) warnings.push_back(name + ": " + row.unlike);

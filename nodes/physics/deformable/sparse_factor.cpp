@@ -1,5 +1,6 @@
 #include "nodes/physics/deformable/sparse_factor.hpp"
 
+#include "framework/core/processor_dependence.hpp"
 #include "nodes/physics/deformable/eigen_factor.hpp"
 #include "nodes/physics/deformable/suitesparse_plugin.hpp"
 
@@ -18,7 +19,10 @@ std::unique_ptr<SparseFactor> make_factor(FactorKind kind, int tetrahedra) {
     kind = simplicial ? FactorKind::simplicial : FactorKind::eigen;
   }
   if (kind == FactorKind::simplicial) return load_suitesparse_plugin("the simplicial factor").simplicial_factor();
-  if (kind == FactorKind::supernodal) return load_suitesparse_plugin("the supernodal factor").supernodal_factor();
+  if (kind == FactorKind::supernodal) {
+    note_processor_dependence("dynamics.deformable with the solver supernodal, which calls a BLAS");
+    return load_suitesparse_plugin("the supernodal factor").supernodal_factor();
+  }
   return std::make_unique<EigenFactor>();
 }
 

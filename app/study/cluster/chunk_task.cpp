@@ -1,0 +1,317 @@
+#include "app/study/cluster/chunk_task.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <set>
+
+#include "app/interruption.hpp"
+#include "app/output.hpp"
+#include "app/run/cpu_time.hpp"
+#include "app/run/references.hpp"
+#include "app/study/cluster/intervals.hpp"
+#include "app/study/cluster/shard.hpp"
+#include "app/study/run/job_fields.hpp"
+#include "app/study/run/study_worker.hpp"
+#include "app/study/run/worker_pool.hpp"
+#include "framework/core/temporary_folder.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+JobKind job_kind(StageKind stage) {
+  return stage == StageKind::warm         ? JobKind::warm_up
+         : stage == StageKind::references ? JobKind::reference
+                                          : JobKind::run;
+}
+
+/// A folder on the node's own disk, or where that has no room beside the shards.
+class Scratch {
+ public:
+  explicit Scratch(const fs::path& shards) {
+    try {
+      local_.emplace();
+      std::ofstream probe(local_->path() / "room");
+      probe << std::string(1 << 20, '.');
+      if (probe.flush()) {
+        path_ = local_->path();
+        return;
+      }
+    } catch (const RunError&) {
+    }
+    tell_note(fmt::format("{}: no room for a shard of this task; it is written below {} at once",
+                          fs::temp_directory_path().string(), shards.string()));
+    std::string name = (shards / "scratch-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      throw RunError(fmt::format("cannot make a folder {}: {}", name, std::strerror(errno)));
+    }
+    path_ = shared_ = name;
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    if (!shared_.empty()) fs::remove_all(shared_, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+  [[nodiscard]] fs::path file() const { return path_ / "chunk.shard"; }
+
+ private:
+  std::optional<TemporaryFolder> local_;
+  fs::path path_, shared_;
+};
+
+class ChunkTask {
+ public:
+  ChunkTask(const ClusterPlan& plan, const ClusterFolder& folder, const Stage& stage, std::size_t chunk)
+      : plan_(plan),
+        planned_(plan.planned),
+        folder_(folder),
+        stage_(stage),
+        chunk_(chunk),
+        target_(folder.shard(stage.kind, chunk)),
+        registry_(default_node_folders()),
+        worker_(registry_),
+        pool_([this](const std::string& job, const PoolLink& pool) { return worker_.do_job(job, pool); },
+              [] { return interruption.load(); }) {}
+
+  int run() {
+    if (is_whole()) return 0;
+    if (stage_.kind == StageKind::runs) planned_.judged = read_intervals(plan_, folder_);
+    const Scratch scratch(target_.parent_path());
+    const ShardHead head{plan_.key, name_of(stage_.kind), chunk_, this_machine()};
+    writer_.emplace(scratch.file(), head);
+    try {
+      take_over();
+      if (!make_units()) {
+        keep_part("it was asked to end");
+        return 1;
+      }
+      spend();
+      writer_->complete();
+    } catch (const RunError& error) {
+      keep_part(error.what());
+      throw;
+    }
+    publish();
+    return 0;
+  }
+
+ private:
+  [[nodiscard]] bool belongs(const ShardHead& head) const {
+    return head.plan == plan_.key && head.stage == name_of(stage_.kind) && head.chunk == chunk_;
+  }
+
+  [[nodiscard]] fs::path part() const { return target_.string() + ".part"; }
+
+  /// Whether another task has made the chunk. A file that is damaged gives way, and what is whole of it is taken over.
+  [[nodiscard]] bool is_whole() const {
+    const std::optional<Shard> there = read_shard(target_);
+    if (!there) return false;
+    if (there->complete && belongs(there->head)) return true;
+    tell_note(fmt::format("{}: {}; what is missing is made anew", target_.string(),
+                          there->damage.empty() ? "it is of another study, or not whole" : there->damage));
+    std::error_code ignored;
+    fs::rename(target_, part(), ignored);
+    return false;
+  }
+
+  /// Takes over what an earlier try has left.
+  void take_over() {
+    const std::optional<Shard> left = read_shard(part());
+    if (!left || !belongs(left->head)) return;
+    for (const auto& [unit, answer] : left->records) {
+      if (unit < stage_.chunk_begin[chunk_] || unit >= stage_.chunk_begin[chunk_ + 1]) continue;
+      if (done_.insert(unit).second) writer_->add(unit, answer);
+    }
+    earlier_ = left->cost;
+    depends_.insert(left->depends_on_processor.begin(), left->depends_on_processor.end());
+  }
+
+  /// False where it was interrupted.
+  bool make_units() {
+    for (std::size_t unit = stage_.chunk_begin[chunk_]; unit < stage_.chunk_begin[chunk_ + 1];) {
+      const std::size_t c = plan_.run_of(stage_, unit) / planned_.seeds();
+      std::vector<std::size_t> units;
+      for (; unit < stage_.chunk_begin[chunk_ + 1] && plan_.run_of(stage_, unit) / planned_.seeds() == c; ++unit) {
+        if (done_.count(unit) == 0) units.push_back(unit);
+      }
+      if (!units.empty() && (!check_case(c) || !make_units_of_case(units))) return false;
+    }
+    return true;
+  }
+
+  /// Reads the graph of a case here. Throws InputError where it is not what it was when the study was submitted.
+  bool check_case(std::size_t c) {
+    JobBatch batch = batch_of(1);
+    batch.job = [&](std::size_t) {
+      return to_message(planned_.job(JobKind::plan, c * planned_.seeds(), folder_.cache()));
+    };
+    const std::string name = case_name(planned_.graph_of(c), planned_.cases[c].configuration);
+    batch.done = [&](std::size_t, const std::string& answer) {
+      const auto found = from_message<CaseCheck>(answer);
+      for (const auto& [file, hash] : code_hashes({found.code_files.begin(), found.code_files.end()})) {
+        const auto expected = plan_.code.find(file);
+        if (expected == plan_.code.end() || expected->second == hash) continue;
+        throw InputError(
+            fmt::format("{}: the program has changed since the study was submitted; put the old one back, "
+                        "or begin anew with --overwrite",
+                        file));
+      }
+      if (found.result == CheckResult::planned && found.content == planned_.checks[c].content) return true;
+      throw InputError(fmt::format(
+          "{}: the graph, or a file that it names, has changed since the study was submitted, or is not on this node{}",
+          name, found.message.empty() ? "" : ": " + found.message));
+    };
+    // It crashes here alone: its runs tell.
+    batch.lost = [&](std::size_t, const Ending& ending) {
+      tell_note(fmt::format("the planning of {}: {}", name, ending.text));
+    };
+    return pool_.run(batch);
+  }
+
+  [[nodiscard]] JobBatch batch_of(std::size_t jobs) const {
+    JobBatch batch;
+    batch.jobs = jobs;
+    batch.at_once = 1;
+    batch.note = once([](const std::string& text) { tell_note(text); });
+    return batch;
+  }
+
+  bool make_units_of_case(std::vector<std::size_t> units) {
+    if (stage_.kind == StageKind::runs) {
+      std::erase_if(units, [this](std::size_t unit) { return is_hopeless(unit); });
+    }
+    JobBatch batch = batch_of(units.size());
+    batch.time_limit_s = planned_.settings.run_timeout_s;
+    batch.job = [&](std::size_t i) {
+      return to_message(planned_.job(job_kind(stage_.kind), plan_.run_of(stage_, units[i]), folder_.cache()));
+    };
+    batch.done = [&](std::size_t i, const std::string& answer) {
+      take(units[i], answer);
+      return true;
+    };
+    batch.lost = [&](std::size_t i, const Ending& ending) { take_loss(units[i], ending); };
+    return pool_.run(batch);
+  }
+
+  /// Adds the run of a unit whose reference run could not be made.
+  bool is_hopeless(std::size_t unit) {
+    const std::size_t run = plan_.run_of(stage_, unit);
+    const std::size_t c = run / planned_.seeds();
+    if (!planned_.needs_reference(c)) return false;
+    const std::size_t reference = planned_.reference_case[c] * planned_.seeds() + run % planned_.seeds();
+    std::ifstream stream(folder_.lost_reference(reference), std::ios::binary);
+    if (!stream) return false;
+    const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    const auto [text, may_differ] = from_bytes<std::pair<std::string, bool>>(bytes);
+    add_record(unit, planned_.hopeless(run, lost_reference({text, may_differ})));
+    return true;
+  }
+
+  void take(std::size_t unit, const std::string& answer) {
+    if (stage_.kind == StageKind::runs) {
+      auto made = from_message<RunAnswer>(answer);
+      run_cpu_s_ += made.cost.cpu_s;
+      depends_.insert(made.depends_on_processor.begin(), made.depends_on_processor.end());
+      if (made.record) add_record(unit, std::move(*made.record));
+      return;
+    }
+    run_cpu_s_ +=
+        stage_.kind == StageKind::warm ? from_message<WarmUp>(answer).cost.cpu_s : from_message<JobCost>(answer).cpu_s;
+    writer_->add(unit, answer);
+  }
+
+  void take_loss(std::size_t unit, const Ending& ending) {
+    const std::size_t run = plan_.run_of(stage_, unit);
+    tell_note(fmt::format("{}: {}; the others go on", planned_.name_of(run), ending.text));
+    if (stage_.kind == StageKind::runs) {
+      add_record(unit, planned_.hopeless(run, {RunStatus::failed, ending.text, ending.may_differ}));
+    } else if (stage_.kind == StageKind::warm) {
+      writer_->add(unit, to_message(WarmUp{{}, ending.text, {}}));
+    } else {
+      publish_bytes(to_bytes(std::pair(ending.text, ending.may_differ)), folder_.lost_reference(run));
+      writer_->add(unit, to_message(JobCost{}));
+    }
+  }
+
+  /// A shard declares each metric once.
+  void add_record(std::size_t unit, RunRecord record) {
+    std::erase_if(record.result.declared,
+                  [this](const auto& metric) { return !declared_.insert(metric.first).second; });
+    RunAnswer answer;
+    answer.record = std::move(record);
+    writer_->add(unit, to_message(answer));
+  }
+
+  void spend() {
+    ShardCost cost = earlier_;
+    cost.cpu_s += clock_seconds(CLOCK_PROCESS_CPUTIME_ID) + pool_.cpu_s();
+    cost.wall_s += clock_seconds(CLOCK_MONOTONIC) - began_;
+    cost.run_cpu_s += run_cpu_s_;
+    writer_->spent(cost, {depends_.begin(), depends_.end()});
+  }
+
+  /// Keeps what there is for the next try, unless that of another task is more.
+  void keep_part(const std::string& why) {
+    try {
+      spend();
+    } catch (const RunError&) {
+      // The disk that the records are on is full: they count without what they cost.
+    }
+    const std::optional<Shard> mine = read_shard(writer_->file());
+    const std::optional<Shard> other = read_shard(part());
+    const std::size_t kept = mine ? mine->records.size() : 0;
+    if (kept > (other && belongs(other->head) ? other->records.size() : 0)) publish_last(writer_->file(), part());
+    tell_note(fmt::format("{} task {}: {}; {} of {} are kept", name_of(stage_.kind), chunk_, why, kept,
+                          stage_.chunk_begin[chunk_ + 1] - stage_.chunk_begin[chunk_]));
+  }
+
+  void publish() {
+    if (!publish_first(writer_->file(), target_)) {
+      // The same task ran twice at once. Both are kept, so that the merge can compare them.
+      publish_last(writer_->file(), fmt::format("{}.twin-{}-{}", target_.string(), this_machine().node, getpid()));
+    }
+    std::error_code ignored;
+    fs::remove(part(), ignored);
+  }
+
+  const ClusterPlan& plan_;
+  PlannedCases planned_;
+  const ClusterFolder& folder_;
+  const Stage& stage_;
+  std::size_t chunk_;
+  fs::path target_;
+  Registry registry_;
+  StudyWorker worker_;
+  WorkerPool pool_;
+  std::optional<ShardWriter> writer_;
+  std::set<std::size_t> done_;      // units of earlier tries
+  std::set<std::string> declared_;  // metrics
+  std::set<std::string> depends_;   // as processor_dependence()
+  ShardCost earlier_;
+  double run_cpu_s_ = 0;
+  double began_ = clock_seconds(CLOCK_MONOTONIC);
+};
+
+}  // namespace
+
+int run_chunk(const ClusterPlan& plan, const ClusterFolder& folder, StageKind stage, std::size_t chunk) {
+  const Stage* found = plan.stage(stage);
+  if (found == nullptr || chunk >= found->chunks()) {
+    throw InputError(
+        fmt::format("{}: expected a chunk of the stage {}, found {}", folder.path().string(), name_of(stage), chunk));
+  }
+  return ChunkTask(plan, folder, *found, chunk).run();
+}
+
+}  // namespace tactor

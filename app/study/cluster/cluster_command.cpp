@@ -1,0 +1,249 @@
+#include "app/study/cluster/cluster_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/interruption.hpp"
+#include "app/output.hpp"
+#include "app/progress_bar.hpp"
+#include "app/results_folder.hpp"
+#include "app/run/references.hpp"
+#include "app/study/cluster/cluster_plan.hpp"
+#include "app/study/cluster/cluster_system.hpp"
+#include "app/study/cluster/measure.hpp"
+#include "app/study/cluster/progress.hpp"
+#include "app/study/cluster/submission.hpp"
+#include "app/study/cluster/submit.hpp"
+#include "app/study/report/stability_map.hpp"
+#include "app/study/run/study_metrics.hpp"
+#include "app/study/run/study_worker.hpp"
+#include "app/study/run/worker_pool.hpp"
+#include "framework/node/registry.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A study that has been handed over, read back.
+struct HandedOver {
+  ClusterFolder folder;
+  ClusterPlan plan;
+  ClusterOptions options;
+  ClusterSystem system;
+
+  explicit HandedOver(const fs::path& out)
+      : folder(out),
+        plan(read_plan(folder)),
+        options(read_options(folder)),
+        system(load_cluster_system(options.system)) {}
+  [[nodiscard]] ClusterProgress progress() const {
+    return find_progress(plan, folder, ask_for_jobs(system, jobs_of(read_submissions(folder))));
+  }
+};
+
+FileLock lock_of(const fs::path& out) {
+  return {out / "cluster.lock", fmt::format("--out {}: expected a folder", out.string())};
+}
+
+/// Makes room for a study in its folder. Throws InputError where there is one and it is not to be overwritten, or where
+/// it still runs.
+void clear_folder(const fs::path& out, bool overwrite) {
+  std::error_code ignored;
+  const bool has_table = fs::exists(out / "study.sqlite", ignored);
+  const bool has_plan = ClusterFolder(out).is_there();
+  if (!has_table && !has_plan) return;
+  if (!overwrite) {
+    throw InputError(fmt::format(
+        "--out {}: expected no study there yet, found {}; {}--overwrite begins anew", out.string(),
+        has_plan ? "one that was handed to a cluster" : "the runs of one",
+        has_plan ? fmt::format("tactor study {} --resume goes on with it, ", out.string()) : std::string()));
+  }
+  if (has_plan) {
+    const HandedOver old(out);
+    if (old.progress().is_alive) {
+      throw InputError(
+          fmt::format("--out {}: expected a study that has ended, found one with tasks on {}; end them by "
+                      "tactor study {} --cancel",
+                      out.string(), old.system.title, out.string()));
+    }
+  }
+  fs::remove_all(ClusterFolder(out).path());
+  for (const char* end : {"", "-wal", "-shm"}) fs::remove((out / "study.sqlite").string() + end, ignored);
+}
+
+std::size_t tasks_of(const std::vector<Submission>& submissions, StageKind stage) {
+  std::size_t tasks = 0;
+  for (const Submission& one : submissions) tasks += one.stage == stage ? one.chunks.size() : 0;
+  return tasks;
+}
+
+void tell_submitted(const ClusterPlan& plan, const ClusterFolder& folder, const ClusterSystem& system,
+                    const std::vector<Submission>& submissions) {
+  std::string tasks;
+  for (const StageKind stage : all_stages) {
+    const std::size_t count = tasks_of(submissions, stage);
+    if (count > 0) tasks += fmt::format("{}{} {}", tasks.empty() ? "" : ", ", count, name_of(stage));
+  }
+  fmt::print("{}: {} runs, handed to {} as tasks: {}\n  jobs {}\n", plan.spec.name, plan.planned.runs(), system.title,
+             tasks, fmt::join(jobs_of(submissions), " "));
+  fmt::print("  tactor study {0} --status tells how far it is; --wait, --cancel and --resume do what they say\n",
+             folder.out().string());
+  if (plan.spec.repeats > 1 && !plan.exclusive) {
+    fmt::print(
+        "  its run times will be of nodes that it shares with other programs; --exclusive asks for nodes of its "
+        "own\n");
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+bool is_cluster_study(const fs::path& out) {
+  return ClusterFolder(out).is_there();
+}
+
+int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& cluster) {
+  PreparedStudy study = prepare_study(request);
+  const ClusterSystem system = load_cluster_system(cluster.system);
+  const fs::path out = fs::absolute(study.folder).lexically_normal();
+  make_folder(out);
+  const FileLock lock = lock_of(out);
+  clear_folder(out, request.overwrite);
+  const ClusterFolder folder(out);
+  Registry registry(default_node_folders());
+  if (study.spec.report == StudyReport::stability && !study.spec.record.empty()) {
+    check_record(study.spec, study.cases, registry);
+  }
+  ClusterPlan plan;
+  {
+    ProgressBar bar;
+    const auto note = once([&bar](const std::string& text) {
+      bar.clear();
+      tell_note(text);
+    });
+    StudyWorker worker(registry);
+    WorkerPool pool([&](const std::string& job, const PoolLink& link) { return worker.do_job(job, link); },
+                    [] { return interruption.load(); });
+    make_folder(folder.path());
+    plan.planned = plan_cases(
+        study.cases, study.settings, pool, folder.cache(), request.jobs,
+        {.note = note, .planned = [&](const RunMetrics& metrics) { check_metrics(study.spec, metrics, registry); }});
+    plan.costs = measure_costs(
+        plan.planned, pool, folder.cache(), request.jobs,
+        [&bar](double share, const std::string& what) { bar.draw(share, what); }, note);
+  }
+  plan.spec = study.spec;
+  plan.code = code_hashes(plan.planned.code_files);
+  plan.chunk_s = cluster.chunk_s;
+  plan.merge_jobs = 1;
+  plan.exclusive = cluster.exclusive;
+  cut_into_stages(plan);
+  ClusterOptions options{system.file,
+                         cluster.partition.value_or(""),
+                         cluster.account.value_or(""),
+                         cluster.time_s.value_or(0),
+                         cluster.options,
+                         request.jobs};
+  write_plan(plan, folder);
+  write_options(folder, options);
+  tell_submitted(plan, folder, system, submit_missing(plan, folder, system, options));
+  return cluster.wait ? wait_for_cluster_study(out) : 0;
+}
+
+int show_cluster_status(const fs::path& out) {
+  const HandedOver study(out);
+  fmt::print("{}", progress_text(study.plan, study.folder, study.progress(), study.system.title));
+  return 0;
+}
+
+int cancel_cluster_study(const fs::path& out) {
+  const HandedOver study(out);
+  std::vector<std::string> alive;
+  for (const auto& [job, counts] : ask_for_jobs(study.system, jobs_of(read_submissions(study.folder)))) {
+    if (counts.waiting + counts.running > 0) alive.push_back(job);
+  }
+  cancel_jobs(study.system, alive);
+  fmt::print("{}\n", alive.empty()
+                         ? std::string("nothing waits or runs any more")
+                         : fmt::format("cancelled jobs {}; what had finished is kept", fmt::join(alive, " ")));
+  return 0;
+}
+
+int resume_cluster_study(const fs::path& out, const ClusterRequest& cluster) {
+  const fs::path whole = fs::absolute(out).lexically_normal();
+  HandedOver study(whole);
+  const FileLock lock = lock_of(whole);
+  const ClusterProgress progress = study.progress();
+  if (progress.is_alive) {
+    throw InputError(
+        fmt::format("{}: expected a study of which nothing runs, found tasks on {}; --wait waits for them, "
+                    "--cancel ends them",
+                    out.string(), study.system.title));
+  }
+  if (cluster.partition) study.options.partition = *cluster.partition;
+  if (cluster.account) study.options.account = *cluster.account;
+  if (cluster.time_s) study.options.time_s = *cluster.time_s;
+  if (!cluster.options.empty()) study.options.options = cluster.options;
+  write_options(study.folder, study.options);
+  forget_what_may_differ(study.plan, study.folder);
+  tell_submitted(study.plan, study.folder, study.system,
+                 submit_missing(study.plan, study.folder, study.system, study.options));
+  return cluster.wait ? wait_for_cluster_study(whole) : 0;
+}
+
+int wait_for_cluster_study(const fs::path& out) {
+  using Steady = std::chrono::steady_clock;
+  const HandedOver study(out);
+  ProgressBar bar;
+  ClusterProgress progress;
+  auto asked = Steady::time_point::min();
+  std::map<std::string, JobCounts> counts;
+  bool was_alive = true;
+  for (;;) {
+    // Files are looked at often, which costs the cluster nothing; its scheduler is asked seldom.
+    if (asked == Steady::time_point::min() || Steady::now() - asked > std::chrono::seconds(10)) {
+      counts = ask_for_jobs(study.system, jobs_of(read_submissions(study.folder)));
+      asked = Steady::now();
+    }
+    progress = find_progress(study.plan, study.folder, counts);
+    if (progress.is_merged) break;
+    if (!progress.is_alive) {
+      // The merge writes its file just before it ends.
+      if (!was_alive) break;
+      was_alive = false;
+      asked = Steady::time_point::min();
+    } else {
+      was_alive = true;
+    }
+    std::size_t running = 0;
+    for (const StageProgress& stage : progress.stages) running += stage.running;
+    bar.draw(progress.share, fmt::format("{} tasks run", running));
+    for (int i = 0; i < 10; ++i) {
+      if (is_interrupted()) throw RunError("stopped waiting; the tasks go on");
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+  bar.clear();
+  std::ifstream table(study.folder.table(), std::ios::binary);
+  fmt::print("{}", std::string(std::istreambuf_iterator<char>(table), {}));
+  if (!progress.is_merged) {
+    fmt::print("{}", progress_text(study.plan, study.folder, progress, study.system.title));
+    throw RunError(fmt::format("{}: its tasks have ended and the merge has not; {} tells why", out.string(),
+                               study.folder.jobs().string()));
+  }
+  std::ifstream merged(study.folder.merged());
+  const nlohmann::json json = nlohmann::json::parse(merged, nullptr, false);
+  const std::string said = json.is_object() ? json.value("message", "") : "";
+  if (!said.empty()) tell(said + "\n");
+  return json.is_object() ? json.value("exit_code", 1) : 1;
+}
+
+}  // namespace tactor

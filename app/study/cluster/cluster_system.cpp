@@ -1,0 +1,283 @@
+#include "app/study/cluster/cluster_system.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <sstream>
+
+#include "framework/core/check.hpp"
+#include "framework/core/file_descriptor.hpp"
+#include "framework/core/text.hpp"
+#include "framework/yaml/diagnostics.hpp"
+#include "framework/yaml/yaml_tree.hpp"
+#include "framework/yaml/yaml_values.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t most_tasks_asked = 1'000'000;
+
+const std::vector<std::string>& system_keys() {
+  static const std::vector<std::string> keys{"title",     "submit",     "status", "cancel",   "index",
+                                             "joined_by", "most_tasks", "states", "exclusive"};
+  return keys;
+}
+
+const std::vector<std::string>& placeholders() {
+  static const std::vector<std::string> names{"script",  "name",    "log",       "first",   "last",
+                                              "after",   "jobs",    "time",      "minutes", "partition",
+                                              "account", "options", "exclusive", "at_once", "here"};
+  return names;
+}
+
+/// Calls `found` with the name in each `{name}` of the text; `${name}` is of a shell. Returns the text with what it
+/// returns in their place.
+template <class Found>
+std::string replaced(const std::string& text, const Found& found) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = text[at] == '{' ? text.find('}', at) : std::string::npos;
+    const std::string name = end == std::string::npos ? std::string() : text.substr(at + 1, end - at - 1);
+    const bool of_shell = at > 0 && text[at - 1] == '$';
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; };
+    if (name.empty() || of_shell || !std::all_of(name.begin(), name.end(), is_letter)) {
+      out += text[at++];
+      continue;
+    }
+    out += found(name);
+    at = end + 1;
+  }
+  return out;
+}
+
+class SystemReader {
+ public:
+  SystemReader(ClusterSystem& system, Diagnostics& diagnostics) : system_(system), diagnostics_(diagnostics) {}
+
+  void read(const Tree& tree) {
+    check_keys(tree, "cluster", "key of a cluster file", system_keys(), diagnostics_);
+    system_.title = text(tree, "title").value_or(system_.file.stem().string());
+    system_.submit = command(tree, "submit", true);
+    system_.status = command(tree, "status", true);
+    system_.cancel = command(tree, "cancel", true);
+    system_.index = text(tree, "index").value_or("");
+    if (system_.index.empty()) {
+      diagnostics_.error(tree.place, "index: expected the variable that holds the index of a task in its array");
+    }
+    system_.joined_by = text(tree, "joined_by").value_or(":");
+    system_.exclusive = text(tree, "exclusive").value_or("");
+    if (const Tree* most = tree.value("most_tasks")) {
+      if (most->is_sequence()) {
+        system_.most_tasks = command(tree, "most_tasks", false);
+      } else {
+        const auto count = read_integer(*most, "most_tasks", 1, most_tasks_asked, diagnostics_);
+        system_.most_tasks_of_file = static_cast<std::size_t>(count.value_or(1));
+      }
+    }
+    const Tree* states = tree.value("states");
+    if (states == nullptr) {
+      diagnostics_.error(tree.place, "states: expected {waiting: [...], running: [...]}, found nothing");
+      return;
+    }
+    if (!expect_map(*states, "states", "waiting and running", diagnostics_)) return;
+    check_keys(*states, "states", "key", {"waiting", "running"}, diagnostics_);
+    system_.waiting = words(*states, "waiting", "states.waiting");
+    system_.running = words(*states, "running", "states.running");
+  }
+
+ private:
+  std::optional<std::string> text(const Tree& tree, const std::string& key) {
+    const Tree* value = tree.value(key);
+    return value == nullptr ? std::nullopt : read_text(*value, key, diagnostics_);
+  }
+
+  std::vector<std::string> words(const Tree& tree, const std::string& key, const std::string& path) {
+    const Tree* value = tree.value(key);
+    if (value == nullptr || !value->is_sequence()) {
+      diagnostics_.error(
+          value == nullptr ? tree.place : value->place,
+          path + ": expected a list of words, found " + (value == nullptr ? std::string("nothing") : describe(*value)));
+      return {};
+    }
+    std::vector<std::string> found;
+    for (const Tree& item : value->items) {
+      if (!item.is_scalar()) {
+        diagnostics_.error(item.place, path + ": expected a word, found " + describe(item));
+        continue;
+      }
+      found.push_back(item.text);
+    }
+    return found;
+  }
+
+  CommandTemplate command(const Tree& tree, const std::string& key, bool is_needed) {
+    const Tree* value = tree.value(key);
+    if (value == nullptr && !is_needed) return {};
+    CommandTemplate found = words(tree, key, key);
+    if (value != nullptr && value->is_sequence() && value->items.empty()) {
+      diagnostics_.error(value->place, key + ": expected a command as a list of words, found an empty list");
+    }
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      replaced(found[i], [&](const std::string& name) {
+        const auto& known = placeholders();
+        if (std::find(known.begin(), known.end(), name) == known.end()) {
+          diagnostics_.error(value->items[i].place, fmt::format("{}: expected one of {}, found {{{}}}{}", key,
+                                                                list_of(known), name, did_you_mean(name, known)));
+        }
+        return std::string();
+      });
+    }
+    return found;
+  }
+
+  ClusterSystem& system_;
+  Diagnostics& diagnostics_;
+};
+
+/// Reads both pipes of a command to their ends; what comes on the second goes to `errors`.
+std::string read_pipes(const FileDescriptor& out, const FileDescriptor& err, std::string& errors) {
+  std::string text;
+  std::array<char, 4096> part{};
+  const auto take = [&part](const FileDescriptor& from, std::string& to) {
+    for (;;) {
+      const ssize_t got = ::read(from.number(), part.data(), part.size());
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return;
+      to.append(part.data(), static_cast<std::size_t>(got));
+    }
+  };
+  // Commands of this kind write a line or two to standard error, which a pipe holds.
+  take(out, text);
+  take(err, errors);
+  return text;
+}
+
+}  // namespace
+
+ClusterSystem load_cluster_system(const fs::path& file) {
+  Diagnostics diagnostics;
+  ClusterSystem system;
+  system.file = fs::absolute(file);
+  const auto tree = read_yaml(file, file.string(), {"a cluster file", "submit, status, cancel, ..."}, diagnostics);
+  if (tree) SystemReader(system, diagnostics).read(*tree);
+  diagnostics.throw_if_any();
+  return system;
+}
+
+std::vector<std::string> filled_in(const CommandTemplate& command, const TemplateValues& values,
+                                   const std::string& joined_by) {
+  std::vector<std::string> words;
+  for (const std::string& word : command) {
+    if (word.size() > 2 && word.front() == '{' && word.back() == '}') {
+      const auto list = values.lists.find(word.substr(1, word.size() - 2));
+      if (list != values.lists.end()) {
+        words.insert(words.end(), list->second.begin(), list->second.end());
+        continue;
+      }
+    }
+    bool is_whole = true;
+    std::string made = replaced(word, [&](const std::string& name) -> std::string {
+      std::string value;
+      if (const auto text = values.texts.find(name); text != values.texts.end()) value = text->second;
+      if (const auto list = values.lists.find(name); list != values.lists.end()) {
+        value = fmt::format("{}", fmt::join(list->second, joined_by));
+      }
+      is_whole = is_whole && !value.empty();
+      return value;
+    });
+    if (is_whole) words.push_back(std::move(made));
+  }
+  return words;
+}
+
+std::string output_of(const std::vector<std::string>& words) {
+  std::array<int, 2> out{}, err{};
+  if (pipe2(out.data(), O_CLOEXEC) != 0) throw RunError(fmt::format("no pipe: {}", std::strerror(errno)));
+  const FileDescriptor out_read(out[0]);
+  FileDescriptor out_write(out[1]);
+  if (pipe2(err.data(), O_CLOEXEC) != 0) throw RunError(fmt::format("no pipe: {}", std::strerror(errno)));
+  const FileDescriptor err_read(err[0]);
+  FileDescriptor err_write(err[1]);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, out_write.number(), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err_write.number(), STDERR_FILENO);
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  pid_t process = 0;
+  const int error = posix_spawnp(&process, words.front().c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) {
+    throw RunError(fmt::format("cannot start {}: {}; is the cluster's software installed here?", words.front(),
+                               std::strerror(error)));
+  }
+  static_cast<void>(out_write.close());
+  static_cast<void>(err_write.close());
+  std::string errors;
+  std::string text = read_pipes(out_read, err_read, errors);
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw RunError(fmt::format("{} has failed: {}", fmt::join(words, " "),
+                               errors.empty() ? std::string("it says nothing") : std::string(trimmed(errors))));
+  }
+  return text;
+}
+
+std::map<std::string, JobCounts> ask_for_jobs(const ClusterSystem& system, const std::vector<std::string>& jobs) {
+  std::map<std::string, JobCounts> counts;
+  if (jobs.empty()) return counts;
+  TemplateValues values;
+  values.lists["jobs"] = jobs;
+  values.texts["here"] = system.file.parent_path().string();
+  std::istringstream lines(output_of(filled_in(system.status, values, ",")));
+  const auto is_one_of = [](const std::string& state, const std::vector<std::string>& states) {
+    return std::find(states.begin(), states.end(), state) != states.end();
+  };
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string job, word, state;
+    words >> job;
+    while (words >> word) state = word;
+    if (std::find(jobs.begin(), jobs.end(), job) == jobs.end()) continue;
+    if (is_one_of(state, system.waiting)) ++counts[job].waiting;
+    if (is_one_of(state, system.running)) ++counts[job].running;
+  }
+  return counts;
+}
+
+void cancel_jobs(const ClusterSystem& system, const std::vector<std::string>& jobs) {
+  if (jobs.empty()) return;
+  TemplateValues values;
+  values.lists["jobs"] = jobs;
+  values.texts["here"] = system.file.parent_path().string();
+  static_cast<void>(output_of(filled_in(system.cancel, values, ",")));
+}
+
+std::size_t most_tasks_of_array(const ClusterSystem& system) {
+  if (system.most_tasks.empty()) return system.most_tasks_of_file;
+  const std::string text(trimmed(output_of(filled_in(system.most_tasks, {}, ","))));
+  std::size_t most = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), most);
+  if (read.ec != std::errc() || read.ptr != text.data() + text.size() || most == 0) {
+    throw RunError(fmt::format("{}: most_tasks: expected its command to print a number of tasks, found \"{}\"",
+                               system.file.string(), text));
+  }
+  return most;
+}
+
+}  // namespace tactor

@@ -1,0 +1,68 @@
+#include "app/study/cluster/intervals.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "app/study/cluster/plan_fields.hpp"
+#include "app/study/cluster/shard.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// What intervals.bin holds.
+struct FoundIntervals {
+  std::string plan;     // its key
+  std::string refusal;  // why the study is refused; empty: it is not
+  std::vector<JudgedFrom> judged;
+};
+void fields(auto& bytes, SameAs<FoundIntervals> auto& found) {
+  bytes(found.plan, found.refusal, found.judged);
+}
+
+}  // namespace
+
+int find_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
+  FoundIntervals found{plan.key, {}, plan.planned.judged};
+  std::map<std::size_t, Warmth> warmths;
+  const Stage* stage = plan.stage(StageKind::warm);
+  for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
+    const std::optional<Shard> shard = read_shard(folder.shard(StageKind::warm, chunk));
+    if (!shard || !shard->complete || shard->head.plan != plan.key) {
+      throw RunError(fmt::format("{}: expected a whole shard, found {}; --resume makes it",
+                                 folder.shard(StageKind::warm, chunk).string(), shard ? "a damaged one" : "none"));
+    }
+    for (const auto& [unit, answer] : shard->records) {
+      auto warm_up = from_message<WarmUp>(answer);
+      // A run that fails before it is warm fails again, and is a row that says so.
+      if (warm_up.failure.empty()) warmths[plan.run_of(*stage, unit)] = std::move(warm_up.warmth);
+    }
+  }
+  try {
+    found.judged = judged_intervals(plan.planned, warmths);
+  } catch (const InputError& error) {
+    found.refusal = error.what();
+  }
+  publish_bytes(to_bytes(found), folder.intervals());
+  if (!found.refusal.empty()) throw InputError(found.refusal);
+  return 0;
+}
+
+std::vector<JudgedFrom> read_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
+  if (plan.stage(StageKind::warm) == nullptr) return plan.planned.judged;
+  std::ifstream stream(folder.intervals(), std::ios::binary);
+  if (!stream) {
+    throw RunError(
+        "it is not known yet from when on runs are warm, because tasks of the stage warm are missing; "
+        "--resume makes them");
+  }
+  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+  const auto found = from_bytes<FoundIntervals>(bytes);
+  if (found.plan != plan.key) throw RunError(folder.intervals().string() + ": it is of another study");
+  if (!found.refusal.empty()) throw InputError(found.refusal);
+  return found.judged;
+}
+
+}  // namespace tactor

@@ -1,0 +1,216 @@
+#include "app/study/cluster/merge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "app/study/cluster/shard.hpp"
+#include "app/study/run/job_fields.hpp"
+#include "framework/core/temporary_folder.hpp"
+
+namespace tactor {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Whether two results of one run are the same to the bit, apart from run times.
+bool same_result(const RunRecord& a, const RunRecord& b) {
+  const auto same_metric = [](const auto& x, const auto& y) {
+    return x.first == y.first && std::memcmp(&x.second, &y.second, sizeof x.second) == 0;
+  };
+  const auto& left = a.result.metrics;
+  const auto& right = b.result.metrics;
+  return a.status == b.status && std::equal(left.begin(), left.end(), right.begin(), right.end(), same_metric);
+}
+
+using Records = std::map<std::size_t, RunRecord>;  // by unit
+
+/// Merges the shards of one plan.
+class ShardMerge {
+ public:
+  ShardMerge(const ClusterPlan& plan, const ClusterFolder& folder)
+      : plan_(plan), planned_(plan.planned), folder_(folder), stage_(plan.stage(StageKind::runs)) {}
+
+  MergedShards run(const fs::path& file) {
+    count_other_stages();
+    choose_processor();
+    const TemporaryFolder scratch;
+    RunTable table(scratch.path() / "merge.sqlite", TableMode::create, planned_.settings.identity, planned_.names());
+    std::size_t chunk = 0;
+    for (std::size_t c = 0; c < planned_.cases.size(); ++c) {
+      if (planned_.obstacles[c]) {
+        add_hopeless(c, table);
+        continue;
+      }
+      // The first chunk that begins in this case or later, since a chunk may hold several cases.
+      for (; stage_ != nullptr && chunk < stage_->chunks() && case_of(stage_->chunk_begin[chunk]) == c; ++chunk) {
+        add_chunk(chunk);
+        // Rows of cases without runs stand between those of a chunk.
+        flush(c, table);
+      }
+      flush(c, table);
+    }
+    const fs::path whole = scratch.path() / "study.sqlite";
+    table.save_as(whole);
+    publish_last(whole, file);
+    merged_.records = table.read();
+    merged_.declared = table.declared();
+    return std::move(merged_);
+  }
+
+ private:
+  [[nodiscard]] std::size_t case_of(std::size_t unit) const { return plan_.run_of(*stage_, unit) / planned_.seeds(); }
+
+  [[nodiscard]] bool belongs(const Shard& shard, StageKind stage, std::size_t chunk) const {
+    return shard.head.plan == plan_.key && shard.head.stage == name_of(stage) && shard.head.chunk == chunk;
+  }
+
+  void count(const Shard& shard) {
+    merged_.core_s += shard.cost.wall_s;
+    merged_.run_cpu_s += shard.cost.run_cpu_s;
+    ++merged_.shards;
+  }
+
+  /// The shard of a chunk, whole or not; nothing where there is none that can be used.
+  std::optional<Shard> find(StageKind stage, std::size_t chunk) {
+    const fs::path whole = folder_.shard(stage, chunk);
+    for (const fs::path& file : {whole, fs::path(whole.string() + ".part")}) {
+      std::optional<Shard> shard = read_shard(file);
+      if (!shard) continue;
+      if (!shard->damage.empty()) merged_.damaged.push_back(file.string() + ": " + shard->damage);
+      if (belongs(*shard, stage, chunk)) return shard;
+    }
+    return std::nullopt;
+  }
+
+  void count_other_stages() {
+    for (const Stage& stage : plan_.stages) {
+      if (stage.kind == StageKind::runs) continue;
+      for (std::size_t chunk = 0; chunk < stage.chunks(); ++chunk) {
+        if (const std::optional<Shard> shard = find(stage.kind, chunk)) count(*shard);
+      }
+    }
+    for (const fs::path& twin : twins()) {
+      if (const std::optional<Shard> shard = read_shard(twin); shard && shard->head.plan == plan_.key) count(*shard);
+    }
+  }
+
+  /// Shards of tasks that ran twice and came second.
+  [[nodiscard]] std::vector<fs::path> twins() const {
+    std::vector<fs::path> found;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder_.shards(StageKind::runs), ignored)) {
+      if (entry.path().filename().string().find(".shard.twin-") != std::string::npos) found.push_back(entry.path());
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+  /// Where results depend on the processor, those of the one that made most of them count.
+  void choose_processor() {
+    std::map<std::pair<std::string, std::string>, std::size_t> runs;
+    std::set<std::string> reasons;
+    for (std::size_t chunk = 0; stage_ != nullptr && chunk < stage_->chunks(); ++chunk) {
+      const std::optional<Shard> shard = read_shard(folder_.shard(StageKind::runs, chunk));
+      if (!shard || !belongs(*shard, StageKind::runs, chunk)) continue;
+      reasons.insert(shard->depends_on_processor.begin(), shard->depends_on_processor.end());
+      runs[{shard->head.ran_on.processor, shard->head.ran_on.c_library}] += shard->records.size();
+    }
+    if (reasons.empty() || runs.size() < 2) return;
+    merged_.depends_because = fmt::format("{}", fmt::join(reasons, ", "));
+    const auto most =
+        std::max_element(runs.begin(), runs.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    processor_ = RanOn{"", most->first.first, most->first.second};
+  }
+
+  void add_chunk(std::size_t chunk) {
+    const std::optional<Shard> shard = find(StageKind::runs, chunk);
+    const std::size_t units = stage_->chunk_begin[chunk + 1] - stage_->chunk_begin[chunk];
+    std::size_t found = 0;
+    if (shard) {
+      count(*shard);
+      Records records = records_of(*shard, chunk);
+      compare_twins(chunk, records);
+      found = records.size();
+      pending_.merge(records);
+    }
+    if (found == units && shard->complete) return;
+    merged_.missing_chunks.push_back(chunk);
+    merged_.missing_runs += units - found;
+  }
+
+  Records records_of(const Shard& shard, std::size_t chunk) {
+    Records records;
+    for (const auto& [unit, answer] : shard.records) {
+      if (unit < stage_->chunk_begin[chunk] || unit >= stage_->chunk_begin[chunk + 1]) continue;
+      std::optional<RunRecord> record = from_message<RunAnswer>(answer).record;
+      if (!record) continue;
+      if (processor_ && !record->ran_on.processor.empty() && !record->ran_on.computes_as(*processor_)) {
+        ++merged_.left_out;
+        continue;
+      }
+      record->number = plan_.run_of(*stage_, unit);
+      records.emplace(unit, std::move(*record));
+    }
+    return records;
+  }
+
+  void compare_twins(std::size_t chunk, const Records& records) {
+    const std::string begin = folder_.shard(StageKind::runs, chunk).filename().string() + ".twin-";
+    if (!twins_) twins_ = twins();
+    for (const fs::path& file : *twins_) {
+      if (!file.filename().string().starts_with(begin)) continue;
+      const std::optional<Shard> twin = read_shard(file);
+      if (!twin || !belongs(*twin, StageKind::runs, chunk)) continue;
+      for (const auto& [unit, answer] : twin->records) {
+        const auto first = records.find(unit);
+        const std::optional<RunRecord> second = from_message<RunAnswer>(answer).record;
+        if (first == records.end() || !second) continue;
+        ++merged_.twice;
+        if (!same_result(first->second, *second))
+          merged_.unlike_twice.push_back(planned_.name_of(first->second.number));
+      }
+    }
+  }
+
+  void add_hopeless(std::size_t c, RunTable& table) {
+    std::vector<RunRecord> rows;
+    for (std::size_t s = 0; s < planned_.seeds(); ++s) {
+      rows.push_back(planned_.hopeless(c * planned_.seeds() + s, *planned_.obstacles[c]));
+    }
+    table.add(rows);
+  }
+
+  /// Writes what is there of the runs up to this case.
+  void flush(std::size_t c, RunTable& table) {
+    std::vector<RunRecord> rows;
+    while (!pending_.empty() && pending_.begin()->second.number < (c + 1) * planned_.seeds()) {
+      rows.push_back(std::move(pending_.extract(pending_.begin()).mapped()));
+    }
+    if (!rows.empty()) table.add(rows);
+  }
+
+  const ClusterPlan& plan_;
+  const PlannedCases& planned_;
+  const ClusterFolder& folder_;
+  const Stage* stage_;
+  std::optional<RanOn> processor_;
+  std::optional<std::vector<fs::path>> twins_;
+  Records pending_;  // read and not written yet
+  MergedShards merged_;
+};
+
+}  // namespace
+
+MergedShards merge_shards(const ClusterPlan& plan, const ClusterFolder& folder, const fs::path& file) {
+  return ShardMerge(plan, folder).run(file);
+}
+
+}  // namespace tactor

@@ -1,0 +1,26 @@
+// Hands the tasks of a study that are still to be made to a cluster.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "app/study/cluster/cluster_plan.hpp"
+#include "app/study/cluster/cluster_system.hpp"
+#include "app/study/cluster/submission.hpp"
+
+namespace tactor {
+
+/// Submits what is missing: tasks for the chunks without a whole shard, the intervals where they are not known, and the
+/// merge at the end of all. Returns the new submissions. Throws RunError where the cluster refuses; what it had taken
+/// by then is cancelled again.
+std::vector<Submission> submit_missing(const ClusterPlan& plan, const ClusterFolder& folder,
+                                       const ClusterSystem& system, const ClusterOptions& options);
+
+/// The chunks of a stage that have no whole shard.
+std::vector<std::size_t> missing_chunks(const ClusterPlan& plan, const ClusterFolder& folder, const Stage& stage);
+
+/// Takes runs that may end otherwise another time, because the machine or a time limit ended them, out of the shards,
+/// so that they are made anew.
+void forget_what_may_differ(const ClusterPlan& plan, const ClusterFolder& folder);
+
+}  // namespace tactor
