@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -148,18 +149,18 @@ class SystemReader {
 /// Reads both pipes of a command to their ends; what comes on the second goes to `errors`.
 std::string read_pipes(const FileDescriptor& out, const FileDescriptor& err, std::string& errors) {
   std::string text;
+  std::array<pollfd, 2> pipes{{{out.number(), POLLIN, 0}, {err.number(), POLLIN, 0}}};
+  const std::array<std::string*, 2> to{&text, &errors};
   std::array<char, 4096> part{};
-  const auto take = [&part](const FileDescriptor& from, std::string& to) {
-    for (;;) {
-      const ssize_t got = ::read(from.number(), part.data(), part.size());
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) return;
-      to.append(part.data(), static_cast<std::size_t>(got));
+  while (pipes[0].fd >= 0 || pipes[1].fd >= 0) {
+    if (poll(pipes.data(), pipes.size(), -1) < 0) continue;
+    for (std::size_t i = 0; i < pipes.size(); ++i) {
+      if (pipes[i].fd < 0 || pipes[i].revents == 0) continue;
+      const ssize_t got = ::read(pipes[i].fd, part.data(), part.size());
+      if (got > 0) to[i]->append(part.data(), static_cast<std::size_t>(got));
+      if (got == 0 || (got < 0 && errno != EINTR)) pipes[i].fd = -1;
     }
-  };
-  // Commands of this kind write a line or two to standard error, which a pipe holds.
-  take(out, text);
-  take(err, errors);
+  }
   return text;
 }
 
