@@ -74,6 +74,7 @@ class ShardMerge {
 
   void count(const Shard& shard) {
     merged_.core_s += shard.cost.wall_s;
+    merged_.cpu_s += shard.cost.cpu_s;
     merged_.run_cpu_s += shard.cost.run_cpu_s;
     ++merged_.shards;
   }

@@ -23,6 +23,7 @@ struct MergedShards {
   std::size_t twice = 0;                    ///< runs that two tasks have made
   std::vector<std::string> unlike_twice;    ///< names of those that gave other results the second time
   double core_s = 0;                        ///< that the tasks had a core, of all stages, made twice or not
+  double cpu_s = 0;                         ///< of these, CPU time
   double run_cpu_s = 0;                     ///< CPU time in jobs
   std::size_t shards = 0;                   ///< that were read
 };

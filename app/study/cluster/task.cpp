@@ -68,7 +68,7 @@ int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
   outcome.declared = std::move(merged.declared);
   outcome.judged = plan.planned.judged;
   outcome.cost.run_cpu_s = merged.run_cpu_s;
-  outcome.cost.total_cpu_s = merged.core_s;
+  outcome.cost.total_cpu_s = merged.cpu_s;
   Registry registry(default_node_folders());
   const std::vector<std::string> warnings = warnings_of(merged, plan);
   const int code = finish_study(plan.spec, plan.planned.cases, std::move(outcome), registry,
@@ -80,6 +80,7 @@ int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
                                  .where = where_of(merged, plan),
                                  .runner = {{"tasks", merged.shards},
                                             {"core_hours", merged.core_s / 3600},
+                                            {"cpu_hours", merged.cpu_s / 3600},
                                             {"made_twice", merged.twice},
                                             {"unlike_twice", merged.unlike_twice},
                                             {"missing_runs", merged.missing_runs},
