@@ -22,9 +22,9 @@ PATIENCE = 60  # s, for what takes a moment on an idle machine
 LONGEST_FOLDER = 60  # bytes; a socket's path must fit into 107
 PORTS = range(20000, 30000)  # below those that the kernel gives to outgoing connections
 NODE = "TACTOR_TEST_NODE"  # in the environment of a node's daemon, which its slurmstepd's inherit: the folder of the node
-# What these select is Slurm's own choice unless the tests choose it.
+# Of slurm.conf; what is not named here is as Slurm has it.
 CONFIGURATION = """
-ClusterName={cluster}
+ClusterName=tactor
 SlurmctldHost={host}(127.0.0.1)
 SlurmctldPort={port}
 SlurmUser=root
@@ -68,6 +68,8 @@ MaxJobCount=10000
 MinJobAge={job_age_s}
 # From SIGTERM to SIGKILL at the time limit or when cancelled.
 KillWait={kill_wait_s}
+# A task that is missing on a node which is back counts as lost once it is MessageTimeout older than this.
+BatchStartTimeout=1
 SlurmdTimeout={node_timeout_s}
 SlurmctldTimeout=10
 MessageTimeout=5
@@ -187,6 +189,8 @@ class SlurmCluster:
 
     def __init__(self, folder, nodes=2, cpus=2, *, array_size=1001, credential_s=5, node_timeout_s=6, kill_wait_s=3,
                  job_age_s=300):
+        if credential_s < 5:
+            raise ValueError(f"credential_s is {credential_s}; below 5 Slurm takes its own 120 s")
         self.folder = pathlib.Path(folder).resolve()
         if len(os.fsencode(self.folder)) > LONGEST_FOLDER or any(letter.isspace() for letter in str(self.folder)):
             raise ValueError(f"{self.folder}: Slurm needs a folder without spaces and of at most {LONGEST_FOLDER} bytes, "
@@ -199,12 +203,15 @@ class SlurmCluster:
         self.env = {"SLURM_CONF": str(self.configuration)}
         self.munge = self.controller = self.guard = None
         self.slurmds = [None] * nodes
+        self.is_off = [False] * nodes  # its power failed
         self.locks = []
 
     def __enter__(self):
         reason = unavailable()
         if reason is not None:
             raise RuntimeError(reason)
+        if running := processes(self.is_ours):
+            raise RuntimeError(f"{self.folder}: another cluster runs in this folder: {running}")
         try:
             self.write_files()
             # Ends the cluster where this process is killed: its input then ends.
@@ -261,9 +268,8 @@ class SlurmCluster:
         host = socket.gethostname().partition(".")[0]
         nodes = "\n".join(f"NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 Port={take_port(self.locks)} CPUs={self.cpus} "
                           f"Sockets=1 CoresPerSocket={self.cpus} ThreadsPerCore=1 RealMemory=65536 State=UNKNOWN" for name in self.names)
-        port = take_port(self.locks)
         self.configuration.write_text(CONFIGURATION.format(
-            folder=self.folder, host=host, port=port, nodes=nodes, cluster=f"tactor{port}", **self.limits))
+            folder=self.folder, host=host, port=take_port(self.locks), nodes=nodes, **self.limits))
 
     def environment(self, extra=None):
         """This process's environment without what an outer Slurm or its user set, with this cluster's."""
@@ -289,7 +295,7 @@ class SlurmCluster:
             time.sleep(0.05)
         return result
 
-    def log_tail(self, lines=15):
+    def log_tail(self, lines=8):
         """The last lines of every log."""
         return "\n".join(f"{path.name}: {line}" for path in sorted((self.folder / "log").glob("*.log"))
                          for line in path.read_text(errors="replace").splitlines()[-lines:])
@@ -326,7 +332,11 @@ class SlurmCluster:
 
     def start_slurmd(self, i, wait=True):
         """Starts the daemon of a node; returns when the node takes tasks, unless told not to wait."""
-        self.slurmds[i] = self.daemon(self.names[i], "slurmd", "-D", "-N", self.names[i], **{NODE: str(self.folder / self.names[i])})
+        # -b: the node has just booted, so that Slurm knows at once that what ran there is lost.
+        boots = ["-b"] if self.is_off[i] else []
+        self.is_off[i] = False
+        self.slurmds[i] = self.daemon(self.names[i], "slurmd", "-D", "-N", self.names[i], *boots,
+                                      **{NODE: str(self.folder / self.names[i])})
         if wait:
             self.wait_nodes(i)
 
@@ -335,9 +345,15 @@ class SlurmCluster:
         self.end(self.slurmds[i], how)
 
     def kill_node(self, i):
-        """Ends all that runs on a node at once and without a word, as if its power failed. Its files stay."""
+        """Ends all that runs on a node at once and without a word, as if its power failed. Its files stay.
+
+        Slurm finds the loss once the node is silent for long enough (9 s where node_timeout_s is 3, 16 s where it is 6),
+        or when the node is back, where its tasks have run for 7 s or more by then. Lost tasks are queued again, and start
+        credential_s + 1 s later.
+        """
         kill_all(self.is_of_node(i))
         self.slurmds[i].wait()
+        self.is_off[i] = True
 
     def end(self, process, how):
         process.send_signal(how)
