@@ -53,13 +53,18 @@ class Jobs(ClusterTest):
         self.assertEqual(nodes, {"node0", "node1"})
 
     def test_a_job_follows_an_array_that_ends_or_only_one_that_succeeds(self):
-        bad = self.submit("bad", "sleep 1; exit $((SLURM_ARRAY_TASK_ID == 1))", "--array=0-2")
-        good = self.submit("good", "sleep 1", "--array=0-1")
-        after = {name: self.submit(name, "true", f"--dependency={name.replace('-', ':')}", "--kill-on-invalid-dep=yes")
-                 for name in (f"afterany-{bad}", f"afterok-{bad}", f"afterok-{good}")}
-        self.assertEqual({self.cluster.queue("-j", job)[job].reason for job in after.values()} - {"None"}, {"Dependency"})
+        bad = self.submit("bad", "sleep 1; echo end; exit $((SLURM_ARRAY_TASK_ID == 1))", "--array=0-2")
+        good = self.submit("good", "sleep 1; echo end", "--array=0-2")
+        after = {f"{kind}-{job}": self.submit(f"{kind}-{job}", f"cat {self.folder / name}_?", f"--dependency={kind}:{job}",
+                                              "--kill-on-invalid-dep=yes")
+                 for kind, name, job in (("afterany", "bad", bad), ("afterok", "bad", bad), ("afterok", "good", good))}
         for name, job in after.items():
-            self.wait_states(job, "CANCELLED" if name == f"afterok-{bad}" else "COMPLETED")
+            if name == f"afterok-{bad}":
+                self.wait_states(job, "CANCELLED")
+                self.assertFalse((self.folder / name).exists())
+            else:
+                self.wait_states(job, "COMPLETED")
+                self.assertEqual(self.output(name), "end\n" * 3)
         self.assertEqual(self.states(bad), {f"{bad}_0": "COMPLETED", f"{bad}_1": "FAILED", f"{bad}_2": "COMPLETED"})
 
     def test_an_array_beyond_the_limit_is_refused(self):
