@@ -79,6 +79,12 @@ InactiveLimit=0
 PartitionName=main Nodes=ALL Default=YES MaxTime=60 State=UP
 PartitionName=short Nodes=ALL MaxTime=1 State=UP
 """
+# Beside slurm.conf. Daemons load a plugin for cgroups though nothing uses it. This one does not look for them; the one that Slurm
+# would choose ends slurmd where there are none, as in many containers.
+CGROUPS = """
+CgroupPlugin=cgroup/v1
+CgroupMountpoint={folder}/cgroup
+"""
 TASK_PROLOG = """#!/bin/sh
 echo "export TMPDIR={folder}/$SLURMD_NODENAME/scratch"
 """
@@ -133,19 +139,29 @@ def processes(belongs):
     return {pid: table[pid][0] for pid in chosen if pid != os.getpid()}
 
 
+def send(pids, how):
+    """Sends a signal to those of these processes that still live."""
+    for pid in pids:
+        try:
+            os.kill(pid, how)
+        except ProcessLookupError:
+            pass
+
+
 def kill_all(belongs, timeout=PATIENCE):
     """Ends all these processes with SIGKILL, also those that they start meanwhile.
 
-    The daemons go first: a slurmstepd that sees its task die reports a failed task, which a node without power cannot.
+    All are stopped before the first is killed, since none may see another die: a shell would go on with its next line, and a
+    slurmstepd would report a failed task, which a node without power cannot.
     """
-    order = {"slurmctld": 0, "slurmd": 0, "slurmstepd": 1}
     end = time.monotonic() + timeout
+    stopped = set()
+    while more := set(processes(belongs)) - stopped:
+        send(more, signal.SIGSTOP)
+        stopped |= more
+    # Where many are killed, it takes a moment until the last is gone.
     while found := processes(belongs):
-        for pid in sorted(found, key=lambda pid: order.get(found[pid], 2)):
-            try:
-                os.kill(pid, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
+        send(found, signal.SIGKILL)
         if time.monotonic() > end:
             raise TimeoutError(f"these processes do not end: {found}")
         time.sleep(0.01)
@@ -259,6 +275,7 @@ class SlurmCluster:
         for name in ("munge", "state", "log", *(f"{node}/{part}" for node in self.names for part in ("spool", "scratch"))):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
         (self.folder / "plugstack.conf").touch()
+        (self.folder / "cgroup.conf").write_text(CGROUPS.format(folder=self.folder))
         prolog = self.folder / "task_prolog"
         prolog.write_text(TASK_PROLOG.format(folder=self.folder))
         prolog.chmod(0o755)
@@ -379,10 +396,10 @@ class SlurmCluster:
 
     def wait_nodes(self, *which, timeout=PATIENCE):
         """Waits until these nodes, or all, take tasks."""
-        names = [self.names[i] for i in which or range(len(self.names))]
         ready = {"idle", "mixed", "allocated", "completing"}
-        self.wait_for(lambda: all(self.node_states().get(name) in ready for name in names),
-                      f"the nodes {', '.join(names)} took tasks", timeout=timeout)
+        for i in which or range(len(self.names)):
+            self.wait_for(lambda name=self.names[i]: self.node_states().get(name) in ready, f"{self.names[i]} took tasks",
+                          self.slurmds[i], timeout)
 
     def queue(self, *options):
         """{job id: Task(state, reason, node)} of all jobs, finished ones too. A task of an array has an id like `7_2`."""

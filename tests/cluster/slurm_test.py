@@ -13,8 +13,9 @@ from slurm import SlurmCluster, processes
 TRAPS = "trap 'echo got TERM; exit 3' TERM\necho ready\nwhile :; do sleep 0.1; done\n"
 # Starts a cluster with a task, says so and waits.
 STARTS = """
-import sys, time
+import signal, sys, time
 sys.path.insert(0, {here!r})
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a command in the background ignores it
 from slurm import SlurmCluster
 with SlurmCluster({folder!r}) as cluster:
     cluster.submit("--output=/dev/null", script="sleep 1000")
@@ -139,6 +140,7 @@ class Ends(unittest.TestCase):
                 self.assertEqual(process.stdout.readline(), "started\n")
                 self.assertGreaterEqual(len(self.left(how.name)), 7)  # munged, slurmctld, two slurmd, a slurmstepd, sh, sleep
                 process.send_signal(how)
+                process.wait(60)
             end = time.monotonic() + 60
             while left := self.left(how.name):
                 self.assertLess(time.monotonic(), end, left)
