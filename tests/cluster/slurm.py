@@ -364,7 +364,7 @@ class SlurmCluster:
     def kill_node(self, i):
         """Ends all that runs on a node at once and without a word, as if its power failed. Its files stay.
 
-        Slurm finds the loss once the node is silent for long enough (9 s where node_timeout_s is 3, 16 s where it is 6),
+        Slurm finds the loss once the node is silent for long enough (9 to 16 s where node_timeout_s is 3, 16 to 18 s where it is 6),
         or when the node is back, where its tasks have run for 7 s or more by then. Lost tasks are queued again, and start
         credential_s + 1 s later.
         """
