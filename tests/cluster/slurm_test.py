@@ -114,6 +114,12 @@ class Ends(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="tactor-slurm-")))
 
+    def wait_for(self, condition, what):
+        end = time.monotonic() + 60
+        while not condition():
+            self.assertLess(time.monotonic(), end, f"60 s have gone by before {what}")
+            time.sleep(0.05)
+
     def left(self, name):
         return processes(SlurmCluster(self.folder / name).is_ours)
 
@@ -134,17 +140,16 @@ class Ends(unittest.TestCase):
     def test_a_cluster_ends_with_the_process_that_started_it(self):
         here = str(pathlib.Path(__file__).parent)
         for how in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-            with subprocess.Popen([sys.executable, "-c", STARTS.format(here=here, folder=str(self.folder / how.name))],
-                                  stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
-                self.addCleanup(process.kill)
-                self.assertEqual(process.stdout.readline(), "started\n")
-                self.assertGreaterEqual(len(self.left(how.name)), 7)  # munged, slurmctld, two slurmd, a slurmstepd, sh, sleep
-                process.send_signal(how)
-                process.wait(60)
-            end = time.monotonic() + 60
-            while left := self.left(how.name):
-                self.assertLess(time.monotonic(), end, left)
-                time.sleep(0.05)
+            process = subprocess.Popen([sys.executable, "-c", STARTS.format(here=here, folder=str(self.folder / how.name))],
+                                       stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            self.addCleanup(process.communicate)
+            self.addCleanup(process.kill)
+            self.assertEqual(process.stdout.readline(), "started\n")
+            self.wait_for(lambda: "sleep" in self.left(how.name).values(), "the task began")
+            self.assertLessEqual({"munged", "slurmctld", "slurmd", "slurmstepd", "sleep"}, set(self.left(how.name).values()))
+            process.send_signal(how)
+            process.wait(60)
+            self.wait_for(lambda: not self.left(how.name), "all had ended")
 
     def test_a_folder_that_slurm_cannot_use_is_refused(self):
         for name in ("a folder", "long" * 20):
