@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "app/command_output.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -134,7 +135,10 @@ class Submitter {
     for (char** variable = environ; *variable != nullptr; ++variable) {
       const std::string_view entry = *variable;
       const std::size_t end = entry.find('=');
-      if (!entry.starts_with("TACTOR_") || end == std::string_view::npos) continue;
+      // Not all systems hand the environment on, and a bundle finds its libraries by it.
+      if (!(entry.starts_with("TACTOR_") || entry.starts_with("LD_LIBRARY_PATH=")) || end == std::string_view::npos) {
+        continue;
+      }
       text += fmt::format("export {}={}\n", entry.substr(0, end), shell_word(std::string(entry.substr(end + 1))));
     }
     text += fmt::format("exec {} task {} {} \"${}\"\n", shell_word(fs::read_symlink("/proc/self/exe").string()),
