@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import time
@@ -111,6 +112,19 @@ class SameTable(ClusterTest):
         self.cluster(study, "there", "--wait", code=1)
         self.assert_same("here", "there")
         self.assertGreater(len({row for row in self.table("there", "SELECT status, message FROM runs")}), 1)
+
+
+    def test_a_node_without_gnuplot_merges_and_says_that_charts_are_missing(self):
+        programs = self.folder / "programs"
+        programs.mkdir()
+        for name in ("sh", "env", "cut", "seq", "xargs", "setsid", "dirname", "sleep"):
+            (programs / name).symlink_to(shutil.which(name))
+        self.environment["PATH"] = str(programs)
+        study = SMALL + "report: work_precision\n"
+        self.cluster(study, "there", "--repeats", "1", "--wait")
+        self.assertIn("No chart: gnuplot is not installed", self.bytes_of("there", "report.html").decode())
+        self.assertFalse(list((self.folder / "there").glob("*.png")))
+        self.assertEqual(len(self.lines("there")), 6)
 
 
 class TasksThatEnd(ClusterTest):

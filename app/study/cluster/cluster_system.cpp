@@ -28,7 +28,7 @@ const std::vector<std::string>& system_keys() {
 }
 
 const std::vector<std::string>& placeholders() {
-  static const std::vector<std::string> names{"script",  "name",    "log",       "first",   "last",
+  static const std::vector<std::string> names{"script", "name", "log", "first", "last", "array",
                                               "after",   "jobs",    "time",      "minutes", "partition",
                                               "account", "options", "exclusive", "at_once", "here"};
   return names;

@@ -101,6 +101,7 @@ class Submitter {
                     {"log", script.string() + ".log"},
                     {"first", "0"},
                     {"last", std::to_string(submission.chunks.size() - 1)},
+                    {"array", submission.chunks.size() > 1 ? fmt::format("0-{}", submission.chunks.size() - 1) : ""},
                     {"time", clock_time(limit_s(kind))},
                     {"minutes", std::to_string(static_cast<long>(std::ceil(limit_s(kind) / 60)))},
                     {"partition", options_.partition},
@@ -141,7 +142,7 @@ class Submitter {
       }
       text += fmt::format("export {}={}\n", entry.substr(0, end), shell_word(std::string(entry.substr(end + 1))));
     }
-    text += fmt::format("exec {} task {} {} \"${}\"\n", shell_word(fs::read_symlink("/proc/self/exe").string()),
+    text += fmt::format("exec {} task {} {} \"${{{}:-0}}\"\n", shell_word(fs::read_symlink("/proc/self/exe").string()),
                         shell_word(fs::absolute(folder_.out()).string()), submission.number, system_.index);
     const fs::path script = folder_.jobs() / fmt::format("{:04}.sh", submission.number);
     publish_bytes(text, script);
