@@ -79,7 +79,7 @@ using MpfrFunction = int (*)(mpfr_ptr, mpfr_srcptr, mpfr_rnd_t);
 using Function2 = double (*)(double, double);
 using MpfrFunction2 = int (*)(mpfr_ptr, mpfr_srcptr, mpfr_srcptr, mpfr_rnd_t);
 
-constexpr int many = 30'000;
+constexpr int many = 20'000;
 
 void compare(const std::string& name, Function ours, MpfrFunction exactly, const std::function<double(Points&)>& draw,
              double bound = 1) {
