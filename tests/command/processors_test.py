@@ -3,6 +3,7 @@ neither AVX nor fused multiply-add."""
 import concurrent.futures
 import json
 import os
+import pathlib
 import platform
 import shutil
 import subprocess
@@ -83,6 +84,24 @@ nodes: {dynamics: {solver: portable}}
         for name, result in results.items():
             with self.subTest(name):
                 self.same(name, *result.result())
+
+    @needs_meshes
+    def test_a_body_is_filled_with_the_same_tetrahedra(self):
+        """CGAL repairs the mesh and fills it; both are kept in the cache."""
+        text = f"""extends: {GRAPHS / "gel_cube/scene.yaml"}
+scene:
+  bodies:
+    gel: {{box: ~, mesh: transfer/bowl_tool.off, tetrahedra: 300, fixed: {{behind: {{p: [0, 0, 0], n: [0, 0, 1]}}}}}}
+nodes: {{dynamics: {{solver: portable}}}}
+"""
+        path = self.write("filled.yaml", text)
+        caches = [self.folder / "here", self.folder / "there"]
+        words = ("run", path, "--duration", "0.05 s", "--overwrite", "--out", self.folder / "filled")
+        self.done(tactor(*words, environment={"TACTOR_CACHE": str(caches[0])}))
+        self.done(self.old(*words, cache=caches[1]))
+        files = [{file.name: file.read_bytes() for file in cache.iterdir()} for cache in caches]
+        self.assertEqual({pathlib.Path(name).suffix for name in files[0]}, {".mesh", ".tetrahedra", ".ref"})
+        self.assertEqual(*files)
 
 
 if __name__ == "__main__":
