@@ -174,7 +174,7 @@ class TasksThatEnd(ClusterTest):
         for pid in self.tasks_of("there", "runs"):
             os.kill(pid, signal.SIGKILL)
         result = self.ask("there", "--wait", code=1)
-        self.assertIn("12 of 12 runs are missing, in 1 tasks; --resume makes them", " ".join(result.stdout.split()))
+        self.assertIn("12 of 12 runs are missing, in 1 tasks; cluster/jobs/*.log tells why, and --resume makes them", " ".join(result.stdout.split()))
         self.assertEqual(self.table("there", "SELECT count(*) FROM runs"), [(0,)])
         self.ask("there", "--resume", "--wait")
         self.assert_same("here", "there")
@@ -266,6 +266,7 @@ class Refused(ClusterTest):
         self.assertIn("--chunk", refused(file, "--cluster", "local", "--chunk", "soon"))
         self.cluster(None, "there", "--wait")
         self.assertIn("expected no study there yet", refused(file, "--out", self.folder / "there", "--cluster", "local"))
+        self.assertIn("expected no study there yet, found one that was handed to a cluster", refused(file, "--out", self.folder / "there"))
         self.assertIn("without --cluster", refused(file, "--out", self.folder / "there", "--cluster", "local", "--resume"))
         self.assertEqual(self.made("there", 99)[0], 2)
         code, errors = self.made("there", 0, 99)

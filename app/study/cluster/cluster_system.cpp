@@ -28,9 +28,9 @@ const std::vector<std::string>& system_keys() {
 }
 
 const std::vector<std::string>& placeholders() {
-  static const std::vector<std::string> names{"script", "name", "log", "first", "last", "array",
-                                              "after",   "jobs",    "time",      "minutes", "partition",
-                                              "account", "options", "exclusive", "at_once", "here"};
+  static const std::vector<std::string> names{"script",  "name",      "log",     "first",   "last",      "array",
+                                              "after",   "jobs",      "time",    "minutes", "partition", "account",
+                                              "options", "exclusive", "at_once", "here"};
   return names;
 }
 

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "app/command_output.hpp"
+#include "app/study/cluster/merge.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -181,12 +182,13 @@ std::vector<std::size_t> missing_chunks(const ClusterPlan& plan, const ClusterFo
   return missing;
 }
 
-void forget_what_may_differ(const ClusterPlan& plan, const ClusterFolder& folder) {
+void forget_what_does_not_count(const ClusterPlan& plan, const ClusterFolder& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder.lost_reference(0).parent_path(), ignored)) {
     fs::remove(entry.path(), ignored);
   }
   const Stage* stage = plan.stage(StageKind::runs);
+  const std::optional<RanOn> processor = counted_processor(plan, folder, nullptr);
   const TemporaryFolder scratch;
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
     const fs::path whole = folder.shard(StageKind::runs, chunk), part = whole.string() + ".part";
@@ -194,16 +196,17 @@ void forget_what_may_differ(const ClusterPlan& plan, const ClusterFolder& folder
     const fs::path& file = is_whole ? whole : part;
     const std::optional<Shard> shard = read_shard(file);
     if (!shard || shard->head.plan != plan.key) continue;
-    const auto may_differ = [](const auto& record) {
+    const auto does_not_count = [&processor](const auto& record) {
       const std::optional<RunRecord> run = from_message<RunAnswer>(record.second).record;
-      return run && run->may_differ;
+      return run &&
+             (run->may_differ || (processor && !run->ran_on.processor.empty() && !run->ran_on.computes_as(*processor)));
     };
-    if (std::none_of(shard->records.begin(), shard->records.end(), may_differ)) continue;
+    if (std::none_of(shard->records.begin(), shard->records.end(), does_not_count)) continue;
     const fs::path kept = scratch.path() / "kept.shard";
     fs::remove(kept, ignored);
     ShardWriter writer(kept, shard->head);
     for (const auto& record : shard->records) {
-      if (!may_differ(record)) writer.add(record.first, record.second);
+      if (!does_not_count(record)) writer.add(record.first, record.second);
     }
     writer.spent(shard->cost, shard->depends_on_processor);
     publish_last(kept, part);
