@@ -537,7 +537,8 @@ def seconds_a_task():
 
 
 def main():
-    tests = unittest.main(module=__name__, exit=False, verbosity=1)
+    """Runs the cases that the command line names, then measures Slurm; the exit code."""
+    tests = unittest.main(module=sys.modules[__name__], exit=False)
     if UNAVAILABLE is None:
         print(f"Slurm takes {seconds_a_task():.2f} s of a slot for a task beside what the task does ({ARRAY} tasks of `true` on {SLOTS} slots): "
               "bench/cluster_overhead.py --slurm takes it")
