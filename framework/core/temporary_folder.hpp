@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <system_error>
 
 #include "framework/core/check.hpp"
 
@@ -15,7 +16,10 @@ namespace tactor {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tactor-XXXXXX").string();
+    std::error_code error;  // where TMPDIR is a folder of another machine
+    const std::filesystem::path parent = std::filesystem::temp_directory_path(error);
+    if (error) throw RunError("cannot make a temporary folder in TMPDIR, or /tmp: " + error.message());
+    std::string name = (parent / "tactor-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) throw RunError("cannot make a temporary folder " + name);
     path_ = name;
   }

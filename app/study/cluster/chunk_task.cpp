@@ -41,16 +41,17 @@ class Scratch {
   explicit Scratch(const fs::path& shards) {
     try {
       local_.emplace();
-      std::ofstream probe(local_->path() / "room");
-      probe << std::string(1 << 20, '.');
-      if (probe.flush()) {
+      if (has_room(local_->path() / "room")) {
         path_ = local_->path();
         return;
       }
+      local_.reset();
     } catch (const RunError&) {
     }
+    std::error_code none;
+    const fs::path own = fs::temp_directory_path(none);
     tell_note(fmt::format("{}: no room for a shard of this task; it is written below {} at once",
-                          fs::temp_directory_path().string(), shards.string()));
+                          none ? "TMPDIR" : own.string(), shards.string()));
     std::string name = (shards / "scratch-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) {
       throw RunError(fmt::format("cannot make a folder {}: {}", name, std::strerror(errno)));
@@ -66,6 +67,15 @@ class Scratch {
   [[nodiscard]] fs::path file() const { return path_ / "chunk.shard"; }
 
  private:
+  static bool has_room(const fs::path& file) {
+    std::ofstream probe(file);
+    probe << std::string(1 << 20, '.');
+    const bool has = static_cast<bool>(probe.flush());
+    std::error_code ignored;
+    fs::remove(file, ignored);
+    return has;
+  }
+
   std::optional<TemporaryFolder> local_;
   fs::path path_, shared_;
 };
@@ -108,7 +118,7 @@ class ChunkTask {
 
  private:
   [[nodiscard]] bool belongs(const ShardHead& head) const {
-    return head.plan == plan_.key && head.stage == name_of(stage_.kind) && head.chunk == chunk_;
+    return head.is_of(plan_.key, name_of(stage_.kind), chunk_);
   }
 
   [[nodiscard]] fs::path part() const { return target_.string() + ".part"; }
