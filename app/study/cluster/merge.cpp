@@ -69,7 +69,7 @@ class ShardMerge {
   [[nodiscard]] std::size_t case_of(std::size_t unit) const { return plan_.run_of(*stage_, unit) / planned_.seeds(); }
 
   [[nodiscard]] bool belongs(const Shard& shard, StageKind stage, std::size_t chunk) const {
-    return shard.head.plan == plan_.key && shard.head.stage == name_of(stage) && shard.head.chunk == chunk;
+    return shard.head.is_of(plan_.key, name_of(stage), chunk);
   }
 
   void count(const Shard& shard) {
@@ -85,8 +85,11 @@ class ShardMerge {
     for (const fs::path& file : {whole, fs::path(whole.string() + ".part")}) {
       std::optional<Shard> shard = read_shard(file);
       if (!shard) continue;
+      const bool is_mine = belongs(*shard, stage, chunk);
       if (!shard->damage.empty()) merged_.damaged.push_back(file.string() + ": " + shard->damage);
-      if (belongs(*shard, stage, chunk)) return shard;
+      if (shard->damage.empty() && !is_mine)
+        merged_.damaged.push_back(file.string() + ": it is of another task or study");
+      if (is_mine) return shard;
     }
     return std::nullopt;
   }
