@@ -206,23 +206,34 @@ int wait_for_cluster_study(const fs::path& out) {
   ClusterProgress progress;
   auto ask_again = Steady::time_point::min();
   std::map<std::string, JobCounts> counts;
-  bool was_alive = true;
+  bool was_alive = true, has_answered = false, is_silent = false;
   for (;;) {
     // Files are looked at often, which costs the cluster nothing; its scheduler spends a hundredth of its time on this.
     if (const auto began = Steady::now(); began >= ask_again) {
-      counts = ask_for_jobs(study.system, jobs_of(read_submissions(study.folder)));
+      // A scheduler that is started anew does not answer for a while, and its tasks go on.
+      try {
+        counts = ask_for_jobs(study.system, jobs_of(read_submissions(study.folder)));
+        has_answered = true;
+        is_silent = false;
+      } catch (const RunError& error) {
+        if (!has_answered) throw;
+        bar.clear();
+        if (!is_silent) tell_note(fmt::format("{}; it is asked again", error.what()));
+        is_silent = true;
+      }
       const auto now = Steady::now();
-      ask_again =
-          now + std::clamp<Steady::duration>(100 * (now - began), std::chrono::seconds(1), std::chrono::minutes(1));
+      ask_again = now + (is_silent ? Steady::duration(std::chrono::seconds(5))
+                                   : std::clamp<Steady::duration>(100 * (now - began), std::chrono::seconds(1),
+                                                                  std::chrono::minutes(1)));
     }
     progress = find_progress(study.plan, study.folder, counts);
     if (progress.is_merged) break;
-    if (!progress.is_alive) {
+    if (!progress.is_alive && !is_silent) {
       // The merge writes its file just before it ends.
       if (!was_alive) break;
       ask_again = Steady::time_point::min();
     }
-    was_alive = progress.is_alive;
+    was_alive = progress.is_alive || is_silent;
     std::size_t running = 0;
     for (const StageProgress& stage : progress.stages) running += stage.running;
     bar.draw(progress.share, fmt::format("{} tasks run", running));
