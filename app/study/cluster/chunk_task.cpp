@@ -4,8 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -40,31 +38,17 @@ class Scratch {
  public:
   explicit Scratch(const fs::path& shards) {
     try {
-      local_.emplace();
-      if (has_room(local_->path() / "room")) {
-        path_ = local_->path();
-        return;
-      }
-      local_.reset();
+      folder_.emplace();
+      if (has_room(folder_->path() / "room")) return;
     } catch (const RunError&) {
     }
     std::error_code none;
     const fs::path own = fs::temp_directory_path(none);
     tell_note(fmt::format("{}: no room for a shard of this task; it is written below {} at once",
                           none ? "TMPDIR" : own.string(), shards.string()));
-    std::string name = (shards / "scratch-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw RunError(fmt::format("cannot make a folder {}: {}", name, std::strerror(errno)));
-    }
-    path_ = shared_ = name;
+    folder_.emplace(shards, "scratch-");
   }
-  ~Scratch() {
-    std::error_code ignored;
-    if (!shared_.empty()) fs::remove_all(shared_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  [[nodiscard]] fs::path file() const { return path_ / "chunk.shard"; }
+  [[nodiscard]] fs::path file() const { return folder_->path() / "chunk.shard"; }
 
  private:
   static bool has_room(const fs::path& file) {
@@ -76,8 +60,7 @@ class Scratch {
     return has;
   }
 
-  std::optional<TemporaryFolder> local_;
-  fs::path path_, shared_;
+  std::optional<TemporaryFolder> folder_;
 };
 
 class ChunkTask {

@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "app/output.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -38,11 +39,11 @@ class ShardMerge {
   ShardMerge(const ClusterPlan& plan, const ClusterFolder& folder)
       : plan_(plan), planned_(plan.planned), folder_(folder), stage_(plan.stage(StageKind::runs)) {}
 
-  MergedShards run(const fs::path& file) {
+  /// `scratch`: a folder for the table until it is whole.
+  MergedShards run(const fs::path& scratch, const fs::path& file) {
     count_other_stages();
     choose_processor();
-    const TemporaryFolder scratch;
-    RunTable table(scratch.path() / "merge.sqlite", TableMode::create, planned_.settings.identity, planned_.names());
+    RunTable table(scratch / "merge.sqlite", TableMode::create, planned_.settings.identity, planned_.names());
     std::size_t chunk = 0;
     for (std::size_t c = 0; c < planned_.cases.size(); ++c) {
       if (planned_.obstacles[c]) {
@@ -57,7 +58,7 @@ class ShardMerge {
       }
       flush(c, table);
     }
-    const fs::path whole = scratch.path() / "study.sqlite";
+    const fs::path whole = scratch / "study.sqlite";
     table.save_as(whole);
     publish_last(whole, file);
     merged_.records = table.read();
@@ -214,7 +215,14 @@ class ShardMerge {
 }  // namespace
 
 MergedShards merge_shards(const ClusterPlan& plan, const ClusterFolder& folder, const fs::path& file) {
-  return ShardMerge(plan, folder).run(file);
+  try {
+    const TemporaryFolder own;
+    return ShardMerge(plan, folder).run(own.path(), file);
+  } catch (const RunError& error) {
+    tell_note(fmt::format("{}; the table is made below {} at once", error.what(), folder.path().string()));
+  }
+  const TemporaryFolder shared(folder.path(), "scratch-");
+  return ShardMerge(plan, folder).run(shared.path(), file);
 }
 
 }  // namespace tactor
