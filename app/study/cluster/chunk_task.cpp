@@ -4,10 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "app/interruption.hpp"
 #include "app/output.hpp"
@@ -26,6 +28,8 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr double publish_patience_s = 600;
 
 JobKind job_kind(StageKind stage) {
   return stage == StageKind::warm         ? JobKind::warm_up
@@ -263,13 +267,37 @@ class ChunkTask {
     }
     const std::optional<Shard> mine = read_shard(writer_->file());
     const std::optional<Shard> other = read_shard(part());
-    const std::size_t kept = mine ? mine->records.size() : 0;
-    if (kept > (other && belongs(other->head) ? other->records.size() : 0)) publish_last(writer_->file(), part());
+    std::size_t kept = mine ? mine->records.size() : 0;
+    const std::size_t there = other && belongs(other->head) ? other->records.size() : 0;
+    if (kept > there) {
+      try {
+        publish_last(writer_->file(), part());
+      } catch (const RunError& error) {
+        tell_note(error.what());
+        kept = there;
+      }
+    }
     tell_note(fmt::format("{} task {}: {}; {} of {} are kept", name_of(stage_.kind), chunk_, why, kept,
                           stage_.chunk_begin[chunk_ + 1] - stage_.chunk_begin[chunk_]));
   }
 
+  /// The disk that all share may be full or away for a moment, and the runs of a chunk are not to be lost for that.
   void publish() {
+    const double until = clock_seconds(CLOCK_MONOTONIC) + publish_patience_s;
+    bool told = false;
+    for (;;) {
+      try {
+        return publish_once();
+      } catch (const RunError& error) {
+        if (is_interrupted() || clock_seconds(CLOCK_MONOTONIC) > until) throw;
+        if (!told) tell_note(fmt::format("{}; it is tried again for {} s", error.what(), publish_patience_s));
+        told = true;
+      }
+      for (int i = 0; i < 20 && !is_interrupted(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+
+  void publish_once() {
     if (!publish_first(writer_->file(), target_)) {
       // The same task ran twice at once. Both are kept, so that the merge can compare them.
       publish_last(writer_->file(), fmt::format("{}.twin-{}-{}", target_.string(), this_machine().node, getpid()));
