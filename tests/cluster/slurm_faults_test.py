@@ -321,25 +321,50 @@ class Nodes(FaultTest):
 
 class Controller(FaultTest):
     def end_and_start(self, how):
-        """The controller ends while tasks run and wait, and comes back; another command waits meanwhile."""
-        self.hand_over(LONG, *TASKS)
-        waiting = self.started("study", self.out, "--wait")
-        self.wait_middle()
-        self.assertIn("PENDING", self.states(self.job()).values())
+        """The controller ends while tasks run and wait, and comes back."""
         self.cluster.stop_controller(how)
         try:
             time.sleep(12)  # so long that squeue gives up
         finally:
             self.cluster.start_controller()
-        self.ask("--wait")
-        self.assert_whole(LONG)
-        self.wait_told(waiting, 0)
+
+    def begin(self):
+        """A command that waits for a study in the background, whose tasks run and wait."""
+        self.hand_over(LONG, *TASKS)
+        waiting = self.started("study", self.out, "--wait")
+        self.wait_middle()
+        return waiting
+
+    def made_twice(self):
+        return sum(len(records(twin)) for twin in self.shards("*.twin-*"))
 
     def test_the_controller_ends_in_order(self):
+        waiting = self.begin()
         self.end_and_start(signal.SIGTERM)
+        self.wait_told(waiting, 0)
+        self.assert_whole(LONG)
 
     def test_the_controller_is_killed(self):
+        waiting = self.begin()
+        time.sleep(6)  # it saves what it knows every 5 s
         self.end_and_start(signal.SIGKILL)
+        self.wait_told(waiting, 0)
+        # What it had started since it saved last, it starts again.
+        self.assert_whole(LONG, twice=self.made_twice())
+
+    def test_the_controller_is_killed_before_it_has_saved_the_jobs(self):
+        self.hand_over(LONG, *TASKS)
+        self.wait_for(self.processes, "a task ran")
+        self.end_and_start(signal.SIGKILL)
+        lost = [job for job in (self.job(), self.job("merge")) if job not in {name.partition("_")[0] for name in self.cluster.queue()}]
+        print(f"  {len(lost)} of 2 jobs were lost", flush=True)
+        self.wait_for(lambda: not self.processes(), "all tasks had ended that the controller knew nothing of")
+        self.cluster.wait_idle(300)
+        if lost:
+            self.assertIn("--resume makes what is missing", self.ask("--wait", code=1))
+            self.ask("--resume")
+        self.ask("--wait")
+        self.assert_whole(LONG, twice=self.made_twice())
 
 
 class Disks(FaultTest):
