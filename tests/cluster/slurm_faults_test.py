@@ -1,4 +1,4 @@
-"""Studies on a Slurm of two virtual nodes that breaks: in the end each has the table that this machine makes alone. 15 minutes.
+"""Studies on a Slurm of two virtual nodes that breaks: in the end each has the table that this machine makes alone. 20 minutes.
 
 Each case starts a study, breaks something in the middle of a task, lets Slurm and --resume go on, and looks that nothing is lost and
 nothing is counted twice.
@@ -371,7 +371,8 @@ class Disks(FaultTest):
     def mount(self, folder, size):
         """A disk of this size (of mount -o size=) at `folder` until the end of the case."""
         folder.mkdir(exist_ok=True)
-        result = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], capture_output=True, text=True, check=False)
+        result = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder], capture_output=True, text=True,
+                                check=False)
         if result.returncode != 0:
             self.skipTest(f"mount is not permitted here: {result.stderr.strip()}")
         self.addCleanup(subprocess.run, ["umount", "--lazy", folder], check=True)
@@ -554,7 +555,8 @@ class Commands(FaultTest):
 
 def seconds_a_task():
     """What Slurm takes for a task and slot, s, where the task does nothing."""
-    with tempfile.TemporaryDirectory(prefix="tactor-slurm-") as folder, SlurmCluster(pathlib.Path(folder) / "slurm", cpus=SLOTS // 2) as cluster:
+    with (tempfile.TemporaryDirectory(prefix="tactor-slurm-") as folder,
+          SlurmCluster(pathlib.Path(folder) / "slurm", cpus=SLOTS // 2) as cluster):
         begin = time.monotonic()
         cluster.submit("--output=/dev/null", f"--array=0-{ARRAY - 1}", script="true")
         cluster.wait_idle()
@@ -565,8 +567,8 @@ def main():
     """Runs the cases that the command line names, then measures Slurm; the exit code."""
     tests = unittest.main(module=sys.modules[__name__], exit=False)
     if UNAVAILABLE is None:
-        print(f"Slurm takes {seconds_a_task():.2f} s of a slot for a task beside what the task does ({ARRAY} tasks of `true` on {SLOTS} slots): "
-              "bench/cluster_overhead.py --slurm takes it")
+        print(f"Slurm takes {seconds_a_task():.2f} s of a slot for a task beside what the task does ({ARRAY} tasks of `true` on "
+              f"{SLOTS} slots): bench/cluster_overhead.py --slurm takes it")
     return 0 if tests.result.wasSuccessful() else 1
 
 
