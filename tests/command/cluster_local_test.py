@@ -211,6 +211,16 @@ class TasksThatEnd(ClusterTest):
         self.ask("there", "--resume", "--wait")
         self.assertEqual(self.content("there"), before)
 
+    def test_a_shard_of_another_task_is_told_and_the_right_one_made(self):
+        self.cluster(LONG, "there", "--chunk", "0.5 s", "--wait")
+        before = self.content("there")
+        first, second = self.shards("there")[:2]
+        first.write_bytes(second.read_bytes())
+        self.merge("there", code=1)
+        self.assertIn("it is of another task or study", self.bytes_of("there", "report.html").decode())
+        self.ask("there", "--resume", "--wait")
+        self.assertEqual(self.content("there"), before)
+
     def test_a_node_without_room_on_its_disk_writes_beside_the_shards(self):
         self.cluster(LONG, "there", "--chunk", "600 s", "--wait")
         before = self.content("there")
