@@ -40,17 +40,24 @@ JobKind job_kind(StageKind stage) {
 /// A folder on the node's own disk, or where that has no room beside the shards.
 class Scratch {
  public:
-  explicit Scratch(const fs::path& shards) {
+  explicit Scratch(fs::path shards) : shards_(std::move(shards)) {
     try {
       folder_.emplace();
-      if (has_room(folder_->path() / "room")) return;
+      is_own_ = has_room(folder_->path() / "room");
     } catch (const RunError&) {
     }
+    if (!is_own_) leave_own_disk();
+  }
+  /// Whether it is on the node's own disk.
+  [[nodiscard]] bool is_own() const { return is_own_; }
+  /// Makes an empty folder beside the shards in place of that on the node's own disk.
+  void leave_own_disk() {
+    is_own_ = false;
     std::error_code none;
     const fs::path own = fs::temp_directory_path(none);
     tell_note(fmt::format("{}: no room for a shard of this task; it is written below {} at once",
-                          none ? "TMPDIR" : own.string(), shards.string()));
-    folder_.emplace(shards, "scratch-");
+                          none ? "TMPDIR" : own.string(), shards_.string()));
+    folder_.emplace(shards_, "scratch-");
   }
   [[nodiscard]] fs::path file() const { return folder_->path() / "chunk.shard"; }
 
@@ -64,7 +71,9 @@ class Scratch {
     return has;
   }
 
+  fs::path shards_;
   std::optional<TemporaryFolder> folder_;
+  bool is_own_ = false;
 };
 
 class ChunkTask {
@@ -84,9 +93,8 @@ class ChunkTask {
   int run() {
     if (is_whole()) return 0;
     if (stage_.kind == StageKind::runs) planned_.judged = read_intervals(plan_, folder_);
-    const Scratch scratch(target_.parent_path());
-    const ShardHead head{plan_.key, name_of(stage_.kind), chunk_, this_machine()};
-    writer_.emplace(scratch.file(), head);
+    scratch_.emplace(target_.parent_path());
+    writer_.emplace(scratch_->file(), my_head());
     try {
       take_over();
       if (!make_units()) {
@@ -94,7 +102,7 @@ class ChunkTask {
         return 1;
       }
       spend();
-      writer_->complete();
+      write([](ShardWriter& writer) { writer.complete(); });
     } catch (const RunError& error) {
       keep_part(error.what());
       throw;
@@ -104,6 +112,31 @@ class ChunkTask {
   }
 
  private:
+  [[nodiscard]] ShardHead my_head() const { return {plan_.key, name_of(stage_.kind), chunk_, this_machine()}; }
+
+  /// Calls `what` with the writer. Where the node's own disk is full, the records that there are move beside the shards
+  /// first.
+  template <class What>
+  void write(const What& what) {
+    try {
+      return what(*writer_);
+    } catch (const RunError& error) {
+      if (!scratch_->is_own()) throw;
+      tell_note(error.what());
+    }
+    const std::optional<Shard> made = read_shard(writer_->file());
+    scratch_->leave_own_disk();
+    writer_.emplace(scratch_->file(), my_head());
+    if (made) {
+      for (const auto& [unit, answer] : made->records) writer_->add(unit, answer);
+    }
+    what(*writer_);
+  }
+
+  void add(std::size_t unit, const std::string& answer) {
+    write([&](ShardWriter& writer) { writer.add(unit, answer); });
+  }
+
   [[nodiscard]] bool belongs(const ShardHead& head) const {
     return head.is_of(plan_.key, name_of(stage_.kind), chunk_);
   }
@@ -128,7 +161,7 @@ class ChunkTask {
     if (!left || !belongs(left->head)) return;
     for (const auto& [unit, answer] : left->records) {
       if (unit < stage_.chunk_begin[chunk_] || unit >= stage_.chunk_begin[chunk_ + 1]) continue;
-      if (done_.insert(unit).second) writer_->add(unit, answer);
+      if (done_.insert(unit).second) add(unit, answer);
     }
     earlier_ = left->cost;
     depends_.insert(left->depends_on_processor.begin(), left->depends_on_processor.end());
@@ -225,7 +258,7 @@ class ChunkTask {
     }
     run_cpu_s_ +=
         stage_.kind == StageKind::warm ? from_message<WarmUp>(answer).cost.cpu_s : from_message<JobCost>(answer).cpu_s;
-    writer_->add(unit, answer);
+    add(unit, answer);
   }
 
   void take_loss(std::size_t unit, const Ending& ending) {
@@ -234,10 +267,10 @@ class ChunkTask {
     if (stage_.kind == StageKind::runs) {
       add_record(unit, planned_.hopeless(run, {RunStatus::failed, ending.text, ending.may_differ}));
     } else if (stage_.kind == StageKind::warm) {
-      writer_->add(unit, to_message(WarmUp{{}, ending.text, {}}));
+      add(unit, to_message(WarmUp{{}, ending.text, {}}));
     } else {
       publish_bytes(to_bytes(std::pair(ending.text, ending.may_differ)), folder_.lost_reference(run));
-      writer_->add(unit, to_message(JobCost{}));
+      add(unit, to_message(JobCost{}));
     }
   }
 
@@ -247,7 +280,7 @@ class ChunkTask {
                   [this](const auto& metric) { return !declared_.insert(metric.first).second; });
     RunAnswer answer;
     answer.record = std::move(record);
-    writer_->add(unit, to_message(answer));
+    add(unit, to_message(answer));
   }
 
   void spend() {
@@ -255,7 +288,7 @@ class ChunkTask {
     cost.cpu_s += clock_seconds(CLOCK_PROCESS_CPUTIME_ID) + pool_.cpu_s();
     cost.wall_s += clock_seconds(CLOCK_MONOTONIC) - began_;
     cost.run_cpu_s += run_cpu_s_;
-    writer_->spent(cost, {depends_.begin(), depends_.end()});
+    write([&](ShardWriter& writer) { writer.spent(cost, {depends_.begin(), depends_.end()}); });
   }
 
   /// Keeps what there is for the next try, unless that of another task is more.
@@ -315,6 +348,7 @@ class ChunkTask {
   Registry registry_;
   StudyWorker worker_;
   WorkerPool pool_;
+  std::optional<Scratch> scratch_;
   std::optional<ShardWriter> writer_;
   std::set<std::size_t> done_;      // units of earlier tries
   std::set<std::string> declared_;  // metrics
