@@ -410,14 +410,17 @@ class Disks(FaultTest):
         self.hand_over(LONG, *ONE_TASK, "--sbatch-option", "--nodelist=node0")
         self.wait_middle(0)
         with self.full(self.cluster.scratch(0)):
-            self.wait_for(self.parts, "the task had kept what it had")
-            parts = self.parts()
-        self.ask("--wait", code=1)
+            self.ask("--wait")
         self.assertIn("No space left on device", self.logs())
-        self.assertEqual(self.assert_missing(LONG), RUNS - sum(map(len, parts.values())))
-        self.ask("--resume", "--wait")
+        self.assertIn("no room for a shard of this task", self.logs())
         self.assert_whole(LONG)
-        self.assert_kept(parts)
+
+    def test_the_disk_of_a_node_is_smaller_than_a_shard(self):
+        self.mount(self.cluster.scratch(0), "2m")
+        self.hand_over(LONG, *ONE_TASK, "--sbatch-option", "--nodelist=node0")
+        self.ask("--wait")
+        self.assertGreater(self.shards()[0].stat().st_size, 2 << 20)
+        self.assert_whole(LONG)
 
     def test_the_disk_that_all_share_is_full_for_a_moment(self):
         self.mount(self.out, "32m")
