@@ -15,6 +15,13 @@ namespace tactor {
 
 namespace {
 
+/// Boost computes in long double otherwise, by instructions of the processor whose last digits its makers do not agree
+/// on.
+using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+using StudentsT = boost::math::students_t_distribution<double, InDouble>;
+using Normal = boost::math::normal_distribution<double, InDouble>;
+using FisherF = boost::math::fisher_f_distribution<double, InDouble>;
+
 double square_sum_about(std::span<const double> values, double centre) {
   double sum = 0;
   for (const double v : values) sum += (v - centre) * (v - centre);
@@ -24,7 +31,7 @@ double square_sum_about(std::span<const double> values, double centre) {
 /// Half of the 95 % confidence interval of the mean, for two values and more.
 double half_interval(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
-  return boost::math::quantile(boost::math::students_t(n - 1), 0.975) * standard_deviation(values) / std::sqrt(n);
+  return boost::math::quantile(StudentsT(n - 1), 0.975) * standard_deviation(values) / std::sqrt(n);
 }
 
 /// Two-sided p of the Wilcoxon signed-rank test over non-zero differences.
@@ -66,7 +73,7 @@ double signed_rank_p(std::vector<double> differences) {
   const double m = static_cast<double>(n);
   const double variance = m * (m + 1) * (2 * m + 1) / 24.0 - tie_correction / 48.0;
   const double z = (smaller - 0.5 * total + 0.5) / std::sqrt(variance);
-  return std::min(1.0, 2.0 * boost::math::cdf(boost::math::normal(), z));
+  return std::min(1.0, 2.0 * boost::math::cdf(Normal(), z));
 }
 
 }  // namespace
@@ -108,8 +115,7 @@ std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const do
   result.df_within = n_a + n_b - 2;
   if (!(within > 0)) return std::nullopt;
   result.F = between / (within / result.df_within);
-  result.p =
-      boost::math::cdf(boost::math::complement(boost::math::fisher_f(result.df_between, result.df_within), result.F));
+  result.p = boost::math::cdf(boost::math::complement(FisherF(result.df_between, result.df_within), result.F));
   return result;
 }
 

@@ -20,7 +20,7 @@ function(tactor_install_component component)
   install(EXPORT tactor-${component} NAMESPACE tactor:: DESTINATION ${TACTOR_CMAKE_FOLDER} COMPONENT dev)
 endfunction()
 
-tactor_install_component(framework tactor_framework)
+tactor_install_component(framework tactor_framework tactor_portable_math)
 tactor_install_component(hardware tactor_device_files tactor_hardware)
 tactor_install_component(physics physics_mesh physics_geometry physics_contact physics_deformable physics_mechanics nodes_prediction)
 

@@ -4,7 +4,9 @@ set(TACTOR_NODE_OUTPUT ${CMAKE_BINARY_DIR}/nodes)
 
 # tactor_add_nodes(NAME SOURCES ... [LIBS ...]): the nodes of type `NAME.*`, as the library libtactor_NAME.so in the folder
 # `nodes` of the build. One of the sources has TACTOR_NODES. It is compiled as Tactor itself is: in C++20, without the
-# contraction of a * b + c, so that debug and release builds give the same numbers.
+# contraction of a * b + c, so that debug and release builds give the same numbers. Calls of std::sin and its like go to
+# tactor::portable_math, so that all processors give the same numbers. The archive is linked whole: an object of it that is only
+# taken where it is missed would come too late, after the C library.
 # `cmake --install BUILD --prefix ~/.local` puts it where every graph of yours finds it.
 function(tactor_add_nodes name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
@@ -16,7 +18,7 @@ function(tactor_add_nodes name)
     message(FATAL_ERROR "tactor_add_nodes(${name}): expected SOURCES file... [LIBS target...], found \"${ARGN}\"")
   endif()
   add_library(tactor_${name} MODULE ${ARG_SOURCES})
-  target_link_libraries(tactor_${name} PRIVATE tactor::tactor ${ARG_LIBS})
+  target_link_libraries(tactor_${name} PRIVATE $<LINK_LIBRARY:WHOLE_ARCHIVE,tactor::portable_math> tactor::tactor ${ARG_LIBS})
   target_compile_features(tactor_${name} PRIVATE cxx_std_20)
   target_compile_options(tactor_${name} PRIVATE -ffp-contract=off)
   set_target_properties(tactor_${name} PROPERTIES PREFIX lib CXX_EXTENSIONS OFF LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_OUTPUT})

@@ -90,7 +90,7 @@ beside run time.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtactor-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${same}, libboost-dev, libeigen3-dev, zlib1g-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${same}, libboost-dev, libeigen3-dev, libsleef-dev, zlib1g-dev")
 set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake, g++")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "Headers and CMake package for nodes and programs on Tactor
 Nodes, devices and message types of your own, and programs that step a graph:

@@ -1,8 +1,11 @@
 #include "app/report/chart.hpp"
 
 #include <fmt/format.h>
+#include <sys/wait.h>
 
+#include <sys/wait.h>
 #include <algorithm>
+
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -72,8 +75,18 @@ std::string curve_style(const Curve& curve) {
 /// What gnuplot makes of a script.
 struct Picture {
   std::string bytes;
-  std::string printed;  ///< by `print`
+  std::string printed;      ///< by `print`
+  bool is_missing = false;  ///< there is no gnuplot here
 };
+
+/// What stands in a page where a chart would. A node of a cluster may have no gnuplot, and the tables count more.
+std::string no_chart(int width) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"40\"><text x=\"8\" y=\"25\" "
+      "font-family=\"sans-serif\" font-size=\"14\">No chart: gnuplot is not installed where this was written "
+      "(Debian package gnuplot-nox).</text></svg>",
+      width);
+}
 
 /// Runs the script behind its first lines.
 Picture gnuplot(const std::string& script_text, Format format, int width, int height) {
@@ -95,6 +108,10 @@ Picture gnuplot(const std::string& script_text, Format format, int width, int he
   std::array<char, 512> buffer{};
   while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) said += buffer.data();
   const int status = pclose(pipe);
+  constexpr int not_found = 127;  // by the shell
+  if (WIFEXITED(status) && WEXITSTATUS(status) == not_found) {
+    return {format == Format::svg ? no_chart(width) : std::string(), {}, true};
+  }
   std::ifstream picture(picture_file, std::ios::binary);
   if (status != 0 || !picture) {
     throw RunError("gnuplot could not draw the report's charts (Debian package gnuplot-nox): " + said);
@@ -339,7 +356,7 @@ std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
 
 std::string chart_figure(const std::vector<Chart>& charts, int width, int height) {
   Picture picture = gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size()));
-  const std::string data = for_script(charts, picture.printed);
+  const std::string data = picture.is_missing ? std::string() : for_script(charts, picture.printed);
   if (!data.empty()) picture.bytes.insert(4, " data-charts=\"" + escape(data) + "\"");
   return figure(picture.bytes);
 }

@@ -39,7 +39,9 @@ struct Chart {
   bool close = false;  ///< logarithmic axes end near the data, marked at 1, 2 and 5, instead of at powers of ten
 };
 
-/// The charts under each other, `width` by `height` pixels each. Throws RunError where gnuplot is missing or fails.
+// Where gnuplot is missing, an SVG says so in place of the chart, and a PNG is empty. Throws RunError where it fails.
+
+/// The charts under each other, `width` by `height` pixels each.
 std::string draw_svg(const std::vector<Chart>& charts, int width, int height);
 /// The same as a figure of a page. Where the page may run its script, curves can be hidden and zoomed.
 std::string chart_figure(const std::vector<Chart>& charts, int width, int height);

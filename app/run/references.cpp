@@ -50,7 +50,9 @@ std::vector<fs::path> code_files() {
     // The program itself has no name there.
     const bool is_program = *info->dlpi_name == '\0';
     const fs::path file = is_program ? reinterpret_cast<const char*>(getauxval(AT_EXECFN)) : info->dlpi_name;
-    if (is_program || file.filename().string().find("tactor") != std::string::npos) {
+    const std::string name = file.filename().string();
+    // SLEEF has the sines of all of them.
+    if (is_program || name.find("tactor") != std::string::npos || name.starts_with("libsleef")) {
       std::error_code ignored;
       static_cast<std::vector<fs::path>*>(data)->push_back(fs::canonical(file, ignored));
     }

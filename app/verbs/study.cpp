@@ -82,7 +82,11 @@ int run(StudyArguments& made) {
   }
   study.file = named_file(study.file, study_files);
   study.overrides = made.options.overrides;
-  if (!made.is_for_cluster) return run_study(study);
+  if (!made.is_for_cluster) {
+    // Its table would be that of two studies.
+    if (const std::optional<std::filesystem::path> out = handed_over(study)) clear_study_folder(*out, study.overwrite);
+    return run_study(study);
+  }
   if (study.resume) {
     throw InputError("--resume: expected the folder of results without --cluster, such as tactor study out/" +
                      study.file.stem().string() + " --resume");

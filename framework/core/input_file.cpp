@@ -25,7 +25,19 @@ std::string kind_of(mode_t mode) {
   return "something else";
 }
 
+/// The log that keeps what is opened; usually none.
+InputLog* open_log = nullptr;
+
 }  // namespace
+
+InputLog::InputLog() {
+  TACTOR_DEMAND(open_log == nullptr);
+  open_log = this;
+}
+
+InputLog::~InputLog() {
+  open_log = nullptr;
+}
 
 InputFile open_input(const fs::path& path) {
   InputFile input;
@@ -43,6 +55,7 @@ InputFile open_input(const fs::path& path) {
       input.error = std::string("cannot be read: ") + std::strerror(errno);
       return input;
     }
+    if (open_log != nullptr) open_log->files_.insert(fs::weakly_canonical(path));
   }
   if (!S_ISREG(status.st_mode)) {
     input.file = {};

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <new>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -31,6 +32,22 @@ InputFile open_input(const std::filesystem::path& path);
 
 /// The same; throws InputError, `PATH: why`.
 FileDescriptor open_input_file(const std::filesystem::path& path);
+
+/// Keeps the paths of all files that open_input opens in this process while it lives: what has to go along where these
+/// are to be read on another machine. One at a time, on the thread that reads.
+class InputLog {
+ public:
+  InputLog();
+  ~InputLog();
+  InputLog(const InputLog&) = delete;
+  InputLog& operator=(const InputLog&) = delete;
+  /// Absolute and without symbolic links.
+  [[nodiscard]] const std::set<std::filesystem::path>& files() const { return files_; }
+
+ private:
+  friend InputFile open_input(const std::filesystem::path& path);
+  std::set<std::filesystem::path> files_;
+};
 
 /// All bytes of a file that has no more than `most`. Throws InputError, `PATH: why`.
 std::string read_input_file(const std::filesystem::path& path, std::uint64_t most);

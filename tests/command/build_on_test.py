@@ -8,10 +8,16 @@ import subprocess
 import tempfile
 import unittest
 
+from imports_test import imports, symbols
 from harness import HAS_LIVE, PATIENCE, ROOT, CommandTest, needs_live
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 EXAMPLES = ROOT / "examples"
+WAVES_PROJECT = """cmake_minimum_required(VERSION 3.25)
+project(waves LANGUAGES CXX)
+find_package(tactor 0.1 REQUIRED)
+tactor_add_nodes(waves SOURCES waves.cpp)
+"""
 
 
 def setUpModule():
@@ -62,7 +68,18 @@ class BuiltOn(CommandTest):
 
 class Examples(BuiltOn):
     def test_a_node(self):
-        self.passes(self.build(EXAMPLES / "node", "node"))
+        build = self.build(EXAMPLES / "node", "node")
+        self.passes(build)
+        for library in (build / "nodes").glob("*.so"):
+            self.assertEqual(imports(library) & {"sin", "cos", "exp", "log", "pow", "hypot", "atan2"}, set())
+
+    def test_a_sine_in_a_node_is_the_portable_one(self):
+        self.write("waves/CMakeLists.txt", WAVES_PROJECT)
+        self.write("waves/waves.cpp", "#include <cmath>\nextern \"C\" double wave(double x) { return std::sin(x) + std::hypot(x, 2.0); }\n")
+        library = self.build(self.folder / "waves", "waves") / "nodes/libtactor_waves.so"
+        self.assertEqual(imports(library) & {"sin", "hypot"}, set())
+        self.assertIn("Sleef_cinz_hypotd1_u05purec", imports(library))
+        self.assertNotIn("sin", symbols("--defined-only", library))
 
     def test_a_message(self):
         build = self.build(EXAMPLES / "message", "message")

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import time
@@ -113,6 +114,19 @@ class SameTable(ClusterTest):
         self.assertGreater(len({row for row in self.table("there", "SELECT status, message FROM runs")}), 1)
 
 
+    def test_a_node_without_gnuplot_merges_and_says_that_charts_are_missing(self):
+        programs = self.folder / "programs"
+        programs.mkdir()
+        for name in ("sh", "env", "cut", "seq", "xargs", "setsid", "dirname", "sleep"):
+            (programs / name).symlink_to(shutil.which(name))
+        self.environment["PATH"] = str(programs)
+        study = SMALL + "report: work_precision\n"
+        self.cluster(study, "there", "--repeats", "1", "--wait")
+        self.assertIn("No chart: gnuplot is not installed", self.bytes_of("there", "report.html").decode())
+        self.assertFalse(list((self.folder / "there").glob("*.png")))
+        self.assertEqual(len(self.lines("there")), 6)
+
+
 class TasksThatEnd(ClusterTest):
     def test_cancelled_and_resumed(self):
         self.study(LONG, "here")
@@ -160,7 +174,7 @@ class TasksThatEnd(ClusterTest):
         for pid in self.tasks_of("there", "runs"):
             os.kill(pid, signal.SIGKILL)
         result = self.ask("there", "--wait", code=1)
-        self.assertIn("12 of 12 runs are missing, in 1 tasks; --resume makes them", " ".join(result.stdout.split()))
+        self.assertIn("12 of 12 runs are missing, in 1 tasks; cluster/jobs/*.log tells why, and --resume makes them", " ".join(result.stdout.split()))
         self.assertEqual(self.table("there", "SELECT count(*) FROM runs"), [(0,)])
         self.ask("there", "--resume", "--wait")
         self.assert_same("here", "there")
@@ -265,6 +279,7 @@ class Refused(ClusterTest):
         self.assertIn("--chunk", refused(file, "--cluster", "local", "--chunk", "soon"))
         self.cluster(None, "there", "--wait")
         self.assertIn("expected no study there yet", refused(file, "--out", self.folder / "there", "--cluster", "local"))
+        self.assertIn("expected no study there yet, found one that was handed to a cluster", refused(file, "--out", self.folder / "there"))
         self.assertIn("without --cluster", refused(file, "--out", self.folder / "there", "--cluster", "local", "--resume"))
         self.assertEqual(self.made("there", 99)[0], 2)
         code, errors = self.made("there", 0, 99)
@@ -280,7 +295,7 @@ class Refused(ClusterTest):
         self.assertIn("has failed: the queue is full", result.stderr)
         file.write_text(file.read_text().replace("submit: [sh", "submit: [no_such_scheduler"))
         result = self.study(LONG, "there", "--cluster", str(file), "--overwrite", code=1)
-        self.assertIn("is the cluster's software installed here?", result.stderr)
+        self.assertIn("is it installed here?", result.stderr)
 
     def test_a_study_that_is_never_warm_is_refused_by_the_step_that_finds_it(self):
         study = SMALL.replace("duration: 5 s", "duration: 2 s")

@@ -38,6 +38,7 @@ class Includes(unittest.TestCase):
         self.assert_only(r"CGAL/", "nodes/physics/cgal", "meshes")
         self.assert_only(r"(suitesparse/|cholmod)", "nodes/physics/suitesparse")
         self.assert_only(r"yaml-cpp/", "framework/yaml")
+        self.assert_only(r"sleef", "framework/math")
         self.assert_only(r"modbus", "devices/modbus")
         self.assert_only(r"libusb", "devices/usb")
         self.assert_only(r"CLI/", "app/verbs")
@@ -61,6 +62,7 @@ class Includes(unittest.TestCase):
     def test_arrows_run_one_way(self):
         allowed = {
             "framework/core": ("framework/core",),
+            "framework/math": (),
             "framework/node": ("framework/core", "framework/node"),
             "framework/yaml": ("framework/core", "framework/yaml"),
             "framework/graph": ("framework/core", "framework/node", "framework/yaml", "framework/graph"),

@@ -49,13 +49,26 @@ struct HandedOver {
   }
 };
 
+/// Throws InputError where tasks of the study in this folder wait or run.
+void refuse_while_alive(const fs::path& out) {
+  const ClusterFolder folder(out);
+  const ClusterSystem system = load_cluster_system(read_options(folder).system);
+  for (const auto& [job, counts] : ask_for_jobs(system, jobs_of(read_submissions(folder)))) {
+    if (counts.waiting + counts.running == 0) continue;
+    throw InputError(
+        fmt::format("{}: expected a study of which nothing runs, found job {} on {}; tactor study {} --wait "
+                    "waits for it, --cancel ends it",
+                    out.string(), job, system.title, out.string()));
+  }
+}
+
 FileLock lock_of(const fs::path& out) {
   return {out / "cluster.lock", fmt::format("--out {}: expected a folder", out.string())};
 }
 
-/// Makes room for a study in its folder. Throws InputError where there is one and it is not to be overwritten, or where
-/// it still runs.
-void clear_folder(const fs::path& out, bool overwrite) {
+}  // namespace
+
+void clear_study_folder(const fs::path& out, bool overwrite) {
   std::error_code ignored;
   const bool has_table = fs::exists(out / "study.sqlite", ignored);
   const bool has_plan = ClusterFolder(out).is_there();
@@ -66,18 +79,12 @@ void clear_folder(const fs::path& out, bool overwrite) {
         has_plan ? "one that was handed to a cluster" : "the runs of one",
         has_plan ? fmt::format("tactor study {} --resume goes on with it, ", out.string()) : std::string()));
   }
-  if (has_plan) {
-    const HandedOver old(out);
-    if (old.progress().is_alive) {
-      throw InputError(
-          fmt::format("--out {}: expected a study that has ended, found one with tasks on {}; end them by "
-                      "tactor study {} --cancel",
-                      out.string(), old.system.title, out.string()));
-    }
-  }
+  if (has_plan) refuse_while_alive(out);
   fs::remove_all(ClusterFolder(out).path());
   for (const char* end : {"", "-wal", "-shm"}) fs::remove((out / "study.sqlite").string() + end, ignored);
 }
+
+namespace {
 
 std::size_t tasks_of(const std::vector<Submission>& submissions, StageKind stage) {
   std::size_t tasks = 0;
@@ -116,7 +123,7 @@ int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& clus
   const fs::path out = fs::absolute(study.folder).lexically_normal();
   make_folder(out);
   const FileLock lock = lock_of(out);
-  clear_folder(out, request.overwrite);
+  clear_study_folder(out, request.overwrite);
   const ClusterFolder folder(out);
   Registry registry(default_node_folders());
   if (study.spec.report == StudyReport::stability && !study.spec.record.empty()) {
@@ -143,7 +150,6 @@ int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& clus
   plan.spec = study.spec;
   plan.code = code_hashes(plan.planned.code_files);
   plan.chunk_s = cluster.chunk_s;
-  plan.merge_jobs = 1;
   plan.exclusive = cluster.exclusive;
   cut_into_stages(plan);
   ClusterOptions options{system.file,
@@ -181,19 +187,13 @@ int resume_cluster_study(const fs::path& out, const ClusterRequest& cluster) {
   const fs::path whole = fs::absolute(out).lexically_normal();
   HandedOver study(whole);
   const FileLock lock = lock_of(whole);
-  const ClusterProgress progress = study.progress();
-  if (progress.is_alive) {
-    throw InputError(
-        fmt::format("{}: expected a study of which nothing runs, found tasks on {}; --wait waits for them, "
-                    "--cancel ends them",
-                    out.string(), study.system.title));
-  }
+  refuse_while_alive(whole);
   if (cluster.partition) study.options.partition = *cluster.partition;
   if (cluster.account) study.options.account = *cluster.account;
   if (cluster.time_s) study.options.time_s = *cluster.time_s;
   if (!cluster.options.empty()) study.options.options = cluster.options;
   write_options(study.folder, study.options);
-  forget_what_may_differ(study.plan, study.folder);
+  forget_what_does_not_count(study.plan, study.folder);
   tell_submitted(study.plan, study.folder, study.system,
                  submit_missing(study.plan, study.folder, study.system, study.options));
   return cluster.wait ? wait_for_cluster_study(whole) : 0;
@@ -205,26 +205,29 @@ int wait_for_cluster_study(const fs::path& out) {
   ProgressBar bar;
   ClusterProgress progress;
   auto ask_again = Steady::time_point::min();
+  auto answered = Steady::now();
+  const auto note = once([&bar](const std::string& text) {
+    bar.clear();
+    tell_note(text + "; it is asked again");
+  });
   std::map<std::string, JobCounts> counts;
-  bool was_alive = true, has_answered = false, is_silent = false;
+  bool was_alive = true, is_silent = false;
   for (;;) {
     // Files are looked at often, which costs the cluster nothing; its scheduler spends a hundredth of its time on this.
     if (const auto began = Steady::now(); began >= ask_again) {
-      // A scheduler that is started anew does not answer for a while, and its tasks go on.
       try {
         counts = ask_for_jobs(study.system, jobs_of(read_submissions(study.folder)));
-        has_answered = true;
+        answered = Steady::now();
         is_silent = false;
       } catch (const RunError& error) {
-        if (!has_answered) throw;
-        bar.clear();
-        if (!is_silent) tell_note(fmt::format("{}; it is asked again", error.what()));
+        // A scheduler may be away for a while, and its tasks go on.
+        if (Steady::now() - answered > std::chrono::minutes(10)) throw;
+        note(error.what());
         is_silent = true;
       }
       const auto now = Steady::now();
-      ask_again = now + (is_silent ? Steady::duration(std::chrono::seconds(5))
-                                   : std::clamp<Steady::duration>(100 * (now - began), std::chrono::seconds(1),
-                                                                  std::chrono::minutes(1)));
+      ask_again =
+          now + std::clamp<Steady::duration>(100 * (now - began), std::chrono::seconds(1), std::chrono::minutes(1));
     }
     progress = find_progress(study.plan, study.folder, counts);
     if (progress.is_merged) break;

@@ -26,6 +26,9 @@ struct ClusterRequest {
 /// Plans the study here, measures a few runs, and submits the rest. Forks workers, so the program must have no other
 /// thread.
 int run_study_on_cluster(const StudyRequest& study, const ClusterRequest& cluster);
+/// Makes room for a study in its folder. Throws InputError where there is one and it is not to be overwritten, or where
+/// it still runs on a cluster.
+void clear_study_folder(const std::filesystem::path& out, bool overwrite);
 /// Whether a folder holds a study that was handed to a cluster.
 bool is_cluster_study(const std::filesystem::path& out);
 int show_cluster_status(const std::filesystem::path& out);

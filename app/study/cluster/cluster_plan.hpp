@@ -52,9 +52,8 @@ struct ClusterPlan {
   std::vector<Stage> stages;                ///< those with chunks, in order
   UnitCosts costs;
   double chunk_s = 120;
-  unsigned merge_jobs = 1;  ///< processes of the merge, where its report makes runs anew
-  bool exclusive = false;   ///< its tasks have nodes of their own
-  std::string key;          ///< hash of all of these
+  bool exclusive = false;  ///< its tasks have nodes of their own
+  std::string key;         ///< hash of all of these
 
   [[nodiscard]] const Stage* stage(StageKind kind) const;
   /// The run that a unit of the stage is or is for.

@@ -46,10 +46,6 @@ struct TemplateValues {
 std::vector<std::string> filled_in(const CommandTemplate& command, const TemplateValues& values,
                                    const std::string& joined_by);
 
-/// What a command printed. Throws RunError where it cannot be started, or ends with another code than 0: with what it
-/// wrote to standard error.
-std::string output_of(const std::vector<std::string>& words);
-
 /// How many tasks wait and run.
 struct JobCounts {
   std::size_t waiting = 0, running = 0;

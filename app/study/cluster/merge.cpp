@@ -42,7 +42,7 @@ class ShardMerge {
   /// `scratch`: a folder for the table until it is whole.
   MergedShards run(const fs::path& scratch, const fs::path& file) {
     count_other_stages();
-    choose_processor();
+    processor_ = counted_processor(plan_, folder_, &merged_.depends_because);
     RunTable table(scratch / "merge.sqlite", TableMode::create, planned_.settings.identity, planned_.names());
     std::size_t chunk = 0;
     for (std::size_t c = 0; c < planned_.cases.size(); ++c) {
@@ -116,23 +116,6 @@ class ShardMerge {
     }
     std::sort(found.begin(), found.end());
     return found;
-  }
-
-  /// Where results depend on the processor, those of the one that made most of them count.
-  void choose_processor() {
-    std::map<std::pair<std::string, std::string>, std::size_t> runs;
-    std::set<std::string> reasons;
-    for (std::size_t chunk = 0; stage_ != nullptr && chunk < stage_->chunks(); ++chunk) {
-      const std::optional<Shard> shard = read_shard(folder_.shard(StageKind::runs, chunk));
-      if (!shard || !belongs(*shard, StageKind::runs, chunk)) continue;
-      reasons.insert(shard->depends_on_processor.begin(), shard->depends_on_processor.end());
-      runs[{shard->head.ran_on.processor, shard->head.ran_on.c_library}] += shard->records.size();
-    }
-    if (reasons.empty() || runs.size() < 2) return;
-    merged_.depends_because = fmt::format("{}", fmt::join(reasons, ", "));
-    const auto most =
-        std::max_element(runs.begin(), runs.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    processor_ = RanOn{"", most->first.first, most->first.second};
   }
 
   void add_chunk(std::size_t chunk) {
@@ -213,6 +196,23 @@ class ShardMerge {
 };
 
 }  // namespace
+
+std::optional<RanOn> counted_processor(const ClusterPlan& plan, const ClusterFolder& folder, std::string* because) {
+  const Stage* stage = plan.stage(StageKind::runs);
+  std::map<std::pair<std::string, std::string>, std::size_t> runs;
+  std::set<std::string> reasons;
+  for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
+    const std::optional<Shard> shard = read_shard(folder.shard(StageKind::runs, chunk));
+    if (!shard || !shard->head.is_of(plan.key, name_of(StageKind::runs), chunk)) continue;
+    reasons.insert(shard->depends_on_processor.begin(), shard->depends_on_processor.end());
+    runs[{shard->head.ran_on.processor, shard->head.ran_on.c_library}] += shard->records.size();
+  }
+  if (reasons.empty() || runs.size() < 2) return std::nullopt;
+  if (because != nullptr) *because = fmt::format("{}", fmt::join(reasons, ", "));
+  const auto most =
+      std::max_element(runs.begin(), runs.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return RanOn{"", most->first.first, most->first.second};
+}
 
 MergedShards merge_shards(const ClusterPlan& plan, const ClusterFolder& folder, const fs::path& file) {
   try {

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "app/run/ran_on.hpp"
 #include "app/study/cluster/cluster_plan.hpp"
 #include "app/study/table/run_table.hpp"
 
@@ -27,6 +29,11 @@ struct MergedShards {
   double run_cpu_s = 0;                     ///< CPU time in jobs
   std::size_t shards = 0;                   ///< that were read
 };
+
+/// The processor and C library whose runs count, where the last digits of some run depend on them: those that made most
+/// runs. Nothing where all that were used compute alike, or where no run depends on them. `because`, where not null,
+/// becomes what depends on them.
+std::optional<RanOn> counted_processor(const ClusterPlan& plan, const ClusterFolder& folder, std::string* because);
 
 /// Puts the runs of all shards into a new table at `file`, sorted by number, and tells what is missing. The bytes of
 /// the file depend on the runs alone, not on how they were cut into shards. Uses the node's own disk until it is whole,

@@ -137,10 +137,7 @@ void ShardWriter::complete() {
   append(std::string(1, static_cast<char>(FrameKind::complete)));
 }
 
-std::optional<Shard> read_shard(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+Shard shard_of(const std::string& bytes) {
   Shard shard;
   std::string_view rest = bytes;
   for (bool first = true; !rest.empty(); first = false) {
@@ -166,6 +163,12 @@ std::optional<Shard> read_shard(const fs::path& file) {
   if (bytes.empty()) shard.damage = "it is empty";
   if (!shard.damage.empty()) shard.complete = false;
   return shard;
+}
+
+std::optional<Shard> read_shard(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return std::nullopt;
+  return shard_of(std::string(std::istreambuf_iterator<char>(stream), {}));
 }
 
 bool publish_first(const fs::path& from, const fs::path& to) {

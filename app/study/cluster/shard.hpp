@@ -61,6 +61,9 @@ class ShardWriter {
   FileDescriptor file_;
 };
 
+/// What is whole of these bytes of a file.
+Shard shard_of(const std::string& bytes);
+
 /// Reads what is whole of a file; nothing where there is no such file. Damage is no error: it is told, and the records
 /// before it count.
 std::optional<Shard> read_shard(const std::filesystem::path& file);

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "app/command_output.hpp"
+#include "app/study/cluster/merge.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -100,6 +102,7 @@ class Submitter {
                     {"log", script.string() + ".log"},
                     {"first", "0"},
                     {"last", std::to_string(submission.chunks.size() - 1)},
+                    {"array", submission.chunks.size() > 1 ? fmt::format("0-{}", submission.chunks.size() - 1) : ""},
                     {"time", clock_time(limit_s(kind))},
                     {"minutes", std::to_string(static_cast<long>(std::ceil(limit_s(kind) / 60)))},
                     {"partition", options_.partition},
@@ -134,10 +137,13 @@ class Submitter {
     for (char** variable = environ; *variable != nullptr; ++variable) {
       const std::string_view entry = *variable;
       const std::size_t end = entry.find('=');
-      if (!entry.starts_with("TACTOR_") || end == std::string_view::npos) continue;
+      // Not all systems hand the environment on, and a bundle finds its libraries by it.
+      if (!(entry.starts_with("TACTOR_") || entry.starts_with("LD_LIBRARY_PATH=")) || end == std::string_view::npos) {
+        continue;
+      }
       text += fmt::format("export {}={}\n", entry.substr(0, end), shell_word(std::string(entry.substr(end + 1))));
     }
-    text += fmt::format("exec {} task {} {} \"${}\"\n", shell_word(fs::read_symlink("/proc/self/exe").string()),
+    text += fmt::format("exec {} task {} {} \"${{{}:-0}}\"\n", shell_word(fs::read_symlink("/proc/self/exe").string()),
                         shell_word(fs::absolute(folder_.out()).string()), submission.number, system_.index);
     const fs::path script = folder_.jobs() / fmt::format("{:04}.sh", submission.number);
     publish_bytes(text, script);
@@ -177,12 +183,13 @@ std::vector<std::size_t> missing_chunks(const ClusterPlan& plan, const ClusterFo
   return missing;
 }
 
-void forget_what_may_differ(const ClusterPlan& plan, const ClusterFolder& folder) {
+void forget_what_does_not_count(const ClusterPlan& plan, const ClusterFolder& folder) {
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder.lost_reference(0).parent_path(), ignored)) {
     fs::remove(entry.path(), ignored);
   }
   const Stage* stage = plan.stage(StageKind::runs);
+  const std::optional<RanOn> processor = counted_processor(plan, folder, nullptr);
   const TemporaryFolder scratch;
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
     const fs::path whole = folder.shard(StageKind::runs, chunk), part = whole.string() + ".part";
@@ -190,16 +197,17 @@ void forget_what_may_differ(const ClusterPlan& plan, const ClusterFolder& folder
     const fs::path& file = is_whole ? whole : part;
     const std::optional<Shard> shard = read_shard(file);
     if (!shard || !shard->head.is_of(plan.key, name_of(StageKind::runs), chunk)) continue;
-    const auto may_differ = [](const auto& record) {
+    const auto does_not_count = [&processor](const auto& record) {
       const std::optional<RunRecord> run = from_message<RunAnswer>(record.second).record;
-      return run && run->may_differ;
+      return run &&
+             (run->may_differ || (processor && !run->ran_on.processor.empty() && !run->ran_on.computes_as(*processor)));
     };
-    if (std::none_of(shard->records.begin(), shard->records.end(), may_differ)) continue;
+    if (std::none_of(shard->records.begin(), shard->records.end(), does_not_count)) continue;
     const fs::path kept = scratch.path() / "kept.shard";
     fs::remove(kept, ignored);
     ShardWriter writer(kept, shard->head);
     for (const auto& record : shard->records) {
-      if (!may_differ(record)) writer.add(record.first, record.second);
+      if (!does_not_count(record)) writer.add(record.first, record.second);
     }
     writer.spent(shard->cost, shard->depends_on_processor);
     publish_last(kept, part);

@@ -19,8 +19,8 @@ std::vector<Submission> submit_missing(const ClusterPlan& plan, const ClusterFol
 /// The chunks of a stage that have no whole shard.
 std::vector<std::size_t> missing_chunks(const ClusterPlan& plan, const ClusterFolder& folder, const Stage& stage);
 
-/// Takes runs that may end otherwise another time, because the machine or a time limit ended them, out of the shards,
-/// so that they are made anew.
-void forget_what_may_differ(const ClusterPlan& plan, const ClusterFolder& folder);
+/// Takes runs out of the shards, so that they are made anew: those that may end otherwise another time, because the
+/// machine or a time limit ended them, and those whose processor does not count (see counted_processor).
+void forget_what_does_not_count(const ClusterPlan& plan, const ClusterFolder& folder);
 
 }  // namespace tactor

@@ -25,8 +25,8 @@ std::vector<std::string> warnings_of(const MergedShards& merged, const ClusterPl
   std::vector<std::string> warnings;
   const auto say = [&](std::string text) { warnings.push_back(std::move(text)); };
   if (merged.missing_runs > 0) {
-    say(fmt::format("{} of {} runs are missing, in {} tasks; --resume makes them", merged.missing_runs,
-                    plan.planned.runs(), merged.missing_chunks.size()));
+    say(fmt::format("{} of {} runs are missing, in {} tasks; cluster/jobs/*.log tells why, and --resume makes them",
+                    merged.missing_runs, plan.planned.runs(), merged.missing_chunks.size()));
   }
   if (merged.left_out > 0) {
     say(
@@ -74,7 +74,6 @@ int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
   const int code = finish_study(plan.spec, plan.planned.cases, std::move(outcome), registry,
                                 {.folder = folder.out(),
                                  .seeds = plan.planned.settings.seeds,
-                                 .jobs = plan.merge_jobs,
                                  .interrupted = "interrupted; the runs are kept, and --resume writes the report",
                                  .warnings = warnings,
                                  .where = where_of(merged, plan),

@@ -465,7 +465,8 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
     const std::string svg = draw_map_svg(drawing, width, height);
     const std::string file = file_name("stability_" + map_name(map));
     write_file(folder / (file + ".svg"), svg);
-    write_file(folder / (file + ".png"), draw_map_png(drawing, width, height));
+    const std::string png = draw_map_png(drawing, width, height);
+    if (!png.empty()) write_file(folder / (file + ".png"), png);
     body += "<h2>" + escape(map_name(map)) + "</h2>\n" + figure(svg);
     body +=
         "<div class=\"wide\"><table><thead><tr><th>" + escape(maps.x.name) + "</th><th>" + escape(maps.y.name) +

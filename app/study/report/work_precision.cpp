@@ -342,7 +342,8 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
     if (!charts.empty()) {
       const std::string svg = draw_svg(charts, chart_width, chart_height);
       write_file(folder / (chart_file(graph->graph) + ".svg"), svg);
-      write_file(folder / (chart_file(graph->graph) + ".png"), draw_png(charts, chart_width, chart_height));
+      const std::string png = draw_png(charts, chart_width, chart_height);
+      if (!png.empty()) write_file(folder / (chart_file(graph->graph) + ".png"), png);
       body += figure(svg);
     }
     body += table_html(found, *graph);

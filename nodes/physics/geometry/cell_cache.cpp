@@ -12,7 +12,7 @@ namespace tactor {
 
 namespace {
 
-constexpr std::uint32_t cell_version = 2;
+constexpr std::uint32_t cell_version = 3;
 
 /// Calls `use` with every single value of the data, then with every array.
 template <class Data, class Use>

@@ -17,7 +17,7 @@ namespace tactor {
 namespace {
 
 // Of the layout below and of what the plugin makes of a surface.
-constexpr std::uint32_t volume_version = 2;
+constexpr std::uint32_t volume_version = 3;
 
 bool is_sound(const TetMesh& mesh) {
   const auto in_range = [&](int i) { return i >= 0 && static_cast<std::size_t>(i) < mesh.nodes.size(); };

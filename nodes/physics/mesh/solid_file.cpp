@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Of the layout below and of what readers and repairs make of a file.
-constexpr std::uint32_t cache_version = 1;
+constexpr std::uint32_t cache_version = 2;
 
 std::string read_whole(const fs::path& path) {
   constexpr std::uint64_t most = std::uint64_t{1} << 30U;

@@ -75,7 +75,7 @@ BOOST_AUTO_TEST_CASE(an_entry_with_anything_out_of_range_is_made_anew_and_told) 
   const auto fill = [&] { return filled_surface(ball, {.tetrahedra = 300}, "ball.off", notes, folder.path()); };
   const TetMesh good = fill();
   const fs::path entry = files_in(folder.path()).at(0);
-  const DiskCache disk("tetrahedra", 2, folder.path());
+  const DiskCache disk("tetrahedra", 3, folder.path());
   const std::string key = entry.stem().string();
   BOOST_REQUIRE(disk.load(key).bytes.has_value());
   std::vector<std::string> entries{"", "x", to_bytes(good) + "x", std::string(200, '\xff'), to_bytes(TetMesh{})};

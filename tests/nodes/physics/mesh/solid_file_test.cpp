@@ -100,7 +100,7 @@ BOOST_AUTO_TEST_CASE(an_index_or_count_out_of_range_under_a_right_checksum_is_re
   const fs::path cache = folder.path() / "cache";
   const SolidFile good = load_solid(file, cache);
   const fs::path entry = files_in(cache).at(0);
-  const DiskCache disk("mesh", 1, cache);
+  const DiskCache disk("mesh", 2, cache);
   const std::string key = entry.stem().string();
   BOOST_REQUIRE(disk.load(key).bytes.has_value());
   std::vector<std::string> entries{"", "x", to_bytes(good) + "x", std::string(200, '\xff')};
