@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <system_error>
 
 #include "framework/core/check.hpp"
 
@@ -14,8 +15,11 @@ namespace tactor {
 /// be made.
 class TemporaryFolder {
  public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "tactor-XXXXXX").string();
+  /// On this machine's own disk, in TMPDIR or /tmp.
+  TemporaryFolder() : TemporaryFolder(own_disk(), "tactor-") {}
+  /// In `parent`, by a name that begins so.
+  TemporaryFolder(const std::filesystem::path& parent, const std::string& begin) {
+    std::string name = (parent / (begin + "XXXXXX")).string();
     if (mkdtemp(name.data()) == nullptr) throw RunError("cannot make a temporary folder " + name);
     path_ = name;
   }
@@ -28,6 +32,14 @@ class TemporaryFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
+  /// TMPDIR may name a folder of another machine.
+  static std::filesystem::path own_disk() {
+    std::error_code error;
+    std::filesystem::path path = std::filesystem::temp_directory_path(error);
+    if (error) throw RunError("cannot make a temporary folder in TMPDIR, or /tmp: " + error.message());
+    return path;
+  }
+
   std::filesystem::path path_;
 };
 

@@ -225,18 +225,31 @@ class TasksThatEnd(ClusterTest):
         self.ask("there", "--resume", "--wait")
         self.assertEqual(self.content("there"), before)
 
+    def test_a_shard_of_another_task_is_told_and_the_right_one_made(self):
+        self.cluster(LONG, "there", "--chunk", "0.5 s", "--wait")
+        before = self.content("there")
+        first, second = self.shards("there")[:2]
+        first.write_bytes(second.read_bytes())
+        self.merge("there", code=1)
+        self.assertIn("it is of another task or study", self.bytes_of("there", "report.html").decode())
+        self.ask("there", "--resume", "--wait")
+        self.assertEqual(self.content("there"), before)
+
     def test_a_node_without_room_on_its_disk_writes_beside_the_shards(self):
         self.cluster(LONG, "there", "--chunk", "600 s", "--wait")
         before = self.content("there")
-        self.shards("there")[0].unlink()
-        self.environment["TMPDIR"] = "/proc"  # where nobody can write
-        code, errors = self.made("there", self.submission("there", "runs"))
-        self.assertEqual(code, 0, errors)
-        self.assertIn("no room for a shard of this task", errors)
-        del self.environment["TMPDIR"]
-        self.merge("there")
-        self.assertEqual(self.content("there"), before)
-        self.assertFalse(self.shards("there", pattern="scratch*"))
+        for place in ("/proc", "/nowhere"):  # where nobody can write, and what no machine has
+            self.shards("there")[0].unlink()
+            (self.folder / "there/study.sqlite").unlink()
+            self.environment["TMPDIR"] = place
+            code, errors = self.made("there", self.submission("there", "runs"))
+            self.assertEqual(code, 0, errors)
+            self.assertIn("no room for a shard of this task", errors)
+            code, errors = self.made("there", self.submission("there", "merge"))
+            self.assertEqual(code, 0, errors)
+            self.assertIn("the table is made below", errors)
+            self.assertEqual(self.content("there"), before)
+            self.assertFalse(list((self.folder / "there/cluster").rglob("scratch*")))
 
 
 class Refused(ClusterTest):

@@ -4,12 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
+#include <chrono>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "app/interruption.hpp"
 #include "app/output.hpp"
@@ -29,6 +29,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double publish_patience_s = 600;
+
 JobKind job_kind(StageKind stage) {
   return stage == StageKind::warm         ? JobKind::warm_up
          : stage == StageKind::references ? JobKind::reference
@@ -38,36 +40,40 @@ JobKind job_kind(StageKind stage) {
 /// A folder on the node's own disk, or where that has no room beside the shards.
 class Scratch {
  public:
-  explicit Scratch(const fs::path& shards) {
+  explicit Scratch(fs::path shards) : shards_(std::move(shards)) {
     try {
-      local_.emplace();
-      std::ofstream probe(local_->path() / "room");
-      probe << std::string(1 << 20, '.');
-      if (probe.flush()) {
-        path_ = local_->path();
-        return;
-      }
+      folder_.emplace();
+      is_own_ = has_room(folder_->path() / "room");
     } catch (const RunError&) {
     }
+    if (!is_own_) leave_own_disk();
+  }
+  /// Whether it is on the node's own disk.
+  [[nodiscard]] bool is_own() const { return is_own_; }
+  /// Makes an empty folder beside the shards in place of that on the node's own disk.
+  void leave_own_disk() {
+    is_own_ = false;
+    std::error_code none;
+    const fs::path own = fs::temp_directory_path(none);
     tell_note(fmt::format("{}: no room for a shard of this task; it is written below {} at once",
-                          fs::temp_directory_path().string(), shards.string()));
-    std::string name = (shards / "scratch-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw RunError(fmt::format("cannot make a folder {}: {}", name, std::strerror(errno)));
-    }
-    path_ = shared_ = name;
+                          none ? "TMPDIR" : own.string(), shards_.string()));
+    folder_.emplace(shards_, "scratch-");
   }
-  ~Scratch() {
-    std::error_code ignored;
-    if (!shared_.empty()) fs::remove_all(shared_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  [[nodiscard]] fs::path file() const { return path_ / "chunk.shard"; }
+  [[nodiscard]] fs::path file() const { return folder_->path() / "chunk.shard"; }
 
  private:
-  std::optional<TemporaryFolder> local_;
-  fs::path path_, shared_;
+  static bool has_room(const fs::path& file) {
+    std::ofstream probe(file);
+    probe << std::string(1 << 20, '.');
+    const bool has = static_cast<bool>(probe.flush());
+    std::error_code ignored;
+    fs::remove(file, ignored);
+    return has;
+  }
+
+  fs::path shards_;
+  std::optional<TemporaryFolder> folder_;
+  bool is_own_ = false;
 };
 
 class ChunkTask {
@@ -87,9 +93,8 @@ class ChunkTask {
   int run() {
     if (is_whole()) return 0;
     if (stage_.kind == StageKind::runs) planned_.judged = read_intervals(plan_, folder_);
-    const Scratch scratch(target_.parent_path());
-    const ShardHead head{plan_.key, name_of(stage_.kind), chunk_, this_machine()};
-    writer_.emplace(scratch.file(), head);
+    scratch_.emplace(target_.parent_path());
+    writer_.emplace(scratch_->file(), my_head());
     try {
       take_over();
       if (!make_units()) {
@@ -97,7 +102,7 @@ class ChunkTask {
         return 1;
       }
       spend();
-      writer_->complete();
+      write([](ShardWriter& writer) { writer.complete(); });
     } catch (const RunError& error) {
       keep_part(error.what());
       throw;
@@ -107,8 +112,33 @@ class ChunkTask {
   }
 
  private:
+  [[nodiscard]] ShardHead my_head() const { return {plan_.key, name_of(stage_.kind), chunk_, this_machine()}; }
+
+  /// Calls `what` with the writer. Where the node's own disk is full, the records that there are move beside the shards
+  /// first.
+  template <class What>
+  void write(const What& what) {
+    try {
+      return what(*writer_);
+    } catch (const RunError& error) {
+      if (!scratch_->is_own()) throw;
+      tell_note(error.what());
+    }
+    const std::optional<Shard> made = read_shard(writer_->file());
+    scratch_->leave_own_disk();
+    writer_.emplace(scratch_->file(), my_head());
+    if (made) {
+      for (const auto& [unit, answer] : made->records) writer_->add(unit, answer);
+    }
+    what(*writer_);
+  }
+
+  void add(std::size_t unit, const std::string& answer) {
+    write([&](ShardWriter& writer) { writer.add(unit, answer); });
+  }
+
   [[nodiscard]] bool belongs(const ShardHead& head) const {
-    return head.plan == plan_.key && head.stage == name_of(stage_.kind) && head.chunk == chunk_;
+    return head.is_of(plan_.key, name_of(stage_.kind), chunk_);
   }
 
   [[nodiscard]] fs::path part() const { return target_.string() + ".part"; }
@@ -131,7 +161,7 @@ class ChunkTask {
     if (!left || !belongs(left->head)) return;
     for (const auto& [unit, answer] : left->records) {
       if (unit < stage_.chunk_begin[chunk_] || unit >= stage_.chunk_begin[chunk_ + 1]) continue;
-      if (done_.insert(unit).second) writer_->add(unit, answer);
+      if (done_.insert(unit).second) add(unit, answer);
     }
     earlier_ = left->cost;
     depends_.insert(left->depends_on_processor.begin(), left->depends_on_processor.end());
@@ -228,7 +258,7 @@ class ChunkTask {
     }
     run_cpu_s_ +=
         stage_.kind == StageKind::warm ? from_message<WarmUp>(answer).cost.cpu_s : from_message<JobCost>(answer).cpu_s;
-    writer_->add(unit, answer);
+    add(unit, answer);
   }
 
   void take_loss(std::size_t unit, const Ending& ending) {
@@ -237,10 +267,10 @@ class ChunkTask {
     if (stage_.kind == StageKind::runs) {
       add_record(unit, planned_.hopeless(run, {RunStatus::failed, ending.text, ending.may_differ}));
     } else if (stage_.kind == StageKind::warm) {
-      writer_->add(unit, to_message(WarmUp{{}, ending.text, {}}));
+      add(unit, to_message(WarmUp{{}, ending.text, {}}));
     } else {
       publish_bytes(to_bytes(std::pair(ending.text, ending.may_differ)), folder_.lost_reference(run));
-      writer_->add(unit, to_message(JobCost{}));
+      add(unit, to_message(JobCost{}));
     }
   }
 
@@ -250,7 +280,7 @@ class ChunkTask {
                   [this](const auto& metric) { return !declared_.insert(metric.first).second; });
     RunAnswer answer;
     answer.record = std::move(record);
-    writer_->add(unit, to_message(answer));
+    add(unit, to_message(answer));
   }
 
   void spend() {
@@ -258,7 +288,7 @@ class ChunkTask {
     cost.cpu_s += clock_seconds(CLOCK_PROCESS_CPUTIME_ID) + pool_.cpu_s();
     cost.wall_s += clock_seconds(CLOCK_MONOTONIC) - began_;
     cost.run_cpu_s += run_cpu_s_;
-    writer_->spent(cost, {depends_.begin(), depends_.end()});
+    write([&](ShardWriter& writer) { writer.spent(cost, {depends_.begin(), depends_.end()}); });
   }
 
   /// Keeps what there is for the next try, unless that of another task is more.
@@ -270,13 +300,37 @@ class ChunkTask {
     }
     const std::optional<Shard> mine = read_shard(writer_->file());
     const std::optional<Shard> other = read_shard(part());
-    const std::size_t kept = mine ? mine->records.size() : 0;
-    if (kept > (other && belongs(other->head) ? other->records.size() : 0)) publish_last(writer_->file(), part());
+    std::size_t kept = mine ? mine->records.size() : 0;
+    const std::size_t there = other && belongs(other->head) ? other->records.size() : 0;
+    if (kept > there) {
+      try {
+        publish_last(writer_->file(), part());
+      } catch (const RunError& error) {
+        tell_note(error.what());
+        kept = there;
+      }
+    }
     tell_note(fmt::format("{} task {}: {}; {} of {} are kept", name_of(stage_.kind), chunk_, why, kept,
                           stage_.chunk_begin[chunk_ + 1] - stage_.chunk_begin[chunk_]));
   }
 
+  /// The disk that all share may be full or away for a moment, and the runs of a chunk are not to be lost for that.
   void publish() {
+    const double until = clock_seconds(CLOCK_MONOTONIC) + publish_patience_s;
+    bool told = false;
+    for (;;) {
+      try {
+        return publish_once();
+      } catch (const RunError& error) {
+        if (is_interrupted() || clock_seconds(CLOCK_MONOTONIC) > until) throw;
+        if (!told) tell_note(fmt::format("{}; it is tried again for {} s", error.what(), publish_patience_s));
+        told = true;
+      }
+      for (int i = 0; i < 20 && !is_interrupted(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+
+  void publish_once() {
     if (!publish_first(writer_->file(), target_)) {
       // The same task ran twice at once. Both are kept, so that the merge can compare them.
       publish_last(writer_->file(), fmt::format("{}.twin-{}-{}", target_.string(), this_machine().node, getpid()));
@@ -294,6 +348,7 @@ class ChunkTask {
   Registry registry_;
   StudyWorker worker_;
   WorkerPool pool_;
+  std::optional<Scratch> scratch_;
   std::optional<ShardWriter> writer_;
   std::set<std::size_t> done_;      // units of earlier tries
   std::set<std::string> declared_;  // metrics

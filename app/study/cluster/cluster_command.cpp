@@ -211,17 +211,19 @@ int wait_for_cluster_study(const fs::path& out) {
     tell_note(text + "; it is asked again");
   });
   std::map<std::string, JobCounts> counts;
-  bool was_alive = true;
+  bool was_alive = true, is_silent = false;
   for (;;) {
     // Files are looked at often, which costs the cluster nothing; its scheduler spends a hundredth of its time on this.
     if (const auto began = Steady::now(); began >= ask_again) {
       try {
         counts = ask_for_jobs(study.system, jobs_of(read_submissions(study.folder)));
         answered = Steady::now();
+        is_silent = false;
       } catch (const RunError& error) {
         // A scheduler may be away for a while, and its tasks go on.
         if (Steady::now() - answered > std::chrono::minutes(10)) throw;
         note(error.what());
+        is_silent = true;
       }
       const auto now = Steady::now();
       ask_again =
@@ -229,12 +231,12 @@ int wait_for_cluster_study(const fs::path& out) {
     }
     progress = find_progress(study.plan, study.folder, counts);
     if (progress.is_merged) break;
-    if (!progress.is_alive) {
+    if (!progress.is_alive && !is_silent) {
       // The merge writes its file just before it ends.
       if (!was_alive) break;
       ask_again = Steady::time_point::min();
     }
-    was_alive = progress.is_alive;
+    was_alive = progress.is_alive || is_silent;
     std::size_t running = 0;
     for (const StageProgress& stage : progress.stages) running += stage.running;
     bar.draw(progress.share, fmt::format("{} tasks run", running));

@@ -30,7 +30,7 @@ int find_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
   const Stage* stage = plan.stage(StageKind::warm);
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
     const std::optional<Shard> shard = read_shard(folder.shard(StageKind::warm, chunk));
-    if (!shard || !shard->complete || shard->head.plan != plan.key) {
+    if (!shard || !shard->complete || !shard->head.is_of(plan.key, name_of(StageKind::warm), chunk)) {
       throw RunError(fmt::format("{}: expected a whole shard, found {}; --resume makes it",
                                  folder.shard(StageKind::warm, chunk).string(), shard ? "a damaged one" : "none"));
     }

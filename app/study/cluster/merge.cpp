@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "app/output.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -38,11 +39,11 @@ class ShardMerge {
   ShardMerge(const ClusterPlan& plan, const ClusterFolder& folder)
       : plan_(plan), planned_(plan.planned), folder_(folder), stage_(plan.stage(StageKind::runs)) {}
 
-  MergedShards run(const fs::path& file) {
+  /// `scratch`: a folder for the table until it is whole.
+  MergedShards run(const fs::path& scratch, const fs::path& file) {
     count_other_stages();
     processor_ = counted_processor(plan_, folder_, &merged_.depends_because);
-    const TemporaryFolder scratch;
-    RunTable table(scratch.path() / "merge.sqlite", TableMode::create, planned_.settings.identity, planned_.names());
+    RunTable table(scratch / "merge.sqlite", TableMode::create, planned_.settings.identity, planned_.names());
     std::size_t chunk = 0;
     for (std::size_t c = 0; c < planned_.cases.size(); ++c) {
       if (planned_.obstacles[c]) {
@@ -57,7 +58,7 @@ class ShardMerge {
       }
       flush(c, table);
     }
-    const fs::path whole = scratch.path() / "study.sqlite";
+    const fs::path whole = scratch / "study.sqlite";
     table.save_as(whole);
     publish_last(whole, file);
     merged_.records = table.read();
@@ -69,7 +70,7 @@ class ShardMerge {
   [[nodiscard]] std::size_t case_of(std::size_t unit) const { return plan_.run_of(*stage_, unit) / planned_.seeds(); }
 
   [[nodiscard]] bool belongs(const Shard& shard, StageKind stage, std::size_t chunk) const {
-    return shard.head.plan == plan_.key && shard.head.stage == name_of(stage) && shard.head.chunk == chunk;
+    return shard.head.is_of(plan_.key, name_of(stage), chunk);
   }
 
   void count(const Shard& shard) {
@@ -85,8 +86,11 @@ class ShardMerge {
     for (const fs::path& file : {whole, fs::path(whole.string() + ".part")}) {
       std::optional<Shard> shard = read_shard(file);
       if (!shard) continue;
+      const bool is_mine = belongs(*shard, stage, chunk);
       if (!shard->damage.empty()) merged_.damaged.push_back(file.string() + ": " + shard->damage);
-      if (belongs(*shard, stage, chunk)) return shard;
+      if (shard->damage.empty() && !is_mine)
+        merged_.damaged.push_back(file.string() + ": it is of another task or study");
+      if (is_mine) return shard;
     }
     return std::nullopt;
   }
@@ -199,7 +203,7 @@ std::optional<RanOn> counted_processor(const ClusterPlan& plan, const ClusterFol
   std::set<std::string> reasons;
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
     const std::optional<Shard> shard = read_shard(folder.shard(StageKind::runs, chunk));
-    if (!shard || shard->head.plan != plan.key) continue;
+    if (!shard || !shard->head.is_of(plan.key, name_of(StageKind::runs), chunk)) continue;
     reasons.insert(shard->depends_on_processor.begin(), shard->depends_on_processor.end());
     runs[{shard->head.ran_on.processor, shard->head.ran_on.c_library}] += shard->records.size();
   }
@@ -211,7 +215,14 @@ std::optional<RanOn> counted_processor(const ClusterPlan& plan, const ClusterFol
 }
 
 MergedShards merge_shards(const ClusterPlan& plan, const ClusterFolder& folder, const fs::path& file) {
-  return ShardMerge(plan, folder).run(file);
+  try {
+    const TemporaryFolder own;
+    return ShardMerge(plan, folder).run(own.path(), file);
+  } catch (const RunError& error) {
+    tell_note(fmt::format("{}; the table is made below {} at once", error.what(), folder.path().string()));
+  }
+  const TemporaryFolder shared(folder.path(), "scratch-");
+  return ShardMerge(plan, folder).run(shared.path(), file);
 }
 
 }  // namespace tactor

@@ -36,7 +36,8 @@ struct MergedShards {
 std::optional<RanOn> counted_processor(const ClusterPlan& plan, const ClusterFolder& folder, std::string* because);
 
 /// Puts the runs of all shards into a new table at `file`, sorted by number, and tells what is missing. The bytes of
-/// the file depend on the runs alone, not on how they were cut into shards. Uses the node's own disk until it is whole.
+/// the file depend on the runs alone, not on how they were cut into shards. Uses the node's own disk until it is whole,
+/// or where that refuses a folder beside the shards.
 MergedShards merge_shards(const ClusterPlan& plan, const ClusterFolder& folder, const std::filesystem::path& file);
 
 }  // namespace tactor

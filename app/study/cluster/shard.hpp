@@ -20,6 +20,10 @@ struct ShardHead {
   std::string stage;  ///< its name
   std::size_t chunk = 0;
   RanOn ran_on;
+  /// Whether the records are those of a chunk, whatever made them.
+  [[nodiscard]] bool is_of(const std::string& plan_key, const std::string& stage_name, std::size_t number) const {
+    return plan == plan_key && stage == stage_name && chunk == number;
+  }
   bool operator==(const ShardHead&) const = default;
 };
 

@@ -177,7 +177,8 @@ std::vector<std::size_t> missing_chunks(const ClusterPlan& plan, const ClusterFo
   std::vector<std::size_t> missing;
   for (std::size_t chunk = 0; chunk < stage.chunks(); ++chunk) {
     const std::optional<Shard> shard = read_shard(folder.shard(stage.kind, chunk));
-    if (!shard || !shard->complete || shard->head.plan != plan.key) missing.push_back(chunk);
+    const bool is_whole = shard && shard->complete && shard->head.is_of(plan.key, name_of(stage.kind), chunk);
+    if (!is_whole) missing.push_back(chunk);
   }
   return missing;
 }
@@ -195,7 +196,7 @@ void forget_what_does_not_count(const ClusterPlan& plan, const ClusterFolder& fo
     const bool is_whole = fs::exists(whole, ignored);
     const fs::path& file = is_whole ? whole : part;
     const std::optional<Shard> shard = read_shard(file);
-    if (!shard || shard->head.plan != plan.key) continue;
+    if (!shard || !shard->head.is_of(plan.key, name_of(StageKind::runs), chunk)) continue;
     const auto does_not_count = [&processor](const auto& record) {
       const std::optional<RunRecord> run = from_message<RunAnswer>(record.second).record;
       return run &&
