@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/output.hpp"
+#include "app/run/ran_on.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -17,16 +18,6 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// The name of the first processor, as /proc/cpuinfo tells it.
-std::string processor_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (!line.starts_with("model name")) continue;
-    if (const std::size_t begin = line.find(": "); begin != std::string::npos) return line.substr(begin + 2);
-  }
-  return "a processor without a name";
-}
 
 /// The day of now, UTC: 2026-11-26.
 std::string today() {
@@ -40,7 +31,7 @@ std::string trace_text(const RunResult& result, const NodeCost& node) {
   std::string text = fmt::format(
       "# What each step of {} ({}) took, in s: {}.\n# Graph {}, seed {}; {}, Tactor {}.\n# {}, {} cores.\n", node.node,
       node.type, result.live ? "the time until its results were visible" : "CPU time of its thread", result.graph,
-      result.seed, today(), TACTOR_VERSION, processor_name(), std::thread::hardware_concurrency());
+      result.seed, today(), TACTOR_VERSION, this_machine().processor, std::thread::hardware_concurrency());
   for (const Duration time : node.step_times) text += fmt::format("{:.9f}\n", time.seconds());
   return text;
 }

@@ -117,7 +117,7 @@ int finish_study(const StudySpec& spec, std::vector<RunCase> cases, CasesOutcome
   write_study_hdf5(folder / "study.h5", study);
   nlohmann::ordered_json json = to_json(study);
   runner["where"] = where;
-  if (options.runner.is_object()) runner.update(options.runner);
+  runner.update(nlohmann::ordered_json::parse(options.runner));
   json["runner"] = std::move(runner);
   const std::size_t columns = terminal_columns();
   fmt::print("{}", wrapped(warning_lines(study.comparison), columns));

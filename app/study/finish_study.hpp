@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -20,7 +19,7 @@ struct FinishOptions {
   std::string interrupted;            ///< what is said where somebody ends it
   std::vector<std::string> warnings;  ///< beside those that the runs give rise to
   std::vector<std::string> where;     ///< sentences on where the runs were made, after those that the runs tell
-  nlohmann::ordered_json runner{};    ///< what study.json tells of the runner beside what the outcome has
+  std::string runner = "{}";          ///< JSON: what study.json tells of the runner beside what the outcome has
 };
 
 /// Prints the tables and writes study.csv, run_times.csv, study.h5, study.json, report.html and what belongs to the

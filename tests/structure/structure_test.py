@@ -123,6 +123,9 @@ class Includes(unittest.TestCase):
                               "app/study/spec", "app/study/plan", "app/study/table", "app/study/run"),
             "app/study/report": ("framework", "app/run", "app/report", "app/output.hpp", "app/statistics.hpp", "app/study/spec",
                                  "app/study/plan", "app/study/table", "app/study/report"),
+            # A cluster does what one machine does with a study; that knows nothing of it.
+            "app/study/cluster": ("framework", "app/run", "app/study", "app/command_output.hpp", "app/interruption.hpp", "app/output.hpp",
+                                  "app/progress_bar.hpp", "app/results_folder.hpp"),
         }
         for path in SOURCES:
             for folder, targets in allowed.items():

@@ -71,20 +71,21 @@ int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
   outcome.cost.total_cpu_s = merged.cpu_s;
   Registry registry(default_node_folders());
   const std::vector<std::string> warnings = warnings_of(merged, plan);
+  const nlohmann::ordered_json runner{{"tasks", merged.shards},
+                                      {"core_hours", merged.core_s / 3600},
+                                      {"cpu_hours", merged.cpu_s / 3600},
+                                      {"made_twice", merged.twice},
+                                      {"unlike_twice", merged.unlike_twice},
+                                      {"missing_runs", merged.missing_runs},
+                                      {"left_out_runs", merged.left_out},
+                                      {"missing_tasks", merged.missing_chunks}};
   const int code = finish_study(plan.spec, plan.planned.cases, std::move(outcome), registry,
                                 {.folder = folder.out(),
                                  .seeds = plan.planned.settings.seeds,
                                  .interrupted = "interrupted; the runs are kept, and --resume writes the report",
                                  .warnings = warnings,
                                  .where = where_of(merged, plan),
-                                 .runner = {{"tasks", merged.shards},
-                                            {"core_hours", merged.core_s / 3600},
-                                            {"cpu_hours", merged.cpu_s / 3600},
-                                            {"made_twice", merged.twice},
-                                            {"unlike_twice", merged.unlike_twice},
-                                            {"missing_runs", merged.missing_runs},
-                                            {"left_out_runs", merged.left_out},
-                                            {"missing_tasks", merged.missing_chunks}}});
+                                 .runner = runner.dump()});
   const bool is_doubtful = merged.missing_runs > 0 || !merged.unlike_twice.empty();
   return is_doubtful ? std::max(code, 1) : code;
 }
