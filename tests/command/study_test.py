@@ -369,7 +369,7 @@ class Reports(StudyTest):
         with sqlite3.connect(self.folder / "out" / "study.sqlite") as db:
             (run,), = db.execute("SELECT run FROM names WHERE graph = 'wall' AND configuration = 'hold' AND seed = 1002")
             db.execute("UPDATE runs SET status = 'failed', message = 'it broke' WHERE run = ?", (run,))
-            for table in ("metrics", "costs", "repeats"):
+            for table in ("metrics", "costs", "step_times", "repeat_times"):
                 db.execute(f"DELETE FROM {table} WHERE run = ?", (run,))
         result = self.study(None, "out", "--resume", code=1)
         self.assertIn("wall hold, seed 1002: it broke", result.stderr)
