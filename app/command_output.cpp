@@ -9,7 +9,10 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <string_view>
 
 #include "framework/core/check.hpp"
 #include "framework/core/file_descriptor.hpp"
@@ -37,9 +40,33 @@ std::string read_pipes(const FileDescriptor& out, const FileDescriptor& err, std
   return text;
 }
 
+/// The environment of this process, with the caller's LD_LIBRARY_PATH where we are in a bundle, whose libraries are not
+/// for programs of others.
+class Environment {
+ public:
+  Environment() {
+    constexpr std::string_view own = "LD_LIBRARY_PATH=", outer = "TACTOR_OUTER_LD_LIBRARY_PATH=";
+    const char* callers = std::getenv("TACTOR_OUTER_LD_LIBRARY_PATH");
+    for (char** variable = environ; *variable != nullptr; ++variable) {
+      const std::string_view entry = *variable;
+      if (entry.starts_with(outer) || (callers != nullptr && entry.starts_with(own))) continue;
+      entries_.emplace_back(entry);
+    }
+    if (callers != nullptr && *callers != '\0') entries_.push_back(std::string(own) + callers);
+    for (std::string& entry : entries_) pointers_.push_back(entry.data());
+    pointers_.push_back(nullptr);
+  }
+  [[nodiscard]] char* const* pointers() const { return pointers_.data(); }
+
+ private:
+  std::vector<std::string> entries_;
+  std::vector<char*> pointers_;
+};
+
 }  // namespace
 
 std::string output_of(const std::vector<std::string>& words) {
+  std::signal(SIGCHLD, SIG_DFL);  // who started us may have it ignored, and then nobody could wait
   std::array<int, 2> out{}, err{};
   if (pipe2(out.data(), O_CLOEXEC) != 0) throw RunError(fmt::format("no pipe: {}", std::strerror(errno)));
   const FileDescriptor out_read(out[0]);
@@ -56,7 +83,9 @@ std::string output_of(const std::vector<std::string>& words) {
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   pid_t process = 0;
-  const int error = posix_spawnp(&process, words.front().c_str(), &actions, nullptr, arguments.data(), environ);
+  Environment environment;
+  const int error =
+      posix_spawnp(&process, words.front().c_str(), &actions, nullptr, arguments.data(), environment.pointers());
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) {
     throw RunError(fmt::format("cannot start {}: {}; is it installed here?", words.front(), std::strerror(error)));
@@ -66,7 +95,8 @@ std::string output_of(const std::vector<std::string>& words) {
   std::string errors;
   std::string text = read_pipes(out_read, err_read, errors);
   int status = 0;
-  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(process, &status, 0) < 0) {
+    if (errno != EINTR) throw RunError(fmt::format("cannot wait for {}: {}", words.front(), std::strerror(errno)));
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     throw RunError(fmt::format("{} has failed: {}", fmt::join(words, " "),

@@ -11,6 +11,7 @@
 #include "app/bundle/shared_libraries.hpp"
 #include "app/command_output.hpp"
 #include "app/output.hpp"
+#include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
 #include "app/study/prepare_study.hpp"
 #include "framework/core/input_file.hpp"
@@ -34,10 +35,11 @@ std::string command_text(const std::string& libraries) {
   return "#!/bin/sh\n"
          "# Tactor with the libraries beside it.\n"
          "here=$(cd \"$(dirname \"$0\")\" && pwd) || exit 1\n"
+         "TACTOR_OUTER_LD_LIBRARY_PATH=${LD_LIBRARY_PATH-}\n"
          "LD_LIBRARY_PATH=$here/" +
          libraries +
          ":$here/system_lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}\n"
-         "export LD_LIBRARY_PATH\n"
+         "export LD_LIBRARY_PATH TACTOR_OUTER_LD_LIBRARY_PATH\n"
          "exec \"$here/bin/tactor\" \"$@\"\n";
 }
 
@@ -46,17 +48,34 @@ bool is_inside(const fs::path& file, const fs::path& folder) {
   return of_folder == folder.end();
 }
 
+/// Python, with what its nodes import, is the other machine's own.
+void refuse_python(const Plan& plan, const fs::path& study) {
+  for (const NodeSpec& node : plan.nodes) {
+    if (node.info->code.empty()) continue;
+    throw InputError(
+        fmt::format("{}: expected nodes in C++, found {}, which is in Python: install tactor with Python on the "
+                    "other machine",
+                    study.string(), node.info->type));
+  }
+}
+
 /// Reads all that the runs of a study read.
 void read_study(const fs::path& file, bool is_short, Registry& registry) {
   // Where its results would go does not matter, and must not.
   const PreparedStudy study = prepare_study({.file = file, .out = fs::path("/nowhere"), .is_short = is_short});
   for (const RunCase& c : study.cases) {
+    for (const std::uint64_t seed : study.settings.seeds) {
+      if (c.reference_recording.empty()) break;
+      static_cast<void>(open_input_file(recording_of(c.reference_recording, graph_name(c.graph), seed)));
+    }
     std::vector<Overrides> all{c.overrides};
     if (c.reference) all.push_back(*c.reference);
     for (const Overrides& overrides : all) {
       try {
         // The key of a run is over the bytes of all files that it reads.
-        static_cast<void>(reference_key(make_plan(load_graph(c.graph, registry, overrides)), {}));
+        const Plan plan = make_plan(load_graph(c.graph, registry, overrides));
+        refuse_python(plan, file);
+        static_cast<void>(reference_key(plan, {}));
       } catch (const InputError&) {
         if (!study.settings.refused_are_results) throw;
       }
@@ -187,6 +206,9 @@ void write_bundle(const BundleRequest& request) {
     throw InputError(
         fmt::format("--out {}: expected no file there yet; --overwrite replaces it", request.out.string()));
   }
+  if (!fs::is_directory(fs::absolute(request.out).parent_path())) {
+    throw InputError(fmt::format("--out {}: expected a folder that exists", request.out.string()));
+  }
   const std::string name = file.substr(0, file.size() - ending.size());
   const TemporaryFolder temporary;
   Stage stage(fs::canonical(temporary.path()) / name);
@@ -204,7 +226,8 @@ void write_bundle(const BundleRequest& request) {
                                "--group=0", "--numeric-owner", name}));
   fmt::print("{}: {:.0f} MB; on the other machine:\n  tar xf {} && cd {}\n", request.out.string(),
              static_cast<double>(fs::file_size(request.out)) / 1e6, file, name);
-  for (const fs::path& copy : copies) fmt::print("  ./tactor study {} --cluster slurm\n", copy.string());
+  for (const fs::path& copy : copies)
+    fmt::print("  ./tactor study {} --cluster slurm --partition NAME\n", copy.string());
 }
 
 }  // namespace tactor

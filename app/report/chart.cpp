@@ -1,7 +1,6 @@
 #include "app/report/chart.hpp"
 
 #include <fmt/format.h>
-#include <sys/wait.h>
 
 #include <sys/wait.h>
 #include <algorithm>

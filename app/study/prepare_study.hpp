@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct StudyRequest {
   bool resume = false, overwrite = false;
   bool is_short = false;
   std::optional<JudgedPart> judge;  ///< absent: the study's
+  /// Called when its graphs have been read and nothing of the folder has been replaced yet; may be empty.
+  std::function<void()> before_runs{};
 };
 
 /// A study with the command line laid over it, before its graphs are read.

@@ -73,7 +73,10 @@ int run_study(const StudyRequest& request) {
   options.table = study.folder / "study.sqlite";
   options.mode = request.resume ? TableMode::resume : request.overwrite ? TableMode::overwrite : TableMode::create;
   Registry registry(default_node_folders());
-  options.planned = [&](const RunMetrics& metrics) { check_metrics(study.spec, metrics, registry); };
+  options.planned = [&](const RunMetrics& metrics) {
+    check_metrics(study.spec, metrics, registry);
+    if (request.before_runs) request.before_runs();
+  };
   if (study.spec.report == StudyReport::stability && !study.spec.record.empty()) {
     check_record(study.spec, study.cases, registry);
   }

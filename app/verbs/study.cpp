@@ -49,7 +49,7 @@ void add_cluster_options(CLI::App& verb, StudyArguments& arguments) {
   about_cluster(verb.add_flag("--wait", cluster.wait, "Wait until it is done, with a bar; then print the tables"));
   CLI::Option* status = about_cluster(
       verb.add_flag("--status", arguments.status, "Tell how far the study of this folder, or of this name, is"));
-  about_cluster(verb.add_flag("--cancel", arguments.cancel, "End its tasks; what has finished is kept"))
+  about_cluster(verb.add_flag("--cancel", arguments.cancel, "End its tasks; what has been made is kept"))
       ->excludes(status)
       ->excludes(system);
   status->excludes(system);
@@ -62,34 +62,65 @@ std::optional<std::filesystem::path> handed_over(const StudyRequest& study) {
   return is_cluster_study(out) ? std::optional(out) : std::nullopt;
 }
 
+/// Whether an option changes which runs a study has.
+bool changes_study(const StudyRequest& study) {
+  return study.seeds || study.first_seed || study.repeats || study.judge || study.is_short || !study.overrides.empty();
+}
+
+/// What the command line asks of a study that has been handed to a cluster: `out`, its folder.
+int run_handed_over(const std::filesystem::path& out, StudyArguments& made) {
+  StudyRequest& study = made.study;
+  if (made.status) return show_cluster_status(out);
+  if (made.cancel) return cancel_cluster_study(out);
+  if (study.resume) {
+    study.overrides = made.options.overrides;
+    if (!is_cluster_study(study.file)) {
+      study.file = named_file(study.file, study_files);
+    } else if (changes_study(study)) {
+      throw InputError(study.file.string() +
+                       ": --resume: expected no option that changes the study; to begin anew name the study, with "
+                       "--overwrite");
+    }
+    return resume_cluster_study(out, study, made.cluster);
+  }
+  if (made.cluster.wait) return wait_for_cluster_study(out);
+  throw InputError(out.string() +
+                   ": expected --status, --wait, --cancel or --resume, since this is a study on a cluster; to begin "
+                   "anew name the study, with --overwrite");
+}
+
 int run(StudyArguments& made) {
   StudyRequest& study = made.study;
-  if (!made.is_for_cluster && !study.overwrite) {
-    const std::optional<std::filesystem::path> out = handed_over(study);
-    if (out && made.status) return show_cluster_status(*out);
-    if (out && made.cancel) return cancel_cluster_study(*out);
-    if (out && study.resume) return resume_cluster_study(*out, made.cluster);
-    if (out && made.cluster.wait) return wait_for_cluster_study(*out);
+  const std::optional<std::filesystem::path> out = handed_over(study);
+  const ClusterRequest& cluster = made.cluster;
+  const bool asks = made.status || made.cancel || cluster.wait;
+  if (is_cluster_study(study.file) && (made.is_for_cluster || study.overwrite)) {
+    throw InputError(study.file.string() +
+                     ": expected a study file beside --cluster and --overwrite, found the folder of "
+                     "a study on a cluster");
   }
-  if (!made.is_for_cluster) {
-    const ClusterRequest& cluster = made.cluster;
-    if (made.status || made.cancel || cluster.wait || cluster.partition || cluster.account || cluster.time_s ||
-        !cluster.options.empty()) {
-      throw InputError(study.file.string() +
-                       ": expected the folder of a study that was handed to a cluster, found none; --cluster hands "
-                       "one over");
-    }
+  if (out && !made.is_for_cluster && (asks || study.resume || is_cluster_study(study.file))) {
+    return run_handed_over(*out, made);
+  }
+  if (!made.is_for_cluster &&
+      (asks || cluster.partition || cluster.account || cluster.time_s || !cluster.options.empty())) {
+    throw InputError(
+        study.file.string() +
+        ": --status, --cancel, --wait and the options of jobs: expected --cluster, or a study that was handed "
+        "to a cluster");
   }
   study.file = named_file(study.file, study_files);
   study.overrides = made.options.overrides;
   if (!made.is_for_cluster) {
     // Its table would be that of two studies.
-    if (const std::optional<std::filesystem::path> out = handed_over(study)) clear_study_folder(*out, study.overwrite);
+    if (out) {
+      refuse_study_folder(*out, study.overwrite);
+      study.before_runs = [folder = *out] { clear_study_folder(folder); };
+    }
     return run_study(study);
   }
   if (study.resume) {
-    throw InputError("--resume: expected the folder of results without --cluster, such as tactor study out/" +
-                     study.file.stem().string() + " --resume");
+    throw InputError("--resume: expected no --cluster, which the study of that folder has already");
   }
   return run_study_on_cluster(study, made.cluster);
 }
@@ -109,8 +140,9 @@ void add_study(CLI::App& app, int& exit_code) {
   add_integer(*verb, "--repeats", study.repeats, 1, most_repeats,
               "Runs of each seed, for the median of its run time; with one more that does not count where there are "
               "several (default: the study's)");
-  add_integer(*verb, "--jobs", study.jobs, 1, most_jobs,
-              "Runs at once (default: the cores); only run times depend on it");
+  add_integer(
+      *verb, "--jobs", study.jobs, 1, most_jobs,
+      "Runs at once (default: the cores), on a cluster those that are measured first; only run times depend on it");
   verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)");
   CLI::Option* resume = verb->add_flag("--resume", study.resume, "Go on with the runs that the folder has");
   verb->add_flag("--overwrite", study.overwrite, "Begin anew where the folder has runs")->excludes(resume);

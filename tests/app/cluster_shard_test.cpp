@@ -12,6 +12,7 @@
 #include "app/study/cluster/cluster_plan.hpp"
 #include "app/study/cluster/merge.hpp"
 #include "app/study/cluster/submit.hpp"
+#include "app/study/run/bytes.hpp"
 #include "framework/core/temporary_folder.hpp"
 
 using namespace tactor;
@@ -76,7 +77,7 @@ fs::path write_shard(const ClusterPlan& plan, const ClusterFolder& folder, std::
   fs::create_directories(folder.shards(StageKind::runs));
   const fs::path file = folder.shard(StageKind::runs, chunk).string() + ending;
   fs::remove(file);
-  ShardWriter writer(file, {plan.key, "runs", chunk, here});
+  ShardWriter writer(file, {plan.shard_key(StageKind::runs), "runs", chunk, here});
   bool is_whole = true;
   for (std::size_t unit = stage.chunk_begin[chunk]; unit < stage.chunk_begin[chunk + 1]; ++unit) {
     RunAnswer answer;
@@ -261,11 +262,12 @@ BOOST_FIXTURE_TEST_CASE(processors_are_mixed_where_nothing_depends_on_them_and_e
   const MergedShards mixed = merge_shards(cut, folder, table);
   BOOST_TEST(mixed.left_out == 0U);
   BOOST_TEST(mixed.missing_runs == 0U);
-  // Shards tell what their records depend on; the head of the second says where its task was.
+  // Shards tell what their records depend on.
+  for (const std::size_t chunk : {0UL, 2UL}) write_shard(cut, folder, chunk, {}, {"a BLAS"});
   const Stage& stage = *cut.stage(StageKind::runs);
   fs::remove(folder.shard(StageKind::runs, 1));
   {
-    ShardWriter writer(folder.shard(StageKind::runs, 1), {cut.key, "runs", 1, there});
+    ShardWriter writer(folder.shard(StageKind::runs, 1), {cut.shard_key(StageKind::runs), "runs", 1, there});
     for (std::size_t unit = stage.chunk_begin[1]; unit < stage.chunk_begin[2]; ++unit) {
       RunAnswer answer;
       answer.record = record_of(cut.run_of(stage, unit));
@@ -289,7 +291,8 @@ BOOST_FIXTURE_TEST_CASE(processors_are_mixed_where_nothing_depends_on_them_and_e
 BOOST_FIXTURE_TEST_CASE(runs_that_the_machine_ended_are_made_anew, Fixture) {
   const ClusterPlan cut = plan(3, 5);
   fs::create_directories(folder.lost_reference(0).parent_path());
-  write_bytes(folder.lost_reference(3), "why");
+  publish_checked(to_bytes(std::pair(std::string("killed"), true)), folder.lost_reference(3));
+  publish_checked(to_bytes(std::pair(std::string("ended by SIGABRT"), false)), folder.lost_reference(4));
   write_shard(cut, folder, 0, [](std::size_t run, RunRecord& record) {
     record.may_differ = run == 4;
     return true;
@@ -297,11 +300,36 @@ BOOST_FIXTURE_TEST_CASE(runs_that_the_machine_ended_are_made_anew, Fixture) {
   write_shard(cut, folder, 1);
   forget_what_does_not_count(cut, folder);
   BOOST_TEST(!fs::exists(folder.lost_reference(3)));
+  BOOST_TEST(fs::exists(folder.lost_reference(4)));
   BOOST_TEST(!fs::exists(folder.shard(StageKind::runs, 0)));
   BOOST_TEST(fs::exists(folder.shard(StageKind::runs, 1)));
   const MergedShards merged = merge_shards(cut, folder, table);
   BOOST_TEST(merged.records.size() == 14U);
   BOOST_TEST(merged.missing_runs == 1U);
+}
+
+BOOST_FIXTURE_TEST_CASE(shards_of_other_judged_intervals_do_not_count, Fixture) {
+  ClusterPlan cut = plan(3, 5);
+  for (std::size_t chunk = 0; chunk < 2; ++chunk) write_shard(cut, folder, chunk);
+  BOOST_TEST(merge_shards(cut, folder, table).missing_runs == 0U);
+  cut.planned.judged[0].from = Time{100'000'000};
+  BOOST_TEST(merge_shards(cut, folder, table).missing_runs == 10U);
+  BOOST_TEST(missing_chunks(cut, folder, *cut.stage(StageKind::runs)).size() == 2U);
+}
+
+BOOST_FIXTURE_TEST_CASE(a_checked_file_with_a_changed_bit_is_none, Fixture) {
+  const fs::path file = temporary.path() / "a.bin";
+  publish_checked("what it holds", file);
+  BOOST_TEST(read_checked(file).value_or("") == "what it holds");
+  const std::string bytes = bytes_of(file);
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    std::string changed = bytes;
+    changed[at] = static_cast<char>(changed[at] ^ 1);
+    write_bytes(file, changed);
+    BOOST_TEST(!read_checked(file).has_value());
+  }
+  write_bytes(file, "");
+  BOOST_TEST(!read_checked(file).has_value());
 }
 
 BOOST_FIXTURE_TEST_CASE(chunks_follow_the_expected_times, Fixture) {

@@ -72,6 +72,8 @@ BOOST_AUTO_TEST_CASE(what_is_wrong_in_a_cluster_file_is_told_with_its_place) {
   BOOST_TEST(errors_of(with(good, "running: [R]", "runing: [R]")).find("did you mean \"running\"?") !=
              std::string::npos);
   BOOST_TEST(errors_of(good + "most_tasks: 0\n").find("most_tasks: ") != std::string::npos);
+  BOOST_TEST(errors_of(with(good, "\"{script}\"", "x")).find("submit: expected {script} in a word") !=
+             std::string::npos);
   BOOST_TEST(errors_of("- a\n").find("mine.yaml") != std::string::npos);
 }
 

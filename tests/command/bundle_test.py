@@ -35,7 +35,7 @@ class Bundle(CommandTest):
     def test_a_shipped_study_runs_elsewhere_by_what_the_archive_has(self):
         archive = self.folder / "methods.tar.gz"
         said = self.bundle("methods", "--out", archive)
-        self.assertIn("./tactor study files/studies/methods.yaml --cluster slurm", said)
+        self.assertIn("./tactor study files/studies/methods.yaml --cluster slurm --partition NAME", said)
         place = self.unpacked(archive)
         words = ("--short", "--seeds", "1", "--duration", "4 s", "--judge", "whole")
         self.run_bare(place / "tactor", "study", place / "files/studies/methods.yaml", *words, "--out", self.folder / "there",
@@ -82,6 +82,7 @@ class Bundle(CommandTest):
         self.assertIn(f"found {GRAPHS}/wall/scene.yaml, which another machine has not", self.bundle(study, "--out", archive, code=2))
         self.assertFalse(archive.exists())
         self.assertIn("expected a name that ends in .tar.gz", self.bundle(study, "--out", self.folder / "mine.zip", code=2))
+        self.assertIn("expected a folder that exists", self.bundle(study, "--out", self.folder / "no/mine.tar.gz", code=2))
         archive.touch()
         self.assertIn("--overwrite replaces it", self.bundle(study, "--out", archive, code=2))
         self.assertIn("no_such", self.bundle("no_such", "--out", self.folder / "a.tar.gz", code=2))

@@ -133,7 +133,7 @@ class TasksThatEnd(ClusterTest):
         self.cluster(LONG, "there", "--chunk", "1 s", "--jobs", "1")
         self.wait_for(lambda: self.shards("there"), "a task had ended")
         self.assertIn("stage", self.ask("there", "--status").stdout)
-        self.assertIn("what had finished is kept", self.ask("there", "--cancel").stdout)
+        self.assertIn("what has been made is kept", self.ask("there", "--cancel").stdout)
         done = len(self.shards("there"))
         self.wait_for(lambda: "--resume makes what is missing" in self.ask("there", "--status").stdout, "all tasks had ended")
         self.ask("there", "--resume", "--wait")
@@ -166,6 +166,29 @@ class TasksThatEnd(ClusterTest):
         self.assertFalse(self.shards("there", pattern="*.part"))
         self.merge("there")
         self.assert_same("here", "there")
+
+    def test_a_task_that_is_told_to_end_while_it_looks_for_warmth_keeps_nothing_half_done(self):
+        study = SMALL.replace("seeds: 3", "seeds: 12")
+        self.study(study, "here")
+        self.cluster(study, "there", "--chunk", "600 s", "--wait")
+        folder = self.folder / "there/cluster"
+        for stage in ("warm", "references"):
+            number = self.submission("there", stage)
+            self.shards("there", stage)[0].unlink()
+            for file in (*folder.glob("cache/*"), *folder.glob("runs/*"), folder / "intervals.bin"):
+                file.unlink(missing_ok=True)
+            ended = 0
+            for delay in (0.1, 0.15, 0.2, 0.3, 0.4):
+                # The task alone is told, as Slurm does before the time limit; its worker is not.
+                process = self.task("there", number)
+                time.sleep(delay)
+                process.send_signal(signal.SIGTERM)
+                process.communicate(timeout=60)
+                ended += process.returncode == 1
+            self.assertGreater(ended, 0)
+            self.assertEqual(self.made("there", number)[0], 0)
+            self.ask("there", "--resume", "--wait")
+            self.assert_same("here", "there")
 
     def test_a_killed_task_is_missed_and_made_by_resume(self):
         self.study(LONG, "here")
@@ -274,18 +297,35 @@ class Refused(ClusterTest):
         (self.folder / "study.yaml").write_text(LONG)
         file = self.folder / "study.yaml"
         self.assertIn("local.yaml", refused(file, "--cluster", "nowhere"))
-        self.assertIn("found none; --cluster hands one over", refused(file, "--status"))
-        self.assertIn("found none; --cluster hands one over", refused(file, "--partition", "x"))
+        self.assertIn("expected --cluster, or a study that was handed to a cluster", refused(file, "--status"))
+        self.assertIn("expected --cluster, or a study that was handed to a cluster", refused(file, "--partition", "x"))
         self.assertIn("--chunk", refused(file, "--cluster", "local", "--chunk", "soon"))
         self.cluster(None, "there", "--wait")
         self.assertIn("expected no study there yet", refused(file, "--out", self.folder / "there", "--cluster", "local"))
         self.assertIn("expected no study there yet, found one that was handed to a cluster", refused(file, "--out", self.folder / "there"))
-        self.assertIn("without --cluster", refused(file, "--out", self.folder / "there", "--cluster", "local", "--resume"))
+        self.assertIn("since this is a study on a cluster", refused(self.folder / "there"))
+        self.assertIn("expected no option that changes the study", refused(self.folder / "there", "--resume", "--seeds", "3"))
+        self.assertIn("found other options", refused(file, "--out", self.folder / "there", "--resume", "--seeds", "3"))
+        self.assertIn("found the folder of a study", refused(self.folder / "there", "--cluster", "local"))
+        self.assertIn("expected no --cluster", refused(file, "--out", self.folder / "there", "--cluster", "local", "--resume"))
         self.assertEqual(self.made("there", 99)[0], 2)
         code, errors = self.made("there", 0, 99)
         self.assertEqual(code, 2)
         self.assertIn("expected an index below", errors)
         self.cluster(None, "there", "--overwrite", "--wait")
+
+    def test_an_overwrite_that_is_refused_loses_nothing(self):
+        self.cluster(LONG, "there", "--wait")
+        before = self.content("there")
+        for more in (("--cluster", "local"), ()):
+            result = self.study(None, "there", *more, "--overwrite", "--set", "dynamics.no_such=1", code=2)
+            self.assertIn("no_such", result.stderr)
+            self.assertEqual(self.content("there"), before)
+            self.assertIn("done", self.ask("there", "--status").stdout)
+        # What is begun anew here is no study on a cluster any more.
+        self.study(None, "there", "--overwrite")
+        self.assertEqual(self.content("there"), before)
+        self.assertIn("expected --cluster, or a study", tactor("study", self.folder / "there", "--status").stderr)
 
     def test_a_cluster_that_refuses(self):
         file = self.folder / "full.yaml"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <thread>
@@ -15,7 +14,6 @@
 #include "app/output.hpp"
 #include "app/run/cpu_time.hpp"
 #include "app/run/references.hpp"
-#include "app/study/cluster/intervals.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "app/study/run/study_worker.hpp"
@@ -92,7 +90,6 @@ class ChunkTask {
 
   int run() {
     if (is_whole()) return 0;
-    if (stage_.kind == StageKind::runs) planned_.judged = read_intervals(plan_, folder_);
     scratch_.emplace(target_.parent_path());
     writer_.emplace(scratch_->file(), my_head());
     try {
@@ -112,7 +109,9 @@ class ChunkTask {
   }
 
  private:
-  [[nodiscard]] ShardHead my_head() const { return {plan_.key, name_of(stage_.kind), chunk_, this_machine()}; }
+  [[nodiscard]] ShardHead my_head() const {
+    return {plan_.shard_key(stage_.kind), name_of(stage_.kind), chunk_, this_machine()};
+  }
 
   /// Calls `what` with the writer. Where the node's own disk is full, the records that there are move beside the shards
   /// first.
@@ -129,6 +128,7 @@ class ChunkTask {
     writer_.emplace(scratch_->file(), my_head());
     if (made) {
       for (const auto& [unit, answer] : made->records) writer_->add(unit, answer);
+      writer_->spent(made->cost, made->depends_on_processor);
     }
     what(*writer_);
   }
@@ -138,7 +138,7 @@ class ChunkTask {
   }
 
   [[nodiscard]] bool belongs(const ShardHead& head) const {
-    return head.is_of(plan_.key, name_of(stage_.kind), chunk_);
+    return head.is_of(plan_.shard_key(stage_.kind), name_of(stage_.kind), chunk_);
   }
 
   [[nodiscard]] fs::path part() const { return target_.string() + ".part"; }
@@ -151,7 +151,8 @@ class ChunkTask {
     tell_note(fmt::format("{}: {}; what is missing is made anew", target_.string(),
                           there->damage.empty() ? "it is of another study, or not whole" : there->damage));
     std::error_code ignored;
-    fs::rename(target_, part(), ignored);
+    if (belongs(there->head)) fs::rename(target_, part(), ignored);
+    fs::remove(target_, ignored);
     return false;
   }
 
@@ -184,7 +185,9 @@ class ChunkTask {
   bool check_case(std::size_t c) {
     JobBatch batch = batch_of(1);
     batch.job = [&](std::size_t) {
-      return to_message(planned_.job(JobKind::plan, c * planned_.seeds(), folder_.cache()));
+      Job job = planned_.job(JobKind::plan, c * planned_.seeds(), folder_.cache_of(plan_));
+      job.seeds.clear();  // recordings that judge are compared run by run
+      return to_message(job);
     };
     const std::string name = case_name(planned_.graph_of(c), planned_.cases[c].configuration);
     batch.done = [&](std::size_t, const std::string& answer) {
@@ -219,12 +222,13 @@ class ChunkTask {
 
   bool make_units_of_case(std::vector<std::size_t> units) {
     if (stage_.kind == StageKind::runs) {
+      for (const std::size_t unit : units) check_recording(plan_.run_of(stage_, unit));
       std::erase_if(units, [this](std::size_t unit) { return is_hopeless(unit); });
     }
     JobBatch batch = batch_of(units.size());
     batch.time_limit_s = planned_.settings.run_timeout_s;
     batch.job = [&](std::size_t i) {
-      return to_message(planned_.job(job_kind(stage_.kind), plan_.run_of(stage_, units[i]), folder_.cache()));
+      return to_message(planned_.job(job_kind(stage_.kind), plan_.run_of(stage_, units[i]), folder_.cache_of(plan_)));
     };
     batch.done = [&](std::size_t i, const std::string& answer) {
       take(units[i], answer);
@@ -234,16 +238,21 @@ class ChunkTask {
     return pool_.run(batch);
   }
 
+  void check_recording(std::size_t run) const {
+    if (plan_.recordings.empty() || plan_.recordings[run] == planned_.recording_hash(run)) return;
+    throw InputError(fmt::format("{}: the recording that judges it has changed since the study was submitted",
+                                 planned_.name_of(run)));
+  }
+
   /// Adds the run of a unit whose reference run could not be made.
   bool is_hopeless(std::size_t unit) {
     const std::size_t run = plan_.run_of(stage_, unit);
     const std::size_t c = run / planned_.seeds();
     if (!planned_.needs_reference(c)) return false;
     const std::size_t reference = planned_.reference_case[c] * planned_.seeds() + run % planned_.seeds();
-    std::ifstream stream(folder_.lost_reference(reference), std::ios::binary);
-    if (!stream) return false;
-    const std::string bytes(std::istreambuf_iterator<char>(stream), {});
-    const auto [text, may_differ] = from_bytes<std::pair<std::string, bool>>(bytes);
+    const std::optional<std::string> bytes = read_checked(folder_.lost_reference(reference));
+    if (!bytes) return false;
+    const auto [text, may_differ] = from_bytes<std::pair<std::string, bool>>(*bytes);
     add_record(unit, planned_.hopeless(run, lost_reference({text, may_differ})));
     return true;
   }
@@ -251,14 +260,19 @@ class ChunkTask {
   void take(std::size_t unit, const std::string& answer) {
     if (stage_.kind == StageKind::runs) {
       auto made = from_message<RunAnswer>(answer);
-      run_cpu_s_ += made.cost.cpu_s;
-      depends_.insert(made.depends_on_processor.begin(), made.depends_on_processor.end());
+      take_cost(made.cost);
       if (made.record) add_record(unit, std::move(*made.record));
       return;
     }
-    run_cpu_s_ +=
-        stage_.kind == StageKind::warm ? from_message<WarmUp>(answer).cost.cpu_s : from_message<JobCost>(answer).cpu_s;
-    add(unit, answer);
+    const JobCost cost =
+        stage_.kind == StageKind::warm ? from_message<WarmUp>(answer).cost : from_message<JobCost>(answer);
+    take_cost(cost);
+    if (!cost.interrupted) add(unit, answer);
+  }
+
+  void take_cost(const JobCost& cost) {
+    run_cpu_s_ += cost.cpu_s;
+    depends_.insert(cost.depends_on_processor.begin(), cost.depends_on_processor.end());
   }
 
   void take_loss(std::size_t unit, const Ending& ending) {
@@ -267,9 +281,9 @@ class ChunkTask {
     if (stage_.kind == StageKind::runs) {
       add_record(unit, planned_.hopeless(run, {RunStatus::failed, ending.text, ending.may_differ}));
     } else if (stage_.kind == StageKind::warm) {
-      add(unit, to_message(WarmUp{{}, ending.text, {}}));
+      add(unit, to_message(WarmUp{{}, ending.text, ending.may_differ, {}}));
     } else {
-      publish_bytes(to_bytes(std::pair(ending.text, ending.may_differ)), folder_.lost_reference(run));
+      publish_checked(to_bytes(std::pair(ending.text, ending.may_differ)), folder_.lost_reference(run));
       add(unit, to_message(JobCost{}));
     }
   }
@@ -340,7 +354,7 @@ class ChunkTask {
   }
 
   const ClusterPlan& plan_;
-  PlannedCases planned_;
+  const PlannedCases& planned_;
   const ClusterFolder& folder_;
   const Stage& stage_;
   std::size_t chunk_;

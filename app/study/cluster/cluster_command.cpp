@@ -1,12 +1,12 @@
 #include "app/study/cluster/cluster_command.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "app/interruption.hpp"
@@ -16,6 +16,7 @@
 #include "app/run/references.hpp"
 #include "app/study/cluster/cluster_plan.hpp"
 #include "app/study/cluster/cluster_system.hpp"
+#include "app/study/cluster/intervals.hpp"
 #include "app/study/cluster/measure.hpp"
 #include "app/study/cluster/progress.hpp"
 #include "app/study/cluster/submission.hpp"
@@ -43,16 +44,25 @@ struct HandedOver {
       : folder(out),
         plan(read_plan(folder)),
         options(read_options(folder)),
-        system(load_cluster_system(options.system)) {}
+        system(load_cluster_system(options.system)) {
+    if (options.user != getuid()) {
+      throw InputError(
+          fmt::format("{}: expected a study of your own, found one of the user {}, whose tasks you may not see",
+                      out.string(), options.user));
+    }
+  }
   [[nodiscard]] ClusterProgress progress() const {
     return find_progress(plan, folder, ask_for_jobs(system, jobs_of(read_submissions(folder))));
   }
 };
 
-/// Throws InputError where tasks of the study in this folder wait or run.
-void refuse_while_alive(const fs::path& out) {
-  const ClusterFolder folder(out);
-  const ClusterSystem system = load_cluster_system(read_options(folder).system);
+/// Throws InputError where tasks of the study in this folder wait or run, or may.
+void refuse_while_alive(const fs::path& out, const ClusterFolder& folder, const ClusterOptions& options) {
+  if (options.user != getuid()) {
+    throw InputError(
+        fmt::format("{}: expected a study of your own, found one of the user {}", out.string(), options.user));
+  }
+  const ClusterSystem system = load_cluster_system(options.system);
   for (const auto& [job, counts] : ask_for_jobs(system, jobs_of(read_submissions(folder)))) {
     if (counts.waiting + counts.running == 0) continue;
     throw InputError(
@@ -68,19 +78,33 @@ FileLock lock_of(const fs::path& out) {
 
 }  // namespace
 
-void clear_study_folder(const fs::path& out, bool overwrite) {
+void refuse_study_folder(const fs::path& out, bool overwrite) {
   std::error_code ignored;
+  const ClusterFolder folder(out);
   const bool has_table = fs::exists(out / "study.sqlite", ignored);
-  const bool has_plan = ClusterFolder(out).is_there();
-  if (!has_table && !has_plan) return;
+  if (!has_table && !folder.is_there()) return;
   if (!overwrite) {
     throw InputError(fmt::format(
         "--out {}: expected no study there yet, found {}; {}--overwrite begins anew", out.string(),
-        has_plan ? "one that was handed to a cluster" : "the runs of one",
-        has_plan ? fmt::format("tactor study {} --resume goes on with it, ", out.string()) : std::string()));
+        folder.is_there() ? "one that was handed to a cluster" : "the runs of one",
+        folder.is_there() ? fmt::format("tactor study {} --resume goes on with it, ", out.string()) : std::string()));
   }
-  if (has_plan) refuse_while_alive(out);
-  fs::remove_all(ClusterFolder(out).path());
+  if (!folder.is_there()) return;
+  std::optional<ClusterOptions> options;
+  try {
+    options = read_options(folder);
+  } catch (const InputError& error) {
+    tell_note(fmt::format("{}; whether it still runs is not known", error.what()));
+  }
+  if (options) refuse_while_alive(out, folder, *options);
+}
+
+void clear_study_folder(const fs::path& out) {
+  std::error_code ignored;
+  // Reference runs are kept under what they are made of, so those that are there may serve again.
+  for (const auto& entry : fs::directory_iterator(ClusterFolder(out).path(), ignored)) {
+    if (entry.path() != ClusterFolder(out).cache()) fs::remove_all(entry.path(), ignored);
+  }
   for (const char* end : {"", "-wal", "-shm"}) fs::remove((out / "study.sqlite").string() + end, ignored);
 }
 
@@ -99,8 +123,12 @@ void tell_submitted(const ClusterPlan& plan, const ClusterFolder& folder, const 
     const std::size_t count = tasks_of(submissions, stage);
     if (count > 0) tasks += fmt::format("{}{} {}", tasks.empty() ? "" : ", ", count, name_of(stage));
   }
-  fmt::print("{}: {} runs, handed to {} as tasks: {}\n  jobs {}\n", plan.spec.name, plan.planned.runs(), system.title,
-             tasks, fmt::join(jobs_of(submissions), " "));
+  if (submissions.size() == 1) {
+    fmt::print("{}: none of its {} runs is missing; they are merged again\n", plan.spec.name, plan.planned.runs());
+  } else {
+    fmt::print("{}: {} runs, handed to {}; tasks: {}\n", plan.spec.name, plan.planned.runs(), system.title, tasks);
+  }
+  fmt::print("  jobs {}\n", fmt::join(jobs_of(submissions), " "));
   fmt::print("  tactor study {0} --status tells how far it is; --wait, --cancel and --resume do what they say\n",
              folder.out().string());
   if (plan.spec.repeats > 1 && !plan.exclusive) {
@@ -120,10 +148,12 @@ bool is_cluster_study(const fs::path& out) {
 int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& cluster) {
   PreparedStudy study = prepare_study(request);
   const ClusterSystem system = load_cluster_system(cluster.system);
+  // A cluster that does not answer is to be known before anything is measured.
+  static_cast<void>(most_tasks_of_array(system));
   const fs::path out = fs::absolute(study.folder).lexically_normal();
   make_folder(out);
   const FileLock lock = lock_of(out);
-  clear_study_folder(out, request.overwrite);
+  refuse_study_folder(out, request.overwrite);
   const ClusterFolder folder(out);
   Registry registry(default_node_folders());
   if (study.spec.report == StudyReport::stability && !study.spec.record.empty()) {
@@ -143,9 +173,25 @@ int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& clus
     plan.planned = plan_cases(
         study.cases, study.settings, pool, folder.cache(), request.jobs,
         {.note = note, .planned = [&](const RunMetrics& metrics) { check_metrics(study.spec, metrics, registry); }});
-    plan.costs = measure_costs(
+    Measured measured = measure_costs(
         plan.planned, pool, folder.cache(), request.jobs,
         [&bar](double share, const std::string& what) { bar.draw(share, what); }, note);
+    plan.costs = std::move(measured.costs);
+    plan.depends_on_processor = std::move(measured.depends_on_processor);
+  }
+  for (const std::optional<Obstacle>& obstacle : plan.planned.obstacles) {
+    if (obstacle && obstacle->may_differ) throw RunError(obstacle->message + "; nothing was submitted");
+  }
+  if (!plan.depends_on_processor.empty()) {
+    tell_note(
+        fmt::format("last digits depend on the processor: {}; let all tasks run on one kind of node, such as by "
+                    "--sbatch-option --constraint=NAME",
+                    fmt::join(plan.depends_on_processor, ", ")));
+  }
+  if (!study.spec.reference_recording.empty()) {
+    for (std::size_t run = 0; run < plan.planned.runs(); ++run) {
+      plan.recordings.push_back(plan.planned.recording_hash(run));
+    }
   }
   plan.spec = study.spec;
   plan.code = code_hashes(plan.planned.code_files);
@@ -157,10 +203,19 @@ int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& clus
                          cluster.account.value_or(""),
                          cluster.time_s.value_or(0),
                          cluster.options,
-                         request.jobs};
-  write_plan(plan, folder);
+                         request.jobs,
+                         getuid()};
+  clear_study_folder(out);
   write_options(folder, options);
-  tell_submitted(plan, folder, system, submit_missing(plan, folder, system, options));
+  write_plan(plan, folder);
+  try {
+    tell_submitted(plan, folder, system, submit_missing(plan, folder, system, options));
+  } catch (const RunError&) {
+    // It was not handed over, so nothing can be asked of it.
+    std::error_code ignored;
+    fs::remove_all(folder.path(), ignored);
+    throw;
+  }
   return cluster.wait ? wait_for_cluster_study(out) : 0;
 }
 
@@ -179,15 +234,26 @@ int cancel_cluster_study(const fs::path& out) {
   cancel_jobs(study.system, alive);
   fmt::print("{}\n", alive.empty()
                          ? std::string("nothing waits or runs any more")
-                         : fmt::format("cancelled jobs {}; what had finished is kept", fmt::join(alive, " ")));
+                         : fmt::format("cancelled jobs {}; what has been made is kept", fmt::join(alive, " ")));
   return 0;
 }
 
-int resume_cluster_study(const fs::path& out, const ClusterRequest& cluster) {
+int resume_cluster_study(const fs::path& out, const StudyRequest& request, const ClusterRequest& cluster) {
   const fs::path whole = fs::absolute(out).lexically_normal();
-  HandedOver study(whole);
   const FileLock lock = lock_of(whole);
-  refuse_while_alive(whole);
+  HandedOver study(whole);
+  if (!is_cluster_study(request.file)) {
+    const TableIdentity asked = prepare_study(request).settings.identity;
+    const TableIdentity& there = study.plan.planned.settings.identity;
+    if (asked.study != there.study || asked.options != there.options) {
+      throw InputError(
+          fmt::format("--out {}: expected the study as it was handed to the cluster, found other options or "
+                      "another study file; --overwrite begins anew",
+                      out.string()));
+    }
+  }
+  refuse_while_alive(out, study.folder, study.options);
+  if (has_intervals(study.plan, study.folder)) study.plan.planned.judged = read_intervals(study.plan, study.folder);
   if (cluster.partition) study.options.partition = *cluster.partition;
   if (cluster.account) study.options.account = *cluster.account;
   if (cluster.time_s) study.options.time_s = *cluster.time_s;
@@ -211,7 +277,8 @@ int wait_for_cluster_study(const fs::path& out) {
     tell_note(text + "; it is asked again");
   });
   std::map<std::string, JobCounts> counts;
-  bool was_alive = true, is_silent = false;
+  auto lived = Steady::now();
+  bool is_silent = false;
   for (;;) {
     // Files are looked at often, which costs the cluster nothing; its scheduler spends a hundredth of its time on this.
     if (const auto began = Steady::now(); began >= ask_again) {
@@ -231,12 +298,9 @@ int wait_for_cluster_study(const fs::path& out) {
     }
     progress = find_progress(study.plan, study.folder, counts);
     if (progress.is_merged) break;
-    if (!progress.is_alive && !is_silent) {
-      // The merge writes its file just before it ends.
-      if (!was_alive) break;
-      ask_again = Steady::time_point::min();
-    }
-    was_alive = progress.is_alive || is_silent;
+    // The merge writes its file just before it ends, and a file system of several machines may show it later.
+    if (progress.is_alive || is_silent) lived = Steady::now();
+    if (Steady::now() - lived > std::chrono::seconds(30)) break;
     std::size_t running = 0;
     for (const StageProgress& stage : progress.stages) running += stage.running;
     bar.draw(progress.share, fmt::format("{} tasks run", running));
@@ -250,14 +314,10 @@ int wait_for_cluster_study(const fs::path& out) {
   fmt::print("{}", std::string(std::istreambuf_iterator<char>(table), {}));
   if (!progress.is_merged) {
     fmt::print("{}", progress_text(study.plan, study.folder, progress, study.system.title));
-    throw RunError(fmt::format("{}: its tasks have ended and the merge has not; {} tells why", out.string(),
-                               study.folder.jobs().string()));
+    throw RunError(out.string() + ": its tasks have ended, and the merge has not made its table");
   }
-  std::ifstream merged(study.folder.merged());
-  const nlohmann::json json = nlohmann::json::parse(merged, nullptr, false);
-  const std::string said = json.is_object() ? json.value("message", "") : "";
-  if (!said.empty()) tell(said + "\n");
-  return json.is_object() ? json.value("exit_code", 1) : 1;
+  if (!progress.merge_said.empty()) tell(progress.merge_said + "\n" + complaints(study.folder));
+  return progress.merge_code;
 }
 
 }  // namespace tactor

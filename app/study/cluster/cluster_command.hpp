@@ -26,15 +26,17 @@ struct ClusterRequest {
 /// Plans the study here, measures a few runs, and submits the rest. Forks workers, so the program must have no other
 /// thread.
 int run_study_on_cluster(const StudyRequest& study, const ClusterRequest& cluster);
-/// Makes room for a study in its folder. Throws InputError where there is one and it is not to be overwritten, or where
-/// it still runs on a cluster.
-void clear_study_folder(const std::filesystem::path& out, bool overwrite);
+/// Throws InputError where the folder holds a study that is not to be overwritten, or that still runs on a cluster.
+void refuse_study_folder(const std::filesystem::path& out, bool overwrite);
+/// Takes out what an earlier study has left there.
+void clear_study_folder(const std::filesystem::path& out);
 /// Whether a folder holds a study that was handed to a cluster.
 bool is_cluster_study(const std::filesystem::path& out);
 int show_cluster_status(const std::filesystem::path& out);
 int cancel_cluster_study(const std::filesystem::path& out);
-/// Submits what is missing. What `cluster` says replaces what was said before; its system and chunk_s do not count.
-int resume_cluster_study(const std::filesystem::path& out, const ClusterRequest& cluster);
+/// Submits what is missing. `study`: its file is that of the study, which must ask for the same runs, or the folder
+/// itself. What `cluster` says replaces what was said before; its system and chunk_s do not count.
+int resume_cluster_study(const std::filesystem::path& out, const StudyRequest& study, const ClusterRequest& cluster);
 /// Until it is merged or nothing runs any more; then prints what the merge has printed.
 int wait_for_cluster_study(const std::filesystem::path& out);
 

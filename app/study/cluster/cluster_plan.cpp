@@ -90,6 +90,10 @@ const Stage* ClusterPlan::stage(StageKind kind) const {
   return found == stages.end() ? nullptr : &*found;
 }
 
+std::string ClusterPlan::shard_key(StageKind stage) const {
+  return stage == StageKind::runs ? content_key({key, to_bytes(planned.judged)}) : key;
+}
+
 std::size_t ClusterPlan::run_of(const Stage& stage, std::size_t unit) const {
   return stage.cases[unit / planned.seeds()] * planned.seeds() + unit % planned.seeds();
 }
@@ -110,6 +114,11 @@ void cut_into_stages(ClusterPlan& plan) {
   add(StageKind::warm, std::move(warm));
   add(StageKind::references, std::move(references));
   add(StageKind::runs, std::move(runs));
+}
+
+fs::path ClusterFolder::cache_of(const ClusterPlan& plan) const {
+  const RanOn& machine = this_machine();
+  return plan.depends_on_processor.empty() ? cache() : cache() / content_key({machine.processor, machine.c_library});
 }
 
 fs::path ClusterFolder::shard(StageKind stage, std::size_t chunk) const {

@@ -51,11 +51,16 @@ struct ClusterPlan {
   std::map<std::string, std::string> code;  ///< file name of program and libraries: hash of its bytes
   std::vector<Stage> stages;                ///< those with chunks, in order
   UnitCosts costs;
+  std::vector<std::string> recordings;  ///< PlannedCases::recording_hash by run; empty where none judges
+  /// What of its runs depends on the processor, as far as those that were measured tell; see processor_dependence().
+  std::vector<std::string> depends_on_processor;
   double chunk_s = 120;
   bool exclusive = false;  ///< its tasks have nodes of their own
   std::string key;         ///< hash of all of these
 
   [[nodiscard]] const Stage* stage(StageKind kind) const;
+  /// What the shards of a stage belong to. Those of runs belong to the judged intervals too, which must be known.
+  [[nodiscard]] std::string shard_key(StageKind stage) const;
   /// The run that a unit of the stage is or is for.
   [[nodiscard]] std::size_t run_of(const Stage& stage, std::size_t unit) const;
 };
@@ -71,6 +76,8 @@ class ClusterFolder {
   [[nodiscard]] std::filesystem::path path() const { return out_ / "cluster"; }
   [[nodiscard]] std::filesystem::path plan() const { return path() / "plan.bin"; }
   [[nodiscard]] std::filesystem::path cache() const { return path() / "cache"; }
+  /// The cache of reference runs for this machine: its own where they depend on the processor.
+  [[nodiscard]] std::filesystem::path cache_of(const ClusterPlan& plan) const;
   [[nodiscard]] std::filesystem::path intervals() const { return path() / "intervals.bin"; }
   [[nodiscard]] std::filesystem::path jobs() const { return path() / "jobs"; }
   /// What the merge has printed, and its exit code: there when it has ended.

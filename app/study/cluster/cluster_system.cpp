@@ -62,6 +62,11 @@ class SystemReader {
     check_keys(tree, "cluster", "key of a cluster file", system_keys(), diagnostics_);
     system_.title = text(tree, "title").value_or(system_.file.stem().string());
     system_.submit = command(tree, "submit", true);
+    const auto has_script = [](const std::string& word) { return word.find("{script}") != std::string::npos; };
+    if (!system_.submit.empty() && std::none_of(system_.submit.begin(), system_.submit.end(), has_script)) {
+      diagnostics_.error(tree.value("submit")->place,
+                         "submit: expected {script} in a word, which is what a task starts");
+    }
     system_.status = command(tree, "status", true);
     system_.cancel = command(tree, "cancel", true);
     system_.index = text(tree, "index").value_or("");

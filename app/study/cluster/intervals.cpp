@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "app/study/cluster/plan_fields.hpp"
 #include "app/study/cluster/shard.hpp"
 
@@ -45,21 +42,31 @@ int find_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
   } catch (const InputError& error) {
     found.refusal = error.what();
   }
-  publish_bytes(to_bytes(found), folder.intervals());
+  publish_checked(to_bytes(found), folder.intervals());
   if (!found.refusal.empty()) throw InputError(found.refusal);
   return 0;
 }
 
+bool has_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
+  try {
+    static_cast<void>(read_intervals(plan, folder));
+  } catch (const RunError&) {
+    return false;
+  } catch (const InputError&) {
+    // They say that the study is refused.
+  }
+  return true;
+}
+
 std::vector<JudgedFrom> read_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
   if (plan.stage(StageKind::warm) == nullptr) return plan.planned.judged;
-  std::ifstream stream(folder.intervals(), std::ios::binary);
-  if (!stream) {
+  const std::optional<std::string> bytes = read_checked(folder.intervals());
+  if (!bytes) {
     throw RunError(
         "it is not known yet from when on runs are warm, because tasks of the stage warm are missing; "
         "--resume makes them");
   }
-  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
-  const auto found = from_bytes<FoundIntervals>(bytes);
+  const auto found = from_bytes<FoundIntervals>(*bytes);
   if (found.plan != plan.key) throw RunError(folder.intervals().string() + ": it is of another study");
   if (!found.refusal.empty()) throw InputError(found.refusal);
   return found.judged;

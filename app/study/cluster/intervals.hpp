@@ -11,6 +11,9 @@ namespace tactor {
 /// why the study is refused. Returns the exit code. Throws RunError where a shard is missing.
 int find_intervals(const ClusterPlan& plan, const ClusterFolder& folder);
 
+/// Whether read_intervals would not throw RunError.
+bool has_intervals(const ClusterPlan& plan, const ClusterFolder& folder);
+
 /// The intervals by group; those of the plan where the study need not warm up. Throws RunError where they are not there
 /// yet, InputError where the study was refused.
 std::vector<JudgedFrom> read_intervals(const ClusterPlan& plan, const ClusterFolder& folder);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "app/study/run/worker_pool.hpp"
 
@@ -12,6 +13,7 @@ namespace {
 
 constexpr std::size_t most_tried = 16;          // runs
 constexpr std::size_t most_tried_of_group = 4;  // runs of one graph
+constexpr double guess_s = 1;                   // where nothing is known
 constexpr double least_s = 1e-3;                // that a unit counts for, so that a chunk has an end
 
 /// So many of `all` places, spread evenly, with the first and the last.
@@ -46,7 +48,7 @@ double distance(std::size_t a, std::size_t b) {
 
 /// The costs of all cases by those of some.
 std::vector<double> all_costs(const PlannedCases& planned, const std::map<std::size_t, double>& known) {
-  double mean = 0;
+  double mean = known.empty() ? guess_s : 0;
   for (const auto& [c, cost] : known) mean += cost / static_cast<double>(known.size());
   std::map<std::size_t, std::vector<std::size_t>> by_group;
   for (const auto& [c, cost] : known) by_group[planned.cases[c].group].push_back(c);
@@ -65,12 +67,13 @@ std::vector<double> all_costs(const PlannedCases& planned, const std::map<std::s
 
 }  // namespace
 
-UnitCosts measure_costs(const PlannedCases& planned, WorkerPool& pool, const std::filesystem::path& cache_folder,
-                        unsigned at_once, const std::function<void(double share, const std::string& what)>& progress,
-                        const std::function<void(const std::string& note)>& note) {
+Measured measure_costs(const PlannedCases& planned, WorkerPool& pool, const std::filesystem::path& cache_folder,
+                       unsigned at_once, const std::function<void(double share, const std::string& what)>& progress,
+                       const std::function<void(const std::string& note)>& note) {
   std::vector<std::size_t> cases;
   for (const auto& [group, tried] : tried_cases(planned)) cases.insert(cases.end(), tried.begin(), tried.end());
   std::map<std::size_t, double> references, warm, runs;
+  std::set<std::string> depends;
   const auto make = [&](JobKind kind, std::vector<std::size_t> of, std::map<std::size_t, double>& costs,
                         const std::string& what) {
     JobBatch batch;
@@ -83,9 +86,21 @@ UnitCosts measure_costs(const PlannedCases& planned, WorkerPool& pool, const std
       return to_message(planned.job(kind, of[i] * planned.seeds(), cache_folder));
     };
     batch.done = [&](std::size_t i, const std::string& answer) {
-      costs[of[i]] = kind == JobKind::run       ? from_message<RunAnswer>(answer).cost.cpu_s
-                     : kind == JobKind::warm_up ? from_message<WarmUp>(answer).cost.cpu_s
-                                                : from_message<JobCost>(answer).cpu_s;
+      JobCost cost;
+      bool counts = true;  // what failed says little of how long others take
+      if (kind == JobKind::run) {
+        const auto run = from_message<RunAnswer>(answer);
+        cost = run.cost;
+        counts = run.record && run.record->status == RunStatus::done;
+      } else if (kind == JobKind::warm_up) {
+        const auto warm_up = from_message<WarmUp>(answer);
+        cost = warm_up.cost;
+        counts = warm_up.failure.empty();
+      } else {
+        cost = from_message<JobCost>(answer);
+      }
+      depends.insert(cost.depends_on_processor.begin(), cost.depends_on_processor.end());
+      if (counts) costs[of[i]] = cost.cpu_s;
       return true;
     };
     batch.lost = [](std::size_t, const Ending&) {};  // it says so again when it runs
@@ -101,7 +116,9 @@ UnitCosts measure_costs(const PlannedCases& planned, WorkerPool& pool, const std
   make(JobKind::reference, with_reference, references, "reference runs");
   make(JobKind::warm_up, warmed, warm, "when runs are warm");
   make(JobKind::run, cases, runs, "a few runs");
-  return {all_costs(planned, warm), all_costs(planned, references), all_costs(planned, runs)};
+  if (runs.empty() && note) note("all runs that were tried failed, so how long a task will take is a guess");
+  return {{all_costs(planned, warm), all_costs(planned, references), all_costs(planned, runs)},
+          {depends.begin(), depends.end()}};
 }
 
 }  // namespace tactor

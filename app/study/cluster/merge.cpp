@@ -70,7 +70,7 @@ class ShardMerge {
   [[nodiscard]] std::size_t case_of(std::size_t unit) const { return plan_.run_of(*stage_, unit) / planned_.seeds(); }
 
   [[nodiscard]] bool belongs(const Shard& shard, StageKind stage, std::size_t chunk) const {
-    return shard.head.is_of(plan_.key, name_of(stage), chunk);
+    return shard.head.is_of(plan_.shard_key(stage), name_of(stage), chunk);
   }
 
   void count(const Shard& shard) {
@@ -102,16 +102,19 @@ class ShardMerge {
         if (const std::optional<Shard> shard = find(stage.kind, chunk)) count(*shard);
       }
     }
-    for (const fs::path& twin : twins()) {
-      if (const std::optional<Shard> shard = read_shard(twin); shard && shard->head.plan == plan_.key) count(*shard);
+    for (const Stage& stage : plan_.stages) {
+      for (const fs::path& twin : twins_of(stage.kind)) {
+        const std::optional<Shard> shard = read_shard(twin);
+        if (shard && shard->head.plan == plan_.shard_key(stage.kind)) count(*shard);
+      }
     }
   }
 
   /// Shards of tasks that ran twice and came second.
-  [[nodiscard]] std::vector<fs::path> twins() const {
+  [[nodiscard]] std::vector<fs::path> twins_of(StageKind stage) const {
     std::vector<fs::path> found;
     std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder_.shards(StageKind::runs), ignored)) {
+    for (const auto& entry : fs::directory_iterator(folder_.shards(stage), ignored)) {
       if (entry.path().filename().string().find(".shard.twin-") != std::string::npos) found.push_back(entry.path());
     }
     std::sort(found.begin(), found.end());
@@ -140,7 +143,8 @@ class ShardMerge {
       if (unit < stage_->chunk_begin[chunk] || unit >= stage_->chunk_begin[chunk + 1]) continue;
       std::optional<RunRecord> record = from_message<RunAnswer>(answer).record;
       if (!record) continue;
-      if (processor_ && !record->ran_on.processor.empty() && !record->ran_on.computes_as(*processor_)) {
+      if (processor_ && !shard.depends_on_processor.empty() && !record->ran_on.processor.empty() &&
+          !record->ran_on.computes_as(*processor_)) {
         ++merged_.left_out;
         continue;
       }
@@ -152,7 +156,7 @@ class ShardMerge {
 
   void compare_twins(std::size_t chunk, const Records& records) {
     const std::string begin = folder_.shard(StageKind::runs, chunk).filename().string() + ".twin-";
-    if (!twins_) twins_ = twins();
+    if (!twins_) twins_ = twins_of(StageKind::runs);
     for (const fs::path& file : *twins_) {
       if (!file.filename().string().starts_with(begin)) continue;
       const std::optional<Shard> twin = read_shard(file);
@@ -162,6 +166,8 @@ class ShardMerge {
         const std::optional<RunRecord> second = from_message<RunAnswer>(answer).record;
         if (first == records.end() || !second) continue;
         ++merged_.twice;
+        // What the machine or a time limit ended may end otherwise.
+        if (first->second.may_differ || second->may_differ) continue;
         if (!same_result(first->second, *second))
           merged_.unlike_twice.push_back(planned_.name_of(first->second.number));
       }
@@ -199,15 +205,24 @@ class ShardMerge {
 
 std::optional<RanOn> counted_processor(const ClusterPlan& plan, const ClusterFolder& folder, std::string* because) {
   const Stage* stage = plan.stage(StageKind::runs);
+  const std::string key = plan.shard_key(StageKind::runs);
   std::map<std::pair<std::string, std::string>, std::size_t> runs;
   std::set<std::string> reasons;
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
-    const std::optional<Shard> shard = read_shard(folder.shard(StageKind::runs, chunk));
-    if (!shard || !shard->head.is_of(plan.key, name_of(StageKind::runs), chunk)) continue;
+    const fs::path whole = folder.shard(StageKind::runs, chunk);
+    std::optional<Shard> shard = read_shard(whole);
+    if (!shard || !shard->head.is_of(key, name_of(StageKind::runs), chunk))
+      shard = read_shard(whole.string() + ".part");
+    if (!shard || !shard->head.is_of(key, name_of(StageKind::runs), chunk)) continue;
+    if (shard->depends_on_processor.empty()) continue;
     reasons.insert(shard->depends_on_processor.begin(), shard->depends_on_processor.end());
-    runs[{shard->head.ran_on.processor, shard->head.ran_on.c_library}] += shard->records.size();
+    // A shard may hold runs of an earlier try on another node.
+    for (const auto& [unit, answer] : shard->records) {
+      const std::optional<RunRecord> run = from_message<RunAnswer>(answer).record;
+      if (run && !run->ran_on.processor.empty()) ++runs[{run->ran_on.processor, run->ran_on.c_library}];
+    }
   }
-  if (reasons.empty() || runs.size() < 2) return std::nullopt;
+  if (runs.size() < 2) return std::nullopt;
   if (because != nullptr) *because = fmt::format("{}", fmt::join(reasons, ", "));
   const auto most =
       std::max_element(runs.begin(), runs.end(), [](const auto& a, const auto& b) { return a.second < b.second; });

@@ -54,7 +54,8 @@ void fields(auto& bytes, SameAs<UnitCosts> auto& costs) {
   bytes(costs.warm, costs.references, costs.runs);
 }
 void fields(auto& bytes, SameAs<ClusterPlan> auto& plan) {
-  bytes(plan.spec, plan.planned, plan.code, plan.stages, plan.costs, plan.chunk_s, plan.exclusive);
+  bytes(plan.spec, plan.planned, plan.code, plan.stages, plan.costs, plan.recordings, plan.depends_on_processor,
+        plan.chunk_s, plan.exclusive);
 }
 
 }  // namespace tactor

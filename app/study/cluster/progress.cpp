@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 
 namespace tactor {
@@ -31,16 +33,20 @@ ClusterProgress find_progress(const ClusterPlan& plan, const ClusterFolder& fold
                               const std::map<std::string, JobCounts>& counts) {
   ClusterProgress progress;
   std::error_code ignored;
-  progress.is_merged = fs::exists(folder.merged(), ignored);
+  if (std::ifstream merged(folder.merged()); merged) {
+    const nlohmann::json json = nlohmann::json::parse(merged, nullptr, false);
+    progress.is_merged = true;
+    progress.merge_code = json.is_object() ? json.value("exit_code", 1) : 1;
+    progress.merge_said = json.is_object() ? json.value("message", "") : folder.merged().string() + " is damaged";
+  }
   std::map<StageKind, JobCounts> by_stage;
   for (const Submission& submission : read_submissions(folder)) {
     if (submission.job.empty()) continue;
-    progress.jobs.push_back(submission.job);
     const auto found = counts.find(submission.job);
     if (found == counts.end()) continue;
     by_stage[submission.stage].waiting += found->second.waiting;
     by_stage[submission.stage].running += found->second.running;
-    progress.is_alive = progress.is_alive || found->second.waiting + found->second.running > 0;
+    if (found->second.waiting + found->second.running > 0) progress.jobs.push_back(submission.job);
   }
   double expected_s = 0, done_s = 0;
   for (const StageKind kind : all_stages) {
@@ -77,8 +83,31 @@ ClusterProgress find_progress(const ClusterPlan& plan, const ClusterFolder& fold
     }
     progress.stages.push_back(one);
   }
+  progress.is_alive = !progress.jobs.empty();
   progress.share = expected_s > 0 ? done_s / expected_s : 1;
   return progress;
+}
+
+std::string complaints(const ClusterFolder& folder) {
+  constexpr std::size_t most = 3;  // logs
+  std::vector<fs::path> logs;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder.jobs(), ignored)) {
+    if (entry.path().extension() == ".log" && entry.file_size(ignored) > 0) logs.push_back(entry.path());
+  }
+  std::sort(logs.rbegin(), logs.rend());
+  std::string text;
+  std::size_t told = 0;
+  for (const fs::path& log : logs) {
+    std::ifstream file(log);
+    std::string line;
+    // Slurm's own lines tell that a task was ended, which is known.
+    while (std::getline(file, line) && (line.empty() || line.starts_with("slurmstepd") || line.starts_with("slurmd"))) {
+    }
+    if (line.empty() || told++ == most) continue;
+    text += fmt::format("  {}: {}\n", log.string(), line);
+  }
+  return text;
 }
 
 std::string progress_text(const ClusterPlan& plan, const ClusterFolder& folder, const ClusterProgress& progress,
@@ -94,9 +123,15 @@ std::string progress_text(const ClusterPlan& plan, const ClusterFolder& folder, 
     if (stage.units > 0) text += fmt::format("   {} of {} runs", stage.units_done, stage.units);
     text += "\n";
   }
-  text += fmt::format("\n  jobs {}\n", fmt::join(progress.jobs, " "));
-  if (progress.is_merged) return text + "  done\n";
-  if (progress.is_alive) return text;
+  text += "\n";
+  if (progress.is_alive) return text + fmt::format("  jobs {}\n", fmt::join(progress.jobs, " "));
+  const bool is_whole = std::all_of(progress.stages.begin(), progress.stages.end(),
+                                    [](const StageProgress& stage) { return stage.done == stage.tasks; });
+  if (progress.is_merged && progress.merge_said.empty() && is_whole) {
+    return text + fmt::format("  done: {}\n", (folder.out() / "report.html").string());
+  }
+  if (!progress.merge_said.empty()) text += fmt::format("  the merge has failed: {}\n", progress.merge_said);
+  text += complaints(folder);
   return text + fmt::format("  nothing waits or runs any more: tactor study {} --resume makes what is missing\n",
                             folder.out().string());
 }

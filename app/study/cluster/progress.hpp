@@ -19,9 +19,11 @@ struct StageProgress {
 
 struct ClusterProgress {
   std::vector<StageProgress> stages;
-  std::vector<std::string> jobs;  ///< all that were submitted
+  std::vector<std::string> jobs;  ///< of which a task waits or runs
   bool is_alive = false;          ///< a task of them waits or runs
-  bool is_merged = false;
+  bool is_merged = false;         ///< the merge has ended, well or not
+  int merge_code = 0;             ///< the exit code of the merge
+  std::string merge_said;         ///< why it has failed; empty: it has not
   /// The share that is done, by what the units are expected to take.
   double share = 0;
 };
@@ -29,6 +31,8 @@ struct ClusterProgress {
 /// `counts`: what the cluster answers, by ask_for_jobs.
 ClusterProgress find_progress(const ClusterPlan& plan, const ClusterFolder& folder,
                               const std::map<std::string, JobCounts>& counts);
+/// The first complaint in each of the newest logs of the jobs, a line each; empty where there is none.
+std::string complaints(const ClusterFolder& folder);
 /// A table with a line a stage.
 std::string progress_text(const ClusterPlan& plan, const ClusterFolder& folder, const ClusterProgress& progress,
                           const std::string& system);

@@ -175,8 +175,11 @@ bool publish_first(const fs::path& from, const fs::path& to) {
   const fs::path part = written_beside(bytes_of(from), to);
   const bool linked = link(part.c_str(), to.c_str()) == 0;
   const int error = errno;
-  bool won = linked;
-  if (!linked && error != EEXIST) {
+  // Over NFS a link may be made and its answer lost; asked again, it is there already. The file has two names then.
+  std::error_code none;
+  const bool linked_before = !linked && error == EEXIST && fs::hard_link_count(part, none) == 2;
+  bool won = linked || linked_before;
+  if (!won && error != EEXIST) {
     // A file system without hard links: two that come within this moment leave the later one, which is as good.
     std::error_code ignored;
     won = !fs::exists(to, ignored) && rename(part.c_str(), to.c_str()) == 0;
@@ -200,6 +203,20 @@ void publish_bytes(std::string_view bytes, const fs::path& to) {
     fail("write", to);
   }
   flush_folder(to.parent_path());
+}
+
+void publish_checked(std::string_view bytes, const fs::path& to) {
+  publish_bytes(frame_hash(bytes) + std::string(bytes), to);
+}
+
+std::optional<std::string> read_checked(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return std::nullopt;
+  std::string bytes(std::istreambuf_iterator<char>(stream), {});
+  if (bytes.size() < hash_digits) return std::nullopt;
+  std::string content = bytes.substr(hash_digits);
+  if (bytes.compare(0, hash_digits, frame_hash(content)) != 0) return std::nullopt;
+  return content;
 }
 
 void publish_last(const fs::path& from, const fs::path& to) {

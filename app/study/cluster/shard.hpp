@@ -76,5 +76,9 @@ bool publish_first(const std::filesystem::path& from, const std::filesystem::pat
 void publish_last(const std::filesystem::path& from, const std::filesystem::path& to);
 /// The same for bytes.
 void publish_bytes(std::string_view bytes, const std::filesystem::path& to);
+/// The same with a checksum in front, which read_checked takes off.
+void publish_checked(std::string_view bytes, const std::filesystem::path& to);
+/// Nothing where the file is missing or damaged.
+std::optional<std::string> read_checked(const std::filesystem::path& file);
 
 }  // namespace tactor

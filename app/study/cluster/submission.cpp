@@ -41,8 +41,13 @@ auto from_json(const fs::path& file, const Read& read) {
 }  // namespace
 
 void write_options(const ClusterFolder& folder, const ClusterOptions& options) {
-  const Json json{{"system", options.system.string()}, {"partition", options.partition}, {"account", options.account},
-                  {"time_s", options.time_s},          {"options", options.options},     {"at_once", options.at_once}};
+  const Json json{{"system", options.system.string()},
+                  {"partition", options.partition},
+                  {"account", options.account},
+                  {"time_s", options.time_s},
+                  {"options", options.options},
+                  {"at_once", options.at_once},
+                  {"user", options.user}};
   publish_bytes(json.dump(1) + "\n", folder.path() / "options.json");
 }
 
@@ -55,6 +60,7 @@ ClusterOptions read_options(const ClusterFolder& folder) {
     options.time_s = json.at("time_s");
     options.options = json.at("options").get<std::vector<std::string>>();
     options.at_once = json.at("at_once");
+    options.user = json.at("user");
     return options;
   });
 }

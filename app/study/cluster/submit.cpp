@@ -7,8 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <set>
 
 #include "app/command_output.hpp"
+#include "app/output.hpp"
+#include "app/study/cluster/intervals.hpp"
 #include "app/study/cluster/merge.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
@@ -22,7 +28,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t most_tasks = 1000;      // of an array, so that none is a burden to the scheduler
-constexpr double least_limit_s = 600;         // of a task
+constexpr double least_limit_s = 1800;        // of a task
 constexpr double least_merge_limit_s = 3600;  // of what reads all shards
 
 /// One word for a shell, whatever is in it.
@@ -51,6 +57,7 @@ class Submitter {
         next_(read_submissions(folder).size()) {}
 
   std::vector<Submission> run() {
+    tell_unknown_options();
     try {
       submit_stages();
     } catch (...) {
@@ -65,9 +72,27 @@ class Submitter {
   }
 
  private:
+  /// What was asked for and the system has no word for.
+  void tell_unknown_options() const {
+    const auto knows = [this](const std::string& placeholder) {
+      return std::any_of(system_.submit.begin(), system_.submit.end(),
+                         [&](const std::string& word) { return word.find(placeholder) != std::string::npos; });
+    };
+    const auto tell = [&](bool is_given, const std::string& placeholder, const char* option) {
+      if (is_given && !knows(placeholder)) {
+        tell_note(fmt::format("{}: there is no {}, so it is left out", system_.title, option));
+      }
+    };
+    tell(!options_.partition.empty(), "{partition}", "--partition");
+    tell(!options_.account.empty(), "{account}", "--account");
+    tell(!options_.options.empty(), "{options}", "--sbatch-option");
+    tell(plan_.exclusive, "{exclusive}", "--exclusive");
+    if (options_.time_s > 0 && !knows("{minutes}")) tell(true, "{time}", "--time");
+  }
+
   void submit_stages() {
     std::vector<std::string> before_runs = submit_chunks(StageKind::references, {});
-    if (plan_.stage(StageKind::warm) != nullptr && !fs::exists(folder_.intervals())) {
+    if (!has_intervals(plan_, folder_)) {
       const std::vector<std::string> warm = submit_chunks(StageKind::warm, {});
       before_runs.push_back(submit(StageKind::intervals, {0}, warm));
     }
@@ -79,7 +104,12 @@ class Submitter {
   std::vector<std::string> submit_chunks(StageKind kind, const std::vector<std::string>& after) {
     const Stage* stage = plan_.stage(kind);
     if (stage == nullptr) return {};
-    const std::vector<std::size_t> chunks = missing_chunks(plan_, folder_, *stage);
+    std::vector<std::size_t> chunks = missing_chunks(plan_, folder_, *stage);
+    if (kind == StageKind::runs && !has_intervals(plan_, folder_)) {
+      // Which shards are of the intervals that will be found is not known; tasks look, and are done at once.
+      chunks.resize(stage->chunks());
+      std::iota(chunks.begin(), chunks.end(), std::size_t{0});
+    }
     std::vector<std::string> jobs;
     for (std::size_t begin = 0; begin < chunks.size(); begin += most_) {
       const auto end = std::min(chunks.size(), begin + most_);
@@ -177,42 +207,91 @@ std::vector<std::size_t> missing_chunks(const ClusterPlan& plan, const ClusterFo
   std::vector<std::size_t> missing;
   for (std::size_t chunk = 0; chunk < stage.chunks(); ++chunk) {
     const std::optional<Shard> shard = read_shard(folder.shard(stage.kind, chunk));
-    const bool is_whole = shard && shard->complete && shard->head.is_of(plan.key, name_of(stage.kind), chunk);
+    const bool is_whole =
+        shard && shard->complete && shard->head.is_of(plan.shard_key(stage.kind), name_of(stage.kind), chunk);
     if (!is_whole) missing.push_back(chunk);
   }
   return missing;
 }
 
-void forget_what_does_not_count(const ClusterPlan& plan, const ClusterFolder& folder) {
+namespace {
+
+/// The shard of a chunk without some of its units, as one that is not whole; its twins go. Where none of them is in it,
+/// nothing changes, and the answer is false.
+bool take_out(const ClusterPlan& plan, const ClusterFolder& folder, StageKind stage, std::size_t chunk,
+              const std::function<bool(const Shard& shard, std::size_t unit, const std::string& answer)>& goes) {
+  std::error_code ignored;
+  const fs::path whole = folder.shard(stage, chunk), part = whole.string() + ".part";
+  const bool is_whole = fs::exists(whole, ignored);
+  const std::optional<Shard> shard = read_shard(is_whole ? whole : part);
+  if (!shard || !shard->head.is_of(plan.shard_key(stage), name_of(stage), chunk)) return false;
+  const auto one_goes = [&](const auto& record) { return goes(*shard, record.first, record.second); };
+  if (std::none_of(shard->records.begin(), shard->records.end(), one_goes)) return false;
+  const TemporaryFolder scratch;
+  const fs::path kept = scratch.path() / "kept.shard";
+  ShardWriter writer(kept, shard->head);
+  for (const auto& record : shard->records) {
+    if (!one_goes(record)) writer.add(record.first, record.second);
+  }
+  writer.spent(shard->cost, shard->depends_on_processor);
+  publish_last(kept, part);
+  fs::remove(whole, ignored);
+  const std::string twin = whole.filename().string() + ".twin-";
+  for (const auto& entry : fs::directory_iterator(folder.shards(stage), ignored)) {
+    if (entry.path().filename().string().starts_with(twin)) fs::remove(entry.path(), ignored);
+  }
+  return true;
+}
+
+/// Calls take_out for all chunks of a stage; true where something went.
+bool take_out_of_stage(
+    const ClusterPlan& plan, const ClusterFolder& folder, StageKind kind,
+    const std::function<bool(const Shard& shard, std::size_t unit, const std::string& answer)>& goes) {
+  const Stage* stage = plan.stage(kind);
+  bool went = false;
+  for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
+    went = take_out(plan, folder, kind, chunk, goes) || went;
+  }
+  return went;
+}
+
+/// Reference runs that the machine ended: those that they were made for, by number.
+std::set<std::size_t> references_to_make_anew(const ClusterFolder& folder) {
+  std::set<std::size_t> runs;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder.lost_reference(0).parent_path(), ignored)) {
+    const std::string stem = entry.path().stem().string();
+    if (entry.path().extension() != ".bin" || stem.find_first_not_of("0123456789") != std::string::npos) continue;
+    const std::optional<std::string> bytes = read_checked(entry.path());
+    if (bytes && !from_bytes<std::pair<std::string, bool>>(*bytes).second) continue;
+    runs.insert(std::stoul(stem));
     fs::remove(entry.path(), ignored);
   }
-  const Stage* stage = plan.stage(StageKind::runs);
-  const std::optional<RanOn> processor = counted_processor(plan, folder, nullptr);
-  const TemporaryFolder scratch;
-  for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
-    const fs::path whole = folder.shard(StageKind::runs, chunk), part = whole.string() + ".part";
-    const bool is_whole = fs::exists(whole, ignored);
-    const fs::path& file = is_whole ? whole : part;
-    const std::optional<Shard> shard = read_shard(file);
-    if (!shard || !shard->head.is_of(plan.key, name_of(StageKind::runs), chunk)) continue;
-    const auto does_not_count = [&processor](const auto& record) {
-      const std::optional<RunRecord> run = from_message<RunAnswer>(record.second).record;
-      return run &&
-             (run->may_differ || (processor && !run->ran_on.processor.empty() && !run->ran_on.computes_as(*processor)));
-    };
-    if (std::none_of(shard->records.begin(), shard->records.end(), does_not_count)) continue;
-    const fs::path kept = scratch.path() / "kept.shard";
-    fs::remove(kept, ignored);
-    ShardWriter writer(kept, shard->head);
-    for (const auto& record : shard->records) {
-      if (!does_not_count(record)) writer.add(record.first, record.second);
-    }
-    writer.spent(shard->cost, shard->depends_on_processor);
-    publish_last(kept, part);
-    if (is_whole) fs::remove(whole, ignored);
+  return runs;
+}
+
+}  // namespace
+
+void forget_what_does_not_count(const ClusterPlan& plan, const ClusterFolder& folder) {
+  if (const std::set<std::size_t> lost = references_to_make_anew(folder); !lost.empty()) {
+    const Stage* stage = plan.stage(StageKind::references);
+    take_out_of_stage(plan, folder, StageKind::references, [&](const Shard&, std::size_t unit, const std::string&) {
+      return lost.count(plan.run_of(*stage, unit)) > 0;
+    });
   }
+  const bool warm_again = take_out_of_stage(
+      plan, folder, StageKind::warm,
+      [](const Shard&, std::size_t, const std::string& answer) { return from_message<WarmUp>(answer).may_differ; });
+  // The intervals are found anew, and with other ones no shard of runs counts.
+  std::error_code ignored;
+  if (warm_again) fs::remove(folder.intervals(), ignored);
+  const std::optional<RanOn> processor = counted_processor(plan, folder, nullptr);
+  take_out_of_stage(plan, folder, StageKind::runs, [&](const Shard& shard, std::size_t, const std::string& answer) {
+    const std::optional<RunRecord> run = from_message<RunAnswer>(answer).record;
+    if (!run || run->may_differ) return true;
+    return processor && !shard.depends_on_processor.empty() && !run->ran_on.processor.empty() &&
+           !run->ran_on.computes_as(*processor);
+  });
 }
 
 }  // namespace tactor

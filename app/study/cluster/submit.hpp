@@ -16,6 +16,8 @@ namespace tactor {
 std::vector<Submission> submit_missing(const ClusterPlan& plan, const ClusterFolder& folder,
                                        const ClusterSystem& system, const ClusterOptions& options);
 
+// For these the judged intervals of the plan are those of cluster/intervals.bin, where it is there.
+
 /// The chunks of a stage that have no whole shard.
 std::vector<std::size_t> missing_chunks(const ClusterPlan& plan, const ClusterFolder& folder, const Stage& stage);
 

@@ -12,6 +12,7 @@
 #include "app/study/cluster/shard.hpp"
 #include "app/study/cluster/submission.hpp"
 #include "app/study/finish_study.hpp"
+#include "app/study/table/where.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
@@ -45,10 +46,9 @@ std::vector<std::string> warnings_of(const MergedShards& merged, const ClusterPl
 
 std::vector<std::string> where_of(const MergedShards& merged, const ClusterPlan& plan) {
   std::vector<std::string> where;
-  where.push_back(
-      fmt::format("{} tasks had a core for {:.3g} hours in all, of which {:.1f} % went into runs, reference "
-                  "runs and warm-up.",
-                  merged.shards, merged.core_s / 3600, merged.core_s > 0 ? 100 * merged.run_cpu_s / merged.core_s : 0));
+  where.push_back(fmt::format("{} shards took {}, of which {:.1f} % went into runs, reference runs and warm-up.",
+                              merged.shards, core_time(merged.core_s),
+                              merged.core_s > 0 ? 100 * merged.run_cpu_s / merged.core_s : 0));
   where.push_back(merged.twice == 0 ? "No run was made twice."
                                     : fmt::format("{} runs were made twice; {} of them gave other results.",
                                                   merged.twice, merged.unlike_twice.size()));
@@ -62,6 +62,11 @@ std::vector<std::string> where_of(const MergedShards& merged, const ClusterPlan&
 /// The table, and what the study reports of it.
 int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
   plan.planned.judged = read_intervals(plan, folder);
+  for (std::size_t run = 0; run < plan.recordings.size(); ++run) {
+    if (plan.recordings[run] == plan.planned.recording_hash(run)) continue;
+    throw InputError(plan.planned.name_of(run) +
+                     ": the recording that judges it has changed since the study was submitted");
+  }
   MergedShards merged = merge_shards(plan, folder, folder.out() / "study.sqlite");
   CasesOutcome outcome;
   outcome.records = std::move(merged.records);
@@ -128,6 +133,7 @@ int run_cluster_task(const fs::path& out, std::size_t submission, std::size_t in
     case StageKind::warm:
     case StageKind::references:
     case StageKind::runs:
+      if (mine.stage == StageKind::runs) plan.planned.judged = read_intervals(plan, folder);
       return run_chunk(plan, folder, mine.stage, mine.chunks[index]);
   }
   TACTOR_DEMAND(false);

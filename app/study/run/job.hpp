@@ -46,12 +46,16 @@ struct Job {
 struct JobCost {
   double cpu_s = 0;
   double waited_for_core_s = 0;  ///< in which the worker was ready to run and other programs had the cores
+  bool interrupted = false;      ///< it has not been done, because somebody asked to end
+  /// Of what it made, why its last digits may be others on another processor, as processor_dependence().
+  std::vector<std::string> depends_on_processor{};
 };
 
 /// When a run is warm.
 struct WarmUp {
   Warmth warmth;
-  std::string failure;  ///< why it ended before; empty: it did not
+  std::string failure;      ///< why it ended before; empty: it did not
+  bool may_differ = false;  ///< next time: the machine or a time limit ended it
   JobCost cost;
 };
 
@@ -82,8 +86,6 @@ struct CaseCheck {
 struct RunAnswer {
   std::optional<RunRecord> record;  ///< without its number; nothing where it was interrupted
   JobCost cost;
-  /// Why its last digits may be others on another processor, as processor_dependence(); empty: they are not.
-  std::vector<std::string> depends_on_processor;
 };
 
 std::string to_message(const Job& job);

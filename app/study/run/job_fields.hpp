@@ -35,10 +35,10 @@ void fields(auto& bytes, SameAs<Job> auto& job) {
         job.time_limit_s, job.cache_folder);
 }
 void fields(auto& bytes, SameAs<JobCost> auto& cost) {
-  bytes(cost.cpu_s, cost.waited_for_core_s);
+  bytes(cost.cpu_s, cost.waited_for_core_s, cost.interrupted, cost.depends_on_processor);
 }
 void fields(auto& bytes, SameAs<WarmUp> auto& warm_up) {
-  bytes(warm_up.warmth, warm_up.failure, warm_up.cost);
+  bytes(warm_up.warmth, warm_up.failure, warm_up.may_differ, warm_up.cost);
 }
 void fields(auto& bytes, SameAs<MetricInfo> auto& info) {
   bytes(info.name, info.unit, info.doc, info.better, info.summed, info.missing);
@@ -74,7 +74,7 @@ void fields(auto& bytes, SameAs<RunRecord> auto& record) {
         record.finished);
 }
 void fields(auto& bytes, SameAs<RunAnswer> auto& answer) {
-  bytes(answer.record, answer.cost, answer.depends_on_processor);
+  bytes(answer.record, answer.cost);
 }
 
 }  // namespace tactor

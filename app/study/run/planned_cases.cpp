@@ -60,10 +60,7 @@ std::string run_content(const PlannedCases& planned, std::size_t run) {
   const Time from = planned.judged[one.group].from;
   std::string content = planned.checks[c].content;
   if (from != Time{}) content = content_key({content, std::to_string(from.ns)});
-  if (one.reference_recording.empty()) return content;
-  std::ifstream file(recording_of(one.reference_recording, planned.graph_of(c), planned.seed_of(run)),
-                     std::ios::binary);
-  return content_key({content, std::string(std::istreambuf_iterator<char>(file), {})});
+  return one.reference_recording.empty() ? content : content_key({content, planned.recording_hash(run)});
 }
 
 /// Puts together what the checks of the cases found, in the order of the cases: jobs end in any order, and what is told
@@ -125,6 +122,13 @@ void refuse_too_short(const PlannedCases& planned, const std::vector<JudgedFrom>
 }
 
 }  // namespace
+
+std::string PlannedCases::recording_hash(std::size_t run) const {
+  const RunCase& one = cases[run / seeds()];
+  if (one.reference_recording.empty()) return {};
+  std::ifstream file(recording_of(one.reference_recording, graph_of(run / seeds()), seed_of(run)), std::ios::binary);
+  return content_key({std::string(std::istreambuf_iterator<char>(file), {})});
+}
 
 std::vector<RunName> PlannedCases::names() const {
   std::vector<RunName> names;

@@ -71,6 +71,8 @@ struct PlannedCases {
   [[nodiscard]] Job job(JobKind kind, std::size_t run, const std::filesystem::path& cache_folder) const;
   /// What tells the runs apart in a table, by number.
   [[nodiscard]] std::vector<RunName> names() const;
+  /// The hash of the recording that judges a run; empty where a reference run does.
+  [[nodiscard]] std::string recording_hash(std::size_t run) const;
   /// A run that cannot be made, as a row.
   [[nodiscard]] RunRecord hopeless(std::size_t run, const Obstacle& obstacle) const;
 };

@@ -217,6 +217,7 @@ WarmUp StudyWorker::warm_up(const Job& job, const PoolLink& pool) {
     answer.warmth = cached_warmth(plans.own, {job.cache_folder, [&](double) { return pool.go_on(); },
                                               [&](const std::string& note) { pool.note(note); }});
   } catch (const std::exception& error) {
+    answer.cost.interrupted = !pool.go_on();
     answer.failure = error.what();
   }
   return answer;
@@ -231,8 +232,10 @@ void StudyWorker::make_reference(const Job& job, const PoolLink& pool, JobCost& 
         plans.own, plans.reference ? &*plans.reference : nullptr,
         {job.cache_folder, [&](double) { return pool.go_on(); }, [&](const std::string& note) { pool.note(note); }}));
   } catch (const std::exception&) {
-    // The run that needs it meets the same and keeps the message.
+    cost.interrupted = !pool.go_on();
+    // Else the run that needs it meets the same and keeps the message.
   }
+  cost.depends_on_processor = processor_dependence();
 }
 
 RunAnswer StudyWorker::run(const Job& job, const PoolLink& pool) {
@@ -247,7 +250,7 @@ RunAnswer StudyWorker::run(const Job& job, const PoolLink& pool) {
     answer.record->ran_on = this_machine();
     answer.record->finished = utc_now();
   }
-  answer.depends_on_processor = processor_dependence();
+  answer.cost.depends_on_processor = processor_dependence();
   return answer;
 }
 

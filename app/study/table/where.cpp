@@ -26,6 +26,10 @@ std::string some_of(const std::set<std::string>& names) {
 
 }  // namespace
 
+std::string core_time(double seconds) {
+  return seconds < 600 ? fmt::format("{:.3g} core seconds", seconds) : fmt::format("{:.3g} core hours", seconds / 3600);
+}
+
 std::vector<std::string> where_runs_were_made(const std::vector<RunRecord>& records) {
   struct Machines {
     std::set<std::string> nodes;
@@ -42,9 +46,8 @@ std::vector<std::string> where_runs_were_made(const std::vector<RunRecord>& reco
   }
   std::vector<std::string> sentences;
   for (const auto& [kind, machines] : kinds) {
-    sentences.push_back(fmt::format("{} run{} on {} ({}): {:.3g} core hours.", machines.runs,
-                                    machines.runs == 1 ? "" : "s", some_of(machines.nodes), kind,
-                                    machines.cpu_s / 3600));
+    sentences.push_back(fmt::format("{} run{} on {} ({}): {}.", machines.runs, machines.runs == 1 ? "" : "s",
+                                    some_of(machines.nodes), kind, core_time(machines.cpu_s)));
   }
   if (kinds.size() > 1) {
     sentences.emplace_back("Run times of different processors are not compared with each other: a row may have both.");
