@@ -36,7 +36,7 @@ void add_cluster_options(CLI::App& verb, StudyArguments& arguments) {
   about_cluster(verb.add_option("--account", cluster.account, "Account that is charged"));
   about_cluster(
       add_duration(verb, "--time", cluster.time_s,
-                   "Time limit of each task (default: five times what it is expected to take, 10 min at least)"));
+                   "Time limit of each task (default: five times what it is expected to take, 30 min at least)"));
   about_cluster(
       verb.add_option("--sbatch-option", cluster.options,
                       "A further word for the command that submits, such as --constraint=NAME; may be repeated")

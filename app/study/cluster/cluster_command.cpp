@@ -63,7 +63,13 @@ void refuse_while_alive(const fs::path& out, const ClusterFolder& folder, const 
         fmt::format("{}: expected a study of your own, found one of the user {}", out.string(), options.user));
   }
   const ClusterSystem system = load_cluster_system(options.system);
-  for (const auto& [job, counts] : ask_for_jobs(system, jobs_of(read_submissions(folder)))) {
+  std::vector<Submission> submissions = read_submissions(folder);
+  // A merge that has written all it had to may take a moment to end.
+  std::error_code ignored;
+  if (fs::exists(folder.merged(), ignored)) {
+    std::erase_if(submissions, [](const Submission& one) { return one.stage == StageKind::merge; });
+  }
+  for (const auto& [job, counts] : ask_for_jobs(system, jobs_of(submissions))) {
     if (counts.waiting + counts.running == 0) continue;
     throw InputError(
         fmt::format("{}: expected a study of which nothing runs, found job {} on {}; tactor study {} --wait "
