@@ -33,6 +33,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// A scheduler may show nobody the tasks of others, so that they would count as ended.
+void refuse_other_user(const fs::path& out, const ClusterOptions& options) {
+  if (options.user == getuid()) return;
+  throw InputError(
+      fmt::format("{}: expected a study of your own, found one of the user {}, whose tasks you may not see",
+                  out.string(), options.user));
+}
+
 /// A study that has been handed over, read back.
 struct HandedOver {
   ClusterFolder folder;
@@ -45,11 +53,7 @@ struct HandedOver {
         plan(read_plan(folder)),
         options(read_options(folder)),
         system(load_cluster_system(options.system)) {
-    if (options.user != getuid()) {
-      throw InputError(
-          fmt::format("{}: expected a study of your own, found one of the user {}, whose tasks you may not see",
-                      out.string(), options.user));
-    }
+    refuse_other_user(out, options);
   }
   [[nodiscard]] ClusterProgress progress() const {
     return find_progress(plan, folder, ask_for_jobs(system, jobs_of(read_submissions(folder))));
@@ -58,10 +62,7 @@ struct HandedOver {
 
 /// Throws InputError where tasks of the study in this folder wait or run, or may.
 void refuse_while_alive(const fs::path& out, const ClusterFolder& folder, const ClusterOptions& options) {
-  if (options.user != getuid()) {
-    throw InputError(
-        fmt::format("{}: expected a study of your own, found one of the user {}", out.string(), options.user));
-  }
+  refuse_other_user(out, options);
   const ClusterSystem system = load_cluster_system(options.system);
   std::vector<Submission> submissions = read_submissions(folder);
   // A merge that has written all it had to may take a moment to end.

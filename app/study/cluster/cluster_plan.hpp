@@ -98,7 +98,7 @@ class ClusterFolder {
 /// Writes plan.bin, and manifest.json, which says the same to people: what is run, and hashes of all that it depends
 /// on. Sets the plan's key.
 void write_plan(ClusterPlan& plan, const ClusterFolder& folder);
-/// Throws InputError where there is none, or where it is damaged or of another version of the program.
+/// Throws InputError where the file is missing, damaged, or of another version of the program.
 ClusterPlan read_plan(const ClusterFolder& folder);
 
 }  // namespace tactor

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -80,19 +79,8 @@ class ShardMerge {
     ++merged_.shards;
   }
 
-  /// The shard of a chunk, whole or not; nothing where there is none that can be used.
   std::optional<Shard> find(StageKind stage, std::size_t chunk) {
-    const fs::path whole = folder_.shard(stage, chunk);
-    for (const fs::path& file : {whole, fs::path(whole.string() + ".part")}) {
-      std::optional<Shard> shard = read_shard(file);
-      if (!shard) continue;
-      const bool is_mine = belongs(*shard, stage, chunk);
-      if (!shard->damage.empty()) merged_.damaged.push_back(file.string() + ": " + shard->damage);
-      if (shard->damage.empty() && !is_mine)
-        merged_.damaged.push_back(file.string() + ": it is of another task or study");
-      if (is_mine) return shard;
-    }
-    return std::nullopt;
+    return find_shard(plan_, folder_, stage, chunk, &merged_.damaged);
   }
 
   void count_other_stages() {
@@ -143,8 +131,7 @@ class ShardMerge {
       if (unit < stage_->chunk_begin[chunk] || unit >= stage_->chunk_begin[chunk + 1]) continue;
       std::optional<RunRecord> record = from_message<RunAnswer>(answer).record;
       if (!record) continue;
-      if (processor_ && !shard.depends_on_processor.empty() && !record->ran_on.processor.empty() &&
-          !record->ran_on.computes_as(*processor_)) {
+      if (!counts_on(processor_, shard, *record)) {
         ++merged_.left_out;
         continue;
       }
@@ -203,18 +190,32 @@ class ShardMerge {
 
 }  // namespace
 
+std::optional<Shard> find_shard(const ClusterPlan& plan, const ClusterFolder& folder, StageKind stage,
+                                std::size_t chunk, std::vector<std::string>* damaged) {
+  const fs::path whole = folder.shard(stage, chunk);
+  for (const fs::path& file : {whole, fs::path(whole.string() + ".part")}) {
+    std::optional<Shard> shard = read_shard(file);
+    if (!shard) continue;
+    const bool is_mine = shard->head.is_of(plan.shard_key(stage), name_of(stage), chunk);
+    const std::string wrong = !shard->damage.empty() ? shard->damage : is_mine ? "" : "it is of another task or study";
+    if (damaged != nullptr && !wrong.empty()) damaged->push_back(file.string() + ": " + wrong);
+    if (is_mine) return shard;
+  }
+  return std::nullopt;
+}
+
+bool counts_on(const std::optional<RanOn>& processor, const Shard& shard, const RunRecord& run) {
+  return !processor || shard.depends_on_processor.empty() || run.ran_on.processor.empty() ||
+         run.ran_on.computes_as(*processor);
+}
+
 std::optional<RanOn> counted_processor(const ClusterPlan& plan, const ClusterFolder& folder, std::string* because) {
   const Stage* stage = plan.stage(StageKind::runs);
-  const std::string key = plan.shard_key(StageKind::runs);
   std::map<std::pair<std::string, std::string>, std::size_t> runs;
   std::set<std::string> reasons;
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
-    const fs::path whole = folder.shard(StageKind::runs, chunk);
-    std::optional<Shard> shard = read_shard(whole);
-    if (!shard || !shard->head.is_of(key, name_of(StageKind::runs), chunk))
-      shard = read_shard(whole.string() + ".part");
-    if (!shard || !shard->head.is_of(key, name_of(StageKind::runs), chunk)) continue;
-    if (shard->depends_on_processor.empty()) continue;
+    const std::optional<Shard> shard = find_shard(plan, folder, StageKind::runs, chunk, nullptr);
+    if (!shard || shard->depends_on_processor.empty()) continue;
     reasons.insert(shard->depends_on_processor.begin(), shard->depends_on_processor.end());
     // A shard may hold runs of an earlier try on another node.
     for (const auto& [unit, answer] : shard->records) {

@@ -9,6 +9,7 @@
 
 #include "app/run/ran_on.hpp"
 #include "app/study/cluster/cluster_plan.hpp"
+#include "app/study/cluster/shard.hpp"
 #include "app/study/table/run_table.hpp"
 
 namespace tactor {
@@ -29,6 +30,15 @@ struct MergedShards {
   double run_cpu_s = 0;                     ///< CPU time in jobs
   std::size_t shards = 0;                   ///< that were read
 };
+
+/// The shard of a chunk, whole or in part, where one is there that belongs to the chunk. What is wrong with files that
+/// were looked at is added to `damaged`, where that is not null. Of runs the judged intervals of the plan must be
+/// known.
+std::optional<Shard> find_shard(const ClusterPlan& plan, const ClusterFolder& folder, StageKind stage,
+                                std::size_t chunk, std::vector<std::string>* damaged);
+
+/// Whether a run of a shard counts where `processor` is what counted_processor has found.
+bool counts_on(const std::optional<RanOn>& processor, const Shard& shard, const RunRecord& run);
 
 /// The processor and C library whose runs count, where the last digits of some run depend on them: those that made most
 /// runs. Nothing where all that were used compute alike, or where no run depends on them. `because`, where not null,

@@ -31,7 +31,7 @@ struct ClusterProgress {
 /// `counts`: what the cluster answers, by ask_for_jobs.
 ClusterProgress find_progress(const ClusterPlan& plan, const ClusterFolder& folder,
                               const std::map<std::string, JobCounts>& counts);
-/// The first complaint in each of the newest logs of the jobs, a line each; empty where there is none.
+/// What the newest logs of the jobs complain of: a line for each log, its first. Empty where they say nothing.
 std::string complaints(const ClusterFolder& folder);
 /// A table with a line a stage.
 std::string progress_text(const ClusterPlan& plan, const ClusterFolder& folder, const ClusterProgress& progress,

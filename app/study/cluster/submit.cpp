@@ -1,12 +1,10 @@
 #include "app/study/cluster/submit.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -288,9 +286,7 @@ void forget_what_does_not_count(const ClusterPlan& plan, const ClusterFolder& fo
   const std::optional<RanOn> processor = counted_processor(plan, folder, nullptr);
   take_out_of_stage(plan, folder, StageKind::runs, [&](const Shard& shard, std::size_t, const std::string& answer) {
     const std::optional<RunRecord> run = from_message<RunAnswer>(answer).record;
-    if (!run || run->may_differ) return true;
-    return processor && !shard.depends_on_processor.empty() && !run->ran_on.processor.empty() &&
-           !run->ran_on.computes_as(*processor);
+    return !run || run->may_differ || !counts_on(processor, shard, *run);
   });
 }
 
