@@ -57,8 +57,9 @@ def timing(found):
 
 
 def write(name, values):
-    """Writes docs/NAME.md from scripts/NAME.template.md."""
-    (ROOT / f"docs/{name}.md").write_text(filled((ROOT / f"scripts/{name}.template.md").read_text(), values))
+    """Writes docs/FOLDER/NAME.md, for "FOLDER/NAME", from scripts/NAME.template.md."""
+    template = ROOT / f"scripts/{pathlib.Path(name).name}.template.md"
+    (ROOT / f"docs/{name}.md").write_text(filled(template.read_text(), values))
     print(f"docs/{name}.md")
 
 

@@ -174,7 +174,7 @@ def cost_rows(repeats=5):
 
 
 def tables(jobs):
-    """The generated section of docs/passivity.md."""
+    """The generated section of docs/explanation/passivity.md."""
     costs, live = list(cost_rows()), list(live_rows())
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         found = list(pool.map(measure, cells(), chunksize=8))

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Maps of stability: what stability_bench found as tables and as a metric; `bench/stability.py FOUND.json` prints the tables.
 
-scripts/stability_results runs the benchmark and writes docs/stability_results.md with these.
+scripts/stability_results runs the benchmark and writes docs/results/stability_results.md with these.
 """
 import json
 import pathlib

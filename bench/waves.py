@@ -154,7 +154,7 @@ def cost_rows(repeats=5):
 
 
 def tables(jobs):
-    """The generated section on waves of docs/passivity.md."""
+    """The generated section on waves of docs/explanation/passivity.md."""
     costs, live = list(cost_rows()), list(live_rows())
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         found = list(pool.map(measure, cells(), chunksize=8))

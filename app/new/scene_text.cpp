@@ -138,7 +138,7 @@ std::string scene_text(const NewScene& scene) {
   }
   text +=
       "  device:\n"
-      "    type: device.simulated # or a real one: docs/devices.md\n"
+      "    type: device.simulated # or a real one: docs/howto/devices.md\n"
       "    encoder_step: 10 um\n";
   text += physics_text(scene);
   text +=

@@ -11,7 +11,7 @@
 namespace tactor {
 
 /// The version of what metrics mean: raised with every change of a definition, so that no table is compared with one of
-/// another meaning unseen. docs/metrics.md has the definitions.
+/// another meaning unseen. docs/reference/metrics.md has the definitions.
 inline constexpr int metric_definitions = 3;
 
 /// Of every run: refits, fallbacks, drops, warm_from_s.

@@ -1,4 +1,4 @@
-// The bytes of what a page draws: chunks of samples, frames of chunks, meshes. docs/view_protocol.md
+// The bytes of what a page draws: chunks of samples, frames of chunks, meshes. docs/reference/view_protocol.md
 #pragma once
 
 #include <cstddef>

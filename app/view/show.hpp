@@ -12,7 +12,7 @@ namespace tactor {
 
 class RecordingReader;
 
-/// The messages of a replay, in their order. docs/view_protocol.md
+/// The messages of a replay, in their order. docs/reference/view_protocol.md
 struct Show {
   std::string hello;                ///< without `client`
   std::vector<std::string> meshes;  ///< binary messages

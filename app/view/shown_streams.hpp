@@ -24,7 +24,7 @@ struct ShownRows {
   std::vector<float> values;  ///< rows of the stream's columns
 };
 
-/// A stream of the page. docs/view_protocol.md tells the roles.
+/// A stream of the page. docs/reference/view_protocol.md tells the roles.
 struct ShownStream {
   std::string role;
   std::string output;  ///< `device.commanded`

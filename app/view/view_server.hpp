@@ -17,7 +17,7 @@ namespace tactor {
 /// A page that is connected; counted from 1.
 using ClientId = std::uint32_t;
 
-/// What a page asks for. docs/view_protocol.md
+/// What a page asks for. docs/reference/view_protocol.md
 struct ClientMessage {
   enum class Kind : std::uint8_t { ack, input, set, stop, control };
   Kind kind = Kind::ack;
@@ -27,7 +27,7 @@ struct ClientMessage {
   std::string parameter, value;  ///< of set
 };
 
-/// What is shown. The server calls it on its one thread. docs/view_protocol.md tells the texts and bytes.
+/// What is shown. The server calls it on its one thread. docs/reference/view_protocol.md tells the texts and bytes.
 class ViewSource {
  public:
   virtual ~ViewSource() = default;

@@ -84,7 +84,7 @@ NodeInfo Falcon::declare() {
       "of the image that came with the device's driver; a device that has it already needs none. After it was switched "
       "on, a person homes it by pulling the handle out and pushing it in; until then, and whenever a packet says that "
       "an encoder has no zero, its motors get nothing. Positions by the delta geometry that libnifalcon publishes, "
-      "with z along the handle's way out; torques J^T F. docs/usb.md tells more.");
+      "with z along the handle's way out; torques J^T F. docs/howto/usb.md tells more.");
   declaration.file("firmware", &P::firmware, false, "the firmware image; empty: the device has it")
       .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
       .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");

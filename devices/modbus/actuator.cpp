@@ -149,7 +149,8 @@ NodeInfo Actuator::declare() {
   HardwareParams defaults;
   defaults.failure_timeout = Duration{5'000'000'000};
   declaration.details(
-      "A profile says what registers the device has; docs/modbus.md has the format and those that come with Tactor. "
+      "A profile says what registers the device has; docs/howto/modbus.md has the format and those that come with "
+      "Tactor. "
       "Its "
       "line runs on a thread of its own, at the rate that the line can carry, and the device loop takes the newest "
       "sample "

@@ -111,7 +111,8 @@ NodeInfo UsbDevice::declare() {
   declaration.details(
       "Reports of fixed layout come by interrupt or bulk transfers (libusb) on a thread of their own; commands go the "
       "other way. The profile (YAML) says which device, what the bytes mean, the geometry and what the motors take; "
-      "docs/usb.md has its format. Shipped: polhem. A device whose counters have no zero of their own is calibrated "
+      "docs/howto/usb.md has its format. Shipped: polhem. A device whose counters have no zero of their own is "
+      "calibrated "
       "by `tactor device calibrate` after it was plugged in; without that a run does not start.");
   declaration
       .file("profile", &P::profile, true, "the profile: the path of a file, or a shipped one such as polhem",

@@ -5,8 +5,8 @@
 
 namespace tactor {
 
-// docs/thresholds.md draws the curves and tells who measured what, on whom, and what of it could be read. Between two
-// rows all tables are straight lines in logarithms of both axes.
+// docs/results/thresholds.md draws the curves and tells who measured what, on whom, and what of it could be read.
+// Between two rows all tables are straight lines in logarithms of both axes.
 
 /// The smallest difference of force that is noticed at a steady force.
 struct WeberPoint {

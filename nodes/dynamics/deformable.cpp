@@ -122,7 +122,8 @@ NodeInfo DeformableDynamics::declare() {
   d.details(
       "Finite elements with implicit steps: Newton's method with a line search, a sparse factorisation, and contact "
       "with "
-      "friction solved together with the tool as one convex problem (docs/deformable.md). A step covers all samples "
+      "friction solved together with the tool as one convex problem (docs/explanation/deformable.md). A step covers "
+      "all samples "
       "of the "
       "handle since the last result, in pieces of at most `substep`. `law: corotational` is linear elasticity that "
       "turns with "

@@ -14,10 +14,11 @@ NodeInfo RigidDynamics::declare() {
       "Implicit Euler in the coupling and the contacts' stiffness, damping and friction, sub-stepped through every "
       "device sample since the last step. Each sub-step is the minimum of a convex function, which Newton's method "
       "finds within the iterations or else a damped step stands in for, and is counted. Where it "
-      "stays stable, and where not, is mapped in docs/stability_results.md. It adds numerical damping: a contact that "
+      "stays stable, and where not, is mapped in docs/results/stability_results.md. It adds numerical damping: a "
+      "contact that "
       "has "
       "none gives back about exp(-pi w substep / 2) of the speed that it is met with, w = sqrt(k/m). `integrator: "
-      "midpoint` adds none (docs/method.md, Energy of a step). Free rotation keeps its energy by either. "
+      "midpoint` adds none (docs/explanation/method.md, Energy of a step). Free rotation keeps its energy by either. "
       "Up to 8 bodies are solved as one, those of `motion: translation` without rotation. The tool feels the true "
       "spring, the device the one limited to force_max.");
   declare_inertial(d);

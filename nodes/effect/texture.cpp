@@ -44,7 +44,7 @@ NodeInfo Texture::declare() {
       "every "
       "filter in between is stable, and the acceleration's deviation. The filter is a normalised lattice, which stays "
       "bounded while its coefficients change. A tool that rests is quiet.\n"
-      "graphs/renderers/textures has two models of our own. docs/renderers.md tells the form of the file.\n"
+      "graphs/renderers/textures has two models of our own. docs/howto/renderers.md tells the form of the file.\n"
       "After Romano and Kuchenbecker, Creating Realistic Virtual Textures from Contact Acceleration Data (2012), and "
       "Culbertson, Unwin, Kuchenbecker, Modeling and Rendering Realistic Textures from Unconstrained Tool-Surface "
       "Interactions (2014). They interpolate on a Delaunay triangulation.");

@@ -119,7 +119,7 @@ def study(file: Path, over: Union[Overlay, Iterable[Overlay]] = (), set: Mapping
           seeds: Optional[int] = None, first_seed: Optional[int] = None, repeats: Optional[int] = None,
           jobs: Optional[int] = None, duration: Optional[Time] = None, short: bool = False, resume: bool = False,
           overwrite: bool = False, out: Optional[Path] = None) -> pandas.DataFrame:
-    """Runs a study, as `tactor study` does, and returns its table (see docs/studies.md).
+    """Runs a study, as `tactor study` does, and returns its table (see docs/howto/studies.md).
 
     A row a run: `graph`, `method`, what is varied, `seed`, `status`, then metrics and run times. `table.attrs` has
     `units` and `better` of each metric, `study` (study.json), `text`, the table that the command prints, and `folder`

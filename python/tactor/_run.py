@@ -48,7 +48,7 @@ class Result:
 
     def __init__(self, result: _tactor.RunResult) -> None:
         self._result = result
-        #: What the run reports; see docs/metrics.md.
+        #: What the run reports; see docs/reference/metrics.md.
         self.metrics: Metrics = Metrics(result.metrics)
         #: The whole of summary.json.
         self.summary: Dict[str, Any] = json.loads(result.summary)

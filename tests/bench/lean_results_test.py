@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/lean_results"
-PAGE = SCRIPT.parents[1] / "docs/lean_results.md"
+PAGE = SCRIPT.parents[1] / "docs/results/lean_results.md"
 spec = importlib.util.spec_from_loader("lean_results", importlib.machinery.SourceFileLoader("lean_results", str(SCRIPT)))
 lean_results = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(lean_results)

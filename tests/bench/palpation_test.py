@@ -28,7 +28,7 @@ class Palpation(unittest.TestCase):
     def test_the_smallest_difference_is_that_of_the_table_in_docs(self):
         for force, expected in ((0.02, 0.04), (0.04, 0.04), (2.5, 0.175), (10, 0.7), (20, 1.4)):
             self.assertAlmostEqual(palpation.noticed(force), expected)
-        # Shares that docs/thresholds.md names.
+        # Shares that docs/results/thresholds.md names.
         for force, share in ((0.1, 0.55), (0.3, 0.27), (0.5, 0.20), (1, 0.13)):
             self.assertAlmostEqual(palpation.noticed(force) / force, share, delta=0.01)
 

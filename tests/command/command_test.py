@@ -364,8 +364,8 @@ class Drawing(CommandTest):
     @needs_meshes
     @needs_devices
     def test_the_node_reference_in_the_docs_is_up_to_date(self):
-        self.assertEqual((ROOT / "docs/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
-                         "write it again: tactor nodes --markdown > docs/nodes.md")
+        self.assertEqual((ROOT / "docs/reference/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
+                         "write it again: tactor nodes --markdown > docs/reference/nodes.md")
 
     @needs_meshes
     @needs_devices

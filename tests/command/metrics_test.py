@@ -27,11 +27,11 @@ class Definitions(CommandTest):
         version, *frozen = FROZEN.read_text().splitlines()
         self.assertEqual(version, f"version {self.version()}")
         self.assertEqual(declared(), frozen, f"the definition of a metric has changed: raise `metric_definitions`, write what is new "
-                         f"to docs/metrics.md, and the version and these lines to {FROZEN.name}")
+                         f"to docs/reference/metrics.md, and the version and these lines to {FROZEN.name}")
         self.assertGreater(len(frozen), 40)
 
     def test_the_page_is_of_that_version(self):
-        page = (ROOT / "docs/metrics.md").read_text()
+        page = (ROOT / "docs/reference/metrics.md").read_text()
         self.assertIn(f"**Version {self.version()} of the definitions.**", page)
 
     def test_a_handle_without_mass_is_refused_with_what_is_expected(self):

@@ -145,7 +145,7 @@ class Page:
             self.take_for(0.02)
 
     def decode(self, payload):
-        """Takes in a binary message, as docs/view_protocol.md tells it; the number of a frame."""
+        """Takes in a binary message, as docs/reference/view_protocol.md tells it; the number of a frame."""
         kind, count = struct.unpack_from("<II", payload)
         if kind == 2:
             index, vertices, triangles = count, *struct.unpack_from("<II", payload, 8)

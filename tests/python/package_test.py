@@ -70,8 +70,8 @@ class Package(PackageTest):
 
 class Document(PackageTest):
     def test_the_programs_of_the_page_run(self):
-        """Every program in docs/python.md, one after the other, in a folder of their own."""
-        page = (ROOT / "docs/python.md").read_text()
+        """Every program in docs/howto/python.md, one after the other, in a folder of their own."""
+        page = (ROOT / "docs/howto/python.md").read_text()
         programs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
         self.assertGreater(len(programs), 3)
         text = "import warnings; warnings.simplefilter('ignore')\n" + "\n".join(programs)

@@ -101,8 +101,8 @@ class Fits(PackageTest):
         self.assertEqual((a.threshold, a.width), (b.threshold, b.width))
 
     def test_the_programs_of_the_page_run(self):
-        """Every program of docs/experiments.md, on tables that the simulated study makes; the interval holds the truth."""
-        page = (ROOT / "docs/experiments.md").read_text()
+        """Every program of docs/howto/experiments.md, on tables that the simulated study makes; the interval holds the truth."""
+        page = (ROOT / "docs/howto/experiments.md").read_text()
         programs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
         self.assertEqual(len(programs), 2)
         for participant in ("P01", "P02", "P03"):

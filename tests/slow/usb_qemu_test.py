@@ -1,5 +1,5 @@
 """A Polhem behind the kernel's own usbfs: boots Debian's kernel in qemu, attaches the emulated device to its vhci-hcd, and runs
-the command there, with libusb as it is. docs/usb.md tells how to run it."""
+the command there, with libusb as it is. docs/howto/usb.md tells how to run it."""
 import csv
 import json
 import lzma

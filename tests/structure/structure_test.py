@@ -226,7 +226,7 @@ class Text(unittest.TestCase):
                 self.assertLess((scene / "scene.png").stat().st_size, 150_000)
 
     def test_links_of_pages_lead_somewhere(self):
-        pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")),
+        pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")),
                  *sorted((ROOT / "graphs").glob("*/README.md"))]
         headings = {page: {anchor_of(line) for line in page.read_text().splitlines() if line.startswith("#")} for page in pages}
         for page in pages:

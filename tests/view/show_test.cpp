@@ -1,5 +1,5 @@
-// The bytes that a page gets of a run whose bodies deform, decoded as docs/view_protocol.md says and by nothing of
-// ours.
+// The bytes that a page gets of a run whose bodies deform, decoded as docs/reference/view_protocol.md says and by
+// nothing of ours.
 #include "app/view/show.hpp"
 
 #include <algorithm>

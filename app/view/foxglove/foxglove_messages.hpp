@@ -27,8 +27,8 @@ struct FoxgloveMessage {
   std::string json;
 };
 
-/// Translates hello, meshes and chunks (docs/view_protocol.md). The frame `world` is W. Throws nothing for what
-/// ViewSource gives.
+/// Translates hello, meshes and chunks (docs/reference/view_protocol.md). The frame `world` is W. Throws nothing for
+/// what ViewSource gives.
 class FoxgloveMessages {
  public:
   FoxgloveMessages(const std::string& hello, std::span<const std::string> meshes);

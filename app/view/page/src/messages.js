@@ -1,4 +1,4 @@
-// Decodes and encodes the binary messages of the view's protocol (docs/view_protocol.md), and checks all sizes.
+// Decodes and encodes the binary messages of the view's protocol (docs/reference/view_protocol.md), and checks all sizes.
 
 /** A message that does not keep to the protocol. */
 export class ProtocolError extends Error {}

@@ -134,7 +134,7 @@ BOOST_AUTO_TEST_CASE(energy_never_grows_by_the_usual_options) {
   check_energy(100, true);
 }
 
-// Takes minutes; see docs/testing.md.
+// Takes minutes; see docs/trust/testing.md.
 BOOST_AUTO_TEST_CASE(energy_never_grows_in_ten_thousand_steps, *boost::unit_test::disabled()) {
   for (const bool usual : {false, true}) check_energy(10'000, usual);
 }
