@@ -1,0 +1,67 @@
+"""Sphinx: the site of the docs. scripts/docs builds it from a copy of the pages (sources.py)."""
+import os
+import pathlib
+import re
+import sys
+
+from pygments.lexers.special import TextLexer
+
+ROOT = pathlib.Path(os.environ["TACTOR_ROOT"])
+sys.path.insert(0, os.environ["TACTOR_PYTHON"])
+
+project = "Tactor"
+author = "the authors of Tactor"
+copyright = author
+version = release = re.search(r"project\(\w+\s+VERSION\s+([\d.]+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_copybutton"]
+source_suffix = {".md": "markdown"}
+root_doc = "index"
+language = "en"
+nitpicky = True
+
+myst_heading_anchors = 4
+myst_enable_extensions = []
+
+# The Python package: its texts are plain prose. Types of other packages have no page here.
+autodoc_typehints = "signature"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True}
+python_use_unqualified_type_names = True
+nitpick_ignore_regex = [("py:.*", r"(numpy|np|npt|pandas|collections|os|pathlib|typing|types|_?[A-Z]\w*)\b.*"),
+                        ("py:class", r"tactor\._\w+\..*")]
+
+html_theme = "furo"
+html_title = "Tactor"
+html_static_path = ["_static", os.environ["TACTOR_STATIC"]]
+html_css_files = ["style.css"]
+html_favicon = "../images/tactor.svg"
+html_extra_path = [os.environ["TACTOR_EXTRA"]]
+html_copy_source = False
+html_show_sourcelink = False
+html_show_sphinx = False
+# The lines of a page that hold the word are fetched, which browsers refuse to pages of a folder.
+html_show_search_summary = False
+html_theme_options = {
+    "light_logo": "logo.svg",
+    "dark_logo": "logo_dark.svg",
+    "sidebar_hide_name": True,
+    "light_css_variables": {
+        "color-brand-primary": "#14507a",
+        "color-brand-content": "#1565a0",
+        "font-stack": "system-ui, -apple-system, 'Segoe UI', Roboto, 'Noto Sans', 'DejaVu Sans', sans-serif",
+        "font-stack--monospace": "ui-monospace, 'Cascadia Mono', 'Source Code Pro', Menlo, Consolas, 'DejaVu Sans Mono', monospace",
+    },
+    "dark_css_variables": {"color-brand-primary": "#ff9d5c", "color-brand-content": "#6fb7ea"},
+}
+pygments_style = "friendly"
+pygments_dark_style = "monokai"
+
+# Only commands are copied: no prompt, no output.
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
+
+def setup(app):
+    # Forges draw these; here they are shown as text.
+    app.add_lexer("mermaid", TextLexer)
