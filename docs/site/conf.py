@@ -19,6 +19,8 @@ source_suffix = {".md": "markdown"}
 root_doc = "index"
 language = "en"
 nitpicky = True
+# `--jobs` keeps its dashes.
+smartquotes = False
 
 myst_heading_anchors = 4
 myst_enable_extensions = []
