@@ -29,6 +29,7 @@ myst_enable_extensions = []
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True}
+default_role = "code"
 python_use_unqualified_type_names = True
 nitpick_ignore_regex = [("py:.*", r"(numpy|np|npt|pandas|collections|os|pathlib|typing|types|_?[A-Z]\w*)\b.*"),
                         ("py:class", r"tactor\._\w+\..*")]
@@ -64,6 +65,15 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
 
+def mark_code(app, what, name, obj, options, lines):
+    """In the package's texts code is what stands further in."""
+    for at in range(len(lines) - 1, 1, -1):
+        before = next((line for line in reversed(lines[:at]) if line), "")
+        if lines[at].startswith("    ") and not lines[at - 1] and before and not before.startswith(" "):
+            lines[at:at] = [".. code-block:: python", ""]
+
+
 def setup(app):
+    app.connect("autodoc-process-docstring", mark_code)
     # Forges draw these; here they are shown as text.
     app.add_lexer("mermaid", TextLexer)
