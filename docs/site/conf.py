@@ -55,10 +55,10 @@ html_theme_options = {
         "font-stack": "system-ui, -apple-system, 'Segoe UI', Roboto, 'Noto Sans', 'DejaVu Sans', sans-serif",
         "font-stack--monospace": "ui-monospace, 'Cascadia Mono', 'Source Code Pro', Menlo, Consolas, 'DejaVu Sans Mono', monospace",
     },
-    "dark_css_variables": {"color-brand-primary": "#ff9d5c", "color-brand-content": "#6fb7ea"},
+    "dark_css_variables": {"color-brand-primary": "#9fc9e6", "color-brand-content": "#6fb7ea"},
 }
 pygments_style = "friendly"
-pygments_dark_style = "monokai"
+pygments_dark_style = "github-dark"
 
 # Only commands are copied: no prompt, no output.
 copybutton_prompt_text = r">>> |\.\.\. |\$ "

@@ -12,6 +12,7 @@ LANGUAGES = {".cpp": "cpp", ".hpp": "cpp", ".py": "python", ".yaml": "yaml", ".c
              ".cmake": "cmake", ".ts": "typescript", ".dot": "dot"}
 PICTURES = {".svg", ".png", ".jpg", ".webp"}
 LINK = re.compile(r"\]\(([^)\s]+)\)|\b(?:src|srcset|href)=\"([^\"]+)\"")
+TOCTREE = re.compile(r"(?ms)^```\{toctree\}\n(.*?)^```\n")
 # Folders in their order, with the titles of those whose page of contents nobody wrote.
 FOLDERS = {"start": "Start", "tutorials": "Tutorials", "notebooks": "Notebooks", "coming_from": "Coming from", "howto": "How-to guides",
            "explanation": "Explanation", "reference": "Reference", "results": "Results", "trust": "Trust"}
@@ -67,8 +68,7 @@ class Sources:
         self.root, self.target = root, target
         found = [*root.glob("*.md"), *(root / "docs").rglob("*.md"), *(root / "graphs").rglob("README.md"), *(root / "meshes").glob("README.md"),
                  *(root / "examples").rglob("README.md"), *(root / "bench").rglob("README.md")]
-        self.pages = {file.relative_to(root).as_posix(): page_name(file.relative_to(root).as_posix()) for file in sorted(found)
-                      if root / "docs/site" not in file.parents}
+        self.pages = {file.relative_to(root).as_posix(): page_name(file.relative_to(root).as_posix()) for file in sorted(found)}
         self.texts = dict(made)
         self.more = []
         self.copied = set()
@@ -165,17 +165,19 @@ class Sources:
                 self.texts.setdefault(f"{folder}/index.md", f"# {title}\n")
         for name in sorted(self.texts):
             folder, _, last = name.rpartition("/")
-            if name.startswith("files/") or name == "index.md" or "{toctree}" in self.texts[name]:
+            if name.startswith("files/") or name == "index.md":
                 continue
             if last == "index.md":
                 self.list_folder(name, folder, told=True)
             elif any(other.startswith(name.removesuffix(".md") + "/") for other in names):
                 self.list_folder(name, name.removesuffix(".md"), told=False)
-        placed = set()
         contents = ""
+        placed = {page for pages in PARTS.values() for page in pages}
+        others = [name.removesuffix(".md") for name in sorted(self.texts) if "/" not in name and name not in ("index.md", "readme.md")]
         for part, pages in PARTS.items():
             there = [page for page in pages if f"{page}.md" in self.texts]
-            placed |= set(there)
+            if part == "Project":
+                there += [page for page in others if page not in placed]
             contents += f"\n```{{toctree}}\n:hidden:\n:caption: {part}\n\n" + "\n".join(f"/{page}" for page in there) + "\n```\n"
         self.texts["index.md"] += contents
         # Pages outside of the contents: the README, which the home page stands for, and those of bench/.
@@ -184,11 +186,13 @@ class Sources:
                 self.texts[name] = "---\norphan: true\n---\n\n" + text
 
     def list_folder(self, name, folder, told):
-        """Adds the contents of a folder: first what the page links to, in its order, then all other pages by their titles."""
+        """Adds the contents of a folder: first what the page names (in a toctree of its own, in links), then all other pages by their titles."""
         inside = [other for other in self.texts if other.startswith(f"{folder}/") and other != name
                   and self.owner(other) == name]
         linked = []
-        for _, _, link in links_of(self.texts[name]):
+        named = [f"{line}.md" for contents in TOCTREE.findall(self.texts[name]) for line in contents.split() if not line.startswith(":")]
+        self.texts[name] = TOCTREE.sub("", self.texts[name])
+        for link in named + [link for _, _, link in links_of(self.texts[name])]:
             there = os.path.normpath(pathlib.PurePosixPath(name).parent / link.partition("#")[0])
             if there in inside and there not in linked:
                 linked.append(there)

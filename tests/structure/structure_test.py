@@ -1,11 +1,17 @@
 """What may include what, how sources are formatted, and that the documents keep up with the code."""
+import hashlib
 import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT / "docs/site"))
+from sources import links_of, without_code  # noqa: E402
+
 SOURCES = [p for folder in ("framework", "nodes", "devices", "meshes", "app", "python", "tests", "bench")
            for p in sorted((ROOT / folder).rglob("*")) if p.suffix in (".cpp", ".hpp")]
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
@@ -226,24 +232,45 @@ class Text(unittest.TestCase):
                 self.assertLess((scene / "scene.png").stat().st_size, 150_000)
 
     def test_links_of_pages_lead_somewhere(self):
-        pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")),
-                 *sorted((ROOT / "graphs").glob("*/README.md"))]
-        headings = {page: {anchor_of(line) for line in page.read_text().splitlines() if line.startswith("#")} for page in pages}
+        pages = [*ROOT.glob("*.md"), *(page for folder in ("docs", "graphs", "examples", "meshes", "bench", "tests")
+                                       for page in sorted((ROOT / folder).rglob("*.md")))]
+        self.assertGreater(len(pages), 80)
+        anchors = {page: anchors_of(page.read_text()) for page in pages}
         for page in pages:
-            for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
-                if "://" in link:
+            for _, _, link in links_of(page.read_text()):
+                if re.match(r"[a-z]+:", link):
                     continue
                 path, _, anchor = link.partition("#")
-                with self.subTest(page=page.name, link=link):
+                with self.subTest(page=page.relative_to(ROOT).as_posix(), link=link):
                     target = (page.parent / path).resolve() if path else page
                     self.assertTrue(target.exists())
-                    if anchor and target in headings:
-                        self.assertIn(anchor, headings[target])
+                    if anchor:
+                        self.assertIn(anchor, anchors.get(target, ()))
+
+    def test_drawings_are_of_their_sources(self):
+        sources = sorted((ROOT / "docs/drawings").glob("*.dot"))
+        self.assertEqual({f"drawing_{source.stem}.svg" for source in sources},
+                         {picture.name for picture in (ROOT / "docs/images").glob("drawing_*.svg")})
+        for source in sources:
+            with self.subTest(drawing=source.name):
+                checksum = hashlib.sha256(source.read_bytes()).hexdigest()
+                self.assertIn(f"SHA-256 {checksum} ", (ROOT / f"docs/images/drawing_{source.stem}.svg").read_text(), "run scripts/drawings")
+
+
+def anchors_of(text):
+    """What GitHub makes of the headings of a page."""
+    found = {}
+    for line, outside_of_code in zip(text.splitlines(), without_code(text).splitlines()):
+        if re.match(r"#{1,6} ", outside_of_code):
+            anchor = anchor_of(line)
+            found[anchor] = found.get(anchor, -1) + 1
+            if found[anchor]:
+                found[f"{anchor}-{found[anchor]}"] = 0
+    return found
 
 
 def anchor_of(heading):
-    """What GitHub makes of a heading."""
-    words = re.sub(r"[`*]", "", heading.lstrip("#").strip()).lower()
+    words = re.sub(r"\]\([^)]*\)", "", re.sub(r"[`*\[]", "", heading.lstrip("#").strip())).lower()
     return re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
 
 
