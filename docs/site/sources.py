@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import shutil
+import sys
 
 LANGUAGES = {".cpp": "cpp", ".hpp": "cpp", ".py": "python", ".yaml": "yaml", ".csv": "text", ".sh": "sh", ".json": "json", ".txt": "text",
              ".cmake": "cmake", ".ts": "typescript", ".dot": "dot"}
@@ -70,7 +71,7 @@ class Sources:
                  *(root / "examples").rglob("README.md"), *(root / "bench").rglob("README.md")]
         self.pages = {file.relative_to(root).as_posix(): page_name(file.relative_to(root).as_posix()) for file in sorted(found)}
         self.texts = dict(made)
-        self.more = []
+        self.more, self.broken = [], []
         self.copied = set()
 
     def write(self):
@@ -85,6 +86,8 @@ class Sources:
             if path not in written:
                 written.add(path)
                 self.write_file(path)
+        if self.broken:
+            sys.exit("\n".join(self.broken))
         self.add_contents()
         for name, text in self.texts.items():
             file = self.target / name
@@ -107,7 +110,8 @@ class Sources:
         target, mark, anchor = link.partition("#")
         file = pathlib.Path(os.path.normpath(self.root / pathlib.PurePosixPath(path).parent / target))
         if not file.exists() or self.root not in (file, *file.parents):
-            raise ValueError(f"{path}: no file for the link {link}")
+            self.broken.append(f"{path}: no file for the link {link}")
+            return link
         if file.is_dir() and (file / "index.md").exists():
             file = file / "index.md"
         elif file.is_dir() and (file / "README.md").exists():
