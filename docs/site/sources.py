@@ -17,6 +17,10 @@ TOCTREE = re.compile(r"(?ms)^```\{toctree\}\n(.*?)^```\n")
 # Folders in their order, with the titles of those whose page of contents nobody wrote.
 FOLDERS = {"start": "Start", "tutorials": "Tutorials", "notebooks": "Notebooks", "coming_from": "Coming from", "howto": "How-to guides",
            "explanation": "Explanation", "reference": "Reference", "results": "Results", "trust": "Trust"}
+# Pages in the order in which they are read, of folders whose page of contents does not name them.
+ORDER = ["install", "first_minute", "first_scene", "a_graph_line_by_line", "next",
+         "touch_a_bunny", "own_mesh", "soft_tissue", "own_predictor_python", "own_predictor_cpp", "own_modbus_motor", "cluster_study",
+         "nodes", "graph_keys", "message_types", "metrics_list", "verbs"]
 # The parts of the contents at the side; what does not exist is left out.
 PARTS = {
     "Begin": ["start/index", "tutorials/index", "notebooks/index", "coming_from/index", "gallery"],
@@ -47,6 +51,23 @@ def links_of(text):
 def title_of(text, fallback):
     match = re.search(r"(?m)^# (.+)$", without_code(text)) and re.search(r"(?m)^# (.+)$", text)
     return match.group(1) if match else fallback
+
+
+def first_sentence(text):
+    """What a page says first under its title, without links."""
+    masked = without_code(text)
+    title = re.search(r"(?m)^# .*\n", masked)
+    for paragraph in re.finditer(r"(?m)^.*\S.*(?:\n.*\S.*)*", masked[title.end():] if title else ""):
+        words = text[title.end() + paragraph.start():title.end() + paragraph.end()]
+        if re.match(r"[\w`\[(]", words):
+            return re.split(r"(?<=[.:])\s", re.sub(r"\]\([^)]*\)|\[", "", " ".join(words.split())))[0].rstrip(":")
+    return ""
+
+
+def place_of(name):
+    """Where a page stands among those that no page of contents names."""
+    stem = pathlib.PurePosixPath(name).stem
+    return ORDER.index(stem) if stem in ORDER else len(ORDER)
 
 
 def page_name(path):
@@ -200,11 +221,16 @@ class Sources:
             there = os.path.normpath(pathlib.PurePosixPath(name).parent / link.partition("#")[0])
             if there in inside and there not in linked:
                 linked.append(there)
-        rest = sorted((other for other in inside if other not in linked), key=lambda other: title_of(self.texts[other], other).lower())
+        rest = sorted((other for other in inside if other not in linked), key=lambda other: (place_of(other), title_of(self.texts[other], other).lower()))
         if rest and told:
             heading = "\n## More\n\n" if linked else "\n"
-            self.texts[name] += heading + "".join(f"- [{title_of(self.texts[other], other)}]({os.path.relpath(other, folder)})\n" for other in rest)
+            self.texts[name] += heading + "".join(self.line_of(other, folder) for other in rest)
         self.texts[name] += "\n```{toctree}\n:hidden:\n\n" + "\n".join("/" + other.removesuffix(".md") for other in linked + rest) + "\n```\n"
+
+    def line_of(self, name, folder):
+        text = self.texts[name]
+        said = first_sentence(text)
+        return f"- [{title_of(text, name)}]({os.path.relpath(name, folder)}){': ' + said if said else ''}\n"
 
     def owner(self, name):
         """The page that has this one in its contents: that of its folder, or the page with the folder's name."""
