@@ -81,7 +81,7 @@ class Gallery(unittest.TestCase):
     def test_a_verdict_says_what_grew_and_what_a_live_run_missed(self):
         self.assertEqual(gallery.verdict({"clock": "virtual", "stability": {"verdict_name": "energy", "passive": 0}}), "energy growth, not passive")
         self.assertEqual(gallery.verdict({"clock": "real", "device": {"missed": 3, "ticks": 9, "faults": 2, "link": {"cycles": 7, "errors": {"crc": 1}}}}),
-                         "done, not judged, 2 faults of the gate, 3 of 9 ticks missed, 1 errors in 7 cycles of the line")
+                         "done, not judged, faults of the gate: 2, 3 of 9 ticks missed, errors of the line: 1 in 7 cycles")
 
 
 class Trust(unittest.TestCase):
