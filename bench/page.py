@@ -56,9 +56,9 @@ def timing(found):
     return said["text"] + (f" **{said['warning']}**" if said["warning"] else "") + "\n"
 
 
-def write(name, values):
-    """Writes docs/FOLDER/NAME.md, for "FOLDER/NAME", from scripts/NAME.template.md."""
-    template = ROOT / f"scripts/{pathlib.Path(name).name}.template.md"
+def write(name, values, template=""):
+    """Writes docs/FOLDER/NAME.md, for "FOLDER/NAME", from scripts/NAME.template.md, or from that of another name."""
+    template = ROOT / f"scripts/{template or pathlib.Path(name).name}.template.md"
     (ROOT / f"docs/{name}.md").write_text(filled(template.read_text(), values))
     print(f"docs/{name}.md")
 
