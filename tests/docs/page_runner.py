@@ -157,7 +157,7 @@ class PageRunner:
         # What reads its standard input waits there, as at a terminal.
         child = subprocess.Popen(["bash", "-c", script], cwd=self.work, env=self.environment, stdin=subprocess.PIPE,
                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
-        output, shown, end = b"", False, time.monotonic() + PATIENCE
+        output, shown, end, again = b"", False, time.monotonic() + PATIENCE, float("inf")
         try:
             while True:
                 # What a command leaves in the background may hold the pipe open.
@@ -171,7 +171,10 @@ class PageRunner:
                 elif child.poll() is not None:
                     break
                 if until and not shown and until.encode() in output:
-                    shown = True
+                    shown, again = True, time.monotonic() + 0.3
+                # A shell that is about to start a command may miss a signal.
+                if time.monotonic() > again:
+                    again = time.monotonic() + 10
                     os.killpg(child.pid, signal.SIGINT)
                 if time.monotonic() > end:
                     raise Failed(f"{what} goes on after {PATIENCE:.0f} s; a mark `until` ends what is meant to:\n"
