@@ -87,7 +87,8 @@ class PageRunner:
         # What is computed once for all pages is kept where the other tests keep it. Scripts of the clone take TACTOR and TACTOR_BUILD.
         self.environment = kept | {
             "HOME": str(home), "TMPDIR": str(self.folder), "COLUMNS": "120", "MPLBACKEND": "agg", "PYTHONDONTWRITEBYTECODE": "1",
-            "PYTHONPATH": str(BUILD / "python"), "TACTOR": str(TACTOR), "TACTOR_BUILD": str(BUILD), "TACTOR_CACHE": str(BUILD / "tests/cache"), "LC_ALL": "C.UTF-8",
+            "PYTHONPATH": str(BUILD / "python"), "TACTOR": str(TACTOR), "TACTOR_BUILD": str(BUILD),
+            "TACTOR_CACHE": str(BUILD / "tests/cache"), "LC_ALL": "C.UTF-8",
             "PATH": os.pathsep.join([str(TACTOR.parent), "/usr/bin", kept.get("PATH", "")])}
 
     def close(self):
@@ -276,7 +277,8 @@ class PageRunner:
     def begin_study(self, study, values=()):
         """A study that has read its graphs and made its table is begun; it is ended then. It need not find when its runs are warm."""
         out = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
-        with subprocess.Popen([TACTOR, "study", study, *values, "--out", out / "out", "--jobs", "1", "--judge", "whole"], cwd=self.work, env=self.environment,
+        with subprocess.Popen([TACTOR, "study", study, *values, "--out", out / "out", "--jobs", "1", "--judge", "whole"],
+                              cwd=self.work, env=self.environment,
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as child:
             end = time.monotonic() + PATIENCE
             while child.poll() is None and not (out / "out/study.sqlite").exists():
@@ -304,9 +306,9 @@ class PageRunner:
             raise Failed(error)
 
     def compile(self, block):
-        text = f'#line {block.line} "{name_of(self.page)}"\n{block.text}'
+        text = f'\n#line {block.line} "{name_of(self.page)}"\n{block.text}'
         if block.mark("inside"):
-            before, after = (INSIDE / block.mark("inside")).read_text().split("BLOCK;\n")
+            before, after = (INSIDE / block.mark("inside")).read_text().split("BLOCK;")
             text = f"{before}{text}#line 1 \"after the block\"\n{after}"
         source = self.work / f"block_{block.line}.cpp"
         source.write_text(text)

@@ -10,9 +10,7 @@ class MyNode final : public Node {
   };
   MyNode(const Params&, const NodeContext&);
   void step(StepContext&) override;
-  static NodeInfo declare() {
-BLOCK;
-  }
+  static NodeInfo declare() { BLOCK; }
 };
 
 }  // namespace tactor

@@ -5,7 +5,7 @@ class Scanner {
   void fill(std::span<ScanPoint> points);
   void step(std::size_t count) {
     Scan scan;
-BLOCK;
+    BLOCK;
   }
 
  private:

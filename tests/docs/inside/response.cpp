@@ -6,7 +6,7 @@
 namespace tactor {
 
 void print_response(const SimulatedDevice::Params& params) {
-BLOCK;
+  BLOCK;
 }
 
 }  // namespace tactor
