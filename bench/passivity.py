@@ -180,20 +180,21 @@ def tables(jobs):
         found = list(pool.map(measure, cells(), chunksize=8))
         errors = [row for rows in pool.map(open_loop, SCENES) for row in rows]
     return "\n".join([
-        "### Energy, in a hand\n\nEnergy is the most net energy that the motors had given at a time. Its share is that over max |F| D + max |F . dx|.\n",
-        table(["hand", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], energy_rows(found)),
-        "Of the study's two hands, the worst share of each method's cells:\n",
+        "### Energy, in a hand\n\n*Energy* is the largest net energy that the motors had given at any time. "
+        "*Share* is this energy divided by max |F| D + max |F . dx|.\n",
+        table(["hand", "stage", "cells within the bound", "largest energy, mJ", "largest share", "in which cell"], energy_rows(found)),
+        "The largest share of each method, over all cells of the study's two hands:\n",
         table(["method", *(f"{named(s)}" for s in STAGES)], method_rows(found)),
-        f"### Energy, live\n\nIn real time, with the light one of the study's hands, at couplings of {', '.join(map(str, LIVE_STIFFNESSES))} N/m. "
-        "The stage, the method and the device are in real-time lanes of their own.\n",
-        table(["method", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], live),
-        "### Force that is changed, in a hand\n\nRMS of what the stage changed over RMS of the force, of the study's two hands, in cells that without a "
-        "stage are passive: by giving nothing, or by staying within the bound.\n",
-        table(["stage", "without it the port", "cells", "of these below 1 %", "changed, worst, %", "there"], changed_rows(found)),
-        "### Force that is changed, handle led\n\n10 s of each scene. A torque is there where the tool turns.\n",
+        f"### Energy, live\n\nIn real time, with the light hand of the study, at couplings of {', '.join(map(str, LIVE_STIFFNESSES))} N/m. "
+        "The stage, the method and the device each have a real-time lane.\n",
+        table(["method", "stage", "cells within the bound", "largest energy, mJ", "largest share", "in which cell"], live),
+        "### Force that is changed, in a hand\n\nThe RMS of the change by the stage, divided by the RMS of the force. Only the cells "
+        "of the study's two hands count that are passive without a stage: the port gives nothing, or stays within the bound.\n",
+        table(["stage", "without the stage, the port", "cells", "of these below 1 %", "largest change, %", "in which cell"], changed_rows(found)),
+        "### Force that is changed, handle led\n\n10 s of each scene. Only scenes whose tool rotates have a torque.\n",
         table(["scene", "method", "stage", "force, %", "torque, %"], errors),
-        "### Cost\n\nOf the stage's steps in a run of `local`, under the virtual clock, and beside the device's and the interpolation's in the same run "
-        "(the quickest of five).\n",
+        "### Cost\n\nThe time of the stage's steps in a run of `local` under the virtual clock, and its ratio to the steps of the device and of "
+        "the interpolation in the same run. The fastest of five runs counts.\n",
         table(["scene", "stage", "median, us", "p99, us", "mean, us", "of the device's step", "of `local`'s tick"], costs)])
 
 

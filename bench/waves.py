@@ -161,22 +161,23 @@ def tables(jobs):
         weighed = list(pool.map(measure_heavy, heavy_cells(), chunksize=8))
     headings = [f"{named(stage)}: {what}" for stage in STAGES for what in ("N/m", "ripple, N")]
     return "\n".join([
-        "### Energy, with physics away\n\nAll hands of the tables above, 50 to 6400 N/m, the cost of collision uneven by 10 % and by 30 %. "
-        f"The impedance is the coupling's stiffness by half the time there and back, {IMPEDANCE_MOST} N s/m at most.\n",
-        table(["delay each way, ms", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], energy_rows(found)),
+        "### Energy, with physics away\n\nAll hands of the tables above, couplings of 50 to 6400 N/m. The cost of collision varies by 10 % and by 30 %. "
+        f"The impedance is the coupling's stiffness times half the time there and back, {IMPEDANCE_MOST} N s/m at most.\n",
+        table(["delay each way, ms", "stage", "cells within the bound", "largest energy, mJ", "largest share", "in which cell"], energy_rows(found)),
         "### Energy of a heavy tool, with physics away\n\nThe line of waves with gravity, all hands, couplings of "
-        f"{' and '.join(map(str, HEAVY_STIFFNESSES))} N/m. What the tool's weight gives on the way of the handle is not counted.\n",
-        table(["delay each way, ms", "tool, g", "cells within the bound", "energy, most, mJ", "share, worst", "there"], heavy_rows(weighed)),
-        "### Energy, live, with physics away\n\nIn real time, with the light one of the study's hands, at couplings of "
+        f"{' and '.join(map(str, HEAVY_STIFFNESSES))} N/m. The energy that the tool's weight gives along the way of the handle is not counted.\n",
+        table(["delay each way, ms", "tool, g", "cells within the bound", "largest energy, mJ", "largest share", "in which cell"], heavy_rows(weighed)),
+        "### Energy, live, with physics away\n\nIn real time, with the light hand of the study, at couplings of "
         f"{', '.join(map(str, LIVE_STIFFNESSES))} N/m.\n",
-        table(["delay each way, ms", "stage", "cells within the bound", "energy, most, mJ", "share, worst", "there"], live),
-        "### How stiff the wall is, with physics away\n\nThe study's firm hand at rest in the wall: mean force over mean depth of the last "
-        "second, and the standard deviation of the force. No stiffness: the handle is pushed out, or swings.\n",
+        table(["delay each way, ms", "stage", "cells within the bound", "largest energy, mJ", "largest share", "in which cell"], live),
+        "### How stiff the wall is, with physics away\n\nThe firm hand of the study rests in the wall. Stiffness is the mean force divided by "
+        "the mean depth of the last second. Ripple is the standard deviation of the force. Where no stiffness is given, the "
+        "handle is pushed out or oscillates.\n",
         table(["delay each way, ms", "coupling, N/m", "b, N s/m", "b / D and contact, N/m", *headings], rest_rows(found)),
-        "### Error, with physics away\n\nThe same runs as a whole: RMS of the difference to the force of coupling and contact in series at the "
-        "true place, in percent of that force's RMS, by the coupling's stiffness in N/m.\n",
+        "### Error, with physics away\n\nThe same runs as a whole. The true force is that of coupling and contact in series at the "
+        "true position. The error is the RMS of the difference from it, in percent of its RMS, by the coupling's stiffness in N/m.\n",
         table(["delay each way, ms", "stage", *map(str, SHOWN)], error_rows(found)),
-        "### Cost of the line\n\nUnder the virtual clock, the quickest of five runs of `wall/scene`.\n",
+        "### Cost of the line\n\nUnder the virtual clock, in the fastest of five runs of `wall/scene`.\n",
         table(["node", "steps a second", "median, us", "p99, us", "us a second"], costs)])
 
 

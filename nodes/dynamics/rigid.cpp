@@ -18,7 +18,7 @@ NodeInfo RigidDynamics::declare() {
       "contact that "
       "has "
       "none gives back about exp(-pi w substep / 2) of the speed that it is met with, w = sqrt(k/m). `integrator: "
-      "midpoint` adds none (docs/explanation/method.md, Energy of a step). Free rotation keeps its energy by either. "
+      "midpoint` adds none (docs/explanation/energy.md). Free rotation keeps its energy by either. "
       "Up to 8 bodies are solved as one, those of `motion: translation` without rotation. The tool feels the true "
       "spring, the device the one limited to force_max.");
   declare_inertial(d);
