@@ -56,10 +56,15 @@ def timing(found):
     return said["text"] + (f" **{said['warning']}**" if said["warning"] else "") + "\n"
 
 
+def page_file(name):
+    """docs/NAME.md, and README.md beside docs for "README"."""
+    return ROOT / "README.md" if name == "README" else ROOT / f"docs/{name}.md"
+
+
 def write(name, values, template=""):
     """Writes docs/FOLDER/NAME.md, for "FOLDER/NAME", from scripts/NAME.template.md, or from that of another name."""
     template = ROOT / f"scripts/{template or pathlib.Path(name).name}.template.md"
-    (ROOT / f"docs/{name}.md").write_text(filled(template.read_text(), values))
+    page_file(name).write_text(filled(template.read_text(), values))
     print(f"docs/{name}.md")
 
 
@@ -72,13 +77,13 @@ def around(text, block):
 
 
 def block(name, block):
-    """What stands in a block of docs/NAME.md, which another script writes."""
-    return around((ROOT / f"docs/{name}.md").read_text(), block)[1].strip()
+    """What stands in a block of a page, which another script writes."""
+    return around(page_file(name).read_text(), block)[1].strip()
 
 
 def write_block(name, block, text):
-    """Replaces what stands in a block of docs/NAME.md."""
-    file = ROOT / f"docs/{name}.md"
+    """Replaces what stands in a block of a page."""
+    file = page_file(name)
     before, _, after = around(file.read_text(), block)
     file.write_text(f"{before}\n{text.strip()}\n{after}")
-    print(f"docs/{name}.md, {block}")
+    print(f"{file.relative_to(ROOT)}, {block}")

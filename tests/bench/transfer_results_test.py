@@ -9,7 +9,7 @@ spec = importlib.util.spec_from_loader("transfer_results", importlib.machinery.S
 transfer = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(transfer)
 
-METHODS = ("hold_one_filter", "hold", "blend", "local", "direct", "floor")
+METHODS = ("hold_one_filter", "hold", "paper_100", "blend", "local", "direct", "floor")
 
 
 def ratios(**scenes):
@@ -38,8 +38,8 @@ class Tables(unittest.TestCase):
         found = ratios(wall={"local": [0.1, 0.4]}, star={"local": [0.4, 1.6]}, edge={"local": [0.9, 6.4]})
         row = next(r for r in cells(found.summary()) if r[0] == "local")
         self.assertEqual(row[1:6], ["0.363", "0.400", "1.20 (edge)", "1.60 (edge)", "33 %"])
-        # Nobody told the vibration.
-        self.assertEqual(row[6:], ["20", "-", "4"])
+        # Nobody told the vibration and the delay.
+        self.assertEqual(row[6:], ["20", "-", "-", "4"])
 
     def test_scenes_that_leave_much_to_gain_or_do_harm_are_named(self):
         fine = {"local": [0.1, 0.4], "floor": [0.05, 0.2]}
@@ -53,6 +53,21 @@ class Tables(unittest.TestCase):
     def test_local_is_judged_by_the_better_of_hold_and_blend(self):
         said = ratios(wall={"local": [0.15, 0.6], "blend": [0.1, 0.4], "floor": [0.1, 0.4]}).doubts()
         self.assertIn("wall: local has 1.50 times the error of the better of hold and blend", said)
+
+    def test_the_readme_names_the_worst_scene_and_its_error_as_multiples_of_those_of_hold(self):
+        found = ratios(wall={"hold": [2.0, 2.0], "local": [0.2, 0.2]}, star={"local": [0.4, 1.6]})
+        row = next(r for r in cells(found.shown()["TABLE"]) if r[0].startswith("`local`"))
+        self.assertEqual(row[1:4], ["0.6", "0.20", "0.40 (star, 1 N)"])
+        self.assertEqual(found.shown()["SCENES"], "2")
+
+    def test_delays_count_where_every_method_has_one(self):
+        found = ratios(wall={}, star={}, edge={})
+        for scene, delays in (("wall", (10, 20, 5, 1)), ("star", (12, None, 6, 2)), ("edge", (14, 30, 9, 3))):
+            for method, delay in zip(transfer.SHOWN, delays):
+                found.rows[scene][method][transfer.DELAY] = {"by_seed": [delay, delay]}
+        self.assertEqual(found.delays(transfer.SHOWN), {"hold": [10, 14], "paper_100": [20, 30], "blend": [5, 9], "local": [1, 3]})
+        self.assertEqual([row[4] for row in cells(found.shown()["TABLE"])[2:]], ["12", "25", "7", "2"])
+        self.assertEqual(found.shown()["DELAYS"], "2")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Others build on an installation: the examples, what `tactor new` writes and the node of the README, out of tree, after the
+"""Others build on an installation: the examples, what `tactor new` writes and the node of a tutorial, out of tree, after the
 installation was moved; nodes in the user's folder; libraries of another layout, which are refused before they are loaded."""
 import os
 import pathlib
@@ -175,9 +175,9 @@ class New(BuiltOn):
         self.assertFalse((self.folder / "mine").exists())
 
 
-class Readme(BuiltOn):
+class Tutorial(BuiltOn):
     def test_its_node_is_compiled_and_found(self):
-        code = [block for block in re.findall(r"```cpp\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL) if "TACTOR_NODES" in block]
+        code = [block for block in re.findall(r"```cpp\n(.*?)```", (ROOT / "docs/tutorials/own_predictor_cpp.md").read_text(), re.DOTALL) if "my.gain" in block]
         self.assertEqual(len(code), 1)
         self.write("my/gain.cpp", code[0])
         self.write("my/CMakeLists.txt", "cmake_minimum_required(VERSION 3.25)\nproject(my LANGUAGES CXX)\n"

@@ -1,4 +1,4 @@
-"""An emulator in the background of an interactive shell, as the README starts it: it serves whatever is typed there."""
+"""An emulator in the background of an interactive shell, as the pages start it: it serves whatever is typed there."""
 import os
 import pathlib
 import pty
