@@ -43,6 +43,8 @@ void add_compare(CLI::App& app, int& exit_code) {
           },
           "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: warm)")
       ->check(CLI::IsMember({"warm", "whole"}));
+  verb->add_flag("--brief", comparison.brief,
+                 "Print error, delay, smoothness and run time alone; the files hold the rest");
   verb->callback([arguments, &exit_code] {
     CompareRequest& made = arguments->comparison;
     for (fs::path& graph : made.graphs) graph = named_file(graph, graph_files);
