@@ -7,23 +7,24 @@ endif()
 
 # What Debian asks of every package: its licence, what has changed, a manual page for each command.
 find_program(TACTOR_GZIP gzip REQUIRED)
-file(TIMESTAMP ${CMAKE_SOURCE_DIR}/cmake/debian/changes.txt changed "%a, %d %b %Y %H:%M:%S +0000" UTC)
-file(STRINGS cmake/debian/changes.txt changes)
-list(TRANSFORM changes PREPEND "  * ")
-list(JOIN changes "\n" changes)
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(components runtime cgal suitesparse dev python)
 set(packages tactor tactor-cgal tactor-suitesparse libtactor-dev python3-tactor)
 foreach(package component IN ZIP_LISTS packages components)
   set(folder ${CMAKE_BINARY_DIR}/debian/${package})
-  file(CONFIGURE OUTPUT ${folder}/changelog CONTENT
-"${package} (${PROJECT_VERSION}) unstable; urgency=medium
-
-${changes}
-
- -- ${TACTOR_MAINTAINER}  ${changed}
-")
+  file(MAKE_DIRECTORY ${folder})
+  execute_process(COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/cmake/changelog ${PROJECT_VERSION} debian ${package} ${TACTOR_MAINTAINER}
+                  OUTPUT_FILE ${folder}/changelog COMMAND_ERROR_IS_FATAL ANY)
   execute_process(COMMAND ${TACTOR_GZIP} -9nfk ${folder}/changelog COMMAND_ERROR_IS_FATAL ANY)
   set(plugin_licence)
+  if(package STREQUAL "tactor")
+    set(plugin_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_view.so
+Copyright: 2026 the Tactor developers; 2010-2025 three.js authors; 2022 Leon Sorokin (uPlot)
+License: Apache-2.0 and Expat
+ This plugin holds the page of the view, of which three.js and uPlot are a part. Both are under the licence that Debian calls Expat;
+ its text, with their notices, is in /usr/share/doc/tactor/third_party.txt.
+")
+  endif()
   if(package STREQUAL "tactor-cgal")
     set(plugin_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_cgal.so
 Copyright: the Tactor developers; the CGAL Project
@@ -78,7 +79,7 @@ set(same "tactor (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME tactor)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/triggers)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal, tactor-suitesparse")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal, tactor-suitesparse, xdg-utils")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "gnuplot-nox | gnuplot-qt | gnuplot-x11")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "chromium | firefox-esr, libtactor-dev, python3-tactor")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Smooth force feedback from slow physics
@@ -130,4 +131,19 @@ if(TACTOR_WITH_PYTHON)
 Runs and steps the graphs of Tactor from Python, gives every output as a numpy
 array with units, and lets a graph name a Python class as a node.")
 endif()
+
+# The bill of materials is of the files as they go into the packages: stripped.
+set(bill ${CMAKE_BINARY_DIR}/debian/bill.cmake)
+set(staged)
+foreach(package component IN ZIP_LISTS packages components)
+  if(component IN_LIST CPACK_COMPONENTS_ALL)
+    string(APPEND staged "\n  ${package}=\${CPACK_TEMPORARY_DIRECTORY}/${component}")
+  endif()
+endforeach()
+file(CONFIGURE OUTPUT ${bill} @ONLY CONTENT
+[[execute_process(COMMAND @Python3_EXECUTABLE@ -B @CMAKE_SOURCE_DIR@/scripts/sbom --build @CMAKE_BINARY_DIR@ --version @PROJECT_VERSION@
+  --out ${CPACK_TEMPORARY_DIRECTORY}/runtime/usr/share/doc/tactor/tactor.spdx.json@staged@
+  COMMAND_ERROR_IS_FATAL ANY)
+]])
+set(CPACK_PRE_BUILD_SCRIPTS ${bill})
 include(CPack)

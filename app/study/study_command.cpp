@@ -113,7 +113,8 @@ int run_compare(const CompareRequest& request) {
       make_comparison(cases, options.seeds, std::move(outcome.records), {}, std::move(outcome.declared));
   const std::string scenes = tell_scenes_apart(comparison, cases, registry);
   const TimingNote timing = timing_note(comparison, repeats);
-  fmt::print("{}\n", comparison_table(comparison, timing, terminal_columns()));
+  fmt::print("{}\n", request.brief ? brief_table(comparison, timing, terminal_columns())
+                                   : comparison_table(comparison, timing, terminal_columns()));
   // A file that cannot be written leaves the table.
   std::fflush(stdout);
   nlohmann::ordered_json json = to_json(comparison);

@@ -21,6 +21,7 @@ struct CompareRequest {
   unsigned jobs = 1;         ///< reference runs at once; runs under test go one after the other
   std::filesystem::path out;
   JudgedPart judge = JudgedPart::warm;
+  bool brief = false;  ///< prints error, delay, smoothness and run time alone; the files hold everything
 };
 
 /// Both return the exit code, and throw InputError and RunError. They fork workers, so the program must have no other

@@ -29,6 +29,8 @@ void add_compare(CLI::App& app, int& exit_code) {
   arguments->options.add_to(*verb, false);
   add_integer(*verb, "--seeds", comparison.seeds, 1, most_seeds, "Number of seeds")->default_str("6");
   add_seed(*verb, "--first-seed", comparison.first_seed, "The first seed")->default_str("1");
+  verb->add_flag("--brief", comparison.brief,
+                 "Print error, delay, smoothness and run time alone; the files hold the rest");
   add_integer(*verb, "--repeats", comparison.repeats, 1, most_repeats,
               "Runs of each seed whose median run time counts; where several, after one that does not")
       ->default_str("1");

@@ -10,6 +10,7 @@ namespace tactor {
 // Each adds its verb to `app`. The verb sets `exit_code`, or throws InputError (exit code 2) or RunError (1).
 void add_run(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
+void add_demo(CLI::App& app, int& exit_code);
 void add_study(CLI::App& app, int& exit_code);
 void add_bundle(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);

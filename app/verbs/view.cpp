@@ -10,6 +10,7 @@
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/page_options.hpp"
 #include "app/verbs/verbs.hpp"
+#include "app/verbs/view_scene.hpp"
 #include "app/view/picture.hpp"
 #include "app/view/recorded_show.hpp"
 #include "app/view/serve_show.hpp"
@@ -132,6 +133,13 @@ int view(const ViewArguments& arguments) {
 }
 
 }  // namespace
+
+int view_by_mouse(const fs::path& graph, const PageOptions& page) {
+  ViewArguments arguments;
+  arguments.shown = graph;
+  arguments.page = page;
+  return view(arguments);
+}
 
 void add_view(CLI::App& app, int& exit_code) {
   CLI::App* verb =

@@ -7,10 +7,9 @@ import signal
 import subprocess
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, Terminal, built, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, TACTOR, CommandTest, Terminal, needs_hdf5, needs_live, needs_view, tactor
 from view_client import Closed, View
 
-HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
 SIMULATED = GRAPHS / "experiments/simulated.yaml"
 # The local rollout alone: its force depends on nothing that is drawn.
 ONE_CONDITION = ("protocol.conditions.A=select.use=fourth", "protocol.conditions.B=~")
@@ -391,7 +390,7 @@ edges:
 
 
 @needs_live
-@unittest.skipUnless(HAS_VIEW, "this build has no view")
+@needs_view
 class Seen(CommandTest):
     """A page of the experiment: what it is told, and that it answers."""
 

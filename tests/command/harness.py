@@ -20,6 +20,7 @@ from shipped import graph_file, graph_files, graph_name  # noqa: E402, F401
 
 PATIENCE = 120  # s, for what takes a moment on an idle machine
 TACTOR = os.environ.get("TACTOR", str(ROOT / "build/release/bin/tactor"))
+VERSION = re.search(r"project\(tactor VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())[1]
 
 
 def built(*places):
@@ -47,6 +48,8 @@ IS_SANITIZED = CACHE.exists() and re.search(r"^TACTOR_SANITIZE:\w+=.", CACHE.rea
 needs_live = unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
 needs_meshes = unittest.skipUnless(HAS_MESHES, "this build has no CGAL, so no generated meshes")
 needs_devices = unittest.skipUnless(HAS_DEVICES, "this build lacks Modbus or USB, so their node types")
+HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
+needs_view = unittest.skipUnless(HAS_VIEW, "this build has no view")
 needs_hdf5 = unittest.skipUnless(HAS_HDF5, "this build has no HDF5, so no recordings")
 # The outputs of a chain that needs no mesh: a trajectory, the simulated device, metrics.
 EDGES_OF_A_SMALL_GRAPH = """

@@ -8,8 +8,9 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
-from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_MESHES, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, CommandTest
+from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_MESHES, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, VERSION, CommandTest
 from harness import needs_meshes, needs_hdf5, needs_live, tactor
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
@@ -132,6 +133,64 @@ class Graphs(Installed):
         text = self.run_ok("check", "--explain", self.share / "graphs/duck/scene.yaml",
                            "--over", self.share / "graphs/methods/kalman.yaml").stdout
         self.assertIn("prediction.kalman", text)
+
+
+class Demo(Installed):
+    def put_aside(self, mesh):
+        file = self.share / "meshes" / mesh
+        aside = file.with_suffix(".aside")
+        file.rename(aside)
+        self.addCleanup(aside.rename, file)
+
+    @needs_meshes
+    def test_it_takes_the_scene_whose_mesh_is_there(self):
+        demo = ("demo", "--seeds", "1", "--no-view")
+        self.assertIn("bunny_local", self.run_ok(*demo).stdout)
+        # As in the packages.
+        self.put_aside("bunny.off")
+        said = self.run_ok(*demo).stdout
+        self.assertIn("duck_local", said)
+        self.assertNotIn("bunny", said)
+        self.assertTrue((self.elsewhere / "out/demo_2/report.html").exists())
+        self.put_aside("duck.off")
+        result = tactor(*demo, program=str(self.program), environment=self.environment, cwd=self.elsewhere)
+        self.assertEqual(result.returncode, 2)
+        self.assertIn("expected bunny.off or duck.off", result.stderr)
+
+
+class Desktop(Installed):
+    """What menus and software centres read."""
+
+    def setUp(self):
+        super().setUp()
+        self.entry = self.prefix / "share/applications/tactor.desktop"
+        self.metainfo = self.prefix / "share/metainfo/org.tactor.tactor.metainfo.xml"
+
+    @unittest.skipUnless(shutil.which("desktop-file-validate"), "desktop-file-utils is not installed")
+    def test_the_entry_is_valid(self):
+        result = subprocess.run(["desktop-file-validate", self.entry], capture_output=True, text=True, check=False)
+        self.assertEqual((result.returncode, result.stdout), (0, ""))
+
+    @unittest.skipUnless(shutil.which("appstreamcli"), "appstream is not installed")
+    def test_the_metadata_are_valid(self):
+        result = subprocess.run(["appstreamcli", "validate", "--no-net", self.metainfo], capture_output=True, text=True, check=False)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
+    def test_the_newest_release_is_this_version(self):
+        releases = xml.etree.ElementTree.parse(self.metainfo).getroot().find("releases")
+        self.assertEqual(releases[0].get("version"), VERSION)
+        self.assertEqual([r.get("version") for r in releases],
+                         re.findall(r"^## (\S+) ", (ROOT / "docs/changelog.md").read_text(), re.MULTILINE))
+
+    @needs_meshes
+    def test_what_the_entry_names_is_there(self):
+        words = dict(line.split("=", 1) for line in self.entry.read_text().splitlines() if "=" in line)
+        command, verb, graph = words["Exec"].split()
+        self.assertEqual((command, verb, words["TryExec"]), ("tactor", "view", "tactor"))
+        self.run_ok("check", graph)
+        icon = self.prefix / f"share/icons/hicolor/scalable/apps/{words['Icon']}.svg"
+        self.assertTrue(xml.etree.ElementTree.parse(icon).getroot().tag.endswith("svg"))
+        self.assertEqual(xml.etree.ElementTree.parse(self.metainfo).getroot().find("launchable").text, self.entry.name)
 
 
 class WithoutCgal(Installed):

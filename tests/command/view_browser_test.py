@@ -10,15 +10,13 @@ import unittest
 import zlib
 
 from browser import MISSING, needs_browser, open_browser
-from harness import GRAPHS, TACTOR, CommandTest, built, needs_live, needs_meshes, tactor
+from harness import GRAPHS, TACTOR, CommandTest, needs_live, needs_meshes, needs_view, tactor
 from view_client import View
 
 if not MISSING:
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.by import By
 
-HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
-needs_view = unittest.skipUnless(HAS_VIEW, "this build has no view")
 WALL = str(GRAPHS / "wall/scene.yaml")
 GEL = str(GRAPHS / "gel_cube/scene.yaml")
 

@@ -9,11 +9,9 @@ import struct
 import time
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, built, needs_live, needs_meshes, tactor
+from harness import GRAPHS, TACTOR, CommandTest, needs_live, needs_meshes, needs_view, tactor
 from view_client import Closed, Page, View, read_head, request, upgrade_lines
 
-HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
-needs_view = unittest.skipUnless(HAS_VIEW, "this build has no view")
 SCENE = str(GRAPHS / "wall/scene.yaml")
 
 

@@ -202,6 +202,12 @@ class Text(unittest.TestCase):
             with self.subTest(file=path.relative_to(ROOT).as_posix()):
                 self.assertIsNone(promise.search(path.read_text()))
 
+    def test_every_file_that_names_the_version_names_the_same(self):
+        version = re.search(r"^project\(tactor VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)[1]
+        for name, place in (("CITATION.cff", r"^version: (\S+)$"), ("docs/cite.md", r"^  version = \{(\S+)\},$"), ("docs/changelog.md", r"^## (\S+) ")):
+            with self.subTest(file=name):
+                self.assertEqual(re.search(place, (ROOT / name).read_text(), re.MULTILINE)[1], version)
+
     def test_former_terms_are_gone(self):
         here = ROOT / "tests/structure"
         gone = [re.compile(line) for line in (here / "gone.txt").read_text().splitlines() if line and not line.startswith("#")]

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -88,6 +89,34 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
   out += lines_of(timing, "  ");
   out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
   out += judged_text(comparison);
+  return wrapped(out, columns);
+}
+
+std::string brief_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns) {
+  std::string out = warning_lines(comparison);
+  out += fmt::format("\nmean over {} seed{}\n\n", comparison.seeds.size(), comparison.seeds.size() == 1 ? "" : "s");
+  std::vector<TextTable::Column> heads{{""}};
+  std::vector<const Column*> shown;
+  for (const std::string_view metric :
+       {delivered_error, std::string_view("delivered.force.delay_ms"), std::string_view("delivered.force.max_step_N"),
+        std::string_view("cpu_ms_per_s")}) {
+    const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
+                                     [&](const Column& c) { return c.metric == metric; });
+    if (column == comparison.columns.end()) continue;
+    shown.push_back(&*column);
+    heads.push_back({head_of(comparison, *column), TextTable::Align::right});
+  }
+  TextTable table(std::move(heads));
+  for (const CompareRow& row : comparison.rows) {
+    std::vector<std::string> cells{row.name()};
+    for (const Column* column : shown) cells.push_back(pretty(row.mean_of(column->metric, comparison.columns)));
+    table.add(std::move(cells));
+  }
+  out += table.text(columns);
+  out += fmt::format("\n  {}\n", arrows_text);
+  if (!timing.warning.empty()) out += fmt::format("  {}\n", timing.warning);
+  out += "\n";
+  for (const CompareRow& row : comparison.rows) out += fmt::format("  {}: {}\n", row.graph, row.title);
   return wrapped(out, columns);
 }
 

@@ -14,6 +14,8 @@ namespace tactor {
 std::string judged_text(const Comparison& comparison);
 /// The table that `tactor compare` prints, in so many columns.
 std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns);
+/// The table that `tactor compare --brief` prints: a line a graph with error, delay, smoothness and run time.
+std::string brief_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns);
 
 /// `0.707 [0.650, 0.769]`, with `over 9 seeds` where these are fewer than the `seeds` of the study; `-` for no ratio,
 /// and for the interval where there is one seed alone.

@@ -1,13 +1,13 @@
-// Bundles the page: node build.mjs OUT_DIR writes index.html, view.js, view.css, saved.html and licences.txt, each
-// compressed, with .gz behind its name.
+// Bundles the page: node build.mjs OUT_DIR LICENCES writes index.html, view.js, view.css, saved.html and licences.txt, each
+// compressed, with .gz behind its name. LICENCES is licences.txt as it is, for installations.
 import { build } from 'esbuild';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 
-if (!process.argv[2]) {
-  console.error('usage: node build.mjs OUT_DIR');
+if (process.argv.length !== 4) {
+  console.error('usage: node build.mjs OUT_DIR LICENCES');
   process.exit(2);
 }
 const here = dirname(fileURLToPath(import.meta.url));
@@ -25,6 +25,7 @@ const result = await build({
   charset: 'utf8',
   legalComments: 'inline',
   write: false,
+  metafile: true,
   logLevel: 'warning',
 });
 const text_of = (name) => {
@@ -50,7 +51,10 @@ const saved = put(put(put(frame, '<!--STYLE-->', `${policy}\n<style>\n${style.re
   '<!--RECORDING_PLACE-->', '<!--TACTOR_RECORDING-->'), '<!--PROGRAM-->', `<script>\n${inlined}</script>`);
 if (saved.split('<!--TACTOR_RECORDING-->').length !== 2) throw new Error('saved.html must name the place of the recording once');
 
-const licences = ['three', 'uplot'].map((name) => {
+// Every package of which a source is in the bundle.
+const bundled = new Set(Object.keys(result.metafile.inputs).map((path) => path.match(/^node_modules\/((?:@[^/]+\/)?[^/]+)\//)?.[1]));
+bundled.delete(undefined);
+const licences = [...bundled].sort().map((name) => {
   const about = JSON.parse(readFileSync(join(here, 'node_modules', name, 'package.json'), 'utf8'));
   return `${about.name} ${about.version} (${about.license})\n\n${readFileSync(join(here, 'node_modules', name, 'LICENSE'), 'utf8').trim()}\n`;
 });
@@ -58,3 +62,4 @@ const licences = ['three', 'uplot'].map((name) => {
 const files = { 'index.html': served, 'view.js': program, 'view.css': style, 'saved.html': saved,
   'licences.txt': `The page holds these works of others.\n\n${licences.join(`\n${'-'.repeat(78)}\n\n`)}` };
 for (const [name, text] of Object.entries(files)) writeFileSync(join(out, `${name}.gz`), gzipSync(text, { level: 9 }));
+writeFileSync(process.argv[3], files['licences.txt']);
