@@ -12,7 +12,7 @@ import xml.etree.ElementTree
 import jsonschema
 import yaml
 
-from harness import (GRAPHS, HAS_MESHES, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, CommandTest,
+from harness import (GRAPHS, HAS_MESHES, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, TACTOR, CommandTest,
                      every_verb, graph_files, graph_name, graph_verbs, left_out, needs_meshes, needs_devices, needs_hdf5, needs_live,
                      tactor)
 
@@ -360,12 +360,6 @@ class Drawing(CommandTest):
             self.assertIn("  stick_velocity (m/s; default as in dynamics (0.0001 otherwise); > 0, <= 1)\n", help_text)
         self.assertIn("  margin (m; default as in collision (0.002 otherwise); >= 0, <= 0.1)\n", help_text)
         self.assertIn("  iterations (integer; default 20; >= 8, <= 200)\n", help_text)
-
-    @needs_meshes
-    @needs_devices
-    def test_the_node_reference_in_the_docs_is_up_to_date(self):
-        self.assertEqual((ROOT / "docs/reference/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
-                         "write it again: tactor nodes --markdown > docs/reference/nodes.md")
 
     @needs_meshes
     @needs_devices
