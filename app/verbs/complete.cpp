@@ -136,8 +136,7 @@ Candidates candidates(const VerbInfo& command, const std::vector<std::string>& w
     const OptionInfo& last = verb->arguments.back();
     if (arguments < verb->arguments.size()) add_values(verb->arguments[arguments].value, found);
     if (arguments >= verb->arguments.size() && last.repeats) add_values(last.value, found);
-  } else if (verb->passes_on) {
-    found.files = true;
+    if (arguments >= verb->arguments.size() && verb->passes_on) found.files = true;
   }
   std::erase_if(found.words, [&](const Candidates::Word& one) { return !one.text.starts_with(word); });
   return found;

@@ -2,8 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "app/output.hpp"
 #include "app/verbs/graph_options.hpp"
@@ -20,6 +23,15 @@ struct ReferenceArguments {
   bool manual = false;
 };
 
+/// Today, or what SOURCE_DATE_EPOCH says, by which whoever builds packages makes the same bytes again.
+std::string date_of_pages() {
+  const char* epoch = std::getenv("SOURCE_DATE_EPOCH");
+  const std::time_t seconds = epoch != nullptr ? std::strtoll(epoch, nullptr, 10) : std::time(nullptr);
+  std::tm day{};
+  gmtime_r(&seconds, &day);
+  return fmt::format("{:04}-{:02}-{:02}", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
+}
+
 Pages reference_pages(const VerbInfo& command) {
   Registry registry(default_node_folders());
   load_all_libraries(registry);
@@ -35,7 +47,8 @@ Pages reference_pages(const VerbInfo& command) {
 }
 
 int write_reference(const ReferenceArguments& arguments, const VerbInfo& command) {
-  const Pages pages = arguments.manual ? manual_pages(command, TACTOR_VERSION) : reference_pages(command);
+  const Pages pages =
+      arguments.manual ? manual_pages(command, TACTOR_VERSION, date_of_pages()) : reference_pages(command);
   for (const auto& [name, text] : pages) {
     const std::filesystem::path file = arguments.folder / name;
     make_folder(file.parent_path());

@@ -113,7 +113,7 @@ Json param_schema(const ParamInfo& param) {
       schema = {{"type", "object"}, {"additionalProperties", {{"type", {"string", "number", "boolean"}}}}};
       break;
   }
-  return said(param.doc, std::move(schema), param.default_value ? value_json(*param.default_value) : nullptr);
+  return said(param.doc, std::move(schema), param.default_value ? value_json(*param.default_value) : Json(nullptr));
 }
 
 // A file that extends another takes a value out of it by ~.

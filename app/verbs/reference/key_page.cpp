@@ -67,7 +67,7 @@ class KeyRows {
     }
     const auto alternatives = value.find("anyOf");
     if (alternatives == value.end() || alternatives->size() != 2) return value;
-    return (*alternatives)[1] == Json{{"type", "null"}} ? meant((*alternatives)[0]) : value;
+    return (*alternatives)[1] == Json::object({{"type", "null"}}) ? meant((*alternatives)[0]) : value;
   }
 
   [[nodiscard]] std::string type_of(const Json& value) const {

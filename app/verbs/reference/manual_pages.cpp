@@ -9,6 +9,11 @@ namespace tactor {
 
 namespace {
 
+/// What the foot of a page says.
+struct Edition {
+  std::string version, date;
+};
+
 /// A text in roff: what roff would take for a command or a dash for a hyphen is escaped; `code` is bold.
 std::string roff(std::string_view text) {
   std::string out;
@@ -49,11 +54,11 @@ std::string page_name(const VerbInfo& verb) {
   return verb.name.empty() ? "tactor" : "tactor-" + verb.name;
 }
 
-std::string heading(const VerbInfo& verb, const std::string& summary, const std::string& version) {
+std::string heading(const VerbInfo& verb, const std::string& summary, const Edition& edition) {
   return fmt::format(
       ".\\\" Made by `tactor reference --man` from declarations.\n"
-      ".TH \"{}\" \"1\" \"\" \"Tactor {}\" \"Tactor\"\n.SH NAME\n{} \\- {}\n",
-      roff(upper(page_name(verb))), version, roff(page_name(verb)), roff(summary));
+      ".TH \"{}\" \"1\" \"{}\" \"Tactor {}\" \"Tactor\"\n.SH NAME\n{} \\- {}\n",
+      roff(upper(page_name(verb))), edition.date, edition.version, roff(page_name(verb)), roff(summary));
 }
 
 std::string signature(const OptionInfo& option) {
@@ -102,8 +107,8 @@ std::string ending(const VerbInfo& verb, const std::string& see_also) {
   return ".SH EXIT STATUS\n" + roff(verb.footer) + "\n.SH SEE ALSO\n" + see_also + "\n";
 }
 
-std::string verb_page(const VerbInfo& verb, const std::string& version) {
-  std::string text = heading(verb, verb.summary, version);
+std::string verb_page(const VerbInfo& verb, const Edition& edition) {
+  std::string text = heading(verb, verb.summary, edition);
   text += ".SH SYNOPSIS\n";
   if (verb.verbs.empty()) text += "\\fB" + roff(verb.usage()) + "\\fR\n";
   for (std::size_t i = 0; i < verb.verbs.size(); ++i) {
@@ -118,18 +123,19 @@ std::string verb_page(const VerbInfo& verb, const std::string& version) {
 
 }  // namespace
 
-Pages manual_pages(const VerbInfo& command, const std::string& version) {
+Pages manual_pages(const VerbInfo& command, const std::string& version, const std::string& date) {
+  const Edition edition{version, date};
   Pages pages;
   std::string verbs, see_also;
   for (const VerbInfo& verb : command.verbs) {
-    pages[page_name(verb) + ".1"] = verb_page(verb, version);
+    pages[page_name(verb) + ".1"] = verb_page(verb, edition);
     if (verb.is_hidden) continue;
     verbs += fmt::format(".TP\n.BR {} (1)\n{}\n", roff(page_name(verb)), roff(verb.summary));
     see_also += fmt::format("{}.BR {} (1)", see_also.empty() ? "" : " ,\n", roff(page_name(verb)));
   }
   std::string summary = command.summary;
   if (summary.ends_with('.')) summary.pop_back();
-  pages["tactor.1"] = heading(command, summary, version) + ".SH SYNOPSIS\n\\fB" + roff(command.usage()) +
+  pages["tactor.1"] = heading(command, summary, edition) + ".SH SYNOPSIS\n\\fB" + roff(command.usage()) +
                       "\\fR\n.SH DESCRIPTION\n" + roff(command.summary) + "\n.SH VERBS\n" + verbs +
                       body(command, ".SH") + ending(command, see_also);
   return pages;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <set>
 
 #include "app/run/run_metrics.hpp"
 #include "app/verbs/node_texts.hpp"
@@ -30,21 +31,21 @@ void add_metric_page(const ReferenceSource& source, Pages& pages) {
 
   // Several node types may report the same metric: each stands once, under the types that report it.
   std::map<std::string, std::vector<std::string>> reporting;
-  std::map<std::string, const MetricInfo*> found;
+  std::set<std::string> left;
   const auto key_of = [](const MetricInfo& metric) {
     return metric.name + "\n" + metric.unit + "\n" + metric_text(metric);
   };
   for (const NodeInfo* info : source.registry.types()) {
     for (const MetricInfo& metric : info->metrics) {
       reporting[key_of(metric)].push_back(info->type);
-      found.emplace(key_of(metric), &metric);
+      left.insert(key_of(metric));
     }
   }
   std::map<std::vector<std::string>, std::vector<MetricInfo>> by_types;
   for (const NodeInfo* info : source.registry.types()) {
     for (const MetricInfo& metric : info->metrics) {
       const std::string key = key_of(metric);
-      if (found.erase(key) > 0) by_types[reporting.at(key)].push_back(metric);
+      if (left.erase(key) > 0) by_types[reporting.at(key)].push_back(metric);
     }
   }
   for (const auto& [types, metrics] : by_types) {

@@ -31,7 +31,7 @@ void add_key_page(const ReferenceSource& source, Pages& pages);
 /// Metrics as rows of a table: name, unit, which is better, what it is.
 void add_metric_table(const std::vector<MetricInfo>& metrics, PageWriter& page);
 
-/// Manual pages by their file names: `tactor.1`, and `tactor-VERB.1` for each verb.
-Pages manual_pages(const VerbInfo& command, const std::string& version);
+/// Manual pages by their file names: `tactor.1`, and `tactor-VERB.1` for each verb; `date` as `2026-01-31`.
+Pages manual_pages(const VerbInfo& command, const std::string& version, const std::string& date);
 
 }  // namespace tactor
