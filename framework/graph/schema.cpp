@@ -201,7 +201,7 @@ Json body_schema() {
 
 Json scene_schema() {
   const Camera usual;
-  const auto numbers = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
+  const auto numbers = [](const Vec3& v) { return Json{v.x, v.y, v.z}; };
   const Json camera = closed(
       {{"from", said("from the middle of the scene towards the camera", list(number("1"), 3), numbers(usual.from_W))},
        {"up", said("what is up in the picture", list(number("1"), 3), numbers(usual.up_W))}});
