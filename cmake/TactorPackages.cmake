@@ -5,7 +5,7 @@ if(NOT TACTOR_MAINTAINER)
   set(TACTOR_MAINTAINER "Tactor developers <developers@example.org>")
 endif()
 
-# What Debian asks of every package: its licence, what has changed, a manual page for each command.
+# What Debian asks of every package: its licence and what has changed.
 find_program(TACTOR_GZIP gzip REQUIRED)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(components runtime cgal suitesparse dev python)
@@ -44,17 +44,6 @@ License: GPL-2+
   configure_file(cmake/debian/copyright.in ${folder}/copyright @ONLY)
   install(FILES ${folder}/copyright ${folder}/changelog.gz DESTINATION share/doc/${package} COMPONENT ${component})
 endforeach()
-
-find_program(TACTOR_HELP2MAN help2man)
-if(TACTOR_HELP2MAN)
-  set(page ${CMAKE_BINARY_DIR}/debian/tactor.1)
-  add_custom_command(OUTPUT ${page}.gz
-    COMMAND ${CMAKE_SOURCE_DIR}/cmake/debian/man_page $<TARGET_FILE:tactor_command> ${PROJECT_VERSION} ${page}
-    COMMAND ${TACTOR_GZIP} -9nf ${page}
-    DEPENDS tactor_command ${CMAKE_SOURCE_DIR}/cmake/debian/man_page VERBATIM)
-  add_custom_target(tactor_man_page ALL DEPENDS ${page}.gz)
-  install(FILES ${page}.gz DESTINATION share/man/man1 COMPONENT runtime)
-endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "${TACTOR_MAINTAINER}")

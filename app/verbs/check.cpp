@@ -11,7 +11,8 @@
 #include "app/run/run_metrics.hpp"
 #include "app/terminal.hpp"
 #include "app/verbs/graph_options.hpp"
-#include "app/verbs/node_reference.hpp"
+#include "app/verbs/node_help.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/engine/plan_nodes.hpp"
@@ -67,7 +68,7 @@ int check_graphs(const CheckArguments& arguments) {
 void add_check(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("check", "Check graphs without running them");
   const auto arguments = std::make_shared<CheckArguments>();
-  verb->add_option("graphs", arguments->graphs, "Graph files")->required();
+  verb->add_option("graphs", arguments->graphs, "Graph files")->type_name(value_type::graph)->required();
   verb->add_flag(
       "--explain", arguments->explained,
       "Show what runs, the queues, and what was left out and why; a short run tells whether physics fits a tick");

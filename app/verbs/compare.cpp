@@ -4,6 +4,7 @@
 #include "app/study/study_command.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -25,6 +26,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   CompareRequest& comparison = arguments->comparison;
   comparison.jobs = cores();
   verb->add_option("graphs", comparison.graphs, "Graph files; the first is what the others are compared with")
+      ->type_name(value_type::graph)
       ->required();
   arguments->options.add_to(*verb, false);
   add_integer(*verb, "--seeds", comparison.seeds, 1, most_seeds, "Number of seeds")->default_str("6");
@@ -38,13 +40,14 @@ void add_compare(CLI::App& app, int& exit_code) {
   add_results(*verb, arguments->results,
               "Folder for the results (default: out/compare, or the first of "
               "out/compare_2, out/compare_3, ... that holds none)");
-  verb->add_option_function<std::string>(
+  choose_from(
+      verb->add_option_function<std::string>(
           "--judge",
           [&comparison](const std::string& part) {
             comparison.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm;
           },
-          "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: warm)")
-      ->check(CLI::IsMember({"warm", "whole"}));
+          "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: warm)"),
+      {"warm", "whole"});
   verb->callback([arguments, &exit_code] {
     CompareRequest& made = arguments->comparison;
     for (fs::path& graph : made.graphs) graph = named_file(graph, graph_files);

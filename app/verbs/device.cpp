@@ -3,6 +3,7 @@
 #include "app/machine/devices.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/engine/plan_nodes.hpp"
 
@@ -39,8 +40,8 @@ int calibrate_node(const DeviceArguments& arguments) {
 CLI::App* add_device_verb(CLI::App& device, const std::string& name, const std::string& doc,
                           DeviceArguments& arguments) {
   CLI::App* verb = device.add_subcommand(name, doc);
-  verb->add_option("graph", arguments.graph, "The graph file (YAML)")->required();
-  verb->add_option("--node", arguments.node, "The device, where the graph has several");
+  verb->add_option("graph", arguments.graph, "The graph file (YAML)")->type_name(value_type::graph)->required();
+  verb->add_option("--node", arguments.node, "The device, where the graph has several")->type_name(value_type::name);
   verb->add_flag("--yes", arguments.trial.yes, "Do not ask");
   return verb;
 }

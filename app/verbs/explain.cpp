@@ -11,6 +11,7 @@
 #include "app/terminal.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/node/registry.hpp"
@@ -47,7 +48,7 @@ void add_explain(CLI::App& app, int& exit_code) {
   CLI::App* verb =
       app.add_subcommand("explain", "What a scene needs and what was left out, with what each costs, by a short run");
   const auto arguments = std::make_shared<ExplainArguments>();
-  verb->add_option("graph", arguments->graph, "The graph file")->required();
+  verb->add_option("graph", arguments->graph, "The graph file")->type_name(value_type::graph)->required();
   verb->add_flag("--json", arguments->json, "For programs");
   add_integer(*verb, "--repeats", arguments->repeats, 1, most_repeats,
               "Runs whose median counts; where several, after one that does not")

@@ -7,6 +7,7 @@
 #include "app/interruption.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "app/view/recorded_show.hpp"
 #include "app/view/saved_page.hpp"
@@ -54,13 +55,18 @@ void add_export(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
       "export", "Print a recorded stream as CSV, or write a page or a file for Foxglove that replays the run");
   const auto arguments = std::make_shared<ExportArguments>();
-  verb->add_option("recording", arguments->recording, "A recording (HDF5)")->required();
+  verb->add_option("recording", arguments->recording, "A recording (HDF5)")
+      ->type_name(value_type::recording)
+      ->required();
   CLI::Option* stream =
-      verb->add_option("stream", arguments->stream, "The stream to print, for example device.commanded");
+      verb->add_option("stream", arguments->stream, "The stream to print, for example device.commanded")
+          ->type_name(value_type::name);
   CLI::Option* html =
-      verb->add_option("--html", arguments->html, "Write one HTML file that replays scene and curves without a server");
+      verb->add_option("--html", arguments->html, "Write one HTML file that replays scene and curves without a server")
+          ->type_name(value_type::file);
   html->excludes(stream);
   verb->add_option("--mcap", arguments->mcap, "Write an MCAP file, for Foxglove, Lichtblick and PlotJuggler")
+      ->type_name(value_type::file)
       ->excludes(stream);
   verb->callback([arguments, &exit_code] {
     exit_code = 0;

@@ -8,6 +8,8 @@
 
 #include "app/output.hpp"
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
@@ -52,10 +54,9 @@ int draw_graph(const GraphArguments& arguments) {
 void add_graph(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("graph", "Draw a graph");
   const auto arguments = std::make_shared<GraphArguments>();
-  verb->add_option("graph", arguments->graph, "The graph file")->required();
-  verb->add_option("--format", arguments->format, "mermaid, dot or svg")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"mermaid", "dot", "svg"}));
+  verb->add_option("graph", arguments->graph, "The graph file")->type_name(value_type::graph)->required();
+  choose_from(verb->add_option("--format", arguments->format, "mermaid, dot or svg")->capture_default_str(),
+              {"mermaid", "dot", "svg"});
   arguments->options.add_to(*verb, false);
   verb->callback([arguments, &exit_code] { exit_code = draw_graph(*arguments); });
 }

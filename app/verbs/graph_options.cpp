@@ -5,6 +5,7 @@
 
 #include "app/output.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -18,7 +19,7 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
       overrides.push_back(patch(text));
     })->trigger_on_parse();
   };
-  add("--over", "FILE", "Lay a file over the graph, for example `kalman` of graphs/methods",
+  add("--over", value_type::method, "Lay a file over the graph, for example `kalman` of graphs/methods",
       [](const std::string& text) { return over_patch(text); });
   add("--set", "PATH=VALUE",
       "Replace a value, with or without unit: node.parameter=value. Of --over, --set and the others here, a later one "
@@ -44,8 +45,8 @@ void load_all_libraries(Registry& registry) {
   for (const std::string& why : registry.refused()) tell_note(why);
 }
 
-void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc) {
-  verb.add_option("--out", results.out, doc);
+void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc, const char* type) {
+  verb.add_option("--out", results.out, doc)->type_name(type);
   verb.add_flag("--overwrite", results.overwrite, "Replace the results that are there");
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/results_folder.hpp"
+#include "app/verbs/value_types.hpp"
 #include "framework/graph/spec.hpp"
 
 namespace CLI {
@@ -30,8 +31,9 @@ GraphSpec load(const std::filesystem::path& graph, Registry& registry, const Gra
 /// Loads every node library there is, and tells on standard error which cannot be used and why.
 void load_all_libraries(Registry& registry);
 
-/// --out and --overwrite; `doc` tells the default of --out.
-void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc);
+/// --out and --overwrite; `doc` tells the default of --out, `type` what it names.
+void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc,
+                 const char* type = value_type::folder);
 
 // Beyond these nobody means what was typed.
 inline constexpr std::int64_t most_seeds = 10'000;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
@@ -60,10 +61,16 @@ void import_stream(const ImportArguments& arguments) {
 void add_import(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("import", "Make a recording from a CSV file that `tactor export` printed");
   const auto arguments = std::make_shared<ImportArguments>();
-  verb->add_option("csv", arguments->csv, "The CSV file")->required();
-  verb->add_option("recording", arguments->recording, "The recording to make (HDF5)")->required();
-  verb->add_option("--type", arguments->type, "The message type of its rows, for example Wrench")->required();
-  verb->add_option("--stream", arguments->stream, "The name of the stream, for example coupling.force")->required();
+  verb->add_option("csv", arguments->csv, "The CSV file")->type_name(value_type::file)->required();
+  verb->add_option("recording", arguments->recording, "The recording to make (HDF5)")
+      ->type_name(value_type::recording)
+      ->required();
+  verb->add_option("--type", arguments->type, "The message type of its rows, for example Wrench")
+      ->type_name(value_type::message_type)
+      ->required();
+  verb->add_option("--stream", arguments->stream, "The name of the stream, for example coupling.force")
+      ->type_name(value_type::name)
+      ->required();
   verb->callback([arguments, &exit_code] {
     import_stream(*arguments);
     exit_code = 0;

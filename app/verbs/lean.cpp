@@ -5,6 +5,7 @@
 #include "app/study/spec/study_spec.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -22,17 +23,17 @@ void add_lean(CLI::App& app, int& exit_code) {
       "lean", "Leave out and coarsen what an error budget allows; writes the leanest graph and what each step saved");
   const auto arguments = std::make_shared<LeanArguments>();
   LeanRequest& lean = arguments->lean;
-  verb->add_option("graph", lean.graph, "The graph file")->required();
+  verb->add_option("graph", lean.graph, "The graph file")->type_name(value_type::graph)->required();
   add_number(*verb, "--budget", lean.budget, {.unit = "N", .min = 0, .above_min = true},
              "RMS error of the force against the graph's reference run, in N")
       ->required();
   add_number(*verb, "--torque-budget", lean.torque_budget, {.unit = "N m", .min = 0},
              "The same of the torque, in N m (default: the force budget at a lever of 50 mm)");
-  verb->add_option("--metric", lean.metric,
-                   "The force that is judged: delivered, as displayed; or physics, "
-                   "without delay")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"delivered", "physics"}));
+  choose_from(verb->add_option("--metric", lean.metric,
+                               "The force that is judged: delivered, as displayed; or physics, "
+                               "without delay")
+                  ->capture_default_str(),
+              {"delivered", "physics"});
   add_integer(*verb, "--seeds", lean.seeds, 1, 100,
               "Number of seeds, from the graph's; as many others check the result")
       ->default_str("1");
@@ -41,7 +42,8 @@ void add_lean(CLI::App& app, int& exit_code) {
       ->default_str("3");
   add_results(*verb, lean.results,
               "The graph that is written, the table beside it as .md and .json (default: "
-              "out/NAME_lean.yaml, or the first of out/NAME_lean_2.yaml, ... that is not there)");
+              "out/NAME_lean.yaml, or the first of out/NAME_lean_2.yaml, ... that is not there)",
+              value_type::file);
   arguments->options.add_to(*verb, true);
   verb->callback([arguments, &exit_code] {
     arguments->lean.overrides = arguments->options.overrides;

@@ -2,6 +2,7 @@
 #include "app/mesh/mesh_command.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 
 namespace tactor {
@@ -11,7 +12,7 @@ namespace {
 /// What all of them ask for.
 CLI::App* add_mesh_verb(CLI::App& mesh, const std::string& name, const std::string& doc, MeshRequest& request) {
   CLI::App* verb = mesh.add_subcommand(name, doc);
-  verb->add_option("file", request.file, "The mesh: OFF, OBJ, STL or PLY")->required();
+  verb->add_option("file", request.file, "The mesh: OFF, OBJ, STL or PLY")->type_name(value_type::mesh)->required();
   verb->add_flag("--json", request.json, "For programs");
   return verb;
 }
@@ -24,7 +25,8 @@ void add_mesh_length(CLI::App& verb, const std::string& name, MeshLength& length
 }
 
 void add_result(CLI::App& verb, ResultsRequest& results) {
-  add_results(verb, results, "Where the new mesh goes; the ending tells the format: .off, .obj, .stl or .ply");
+  add_results(verb, results, "Where the new mesh goes; the ending tells the format: .off, .obj, .stl or .ply",
+              value_type::file);
   verb.get_option("--out")->required();
 }
 

@@ -8,6 +8,7 @@
 
 #include "app/output.hpp"
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/graph/migrate.hpp"
@@ -64,7 +65,9 @@ int migrate_files(const std::vector<std::filesystem::path>& files) {
 void add_migrate(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("migrate", "Rewrite graphs and studies of an earlier release, comments kept");
   const auto files = std::make_shared<std::vector<std::filesystem::path>>();
-  verb->add_option("files", *files, "Graph and study files; they are rewritten where they lie")->required();
+  verb->add_option("files", *files, "Graph and study files; they are rewritten where they lie")
+      ->type_name(value_type::file)
+      ->required();
   verb->callback([files, &exit_code] { exit_code = migrate_files(*files); });
 }
 

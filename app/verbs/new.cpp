@@ -10,6 +10,7 @@
 #include "app/new/new_graph.hpp"
 #include "app/new/new_project.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/file_lookup.hpp"
@@ -37,8 +38,9 @@ void tell_project(const std::vector<fs::path>& files, const std::string& next) {
 CLI::App* add_kind(CLI::App& verb, const std::string& kind, const std::string& help, const std::string& name_help,
                    const std::shared_ptr<NewArguments>& arguments) {
   CLI::App* sub = verb.add_subcommand(kind, help);
-  sub->add_option("name", arguments->name, name_help)->required();
-  sub->add_option("--in", arguments->folder, "The folder in which the project's folder is made (default: this one)");
+  sub->add_option("name", arguments->name, name_help)->type_name(value_type::name)->required();
+  sub->add_option("--in", arguments->folder, "The folder in which the project's folder is made (default: this one)")
+      ->type_name(value_type::folder);
   return sub;
 }
 
@@ -68,18 +70,23 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
 void add_new_graph(CLI::App& parent, int& exit_code) {
   CLI::App* verb = parent.add_subcommand("graph", "Write a complete scene around a mesh, or around a box");
   const auto request = std::make_shared<NewGraphRequest>();
-  verb->add_option("name", request->name, "Of the scene, and of the folder that is made for it")->required();
-  verb->add_option("--mesh", request->mesh, "The body: OFF, OBJ, STL or PLY; it is copied (default: a box)");
+  verb->add_option("name", request->name, "Of the scene, and of the folder that is made for it")
+      ->type_name(value_type::name)
+      ->required();
+  verb->add_option("--mesh", request->mesh, "The body: OFF, OBJ, STL or PLY; it is copied (default: a box)")
+      ->type_name(value_type::mesh);
   verb->add_option("--method", request->method,
                    "How the force is predicted and interpolated: a file of graphs/methods, such as refit, blend, local "
                    "or paper; off holds it")
+      ->type_name(value_type::method)
       ->capture_default_str();
   add_number(*verb, "--size", request->size, {.unit = "m", .min = 1e-3, .max = 10},
              "The longest side of the body (default: as the file says, where that is 20 mm to 0.5 m in m or mm)");
   add_number(*verb, "--young", request->young, {.unit = "Pa", .min = 100, .max = 1e9},
              "Young's modulus of a body that deforms, as `20 kPa`; it is held at the side away from the ball (default: "
              "the body is rigid)");
-  verb->add_option("--in", request->folder, "The folder in which the scene's folder is made (default: this one)");
+  verb->add_option("--in", request->folder, "The folder in which the scene's folder is made (default: this one)")
+      ->type_name(value_type::folder);
   verb->add_flag("--overwrite", request->overwrite, "Replace files that are there");
   verb->callback([request, &exit_code] {
     make_new_graph(*request);
@@ -105,8 +112,10 @@ void add_new(CLI::App& app, int& exit_code) {
               "The library's name, which stands before the dot of its types: mylab");
   const auto arguments = std::make_shared<NewArguments>();
   CLI::App* study = add_kind(*verb, "study", "A study of several methods on a graph", "The study's name", arguments);
-  study->add_option("--graph", arguments->graph,
-                    "The scene that it runs, without prediction: methods are laid over it (default: wall/scene)");
+  study
+      ->add_option("--graph", arguments->graph,
+                   "The scene that it runs, without prediction: methods are laid over it (default: wall/scene)")
+      ->type_name(value_type::graph);
   study->callback([arguments] {
     const fs::path graph = named_file(arguments->graph, graph_files);
     // A file of the user's is found from wherever the study lies.

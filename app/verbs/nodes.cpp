@@ -5,7 +5,8 @@
 #include <algorithm>
 
 #include "app/verbs/graph_options.hpp"
-#include "app/verbs/node_reference.hpp"
+#include "app/verbs/node_help.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/node/registry.hpp"
@@ -16,13 +17,7 @@ namespace tactor {
 
 namespace {
 
-struct NodesArguments {
-  std::string type;
-  bool markdown = false;
-};
-
-int list_nodes(const NodesArguments& arguments) {
-  const std::string& type = arguments.type;
+int list_nodes(const std::string& type) {
   Registry registry(default_node_folders());
   if (const std::size_t colon = type.rfind(':'); colon != std::string::npos && colon > 0) {
     const std::filesystem::path file = named_file(type.substr(0, colon), {.noun = "a Python file"});
@@ -47,7 +42,7 @@ int list_nodes(const NodesArguments& arguments) {
     }
     throw InputError(message);
   }
-  fmt::print("{}", arguments.markdown ? node_reference_markdown(registry.types()) : node_list(registry.types()));
+  fmt::print("{}", node_list(registry.types()));
   return 0;
 }
 
@@ -55,10 +50,10 @@ int list_nodes(const NodesArguments& arguments) {
 
 void add_nodes(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("nodes", "List the node types, or tell everything about one");
-  const auto arguments = std::make_shared<NodesArguments>();
-  verb->add_option("type", arguments->type, "A node type, for example prediction.ar, or FILE.py:Class");
-  verb->add_flag("--markdown", arguments->markdown, "The whole reference as Markdown");
-  verb->callback([arguments, &exit_code] { exit_code = list_nodes(*arguments); });
+  const auto type = std::make_shared<std::string>();
+  verb->add_option("type", *type, "A node type, for example prediction.ar, or FILE.py:Class")
+      ->type_name(value_type::node_type);
+  verb->callback([type, &exit_code] { exit_code = list_nodes(*type); });
 }
 
 }  // namespace tactor

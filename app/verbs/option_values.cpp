@@ -58,6 +58,10 @@ CLI::Option* detail::add_text_option(CLI::App& verb, const std::string& name, co
   return verb.add_option_function<std::string>(name, take, doc)->type_name(type);
 }
 
+CLI::Option* choose_from(CLI::Option* option, const std::vector<std::string>& words) {
+  return option->type_name(fmt::format("{}", fmt::join(words, "|")))->check(CLI::IsMember(words).description(""));
+}
+
 void refuse_unknown_verb(const CLI::App& app, const std::vector<std::string>& words) {
   const CLI::App* at = &app;
   for (const std::string& word : words) {

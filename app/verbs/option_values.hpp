@@ -55,6 +55,9 @@ CLI::Option* add_seed(CLI::App& verb, const std::string& name, Target& target, c
                                  [&target, name](const std::string& text) { target = option_seed(name, text); });
 }
 
+/// Lets the option take one of `words` alone, which help, reference and completion then show.
+CLI::Option* choose_from(CLI::Option* option, const std::vector<std::string>& words);
+
 /// Throws InputError where the first word of `words` (without the program's name) that is no option names no verb of
 /// `app`, or the word after a verb with verbs of its own none of those; the message lists them and names the nearest.
 void refuse_unknown_verb(const CLI::App& app, const std::vector<std::string>& words);

@@ -7,6 +7,7 @@
 #include "app/results_folder.hpp"
 #include "app/run/replay.hpp"
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/node/registry.hpp"
 
@@ -22,7 +23,9 @@ struct ReplayArguments {
 void add_replay(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("replay", "Make a recorded live run again, the same to the byte");
   const auto arguments = std::make_shared<ReplayArguments>();
-  verb->add_option("recording", arguments->recording, "The recording of a live run (HDF5)")->required();
+  verb->add_option("recording", arguments->recording, "The recording of a live run (HDF5)")
+      ->type_name(value_type::recording)
+      ->required();
   add_results(*verb, arguments->results, "Folder for the new recording (default: out/replay)");
   verb->callback([arguments, &exit_code] {
     Registry registry(default_node_folders());

@@ -22,6 +22,7 @@
 #include "app/terminal.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/page_options.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "app/view/run_view.hpp"
 #include "framework/core/user_folders.hpp"
@@ -128,7 +129,7 @@ void add_run(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
       "run", "Run a graph; writes summary.json, report.html, graph.yaml, the recording, and live latencies.csv");
   const auto arguments = std::make_shared<RunArguments>();
-  verb->add_option("graph", arguments->graph, "The graph file (YAML)")->required();
+  verb->add_option("graph", arguments->graph, "The graph file (YAML)")->type_name(value_type::graph)->required();
   arguments->options.add_to(*verb, true);
   add_results(*verb, arguments->results,
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
@@ -136,13 +137,15 @@ void add_run(CLI::App& app, int& exit_code) {
   verb->add_flag("--all", arguments->all, "Print every metric, and what each node took; not of a blind experiment");
   verb->add_option("--record-costs", arguments->costs,
                    "A folder that is not there yet, for what each step outside of the real-time lane took: a file "
-                   "NODE.csv a node, which `cost: {trace: NODE.csv}` reads");
+                   "NODE.csv a node, which `cost: {trace: NODE.csv}` reads")
+      ->type_name(value_type::folder);
   verb->add_flag(
       "--follow", arguments->follow,
       "With clock: real, let a reference follow the run, so that error and delay are known while it goes on");
   verb->add_option("--reference", arguments->reference,
                    "A recording that judges the run instead of a reference run: its streams have the names of the "
-                   "outputs that feed the judge, such as coupling.force");
+                   "outputs that feed the judge, such as coupling.force")
+      ->type_name(value_type::recording);
   CLI::Option* view = verb->add_flag(
       "--view", arguments->view,
       "Show the run in the browser while it goes on; under the virtual clock it then takes as long as it lasts");

@@ -5,6 +5,7 @@
 #include "app/study/study_command.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -30,16 +31,18 @@ void add_cluster_options(CLI::App& verb, StudyArguments& arguments) {
                 arguments.is_for_cluster = true;
               },
               "Hand the study to a cluster: slurm, local (processes of this machine), or a cluster file")
+          ->type_name("slurm|local|FILE")
           ->group("Cluster");
   const auto about_cluster = [](CLI::Option* option) { return option->group("Cluster"); };
-  about_cluster(verb.add_option("--partition", cluster.partition, "Partition, or queue"));
-  about_cluster(verb.add_option("--account", cluster.account, "Account that is charged"));
+  about_cluster(verb.add_option("--partition", cluster.partition, "Partition, or queue")->type_name(value_type::name));
+  about_cluster(verb.add_option("--account", cluster.account, "Account that is charged")->type_name(value_type::name));
   about_cluster(
       add_duration(verb, "--time", cluster.time_s,
                    "Time limit of each task (default: five times what it is expected to take, 30 min at least)"));
   about_cluster(
       verb.add_option("--sbatch-option", cluster.options,
                       "A further word for the command that submits, such as --constraint=NAME; may be repeated")
+          ->type_name("WORD")
           ->allow_extra_args(false));
   about_cluster(add_duration(verb, "--chunk", cluster.chunk_s, "What a task is to take (default: 120 s)"))
       ->needs(system);
@@ -133,7 +136,9 @@ void add_study(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<StudyArguments>();
   StudyRequest& study = arguments->study;
   study.jobs = cores();
-  verb->add_option("study", study.file, "The study file (YAML); or the folder of a study on a cluster")->required();
+  verb->add_option("study", study.file, "The study file (YAML); or the folder of a study on a cluster")
+      ->type_name(value_type::study)
+      ->required();
   arguments->options.add_to(*verb, false);
   add_integer(*verb, "--seeds", study.seeds, 1, most_seeds, "Number of seeds (default: the study's)");
   add_seed(*verb, "--first-seed", study.first_seed, "The first seed (default: the study's)");
@@ -143,16 +148,17 @@ void add_study(CLI::App& app, int& exit_code) {
   add_integer(
       *verb, "--jobs", study.jobs, 1, most_jobs,
       "Runs at once (default: the cores), on a cluster those that are measured first; only run times depend on it");
-  verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)");
+  verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)")->type_name(value_type::folder);
   CLI::Option* resume = verb->add_flag("--resume", study.resume, "Go on with the runs that the folder has");
   verb->add_flag("--overwrite", study.overwrite, "Begin anew where the folder has runs")->excludes(resume);
   verb->add_flag("--short", study.is_short, "Use what the study says under `short`");
-  verb->add_option_function<std::string>(
+  choose_from(
+      verb->add_option_function<std::string>(
           "--judge",
           [&study](const std::string& part) { study.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm; },
           "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: the "
-          "study's)")
-      ->check(CLI::IsMember({"warm", "whole"}));
+          "study's)"),
+      {"warm", "whole"});
   add_cluster_options(*verb, *arguments);
   verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });
 }

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 
 namespace tactor {
@@ -26,7 +27,9 @@ void add_task(CLI::App& app, int& exit_code) {
   verb->group("");
   const auto arguments = std::make_shared<TaskArguments>();
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
-  verb->add_option("out", arguments->out, "The folder of the study's results")->required();
+  verb->add_option("out", arguments->out, "The folder of the study's results")
+      ->type_name(value_type::folder)
+      ->required();
   add_integer(*verb, "submission", arguments->submission, 0, most, "Which file of OUT/cluster/jobs names the tasks")
       ->required();
   add_integer(*verb, "index", arguments->index, 0, most, "Which of these")->required();

@@ -31,6 +31,8 @@ void add_devices(CLI::App& app, int& exit_code);
 void add_device(CLI::App& app, int& exit_code);
 void add_emulate(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
+void add_reference(CLI::App& app, int& exit_code);
+void add_complete(CLI::App& app, int& exit_code);
 void add_task(CLI::App& app, int& exit_code);
 
 }  // namespace tactor

@@ -8,7 +8,9 @@
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/option_values.hpp"
 #include "app/verbs/page_options.hpp"
+#include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "app/verbs/view_scene.hpp"
 #include "app/view/picture.hpp"
@@ -145,22 +147,28 @@ void add_view(CLI::App& app, int& exit_code) {
   CLI::App* verb =
       app.add_subcommand("view", "Show a graph live in the browser, with its tool on the mouse, or replay a recording");
   const auto arguments = std::make_shared<ViewArguments>();
-  verb->add_option("shown", arguments->shown, "A graph file (YAML) or a recording (HDF5)")->required();
+  verb->add_option("shown", arguments->shown, "A graph file (YAML) or a recording (HDF5)")
+      ->type_name("GRAPH|RECORDING")
+      ->required();
   arguments->options.add_to(*verb, true);
-  verb->add_option("--device", arguments->device, "What leads the tool: the mouse, or the device of the graph")
-      ->check(CLI::IsMember({"mouse", "graph"}))
-      ->capture_default_str();
+  choose_from(
+      verb->add_option("--device", arguments->device, "What leads the tool: the mouse, or the device of the graph")
+          ->capture_default_str(),
+      {"mouse", "graph"});
   arguments->page.add_to(*verb);
   verb->add_flag(
       "--no-reference", arguments->no_reference,
       "Run no reference beside it, which tells error and delay and takes a core where there is one to spare");
-  verb->add_option("--record", arguments->recording, "Record the run into this file (HDF5), for a replay");
+  verb->add_option("--record", arguments->recording, "Record the run into this file (HDF5), for a replay")
+      ->type_name(value_type::recording);
   CLI::Option* picture =
       verb->add_option("--picture", arguments->picture,
-                       "Draw a picture of the run into this file instead: .png, or .svg for one that moves");
+                       "Draw a picture of the run into this file instead: .png, or .svg for one that moves")
+          ->type_name(value_type::file);
   for (const char* option : {"--port", "--foxglove", "--no-open", "--record"})
     picture->excludes(verb->get_option(option));
   verb->add_option("--time", arguments->time, "The moment of the picture, s (default: where the force is largest)")
+      ->type_name("SECONDS")
       ->needs(picture);
   verb->add_flag("--page", arguments->whole_page, "Draw the whole page, not the scene alone")->needs(picture);
   verb->callback([arguments, &exit_code] { exit_code = view(*arguments); });

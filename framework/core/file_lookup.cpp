@@ -13,8 +13,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The folders of the user and of the program, the parts in them first.
-std::vector<fs::path> shared_folders(const FileKind& kind) {
+/// What is no file but could be opened is found too: whoever opens it tells what it is.
+bool is_there(const fs::path& file) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(file, ignored);
+  return fs::exists(status) && !fs::is_directory(status);
+}
+
+}  // namespace
+
+std::vector<fs::path> folders_of(const FileKind& kind) {
   std::vector<fs::path> folders;
   const auto add = [&](const fs::path& folder) {
     if (!kind.part.empty()) folders.push_back(folder / kind.part);
@@ -30,15 +38,6 @@ std::vector<fs::path> shared_folders(const FileKind& kind) {
   add(installation_prefix() / "share" / "tactor" / kind.folder);
   return folders;
 }
-
-/// What is no file but could be opened is found too: whoever opens it tells what it is.
-bool is_there(const fs::path& file) {
-  std::error_code ignored;
-  const fs::file_status status = fs::status(file, ignored);
-  return fs::exists(status) && !fs::is_directory(status);
-}
-
-}  // namespace
 
 FileSearch find_file(const fs::path& name, const std::vector<fs::path>& beside, const FileKind& kind) {
   FileSearch search;
@@ -58,7 +57,7 @@ FileSearch find_file(const fs::path& name, const std::vector<fs::path>& beside, 
     if (look(folder, name)) return search;
   }
   if (name.is_absolute()) return search;
-  for (const fs::path& folder : shared_folders(kind)) {
+  for (const fs::path& folder : folders_of(kind)) {
     if (look(folder, whole)) return search;
   }
   return search;
@@ -66,7 +65,7 @@ FileSearch find_file(const fs::path& name, const std::vector<fs::path>& beside, 
 
 std::vector<fs::path> files_of(const FileKind& kind) {
   std::vector<fs::path> files;
-  for (const fs::path& folder : shared_folders(kind)) {
+  for (const fs::path& folder : folders_of(kind)) {
     std::error_code ignored;
     std::vector<fs::path> here;
     for (const auto& entry : fs::directory_iterator(folder, ignored)) {

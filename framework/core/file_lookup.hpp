@@ -39,6 +39,10 @@ struct FileSearch {
 FileSearch find_file(const std::filesystem::path& name, const std::vector<std::filesystem::path>& beside,
                      const FileKind& kind);
 
+/// The folders of the user and of the program where such files lie, in the order in which they are searched: `part` in
+/// a folder before the folder itself.
+std::vector<std::filesystem::path> folders_of(const FileKind& kind);
+
 /// The files of that kind and ending of the user and the program, each name once, as find_file finds it.
 std::vector<std::filesystem::path> files_of(const FileKind& kind);
 

@@ -38,8 +38,7 @@ Json fields_json(const std::vector<Field>& fields) {
     one["name"] = field.name;
     one["unit"] = field.unit;
     if (!field.frame.empty()) one["frame"] = field.frame;
-    one["kind"] =
-        std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.first == field.kind; })->second;
+    one["kind"] = name_of(field.kind);
     if (!field.shape.empty()) one["shape"] = field.shape;
     if (field.changes_size) one["changes_size"] = true;
     for (const Enumerator& value : field.enumerators) one["enumerators"][value.name] = value.value;
@@ -156,6 +155,10 @@ std::size_t bounded_size(const std::vector<Field>& fields) {
 }
 
 }  // namespace
+
+std::string_view name_of(FieldKind kind) {
+  return std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.first == kind; })->second;
+}
 
 std::string to_json(const MessageType& type) {
   Json object;

@@ -8,6 +8,9 @@
 
 namespace tactor {
 
+/// `f64`, `record`.
+std::string_view name_of(FieldKind kind);
+
 /// The type on one line:
 ///
 ///     {"name":"Wrench","frame":"W","fields":[{"name":"force","unit":"N","kind":"f64","shape":[3]}, ...]}

@@ -363,12 +363,6 @@ class Drawing(CommandTest):
 
     @needs_meshes
     @needs_devices
-    def test_the_node_reference_in_the_docs_is_up_to_date(self):
-        self.assertEqual((ROOT / "docs/reference/nodes.md").read_text(), self.run_ok("nodes", "--markdown").stdout,
-                         "write it again: tactor nodes --markdown > docs/reference/nodes.md")
-
-    @needs_meshes
-    @needs_devices
     def test_the_schema_accepts_the_shipped_graphs(self):
         validator = jsonschema.Draft202012Validator(json.loads(self.run_ok("schema").stdout))
         for graph in graph_files():

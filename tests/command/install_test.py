@@ -89,9 +89,23 @@ class Programs(Installed):
                 self.assertNotIn(str(BUILD), text)
 
     def test_all_nodes_of_the_build_are_there(self):
-        built = tactor("nodes", "--markdown").stdout
+        built = tactor("nodes").stdout
         self.assertIn("sink.metrics", built)
-        self.assertEqual(self.run_ok("nodes", "--markdown").stdout, built)
+        self.assertEqual(self.run_ok("nodes").stdout, built)
+
+    def test_the_reference_is_that_of_the_build(self):
+        self.run_ok("reference", self.folder / "installed")
+        self.assertEqual(tactor("reference", self.folder / "built").returncode, 0)
+        pages = sorted(path.relative_to(self.folder / "built") for path in (self.folder / "built").rglob("*.md"))
+        self.assertGreater(len(pages), 50)
+        for page in pages:
+            self.assertEqual((self.folder / "installed" / page).read_text(), (self.folder / "built" / page).read_text(), page)
+
+    def test_manual_pages_and_completion_are_there(self):
+        for file in ("man/man1/tactor.1", "man/man1/tactor-run.1", "bash-completion/completions/tactor",
+                     "zsh/site-functions/_tactor", "fish/vendor_completions.d/tactor.fish"):
+            self.assertTrue((self.prefix / "share" / file).is_file(), file)
+        self.assertIn("wall/refit\t", self.run_ok("complete", "--", "run", "wall/r").stdout)
 
     def test_a_link_to_the_command_is_followed(self):
         link = self.elsewhere / "tactor"

@@ -11,11 +11,9 @@ FROZEN = pathlib.Path(__file__).parent / "metric_definitions.txt"
 
 def declared():
     """A line a metric that judges a run: name, unit, which is better, and what it is."""
-    text = tactor("nodes", "--markdown").stdout
-    section = text[text.index("\n## sink.metrics\n"):]
-    section = section[:section.index("\n## ", 5)]
-    rows = re.findall(r"^\| `([a-z0-9_.A-Z]+)` \| ([^|]*) \| (lower|higher|) \| (.*) \|$", section, re.MULTILINE)
-    return [" | ".join(part.strip() for part in row) for row in rows if "." in row[0]]
+    text = tactor("nodes", "sink.metrics").stdout.partition("\nmetrics\n")[2]
+    rows = re.findall(r"^  (\S+) \(([^;)]*)(?:; (lower|higher) is better)?\)\n      (.*)$", text, re.MULTILINE)
+    return [" | ".join((name, unit.replace("number", ""), better, meaning)) for name, unit, better, meaning in rows]
 
 
 class Definitions(CommandTest):

@@ -28,10 +28,14 @@ constexpr std::array<std::string_view, 6> study_columns{"graph",     "method", "
 constexpr std::int64_t most_values = 10'000;  // of one axis, and of a hypercube
 
 const std::vector<std::string>& study_keys() {
-  static const std::vector<std::string> keys{"title",  "graphs",     "methods",  "set",       "vary",        "design",
-                                             "seeds",  "first_seed", "duration", "reference", "run_timeout", "metrics",
-                                             "report", "timing",     "short",    "baseline",  "judge"};
-  return keys;
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> found;
+    for (const StudyKey& key : keys_of_studies()) {
+      if (key.name != "format") found.push_back(key.name);  // which load_study takes out first
+    }
+    return found;
+  }();
+  return names;
 }
 
 /// A scalar or a list or map of them as the YAML that --set takes.

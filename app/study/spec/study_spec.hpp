@@ -115,6 +115,18 @@ struct StudySpec {
 /// Of a run for its run time, wherever they are asked for.
 inline constexpr std::int64_t most_repeats = 100;
 
+/// A key of a study file.
+struct StudyKey {
+  std::string name;
+  std::string value;          ///< what it takes: `list of files`
+  std::string unit;           ///< empty: none
+  std::string default_value;  ///< empty: none, or told by `doc`
+  std::string doc;            ///< one line
+};
+
+/// All that a study file may have: its reader takes no others.
+const std::vector<StudyKey>& keys_of_studies();
+
 /// One combination: an index into each axis' values, or for drawn values the values themselves.
 struct StudyPoint {
   std::vector<StudyValue> values;  ///< one an axis
