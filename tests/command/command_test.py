@@ -12,7 +12,7 @@ import xml.etree.ElementTree
 import jsonschema
 import yaml
 
-from harness import (GRAPHS, HAS_MESHES, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, ROOT, TACTOR, VERSION, CommandTest,
+from harness import (GRAPHS, HAS_MESHES, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, TACTOR, VERSION, CommandTest,
                      every_verb, graph_files, graph_name, graph_verbs, left_out, needs_meshes, needs_devices, needs_hdf5, needs_live,
                      tactor)
 
