@@ -43,8 +43,10 @@ Cell = collections.namedtuple("Cell", "hand method stiffness of_hand seed zeta s
 
 
 def run(graph, over, settings):
-    """With these files of graphs/ over it: the summary, the forces and torques commanded (N, N m) and the true position (m), a row a tick."""
+    """With these files of graphs/ over it: the summary, and of each tick that shows a handle the force and torque commanded (N, N m) and the
+    true position (m). A live device commands for some ticks before it shows a handle, so rows go together by their times and not by their place."""
     import h5py
+    import numpy
 
     with tempfile.TemporaryDirectory() as out:
         command = [TACTOR, "run", graph, "--overwrite", "--out", out]
@@ -55,10 +57,9 @@ def run(graph, over, settings):
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
         summary = json.loads((pathlib.Path(out) / "summary.json").read_text())
         with h5py.File(pathlib.Path(out) / "recording.h5") as file:
-            commanded = file["streams/device.commanded/data"][:]
-            p = file["streams/device.truth/data"]["p_WD"][:]
-    ticks = min(len(commanded), len(p))
-    return summary, commanded["force"][:ticks], commanded["torque"][:ticks], p[:ticks]
+            commanded, truth = (file[f"streams/device.{name}/data"][:] for name in ("commanded", "truth"))
+    _, of_commanded, of_truth = numpy.intersect1d(commanded["valid_ns"], truth["valid_ns"], return_indices=True)
+    return summary, commanded["force"][of_commanded], commanded["torque"][of_commanded], truth["p_WD"][of_truth]
 
 
 def energy(force, p, weight=0.0):
