@@ -15,19 +15,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* table_name = "study.sqlite";
 constexpr std::array table_endings{"", "-wal", "-shm"};  // of SQLite's files
 
 fs::path table_of(const fs::path& out, const char* ending) {
-  return (out / "study.sqlite").string() + ending;
+  return (out / table_name).string() + ending;
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) files.push_back(entry.path());
+  return files;
 }
 
 /// The files of a study in its folder but for the cache, and `aside`.
 std::vector<fs::path> files_of(const ClusterFolder& folder, const fs::path& aside) {
-  std::vector<fs::path> files;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder.path(), ignored)) {
-    if (entry.path() != folder.cache() && entry.path() != aside) files.push_back(entry.path());
-  }
+  std::vector<fs::path> files = files_in(folder.path());
+  std::erase_if(files, [&](const fs::path& file) { return file == folder.cache() || file == aside; });
   return files;
 }
 
@@ -57,18 +62,18 @@ EarlierStudy::EarlierStudy(fs::path out) : out_(std::move(out)), aside_(ClusterF
 
 EarlierStudy::~EarlierStudy() {
   std::error_code error;
-  if (!is_dropped_) {
-    for (const fs::path& file : files_of(ClusterFolder(out_), aside_)) fs::remove_all(file, error);
-    for (const auto& entry : fs::directory_iterator(aside_, error)) {
-      const fs::path name = entry.path().filename();
-      const bool is_table = name.string().starts_with("study.sqlite");
-      fs::rename(entry.path(), (is_table ? out_ : ClusterFolder(out_).path()) / name, error);
-      if (error) tell_note(fmt::format("the earlier study stays in {}: {}", aside_.string(), error.message()));
-    }
-    fs::remove(aside_, error);  // only where it is empty
+  if (is_dropped_) {
+    fs::remove_all(aside_, error);
     return;
   }
-  fs::remove_all(aside_, error);
+  const ClusterFolder folder(out_);
+  for (const fs::path& file : files_of(folder, aside_)) fs::remove_all(file, error);
+  for (const fs::path& file : files_in(aside_)) {
+    const bool is_table = file.filename().string().starts_with(table_name);
+    fs::rename(file, (is_table ? out_ : folder.path()) / file.filename(), error);
+    if (error) tell_note(fmt::format("the earlier study stays in {}: {}", aside_.string(), error.message()));
+  }
+  fs::remove(aside_, error);  // only where it is empty
 }
 
 void EarlierStudy::drop() {
