@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -51,7 +52,7 @@ void drain(NewMessages<T>& messages, Input<T>& in, Of of) {
   while (messages.next(in, m)) of(m);
 }
 
-Wrench force_at(const std::vector<Stamped<Wrench>>& samples, Time t, std::size_t& cursor) {
+Wrench force_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor) {
   return value_between(
       samples, t, cursor, [](const Stamped<Wrench>& s) { return s.stamp.valid; }, &Stamped<Wrench>::value);
 }
