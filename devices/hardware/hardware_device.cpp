@@ -111,9 +111,9 @@ void HardwareDevice::follow(const Node& tested) {
 DeviceState HardwareDevice::followed_at(Time now) noexcept {
   const Pose X_WD = value_between(followed_, now, followed_leg_, &PathSample::t,
                                   [](const PathSample& sample) { return sample.state.X_WD; });
-  DeviceState state = followed_[followed_leg_].state;
-  state.X_WD = X_WD;
-  return state;
+  DeviceState found = followed_[followed_leg_].state;
+  found.X_WD = X_WD;
+  return found;
 }
 
 ReadResult HardwareDevice::fail(const char* format, ...) noexcept {
