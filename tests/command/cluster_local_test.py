@@ -355,12 +355,12 @@ class Refused(ClusterTest):
 
     def test_tasks_that_are_held_are_told(self):
         file = self.folder / "holds.yaml"
-        file.write_text("submit: [sh, -c, 'echo 7', '{script}']\nstatus: [sh, -c, 'echo 7 0 H; echo 7 1 Q']\ncancel: ['true']\n"
+        file.write_text("submit: [sh, -c, 'basename \"$0\" .sh', '{script}']\nstatus: [sh, -c, 'echo 0000 0 H; echo 0000 1 Q']\ncancel: ['true']\n"
                         "index: I\nstates: {waiting: [Q], running: [R], held: [H]}\n")
         self.study(LONG, "there", "--cluster", str(file))
         said = self.ask("there", "--status").stdout
         self.assertRegex(said, r"runs .* 1 held")
-        self.assertIn("holds tasks of jobs 7: they begin when someone releases them", " ".join(said.split()))
+        self.assertIn("holds tasks of jobs 0000: they begin when someone releases them", " ".join(said.split()))
 
     def test_a_study_that_is_never_warm_is_refused_by_the_step_that_finds_it(self):
         study = SMALL.replace("duration: 5 s", "duration: 2 s")
