@@ -26,7 +26,7 @@ std::string shipped_instead(const std::string& name) {
   const std::vector<std::string> shipped = names_in_folders(file.filename(), graph_files);
   if (shipped.empty()) return {};
   return "; shipped graphs of this name are " + list_of(shipped) +
-         "; in a copy of a shipped graph write the one that lay beside it, `extends: " + shipped.front() +
+         "; in a copy of a shipped graph write the one that lay beside it, such as `extends: " + shipped.front() +
          "`, or extend the shipped graph itself instead of copying it";
 }
 

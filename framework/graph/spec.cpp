@@ -1,4 +1,5 @@
 #include "framework/graph/spec.hpp"
+#include "framework/core/text.hpp"
 #include "framework/graph/format.hpp"
 
 #include <algorithm>
@@ -229,7 +230,8 @@ std::string replaced_nodes(const Overrides& overrides) {
     if (assignment == nullptr || !assignment->path.ends_with(".type")) continue;
     // The last one counts.
     if (find_assignment(overrides, assignment->path) != &patch) continue;
-    text += (text.empty() ? ", here with " : " and ") + assignment->path + " = " + assignment->value;
+    text +=
+        (text.empty() ? ", here with " : " and ") + assignment->path + " = " + std::string(trimmed(assignment->value));
   }
   return text;
 }

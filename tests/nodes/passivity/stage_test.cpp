@@ -346,7 +346,7 @@ BOOST_AUTO_TEST_CASE(a_bound_that_was_later_than_it_foresees_says_so_after_the_r
     }
     return -1.0;
   };
-  const Report on_time = reported(1, 1), no_states = reported(4, 0), no_steps = reported(0, 4);
+  const Report on_time = reported(2, 1), no_states = reported(4, 0), no_steps = reported(0, 4);
   BOOST_TEST(metric(on_time, "ahead_most") == 3);
   BOOST_TEST(metric(on_time, "held_most") == 2);
   BOOST_TEST(on_time.remarks().empty());
