@@ -1,10 +1,10 @@
 #include "framework/graph/spec.hpp"
-#include "framework/core/text.hpp"
 #include "framework/graph/format.hpp"
 
 #include <algorithm>
 #include <set>
 
+#include "framework/core/text.hpp"
 #include "framework/graph/compose.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/readers.hpp"
