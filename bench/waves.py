@@ -14,7 +14,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "bench"))
-from passivity import GRAPHS, HANDS, LIVE_STIFFNESSES, STIFFNESSES, energy, run  # noqa: E402
+from passivity import GRAPHS, HANDS, LIVE_STIFFNESSES, STIFFNESSES, energy, late_text, run, was_late  # noqa: E402
 from run_time import table  # noqa: E402
 
 STAGES = ("none", "energy_bound", "waves")
@@ -30,7 +30,7 @@ FIRM = next(iter(HANDS)), 1
 GRAMS, HEAVY_STIFFNESSES = (50, 200, 500), (200, 3200)  # g of the tool, N/m
 SHOWN = (50, 200, 800, 3200, 6400)  # N/m
 Cell = collections.namedtuple("Cell", "hand of_hand stiffness delay jitter seed stage")
-Found = collections.namedtuple("Found", "cell given allowed stiffness ripple error")
+Found = collections.namedtuple("Found", "cell given allowed stiffness ripple error late")
 
 
 def half_loop(delay):
@@ -64,13 +64,14 @@ def measure(cell, *more, weight=0.0):
     # The coupling's k_t, or the line that is as stiff.
     settings.append(f"coupling.impedance={impedance(cell.stiffness, cell.delay)} N s/m" if cell.stage == "waves" else
                     f"coupling.k_t={cell.stiffness} N/m")
-    _, force, _, p = run(WALL, overlays(cell.stage, cell.delay), settings)
+    summary, force, _, p = run(WALL, overlays(cell.stage, cell.delay), settings)
     given, allowed = energy(force, p, weight)
     rest, pressed = force[-1000:, 2], TOUCH - p[-1000:, 2].mean()
     wanted = ideal(cell.stiffness, p)
     error = numpy.sqrt(((force[:, 2] - wanted) ** 2).sum() / (wanted ** 2).sum())
     rests = pressed > 1e-4 and rest.std() < 0.5 * rest.mean()
-    return Found(cell, given, allowed, float(rest.mean() / pressed) if rests else None, float(rest.std()), float(100 * error))
+    return Found(cell, given, allowed, float(rest.mean() / pressed) if rests else None, float(rest.std()), float(100 * error),
+                 was_late(summary))
 
 
 def all_hands():
@@ -104,7 +105,7 @@ def live_rows():
     hand, (seed, jitter) = next(iter(HANDS)), UNEVEN[0]
     for delay, stage in itertools.product(LIVE_DELAYS, STAGES):
         of = [measure(Cell(hand, 0, stiffness, delay, jitter, seed, stage), "clock=real") for stiffness in LIVE_STIFFNESSES]
-        yield energy_row([delay, named(stage)], of)
+        yield energy_row([delay, named(stage)], of) + [late_text([f.late for f in of])]
 
 
 def heavy_cells():
@@ -153,9 +154,16 @@ def cost_rows(repeats=5):
         yield [name, best["steps"] / 10, best["median"], best["p99"], 1e6 * best["total_s"] / 10]
 
 
+def live_tables():
+    """The generated section on live runs, one after the other."""
+    return "\n".join([
+        f"### Energy, live, with physics away\n\nWith the same hand, at couplings of {', '.join(map(str, LIVE_STIFFNESSES))} N/m.\n",
+        table(["delay each way, ms", "stage", "cells within the bound", "largest energy, mJ", "largest share", "in which cell", "late runs"], live_rows())])
+
+
 def tables(jobs):
     """The generated section on waves of docs/explanation/passivity.md."""
-    costs, live = list(cost_rows()), list(live_rows())
+    costs = list(cost_rows())
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         found = list(pool.map(measure, cells(), chunksize=8))
         weighed = list(pool.map(measure_heavy, heavy_cells(), chunksize=8))
@@ -167,9 +175,6 @@ def tables(jobs):
         "### Energy of a heavy tool, with physics away\n\nThe line of waves with gravity, all hands, couplings of "
         f"{' and '.join(map(str, HEAVY_STIFFNESSES))} N/m. The energy that the tool's weight gives along the way of the handle is not counted.\n",
         table(["delay each way, ms", "tool, g", "cells within the bound", "largest energy, mJ", "largest share", "in which cell"], heavy_rows(weighed)),
-        "### Energy, live, with physics away\n\nIn real time, with the light hand of the study, at couplings of "
-        f"{', '.join(map(str, LIVE_STIFFNESSES))} N/m.\n",
-        table(["delay each way, ms", "stage", "cells within the bound", "largest energy, mJ", "largest share", "in which cell"], live),
         "### How stiff the wall is, with physics away\n\nThe firm hand of the study rests in the wall. Stiffness is the mean force divided by "
         "the mean depth of the last second. Ripple is the standard deviation of the force. Where no stiffness is given, the "
         "handle is pushed out or oscillates.\n",

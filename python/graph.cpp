@@ -17,9 +17,10 @@ namespace {
 
 Patch patch_of(const Change& change) {
   const auto& [how, text] = change;
-  if (how == "set") return set_patch(text);
-  if (how == "over") return over_patch(text);
-  if (how == "seed" || how == "duration") return option_patch("--" + how, how, text);
+  // Errors name the keyword.
+  if (how == "set") return set_patch(text, how);
+  if (how == "over") return over_patch(text, how);
+  if (how == "seed" || how == "duration") return option_patch(how, how, text);
   TACTOR_DEMAND(how == "map");
   // JSON is YAML. Its places in the text mean nothing to who gave a mapping.
   const SourceLocation place{"over (a mapping)", 0, 0};

@@ -342,7 +342,7 @@ std::string explanation_table(const Explanation& e, std::size_t columns) {
   text += nodes.text(columns);
   text += fmt::format("\n  {} {}\n\n  {}\n", "together:", cost_text(e.total), e.timing.text);
   if (!e.timing.warning.empty()) text += "  " + e.timing.warning + "\n";
-  if (e.physics) text += "\n  " + text_of(*e.physics) + "\n";
+  if (e.physics) text += "\n" + text_of(*e.physics, "  ");
   double others = 0;
   std::size_t count = 0;
   text += "\n  libraries loaded\n";

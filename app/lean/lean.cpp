@@ -197,9 +197,10 @@ std::string timing_text(const TimingNote& timing, const char* of, const char* be
   return text;
 }
 
-/// Whether a step of physics fits a tick, on a line after `begin`.
+/// Whether a step of physics fits a tick, each line after `begin`.
 std::string physics_text(const Lean& lean, const char* begin) {
-  return lean.physics ? fmt::format("{}In the result {}\n", begin, text_of(*lean.physics)) : std::string();
+  if (!lean.physics) return {};
+  return fmt::format("{}In the resulting graph:\n{}", begin, text_of(*lean.physics, begin));
 }
 
 nlohmann::ordered_json json_of(const LeanMetrics& f) {

@@ -112,25 +112,34 @@ std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::funct
   return fit;
 }
 
-std::string text_of(const PhysicsFit& fit) {
-  if (!fit.not_measured.empty()) return "what a step of physics takes was not measured: " + fit.not_measured;
+std::string text_of(const PhysicsFit& fit, const std::string& indent) {
+  if (!fit.not_measured.empty()) {
+    return indent + "How long a step of physics takes was not measured: " + fit.not_measured + "\n";
+  }
   std::string parts;
   for (const PhysicsNode& node : fit.nodes) {
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", node.node, pretty(node.mean_us));
   }
-  std::string text =
-      fmt::format("physics takes {} a step here ({}), 99 of 100 steps less than {}; a tick is {}",
-                  microseconds(fit.mean_us()), parts, microseconds(fit.p99_us()), microseconds(fit.tick_us));
+  std::string text = fmt::format(
+      "{}A step of physics takes {} on average on this machine ({}). 99 % of the steps take less than {}.\n", indent,
+      microseconds(fit.mean_us()), parts, microseconds(fit.p99_us()));
+  text += fmt::format("{}A tick of the haptic loop is {}, and half of it is left to the other nodes. ", indent,
+                      microseconds(fit.tick_us));
   if (fit.fits()) {
-    text += ": nothing need be predicted; where nothing deforms, use --over direct";
+    text +=
+        "So physics fits into a tick, and no prediction is needed: where nothing deforms, `--over direct` makes a "
+        "step of physics in each tick.\n";
   } else {
     text += fmt::format(
-        ": that does not fit; with half of the tick left to the rest, it would have to be {:.1f} times "
-        "faster; --over local predicts",
+        "So physics does not fit into a tick: it would have to be {:.1f} times faster. `--over local` predicts the "
+        "force between two steps of physics.\n",
         fit.p99_us() / (fit.tick_us / 2));
   }
   if (!fit.declared.empty()) {
-    text += fmt::format("; the graph declares a cost of {}, so its forces are late by that", fit.declared);
+    text += fmt::format(
+        "{}The graph declares a cost of {}. Its runs make each force late by that cost, even where this machine is "
+        "faster.\n",
+        indent, fit.declared);
   }
   return text;
 }

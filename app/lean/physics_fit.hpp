@@ -38,8 +38,8 @@ struct PhysicsFit {
 /// `not_measured` says why. Throws Interrupted where the user ends it.
 std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::function<bool()>& interrupted);
 
-/// What people are told: whether it fits, by how much, and what follows.
-std::string text_of(const PhysicsFit& fit);
+/// What people are told, line by line: whether it fits, by how much, and what follows.
+std::string text_of(const PhysicsFit& fit, const std::string& indent = {});
 nlohmann::ordered_json to_json(const PhysicsFit& fit);
 
 }  // namespace tactor

@@ -87,7 +87,7 @@ std::string error_text(const RunResult& result) {
     const bool is_force = std::string_view(quantity) == "force";
     const double noticed =
         result.metric(fmt::format("delivered.{}.share_beyond_{}", quantity, is_force ? "weber" : "jnd"));
-    if (std::isfinite(noticed)) text += fmt::format(", noticed {} of the time", percent(noticed));
+    if (std::isfinite(noticed)) text += fmt::format(", more than a hand notices {} of the time", percent(noticed));
     if (is_force) text += vibration_text(result);
   }
   return text;

@@ -52,7 +52,7 @@ int check_graphs(const CheckArguments& arguments) {
       if (arguments.explained) {
         fmt::print("{}\n", explain(plan, terminal_columns()));
         const std::optional<PhysicsFit> physics = measure_physics_fit(plan, is_interrupted);
-        if (physics) fmt::print("{}\n", wrapped("physics\n  " + text_of(*physics) + "\n", terminal_columns()));
+        if (physics) fmt::print("{}\n", wrapped("physics\n" + text_of(*physics, "  "), terminal_columns()));
       }
       if (arguments.with_metrics) fmt::print("{}\n", planned_metrics(plan));
     } catch (const InputError& error) {

@@ -24,7 +24,7 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
   add("--set", "PATH=VALUE",
       "Replace a value, with or without unit: node.parameter=value. Of --over, --set and the others here, a later one "
       "lies over the earlier",
-      set_patch);
+      [](const std::string& text) { return set_patch(text); });
   if (with_seed) {
     add("--seed", "SEED", "Seed of everything random (default: the graph's)", [](const std::string& text) {
       return option_patch("--seed", "seed", std::to_string(option_seed("--seed", text)));

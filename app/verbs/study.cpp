@@ -1,6 +1,7 @@
 // `tactor study`: graphs by methods by values over seeds, here or on a cluster.
 #include "app/study/cluster/cluster_command.hpp"
 #include "app/study/cluster/cluster_system.hpp"
+#include "app/study/cluster/earlier_study.hpp"
 #include "app/study/spec/study_spec.hpp"
 #include "app/study/study_command.hpp"
 #include "app/verbs/graph_options.hpp"

@@ -2,16 +2,11 @@
 import json
 import math
 import pathlib
-import random
 import subprocess
-import sys
 import time
 
 import numpy
 
-HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
-import make  # noqa: E402
 
 LONGEST = 300  # s, for a command that hangs
 

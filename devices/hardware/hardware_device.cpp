@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "framework/core/between_samples.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -108,16 +109,11 @@ void HardwareDevice::follow(const Node& tested) {
 }
 
 DeviceState HardwareDevice::followed_at(Time now) noexcept {
-  while (followed_leg_ + 1 < followed_.size() && followed_[followed_leg_ + 1].t <= now) ++followed_leg_;
-  const PathSample& a = followed_[followed_leg_];
-  DeviceState between = a.state;
-  if (followed_leg_ + 1 >= followed_.size() || now <= a.t) return between;
-  const PathSample& b = followed_[followed_leg_ + 1];
-  const double share = (now - a.t).seconds() / (b.t - a.t).seconds();
-  between.X_WD.p = (1 - share) * a.state.X_WD.p + share * b.state.X_WD.p;
-  const Vec3 turn = to_rotation_vector(b.state.X_WD.R * inverse(a.state.X_WD.R));
-  between.X_WD.R = from_rotation_vector(share * turn) * a.state.X_WD.R;
-  return between;
+  const Pose X_WD = value_between(followed_, now, followed_leg_, &PathSample::t,
+                                  [](const PathSample& sample) { return sample.state.X_WD; });
+  DeviceState found = followed_[followed_leg_].state;
+  found.X_WD = X_WD;
+  return found;
 }
 
 ReadResult HardwareDevice::fail(const char* format, ...) noexcept {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <set>
 #include <sstream>
 #include <system_error>
 
@@ -61,6 +62,20 @@ FileSearch find_file(const fs::path& name, const std::vector<fs::path>& beside, 
     if (look(folder, whole)) return search;
   }
   return search;
+}
+
+std::vector<std::string> names_in_folders(const fs::path& file_name, const FileKind& kind) {
+  std::set<std::string> names;
+  for (const fs::path& folder : shared_folders(kind)) {
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+      if (!entry.is_directory(ignored) || !is_there(entry.path() / file_name)) continue;
+      fs::path name = entry.path().filename() / file_name;
+      if (!kind.ending.empty() && name.extension() == kind.ending) name.replace_extension();
+      names.insert(name.string());
+    }
+  }
+  return {names.begin(), names.end()};
 }
 
 std::vector<fs::path> files_of(const FileKind& kind) {

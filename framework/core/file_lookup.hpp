@@ -46,4 +46,8 @@ std::vector<std::filesystem::path> folders_of(const FileKind& kind);
 /// The files of that kind and ending of the user and the program, each name once, as find_file finds it.
 std::vector<std::filesystem::path> files_of(const FileKind& kind);
 
+/// The names that find_file finds files of this file name by, in the folders below those of the user and the program:
+/// `bunny/scene` for scene.yaml. Each once, in order.
+std::vector<std::string> names_in_folders(const std::filesystem::path& file_name, const FileKind& kind);
+
 }  // namespace tactor

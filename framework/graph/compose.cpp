@@ -19,6 +19,17 @@ const std::vector<std::string> roots{"title", "clock", "duration", "seed", "rate
 constexpr std::size_t max_extends = 16;
 constexpr std::size_t max_files = 64;  // in all: files that each extend several could be read without end
 
+/// How a copy of a shipped graph names the shipped graphs that lay beside the original.
+std::string shipped_instead(const std::string& name) {
+  fs::path file(name);
+  if (file.extension() != graph_files.ending) file += graph_files.ending;
+  const std::vector<std::string> shipped = names_in_folders(file.filename(), graph_files);
+  if (shipped.empty()) return {};
+  return "; shipped graphs of this name are " + list_of(shipped) +
+         "; in a copy of a shipped graph write the one that lay beside it, such as `extends: " + shipped.front() +
+         "`, or extend the shipped graph itself instead of copying it";
+}
+
 // `chain` holds the files that lead to this one, `files` counts all that were read.
 std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::vector<fs::path> chain,
                                std::size_t& files, Diagnostics& diagnostics) {
@@ -60,8 +71,8 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
     }
     const FileSearch search = find_file(one.text, {file.parent_path()}, graph_files);
     if (search.file.empty()) {
-      diagnostics.error(one.place,
-                        "extends: expected a graph file that exists, found " + describe(one) + looked_for(search));
+      diagnostics.error(one.place, "extends: expected a graph file that exists, found " + describe(one) +
+                                       looked_for(search) + shipped_instead(one.text));
       return std::nullopt;
     }
     std::optional<Tree> parent = load_chain(search.file, &one, chain, files, diagnostics);

@@ -6,8 +6,8 @@
 
 namespace tactor {
 
-Patch set_patch(const std::string& text) {
-  const SourceLocation place{"--set " + text, 0, 0};
+Patch set_patch(const std::string& text, const std::string& said_by) {
+  const SourceLocation place{said_by + " " + text, 0, 0};
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos) {
     throw YamlError({{place, std::string(assignment_form) + ", found no ="}});
@@ -19,8 +19,8 @@ Patch option_patch(const std::string& option, const std::string& path, const std
   return {{option + " " + value, 0, 0}, Assignment{path, value}};
 }
 
-Patch over_patch(const std::filesystem::path& file) {
-  return {{"--over " + file.string(), 0, 0}, file};
+Patch over_patch(const std::filesystem::path& file, const std::string& said_by) {
+  return {{said_by + " " + file.string(), 0, 0}, file};
 }
 
 const Patch* find_assignment(const Overrides& overrides, std::string_view path) {

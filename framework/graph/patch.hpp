@@ -33,12 +33,12 @@ struct Patch {
 /// What the command line or a study lays over a graph file, in this order: the later wins.
 using Overrides = std::vector<Patch>;
 
-/// `--set TEXT`, TEXT being `path=value`. Throws GraphError where it has no `=`.
-Patch set_patch(const std::string& text);
+/// TEXT being `path=value`. Errors name it `--set TEXT`, or by another word. Throws GraphError where it has no `=`.
+Patch set_patch(const std::string& text, const std::string& said_by = "--set");
 /// An option with a path of its own: `--seed 7`.
 Patch option_patch(const std::string& option, const std::string& path, const std::string& value);
-/// `--over FILE`.
-Patch over_patch(const std::filesystem::path& file);
+/// Errors name it `--over FILE`, or by another word.
+Patch over_patch(const std::filesystem::path& file, const std::string& said_by = "--over");
 
 /// The last of the patches that gives the path a value, or null.
 const Patch* find_assignment(const Overrides& overrides, std::string_view path);

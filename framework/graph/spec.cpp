@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "framework/core/text.hpp"
 #include "framework/graph/compose.hpp"
 #include "framework/graph/merge.hpp"
 #include "framework/graph/readers.hpp"
@@ -219,6 +220,24 @@ std::string graph_name(const fs::path& file) {
   return folder.filename().string() + (stem == "scene" ? "" : "_" + stem);
 }
 
+namespace {
+
+/// `, here with prediction.type = prediction.kalman`: what a title cannot know, because a single value replaces a node.
+std::string replaced_nodes(const Overrides& overrides) {
+  std::string text;
+  for (const Patch& patch : overrides) {
+    const Assignment* assignment = patch.assignment();
+    if (assignment == nullptr || !assignment->path.ends_with(".type")) continue;
+    // The last one counts.
+    if (find_assignment(overrides, assignment->path) != &patch) continue;
+    text +=
+        (text.empty() ? ", here with " : " and ") + assignment->path + " = " + std::string(trimmed(assignment->value));
+  }
+  return text;
+}
+
+}  // namespace
+
 GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides) {
   Diagnostics diagnostics;
   const std::optional<Tree> tree = compose(file, overrides, diagnostics);
@@ -242,6 +261,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
     if (spec.title.find('\n') != std::string::npos) {
       diagnostics.error(title->place, "title: expected one line, found several");
     }
+    if (find_assignment(overrides, "title") == nullptr) spec.title += replaced_nodes(overrides);
   }
   if (const Tree* clock = tree->value("clock")) {
     if (read_choice(*clock, "clock", {"virtual", "real"}, diagnostics) == "real") spec.clock = Clock::real;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "framework/core/between_samples.hpp"
 #include "framework/core/signal_metrics.hpp"
 
 namespace tactor {
@@ -44,12 +45,10 @@ void RunningError::count_anew(Time from) {
 }
 
 Vec3 RunningError::true_at(Time t) {
-  while (true_.size() > 1 && true_[1].t <= t) true_.pop_front();
-  const Sample& before = true_[0];
-  if (true_.size() == 1 || t <= before.t) return before.force;
-  const Sample& after = true_[1];
-  const double share = (t - before.t).seconds() / (after.t - before.t).seconds();
-  return before.force + share * (after.force - before.force);
+  std::size_t gone = 0;
+  const Vec3 force = value_between(true_, t, gone, &Sample::t, &Sample::force);
+  true_.erase(true_.begin(), true_.begin() + static_cast<std::ptrdiff_t>(gone));
+  return force;
 }
 
 void RunningError::compare() {

@@ -76,7 +76,7 @@ TunableParameter find_tunable(const Plan& plan, std::string_view name) {
       if (full != asked) continue;
       if (params[p].tunable) return {n, p};
       throw InputError(asked + " cannot be set while the run goes on: " + plan.nodes[n].info->type +
-                       " reads it when it is made; start again with --set");
+                       " reads it when it is made; begin a run anew with another value");
     }
   }
   throw InputError("the run has no parameter " + asked + did_you_mean(asked, tunable));

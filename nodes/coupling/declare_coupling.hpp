@@ -31,4 +31,19 @@ void declare_coupling(Declare<N>& declaration) {
       .role(Role::coupling);
 }
 
+/// Adds the stiffnesses of a coupling that are fixed.
+template <class N>
+void declare_springs(Declare<N>& declaration) {
+  using P = typename N::Params;
+  declaration
+      .real("k_t", &P::k_t,
+            {.doc = "stiffness against displacement", .unit = "N/m", .default_value = 500, .min = 0, .above_min = true})
+      .real("k_r", &P::k_r,
+            {.doc = "stiffness against rotation, per rad",
+             .unit = "N m/rad",
+             .default_value = 1,
+             .min = 0,
+             .above_min = true});
+}
+
 }  // namespace tactor

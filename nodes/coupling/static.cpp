@@ -28,14 +28,7 @@ NodeInfo StaticCoupling::declare() {
   d.details(
       "F = -k_t (p_WD - p_WT), torque = -k_r log(R_WD R_WT^T). The tool has neither inertia nor weight: it goes where "
       "the spring and the contacts balance. Without damper it is the simplest coupling and the noisiest.");
-  d.real("k_t", &Params::k_t,
-         {.doc = "stiffness against displacement", .unit = "N/m", .default_value = 500, .min = 0, .above_min = true});
-  d.real("k_r", &Params::k_r,
-         {.doc = "stiffness against rotation, per rad",
-          .unit = "N m/rad",
-          .default_value = 1,
-          .min = 0,
-          .above_min = true});
+  declare_springs(d);
   declare_coupling(d);
   d.tunable({"k_t", "k_r", "force_max", "torque_max"});
   d.kind("parameters", "massless");

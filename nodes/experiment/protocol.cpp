@@ -73,7 +73,8 @@ Protocol::Protocol(const Params& params, const NodeContext& context)
   }
   if (practice && context.notes != nullptr) {
     context.notes->push_back("node " + context.name + ": participant " + participant_.text +
-                             " is for practice, no table is written; --set " + context.name + ".participant=P01");
+                             " is for practice, no table is written; to write one, set " + context.name +
+                             ".participant=P01");
   }
 }
 

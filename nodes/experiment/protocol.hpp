@@ -112,7 +112,6 @@ class Protocol final : public Node {
   void change_over(Time now, int interval);
   void put_question(Time now, bool begins);
   void take(const Given& answer, Time now);
-  void next_trial(Time now);
   void show(Time now);
   void resume_table();
 

@@ -87,7 +87,7 @@ ParticipantCode participant_code(const std::string& text) {
   if (!good || !read_number(text.substr(1), code.number)) {
     throw ValueError("participant",
                      "participant: expected one capital letter and then one to three digits, such as P07, found \"" +
-                         text + "\"; a code, never a name, initials or a date: --set protocol.participant=P07");
+                         text + "\"; a code, never a name, initials or a date");
   }
   return code;
 }

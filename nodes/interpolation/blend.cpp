@@ -48,10 +48,7 @@ void Blend::step(StepContext& context) {
   const Stamped<Forecast>* newest = forecast.latest();
   if (newest == nullptr) return;
   const Time now = context.now();
-  if (const auto passed_on = segment_if_not_finite(now, newest->value)) {
-    segment.send(newest->stamp.valid, *passed_on);
-    return;
-  }
+  if (const auto fault = segment_if_not_finite(now, newest->value)) return segment.send(newest->stamp.valid, *fault);
   const ForecastCurve curve(*newest, params_.shape);
   if (curve.is_over(now)) ++late_;
   const ForceState from = displayed(shown_, now);

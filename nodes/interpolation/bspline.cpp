@@ -76,10 +76,8 @@ void BSpline::step(StepContext& context) {
   Forecast f = newest->value;
   if (!torque_) f.current_D_W.torque = f.predicted_D_W[0].torque = {};
   period_.update(newest->stamp.valid);
-  if (const auto passed_on = segment_if_not_finite(now, {f.current_D_W, f.predicted_D_W[0]})) {
-    segment.send(newest->stamp.valid, *passed_on);
-    return;
-  }
+  if (const auto fault = segment_if_not_finite(now, {f.current_D_W, f.predicted_D_W[0]}))
+    return segment.send(newest->stamp.valid, *fault);
   if (any_ && now > curve_.end) ++late_;
   if (any_ && now < curve_.end) ++early_;
   const ForceState from = displayed(curve_, now);

@@ -33,10 +33,7 @@ void CatmullRom::step(StepContext& context) {
   if (newest == nullptr) return;
   const Time now = context.now();
   const Forecast& f = newest->value;
-  if (const auto passed_on = segment_if_not_finite(now, f)) {
-    segment.send(newest->stamp.valid, *passed_on);
-    return;
-  }
+  if (const auto fault = segment_if_not_finite(now, f)) return segment.send(newest->stamp.valid, *fault);
   if (!any_) before_ = f.current_D_W;
   any_ = true;
   const auto step = [&f](int i) {

@@ -66,10 +66,7 @@ void Hermite::step(StepContext& context) {
   const Stamped<Forecast>* newest = forecast.latest();
   if (newest == nullptr) return;
   const Time now = context.now();
-  if (const auto passed_on = segment_if_not_finite(now, newest->value)) {
-    segment.send(newest->stamp.valid, *passed_on);
-    return;
-  }
+  if (const auto fault = segment_if_not_finite(now, newest->value)) return segment.send(newest->stamp.valid, *fault);
   if (any_ && now > shown_.end) ++late_;
   if (any_ && now < shown_.end) ++early_;
   any_ = true;

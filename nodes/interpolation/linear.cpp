@@ -25,10 +25,8 @@ void LinearInterpolation::step(StepContext& context) {
   if (newest == nullptr) return;
   period_.update(newest->stamp.valid);
   const Time now = context.now();
-  if (const auto passed_on = segment_if_not_finite(now, {newest->value.predicted_D_W[0]})) {
-    segment.send(newest->stamp.valid, *passed_on);
-    return;
-  }
+  if (const auto fault = segment_if_not_finite(now, {newest->value.predicted_D_W[0]}))
+    return segment.send(newest->stamp.valid, *fault);
   const Wrench displayed = evaluate(curve_, now);
   curve_ = {now, now + period_.value(), {displayed, newest->value.predicted_D_W[0] - displayed}};
   segment.send(newest->stamp.valid, curve_);

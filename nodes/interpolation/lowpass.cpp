@@ -40,10 +40,8 @@ void LowPass::step(StepContext& context) {
   const Stamped<Forecast>* newest = forecast.latest();
   if (newest == nullptr) return;
   const Time now = context.now();
-  if (const auto passed_on = segment_if_not_finite(now, {newest->value.current_D_W})) {
-    segment.send(newest->stamp.valid, *passed_on);
-    return;
-  }
+  if (const auto fault = segment_if_not_finite(now, {newest->value.current_D_W}))
+    return segment.send(newest->stamp.valid, *fault);
   // The old target held until this tick, however long ago the last one was.
   if (running_) state_ = after(state_, (now - last_).seconds());
   tau_ = next_tau_;

@@ -36,7 +36,17 @@ NodeInfo EnergyBound::declare() {
 }
 
 EnergyBound::EnergyBound(const Params& params, const NodeContext& context)
-    : PassivityStage(params, context, params.device_damping), bound_share_(params.bound_share) {}
+    : PassivityStage(params, context, params.device_damping), name_(context.name), bound_share_(params.bound_share) {}
+
+void EnergyBound::report(Report& report) const {
+  PassivityStage::report(report);
+  if (most_seen_ahead() <= ahead_foreseen && most_held() <= held_foreseen) return;
+  report.remark(
+      name_ + ": this run was later than the bound foresees, so it may have given more energy; a command was " +
+      "decided on up to " + std::to_string(most_seen_ahead()) + " ticks after the newest state of the device (" +
+      std::to_string(ahead_foreseen) + " are foreseen), and stood for up to " + std::to_string(most_held()) +
+      " ticks (" + std::to_string(held_foreseen) + " are foreseen); port.energy_generated_J tells what was given");
+}
 
 Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   const double size = std::sqrt(square(wanted, params().lever));
@@ -52,7 +62,7 @@ Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   // m, the most that a tick may go with the wrench.
   const double along = work(wanted, foretold.along) / size + farther(foretold, ahead());
   // Where states come late, a tick may be missed too: then the wrench is held for two.
-  const int ticks = ahead() > 1 ? 2 : 1;
+  const int ticks = ahead() > 1 ? held_foreseen : 1;
   const double given = ticks * size * std::max(0.0, along);
   // s given + s^2 ramp <= energy.
   const double ramp = ramp_down(wanted, along);

@@ -1,6 +1,8 @@
 // A bound on the wrench by the energy that is there, whatever the handle does within a tick.
 #pragma once
 
+#include <string>
+
 #include "nodes/passivity/stage.hpp"
 
 namespace tactor {
@@ -14,10 +16,16 @@ class EnergyBound final : public PassivityStage {
   };
   EnergyBound(const Params& params, const NodeContext& context);
   static NodeInfo declare();
+  /// As every stage, and a remark where the run was later than the bound foresees.
+  void report(Report& report) const override;
 
  private:
   [[nodiscard]] Wrench limit(const Wrench& wanted) const noexcept override;
 
+  /// What is foreseen of a lane: one tick of the device missed, and one of the stage.
+  static constexpr int ahead_foreseen = 3, held_foreseen = 2;
+
+  std::string name_;
   double bound_share_;
 };
 

@@ -115,6 +115,8 @@ void PassivityStage::step(StepContext& context) {
   ahead_ = ticks_ahead(port_.at(), context.now(), tick_);
   most_seen_ahead_ = std::max(most_seen_ahead_, ahead_);
   const Time next = port_.at() + tick_ * ahead_;
+  if (steps_ > 0) most_held_ = std::max(most_held_, (next - decided_for_).ns / tick_.ns);
+  decided_for_ = next;
   Wrench wanted = evaluate(newest->value, next);
   if (!torque_) wanted.torque = {};
   Wrench allowed = wanted;
@@ -150,6 +152,7 @@ void PassivityStage::report(Report& report) const {
   report.set("passivity.changed_share", static_cast<double>(changed_) / steps);
   report.set("passivity.change_rms_N", std::sqrt(change_sum_ / steps));
   report.set("passivity.ahead_most", most_seen_ahead_);
+  report.set("passivity.held_most", static_cast<double>(most_held_));
   report.set("passivity.least_energy_J", port_.least());
 }
 

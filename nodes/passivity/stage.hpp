@@ -33,13 +33,15 @@ struct StageParams {
 /// The device commands what is sent now at the first tick after now. In a real-time lane of a live run the newest state
 /// is a tick old by then, or more: the stage ticks when the device does. What has been sent for the ticks between, and
 /// is not shown yet, is charged as if the device commanded it. After `most_ahead` ticks without a state nothing can be
-/// said of the energy, and zero is sent.
+/// said of the energy, and zero is sent. The stage cannot change what the device commands while the stage itself waits
+/// for its processor: then its last decision stands.
 ///
 /// A step allocates, locks and waits for nothing, and does the same bounded work each time.
 class PassivityStage : public Node {
  public:
   void step(StepContext& context) final;
-  /// passivity.changed_share, passivity.change_rms_N, passivity.ahead_most, passivity.least_energy_J.
+  /// passivity.changed_share, passivity.change_rms_N, passivity.ahead_most, passivity.held_most,
+  /// passivity.least_energy_J.
   void report(Report& report) const override;
 
   Input<ForceSegment> segment;
@@ -80,6 +82,9 @@ class PassivityStage : public Node {
   [[nodiscard]] double ramp_down(const Wrench& wrench, double along) const;
   /// The share of a wrench, above 1 too, of which that way gives nothing: the handle goes against it until it is zero.
   [[nodiscard]] double share_that_takes(const Wrench& wrench, double along) const;
+  /// Most ticks from the newest state to a command that was decided on, and most ticks for which a decision stood.
+  [[nodiscard]] int most_seen_ahead() const { return most_seen_ahead_; }
+  [[nodiscard]] std::int64_t most_held() const { return most_held_; }
   /// s.
   [[nodiscard]] double tick() const { return tick_.seconds(); }
   [[nodiscard]] const StageParams& params() const { return params_; }
@@ -101,6 +106,8 @@ class PassivityStage : public Node {
   std::uint64_t passed_ = 0;  // sequence of the segment that went through last, where `passed_any_`
   std::uint64_t steps_ = 0, changed_ = 0;
   int most_seen_ahead_ = 0;
+  Time decided_for_;  // the tick that the last step decided on, where there was one
+  std::int64_t most_held_ = 0;
   double change_sum_ = 0;  // N^2
 };
 
@@ -208,6 +215,10 @@ void declare_stage(Declare<N>& node) {
       .metric("passivity.ahead_most", "1",
               "most ticks from the newest state of the device to the command decided on: 1 under the virtual clock, 2 "
               "in a lane of its own; more where something was late",
+              Better::lower)
+      .metric("passivity.held_most", "1",
+              "most ticks for which one decision stood: 1 under the virtual clock and in a lane that keeps up; more "
+              "where the stage was late",
               Better::lower)
       .metric("passivity.least_energy_J", "J", "least energy of the port, as the stage counts it", Better::higher);
 }

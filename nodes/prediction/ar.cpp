@@ -128,7 +128,7 @@ std::size_t ArPredictor::gather(std::size_t count, std::span<Wrench> past) const
     const Time t = newest - Duration::from_seconds(static_cast<double>(i) * model_.grid_period);
     if (!find_place(history_, t, place)) return i;
     past[i] = history_[place.age].value;
-    if (place.age > 0) past[i] = past[i] + place.share * (history_[place.age - 1].value - past[i]);
+    if (place.age > 0) past[i] = between(past[i], history_[place.age - 1].value, place.share);
   }
   return wanted;
 }

@@ -27,10 +27,7 @@ class DeviceTrack {
     if (!find_place(poses_, t, place)) return false;
     X_WD = poses_[place.age].value;
     if (place.age == 0) return true;
-    const Pose& next = poses_[place.age - 1].value;
-    const Vec3 turn = to_rotation_vector(next.R * inverse(X_WD.R));
-    X_WD.p += place.share * (next.p - X_WD.p);
-    X_WD.R = from_rotation_vector(place.share * turn) * X_WD.R;
+    X_WD = between(X_WD, poses_[place.age - 1].value, place.share);
     return true;
   }
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "framework/core/between_samples.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/messages.hpp"
 
@@ -55,8 +56,7 @@ bool find_place(const SampleWindow<Stamped<T>>& samples, Time t, SamplePlace& pl
   if (age == samples.size()) return false;
   place = {age, 0.0};
   if (age == 0) return true;
-  const Time before = samples[age].stamp.valid;
-  place.share = (t - before).seconds() / (samples[age - 1].stamp.valid - before).seconds();
+  place.share = share_between(samples[age].stamp.valid, samples[age - 1].stamp.valid, t);
   return true;
 }
 

@@ -1,6 +1,7 @@
 // A stream of unevenly stamped samples, read at even times.
 #pragma once
 
+#include "framework/core/between_samples.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/core/period_estimate.hpp"
 
@@ -23,10 +24,10 @@ class UniformGrid {
   /// Reads the next value of the grid that lies no later than the newest sample; false where there is none.
   bool next(Stamped<Wrench>& out) {
     if (!any_ || next_ > newest_.stamp.valid) return false;
-    const double span = (newest_.stamp.valid - before_.stamp.valid).seconds();
-    const double share = span > 0 ? (next_ - before_.stamp.valid).seconds() / span : 1.0;
+    const bool is_line = newest_.stamp.valid > before_.stamp.valid;
+    const double share = is_line ? share_between(before_.stamp.valid, newest_.stamp.valid, next_) : 1.0;
     out.stamp = {next_, newest_.stamp.produced, newest_.stamp.sequence};
-    out.value = before_.value + share * (newest_.value - before_.value);
+    out.value = between(before_.value, newest_.value, share);
     next_ = next_ + period_.value();
     return true;
   }

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
+#include "framework/core/between_samples.hpp"
 #include "framework/core/signal_metrics.hpp"
 #include "framework/core/value_error.hpp"
 #include "nodes/sink/port_passivity.hpp"
@@ -48,6 +50,11 @@ template <class T, class Of>
 void drain(NewMessages<T>& messages, Input<T>& in, Of of) {
   Stamped<T> m;
   while (messages.next(in, m)) of(m);
+}
+
+Wrench force_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor) {
+  return value_between(
+      samples, t, cursor, [](const Stamped<Wrench>& s) { return s.stamp.valid; }, &Stamped<Wrench>::value);
 }
 
 constexpr const char* too_short = "fewer than three commands come in the judged interval";
@@ -391,7 +398,7 @@ Metrics::Delivered Metrics::delivered(const Part& part, Time from, Time until) c
     if (t >= until || (!truth.empty() && t > truth.back().stamp.valid)) break;
     found.time.push_back(t.seconds());
     found.shown.push_back(c.value.*part.member);
-    if (!truth.empty()) found.wanted.push_back(value_at(truth, t, cursor).*part.member);
+    if (!truth.empty()) found.wanted.push_back(force_at(truth, t, cursor).*part.member);
   }
   return found;
 }
@@ -530,7 +537,7 @@ void Metrics::report_physics_error(Report& report, const Part& part) const {
     // A stamp may come twice; one that goes back would be looked up wrongly.
     if (t < begin_of(report) || t > truth.back().stamp.valid || t < before) continue;
     before = t;
-    errors.push_back(norm(f.value.*part.member - value_at(truth, t, cursor).*part.member));
+    errors.push_back(norm(f.value.*part.member - force_at(truth, t, cursor).*part.member));
   }
   if (errors.empty()) return;
   report.set(string("physics.") + part.name + ".rms_error_" + part.unit, rms(errors));
@@ -585,16 +592,6 @@ void Metrics::report_port(Report& report) const {
   report.set("stability.passive", found->passive() ? 1.0 : 0.0);
   report.set("port.energy_generated_J", found->generated_J);
   report.set("port.energy_allowed_J", found->allowed_J);
-}
-
-Wrench value_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor) {
-  TACTOR_ASSERT(!samples.empty());
-  while (cursor + 1 < samples.size() && samples[cursor + 1].stamp.valid <= t) ++cursor;
-  const Stamped<Wrench>& before = samples[cursor];
-  if (t <= before.stamp.valid || cursor + 1 == samples.size()) return before.value;
-  const Stamped<Wrench>& after = samples[cursor + 1];
-  const double s = (t - before.stamp.valid).seconds() / (after.stamp.valid - before.stamp.valid).seconds();
-  return before.value + s * (after.value - before.value);
 }
 
 }  // namespace tactor

@@ -1,7 +1,6 @@
 // The judge of a run: what the device was told to display against what an ideal run would have displayed.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "framework/core/messages.hpp"
@@ -111,9 +110,5 @@ class Metrics final : public Node {
   std::vector<HandleSample> positions_;
   std::vector<HandleSample> true_positions_;
 };
-
-/// The value at `t` on the lines between the samples, by their valid stamps; the first before, the last after them.
-/// `cursor` is a sample at or before t, and moves on; start with 0 and never decreasing times. Needs samples.
-Wrench value_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& cursor);
 
 }  // namespace tactor

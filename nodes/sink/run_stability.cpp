@@ -4,19 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "framework/core/between_samples.hpp"
+
 namespace tactor {
 
 namespace {
-
-/// The tool's position at `t` on the lines between its samples. `cursor` as in value_at.
-Vec3 tool_at(std::span<const ToolSample> tool, Time t, std::size_t& cursor) {
-  while (cursor + 1 < tool.size() && tool[cursor + 1].valid <= t) ++cursor;
-  const ToolSample& before = tool[cursor];
-  if (t <= before.valid || cursor + 1 == tool.size()) return before.p_WT;
-  const ToolSample& after = tool[cursor + 1];
-  const double s = (t - before.valid).seconds() / (after.valid - before.valid).seconds();
-  return before.p_WT + s * (after.p_WT - before.p_WT);
-}
 
 /// J, what the hand gave while the handle went from `from` to `to` against a wrench.
 double given(const Wrench& on_handle, const Pose& from, const Pose& to, bool torque) {
@@ -67,7 +59,8 @@ std::optional<StabilityFinding> run_stability(const RunSignals& signals, Duratio
   for (std::size_t i = 0; i < count; ++i) {
     const Time t = time(i);
     StabilitySample sample{.t = t.seconds()};
-    sample.p_WT = signals.tool.empty() ? signals.handle[i].X_WD.p : tool_at(signals.tool, t, tool);
+    sample.p_WT = signals.tool.empty() ? signals.handle[i].X_WD.p
+                                       : value_between(signals.tool, t, tool, &ToolSample::valid, &ToolSample::p_WT);
     sample.stored = -signals.mass * dot(signals.gravity_W, sample.p_WT);
     if (i > 0) sample.released = std::max(0.0, signals.mass * dot(signals.gravity_W, sample.p_WT - last));
     if (by_handle && i > 0) {

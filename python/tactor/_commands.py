@@ -4,6 +4,7 @@ from __future__ import annotations
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import sqlite3
@@ -44,9 +45,17 @@ def _call(arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
             process.send_signal(signal.SIGINT)
             process.communicate()
         raise
+    errors = _by_keywords(errors)
     if process.returncode == 2:
         raise InputError(errors.strip())
     return subprocess.CompletedProcess(process.args, process.returncode, said, errors)
+
+
+def _by_keywords(text: str) -> str:
+    """What the command says of its options, said of the keywords that stand for them here."""
+    text = re.sub(r"(?<![\w-])--(short|resume|overwrite)\b(?![-=])", r"\1=True", text)
+    return re.sub(r"(?<![\w-])--(set|over|out|seeds|first-seed|repeats|jobs|duration)\b(?!-)",
+                  lambda option: option.group(1).replace("-", "_"), text)
 
 
 def _options(over: Union[Overlay, Iterable[Overlay]], set: Mapping[str, Value], folder: str) -> List[str]:

@@ -8,8 +8,6 @@ from typing import Any, Dict, Iterator, Optional, Tuple
 import numpy as np
 import numpy.typing as npt
 
-STAMPS = ("valid_ns", "produced_ns", "sequence")
-
 
 @dataclass(frozen=True)
 class Field:

@@ -68,7 +68,13 @@ BOOST_AUTO_TEST_CASE(what_is_wrong_in_a_cluster_file_is_told_with_its_place) {
   BOOST_TEST(errors_of(with(good, "[cancel, \"{jobs}\"]", "cancel")).find("cancel: expected a list of words") !=
              std::string::npos);
   BOOST_TEST(errors_of(with(good, "[cancel, \"{jobs}\"]", "[]")).find("found an empty list") != std::string::npos);
-  BOOST_TEST(errors_of(with(good, "index: INDEX", "")).find("index: expected the variable") != std::string::npos);
+  BOOST_TEST(errors_of(with(good, "index: INDEX", "")).find("the key index is missing: expected index: the variable") !=
+             std::string::npos);
+  BOOST_TEST(errors_of(with(good, "cancel: [cancel, \"{jobs}\"]", ""))
+                 .find("mine.yaml:2:1: the key cancel is missing: expected cancel: a list of words") !=
+             std::string::npos);
+  BOOST_TEST(errors_of(with(good, ", running: [R]", "")).find("the key states.running is missing") !=
+             std::string::npos);
   BOOST_TEST(errors_of(with(good, "running: [R]", "runing: [R]")).find("did you mean \"running\"?") !=
              std::string::npos);
   BOOST_TEST(errors_of(good + "most_tasks: 0\n").find("most_tasks: ") != std::string::npos);

@@ -1,6 +1,5 @@
 """A study on a Slurm of two nodes: the table that this machine makes alone, and what --status and --cancel say meanwhile."""
 import json
-import os
 import pathlib
 import sys
 import unittest
@@ -68,6 +67,23 @@ class Studies(ClusterTest):
         self.assertFalse((out / "study.csv").exists())
         self.tactor("study", out, "--resume", "--wait")
         self.assertEqual(self.csv("there"), self.csv("here"))
+
+    def test_held_tasks_are_told_and_a_percent_in_the_folder_is_no_placeholder(self):
+        out = self.folder / "50 %j"
+        self.cluster.run("scontrol", "update", "PartitionName=main", "State=DOWN")
+        try:
+            self.tactor("study", self.file, "--out", out, "--cluster", "slurm", "--chunk", "10 s")
+            job = json.loads((out / "cluster/jobs/0000.json").read_text())["job"]
+            self.assertNotIn("held", self.tactor("study", out, "--status"))
+            self.cluster.run("scontrol", "hold", job)
+            status = self.tactor("study", out, "--status")
+            self.assertIn(f"Slurm holds tasks of jobs {job}:", status)
+            self.cluster.run("scontrol", "release", job)
+            self.assertNotIn("held", self.tactor("study", out, "--status"))
+        finally:
+            self.cluster.run("scontrol", "update", "PartitionName=main", "State=UP")
+        self.tactor("study", out, "--wait")
+        self.assertTrue((out / "cluster/jobs/0000.sh.log").exists())
 
     def test_what_slurm_refuses_is_told_and_nothing_is_left_there(self):
         result = self.cluster.run(TACTOR, "study", self.file, "--out", self.folder / "out", "--cluster", "slurm", "--partition",

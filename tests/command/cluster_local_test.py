@@ -279,7 +279,7 @@ class Refused(ClusterTest):
     def test_a_graph_that_has_changed_since(self):
         graph = self.folder / "mine.yaml"
         graph.write_text(f"extends: {WALL}\nduration: 2 s\n")
-        study = f"graphs: [mine.yaml]\nseeds: 2\nreference: none\njudge: whole\n"
+        study = "graphs: [mine.yaml]\nseeds: 2\nreference: none\njudge: whole\n"
         self.cluster(study, "there", "--wait")
         self.shards("there")[0].unlink()
         graph.write_text(f"extends: {WALL}\nduration: 3 s\n")
@@ -336,6 +336,31 @@ class Refused(ClusterTest):
         file.write_text(file.read_text().replace("submit: [sh", "submit: [no_such_scheduler"))
         result = self.study(LONG, "there", "--cluster", str(file), "--overwrite", code=1)
         self.assertIn("is it installed here?", result.stderr)
+
+    def test_an_overwrite_that_the_cluster_refuses_leaves_the_earlier_study(self):
+        file = self.folder / "full.yaml"
+        file.write_text("submit: [sh, -c, 'echo the queue is full >&2; exit 1', '{script}']\nstatus: ['true']\ncancel: ['true']\n"
+                        "index: I\nstates: {waiting: [Q], running: [R]}\n")
+        self.cluster(LONG, "there", "--wait")
+        self.study(LONG, "here")
+        for out in ("there", "here"):
+            before = self.content(out)
+            result = self.study(LONG, out, "--cluster", str(file), "--overwrite", "--seeds", "3", code=1)
+            self.assertIn("the queue is full", result.stderr)
+            self.assertEqual(self.content(out), before)
+        self.assertIn("done", self.ask("there", "--status").stdout)
+        # The study of this machine alone is still one.
+        self.study(LONG, "here", "--resume")
+        self.assertFalse((self.folder / "there/cluster/earlier").exists())
+
+    def test_tasks_that_are_held_are_told(self):
+        file = self.folder / "holds.yaml"
+        file.write_text("submit: [sh, -c, 'basename \"$0\" .sh', '{script}']\nstatus: [sh, -c, 'echo 0000 0 H; echo 0000 1 Q']\ncancel: ['true']\n"
+                        "index: I\nstates: {waiting: [Q], running: [R], held: [H]}\n")
+        self.study(LONG, "there", "--cluster", str(file))
+        said = self.ask("there", "--status").stdout
+        self.assertRegex(said, r"runs .* 1 held")
+        self.assertIn("holds tasks of jobs 0000: they begin when someone releases them", " ".join(said.split()))
 
     def test_a_study_that_is_never_warm_is_refused_by_the_step_that_finds_it(self):
         study = SMALL.replace("duration: 5 s", "duration: 2 s")

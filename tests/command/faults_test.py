@@ -14,7 +14,7 @@ import termios
 import time
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, columns, needs_meshes, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, TACTOR, CommandTest, needs_meshes, needs_hdf5, needs_live, tactor
 
 try:
     import h5py

@@ -10,7 +10,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_MESHES, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, VERSION, CommandTest
+from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_MESHES, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, VERSION, CommandTest
 from harness import needs_meshes, needs_hdf5, needs_live, tactor
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))

@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from harness import GRAPHS, IS_SANITIZED, TACTOR, CommandTest, built, needs_meshes, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, IS_SANITIZED, TACTOR, CommandTest, built, needs_meshes, needs_hdf5, needs_live
 
 try:
     import h5py

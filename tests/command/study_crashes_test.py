@@ -52,7 +52,7 @@ class Crashes(StudyTest):
             "good": ("done", ""), "also_good": ("done", ""), "aborts": ("failed", "ended by SIGABRT"),
             "overflows": ("failed", "ended by SIGSEGV"), "exits": ("failed", "ended with exit code 3"),
             "is_killed": ("failed", "killed (SIGKILL), perhaps for lack of memory")})
-        self.assertIn(f"crashing overflows, seed 1002: ended by SIGSEGV", result.stderr)
+        self.assertIn("crashing overflows, seed 1002: ended by SIGSEGV", result.stderr)
         self.assertIn("crashing aborts, seed 1001: ended by SIGABRT; the others go on", result.stderr)
         self.assertNotIn("--resume", result.stderr)
         self.study(None, "one", "--jobs", "1", code=1)
@@ -184,7 +184,7 @@ class Crashes(StudyTest):
         result = tactor("compare", good, bad, "--seeds", "2", "--duration", "0.6", "--out", self.folder / "out",
                         environment=self.environment)
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn(f"bad, seed 1: ended by SIGABRT", result.stderr)
+        self.assertIn("bad, seed 1: ended by SIGABRT", result.stderr)
 
 
 if __name__ == "__main__":

@@ -53,7 +53,10 @@ class Tables(PackageTest):
         self.assertGreater(table["cpu_ms_per_s"].min(), 0)
         self.assertEqual(table.attrs["study"]["seeds"], [1001, 1002])
         pandas.testing.assert_frame_equal(tactor.study_table(self.folder / "study"), table)
-        self.assertIn("study.sqlite", self.refused(tactor.InputError, tactor.study, study, out=self.folder / "study"))
+        said = self.refused(tactor.InputError, tactor.study, study, out=self.folder / "study")
+        self.assertIn("study.sqlite", said)
+        self.assertIn("resume=True goes on with them, overwrite=True begins anew", said)
+        self.assertNotIn("--", said)
         again = tactor.study(study, out=self.folder / "study", resume=True)
         pandas.testing.assert_frame_equal(again, table)
 

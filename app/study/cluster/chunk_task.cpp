@@ -141,7 +141,7 @@ class ChunkTask {
     return head.is_of(plan_.shard_key(stage_.kind), name_of(stage_.kind), chunk_);
   }
 
-  [[nodiscard]] fs::path part() const { return target_.string() + ".part"; }
+  [[nodiscard]] fs::path part() const { return folder_.part(stage_.kind, chunk_); }
 
   /// Whether another task has made the chunk. A file that is damaged gives way, and what is whole of it is taken over.
   [[nodiscard]] bool is_whole() const {
@@ -347,7 +347,7 @@ class ChunkTask {
   void publish_once() {
     if (!publish_first(writer_->file(), target_)) {
       // The same task ran twice at once. Both are kept, so that the merge can compare them.
-      publish_last(writer_->file(), fmt::format("{}.twin-{}-{}", target_.string(), this_machine().node, getpid()));
+      publish_last(writer_->file(), folder_.my_twin(stage_.kind, chunk_));
     }
     std::error_code ignored;
     fs::remove(part(), ignored);

@@ -16,6 +16,7 @@
 #include "app/run/references.hpp"
 #include "app/study/cluster/cluster_plan.hpp"
 #include "app/study/cluster/cluster_system.hpp"
+#include "app/study/cluster/earlier_study.hpp"
 #include "app/study/cluster/intervals.hpp"
 #include "app/study/cluster/measure.hpp"
 #include "app/study/cluster/progress.hpp"
@@ -104,15 +105,6 @@ void refuse_study_folder(const fs::path& out, bool overwrite) {
     tell_note(fmt::format("{}; whether it still runs is not known", error.what()));
   }
   if (options) refuse_while_alive(out, folder, *options);
-}
-
-void clear_study_folder(const fs::path& out) {
-  std::error_code ignored;
-  // Reference runs are kept under what they are made of, so those that are there may serve again.
-  for (const auto& entry : fs::directory_iterator(ClusterFolder(out).path(), ignored)) {
-    if (entry.path() != ClusterFolder(out).cache()) fs::remove_all(entry.path(), ignored);
-  }
-  for (const char* end : {"", "-wal", "-shm"}) fs::remove((out / "study.sqlite").string() + end, ignored);
 }
 
 namespace {
@@ -212,17 +204,15 @@ int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& clus
                          cluster.options,
                          request.jobs,
                          getuid()};
-  clear_study_folder(out);
-  write_options(folder, options);
-  write_plan(plan, folder);
-  try {
-    tell_submitted(plan, folder, system, submit_missing(plan, folder, system, options));
-  } catch (const RunError&) {
-    // It was not handed over, so nothing can be asked of it.
-    std::error_code ignored;
-    fs::remove_all(folder.path(), ignored);
-    throw;
+  std::vector<Submission> submitted;
+  {
+    EarlierStudy earlier(out);
+    write_options(folder, options);
+    write_plan(plan, folder);
+    submitted = submit_missing(plan, folder, system, options);
+    earlier.drop();
   }
+  tell_submitted(plan, folder, system, submitted);
   return cluster.wait ? wait_for_cluster_study(out) : 0;
 }
 
@@ -309,8 +299,13 @@ int wait_for_cluster_study(const fs::path& out) {
     if (progress.is_alive || is_silent) lived = Steady::now();
     if (Steady::now() - lived > std::chrono::seconds(30)) break;
     std::size_t running = 0;
-    for (const StageProgress& stage : progress.stages) running += stage.running;
-    bar.draw(progress.share, fmt::format("{} tasks run", running));
+    std::size_t held = 0;
+    for (const StageProgress& stage : progress.stages) {
+      running += stage.running;
+      held += stage.held;
+    }
+    bar.draw(progress.share,
+             fmt::format("{} tasks run{}", running, held > 0 ? fmt::format(", {} are held", held) : std::string()));
     for (int i = 0; i < 10; ++i) {
       if (is_interrupted()) throw RunError("stopped waiting; the tasks go on");
       std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -28,8 +28,6 @@ struct ClusterRequest {
 int run_study_on_cluster(const StudyRequest& study, const ClusterRequest& cluster);
 /// Throws InputError where the folder holds a study that is not to be overwritten, or that still runs on a cluster.
 void refuse_study_folder(const std::filesystem::path& out, bool overwrite);
-/// Takes out what an earlier study has left there.
-void clear_study_folder(const std::filesystem::path& out);
 /// Whether a folder holds a study that was handed to a cluster.
 bool is_cluster_study(const std::filesystem::path& out);
 int show_cluster_status(const std::filesystem::path& out);

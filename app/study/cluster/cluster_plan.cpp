@@ -1,6 +1,7 @@
 #include "app/study/cluster/cluster_plan.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -19,6 +20,12 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<const char*, 5> stage_names{"warm", "references", "intervals", "runs", "merge"};
+
+constexpr const char* twin_infix = ".twin-";
+
+std::string name_of_shard(std::size_t chunk) {
+  return fmt::format("{:07}{}", chunk, shard_ending);
+}
 
 /// Cuts units in their order, so that the tasks of a chunk share a graph, and what is read for it.
 Stage cut_stage(StageKind kind, std::vector<std::size_t> cases, std::size_t seeds, const std::vector<double>& costs,
@@ -122,7 +129,31 @@ fs::path ClusterFolder::cache_of(const ClusterPlan& plan) const {
 }
 
 fs::path ClusterFolder::shard(StageKind stage, std::size_t chunk) const {
-  return shards(stage) / fmt::format("{:07}.shard", chunk);
+  return shards(stage) / name_of_shard(chunk);
+}
+
+fs::path ClusterFolder::part(StageKind stage, std::size_t chunk) const {
+  return shards(stage) / (name_of_shard(chunk) + ".part");
+}
+
+fs::path ClusterFolder::my_twin(StageKind stage, std::size_t chunk) const {
+  return shards(stage) / fmt::format("{}{}{}-{}", name_of_shard(chunk), twin_infix, this_machine().node, getpid());
+}
+
+std::vector<fs::path> ClusterFolder::twins(StageKind stage) const {
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(shards(stage), ignored)) {
+    if (entry.path().filename().string().find(shard_ending + std::string(twin_infix)) != std::string::npos) {
+      found.push_back(entry.path());
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+bool ClusterFolder::is_twin_of(const fs::path& twin, std::size_t chunk) const {
+  return twin.filename().string().starts_with(name_of_shard(chunk) + twin_infix);
 }
 
 fs::path ClusterFolder::lost_reference(std::size_t run) const {

@@ -68,6 +68,9 @@ struct ClusterPlan {
 /// Makes the stages of a plan whose cases, costs and chunk_s are set.
 void cut_into_stages(ClusterPlan& plan);
 
+/// What the name of a shard of a whole chunk ends with.
+inline constexpr const char* shard_ending = ".shard";
+
 /// Where the files of a study on a cluster are: OUT/cluster.
 class ClusterFolder {
  public:
@@ -84,8 +87,15 @@ class ClusterFolder {
   [[nodiscard]] std::filesystem::path table() const { return path() / "table.txt"; }
   [[nodiscard]] std::filesystem::path merged() const { return path() / "merged.json"; }
   [[nodiscard]] std::filesystem::path shards(StageKind stage) const { return path() / name_of(stage); }
-  /// The shard of a whole chunk; with `.part` behind it what is there of one.
+  /// The shard of a whole chunk.
   [[nodiscard]] std::filesystem::path shard(StageKind stage, std::size_t chunk) const;
+  /// The shard of a chunk of which only a part is there.
+  [[nodiscard]] std::filesystem::path part(StageKind stage, std::size_t chunk) const;
+  /// The shard of a task that this process ran a second time and that came second.
+  [[nodiscard]] std::filesystem::path my_twin(StageKind stage, std::size_t chunk) const;
+  /// All twins of a stage, in the order of their names.
+  [[nodiscard]] std::vector<std::filesystem::path> twins(StageKind stage) const;
+  [[nodiscard]] bool is_twin_of(const std::filesystem::path& twin, std::size_t chunk) const;
   /// Why a reference run could not be made, where it took its worker with it; by the run that it was made for.
   [[nodiscard]] std::filesystem::path lost_reference(std::size_t run) const;
   /// Whether a study has been handed to a cluster from here.

@@ -28,9 +28,9 @@ const std::vector<std::string>& system_keys() {
 }
 
 const std::vector<std::string>& placeholders() {
-  static const std::vector<std::string> names{"script",  "name",      "log",     "first",   "last",      "array",
-                                              "after",   "jobs",      "time",    "minutes", "partition", "account",
-                                              "options", "exclusive", "at_once", "here"};
+  static const std::vector<std::string> names{"script",  "name",    "log",       "log_pattern", "first",   "last",
+                                              "array",   "after",   "jobs",      "time",        "minutes", "partition",
+                                              "account", "options", "exclusive", "at_once",     "here"};
   return names;
 }
 
@@ -71,7 +71,7 @@ class SystemReader {
     system_.cancel = command(tree, "cancel", true);
     system_.index = text(tree, "index").value_or("");
     if (system_.index.empty()) {
-      diagnostics_.error(tree.place, "index: expected the variable that holds the index of a task in its array");
+      missing(tree, "index", "the variable that holds the index of a task in its array");
     }
     system_.joined_by = text(tree, "joined_by").value_or(":");
     system_.exclusive = text(tree, "exclusive").value_or("");
@@ -85,13 +85,16 @@ class SystemReader {
     }
     const Tree* states = tree.value("states");
     if (states == nullptr) {
-      diagnostics_.error(tree.place, "states: expected {waiting: [...], running: [...]}, found nothing");
+      missing(tree, "states", "{waiting: [...], running: [...]}");
       return;
     }
     if (!expect_map(*states, "states", "waiting and running", diagnostics_)) return;
-    check_keys(*states, "states", "key", {"waiting", "running"}, diagnostics_);
+    check_keys(*states, "states", "key", {"waiting", "running", "held"}, diagnostics_);
     system_.waiting = words(*states, "waiting", "states.waiting");
     system_.running = words(*states, "running", "states.running");
+    if (states->value("held") != nullptr) system_.held = words(*states, "held", "states.held");
+    // A task that is held has not ended.
+    system_.waiting.insert(system_.waiting.end(), system_.held.begin(), system_.held.end());
   }
 
  private:
@@ -100,12 +103,19 @@ class SystemReader {
     return value == nullptr ? std::nullopt : read_text(*value, key, diagnostics_);
   }
 
+  void missing(const Tree& tree, const std::string& path, const std::string& what) {
+    diagnostics_.error(tree.place, fmt::format("the key {} is missing: expected {}: {}", path,
+                                               path.substr(path.rfind('.') + 1), what));
+  }
+
   std::vector<std::string> words(const Tree& tree, const std::string& key, const std::string& path) {
     const Tree* value = tree.value(key);
-    if (value == nullptr || !value->is_sequence()) {
-      diagnostics_.error(
-          value == nullptr ? tree.place : value->place,
-          path + ": expected a list of words, found " + (value == nullptr ? std::string("nothing") : describe(*value)));
+    if (value == nullptr) {
+      missing(tree, path, "a list of words");
+      return {};
+    }
+    if (!value->is_sequence()) {
+      diagnostics_.error(value->place, path + ": expected a list of words, found " + describe(*value));
       return {};
     }
     std::vector<std::string> found;
@@ -198,6 +208,7 @@ std::map<std::string, JobCounts> ask_for_jobs(const ClusterSystem& system, const
     while (words >> word) state = word;
     if (std::find(jobs.begin(), jobs.end(), job) == jobs.end()) continue;
     if (is_one_of(state, system.waiting)) ++counts[job].waiting;
+    if (is_one_of(state, system.held)) ++counts[job].held;
     if (is_one_of(state, system.running)) ++counts[job].running;
   }
   return counts;

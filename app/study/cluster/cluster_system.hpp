@@ -31,6 +31,7 @@ struct ClusterSystem {
   std::string joined_by = ":";  ///< what is between the jobs of `{after}` inside a word
   std::string exclusive;        ///< what `{exclusive}` is where a study asks for nodes of its own
   std::vector<std::string> waiting, running;  ///< states; tasks in other states have ended
+  std::vector<std::string> held;              ///< those of `waiting` in which a task begins only when someone lets it
   std::size_t most_tasks_of_file = 1000;      ///< of an array, where `most_tasks` is empty
 };
 
@@ -46,9 +47,9 @@ struct TemplateValues {
 std::vector<std::string> filled_in(const CommandTemplate& command, const TemplateValues& values,
                                    const std::string& joined_by);
 
-/// How many tasks wait and run.
+/// How many tasks wait and run; `held` of those that wait.
 struct JobCounts {
-  std::size_t waiting = 0, running = 0;
+  std::size_t waiting = 0, running = 0, held = 0;
 };
 /// Asks the system, by job; jobs that have ended are not there. Throws RunError where it does not answer.
 std::map<std::string, JobCounts> ask_for_jobs(const ClusterSystem& system, const std::vector<std::string>& jobs);

@@ -91,22 +91,11 @@ class ShardMerge {
       }
     }
     for (const Stage& stage : plan_.stages) {
-      for (const fs::path& twin : twins_of(stage.kind)) {
+      for (const fs::path& twin : folder_.twins(stage.kind)) {
         const std::optional<Shard> shard = read_shard(twin);
         if (shard && shard->head.plan == plan_.shard_key(stage.kind)) count(*shard);
       }
     }
-  }
-
-  /// Shards of tasks that ran twice and came second.
-  [[nodiscard]] std::vector<fs::path> twins_of(StageKind stage) const {
-    std::vector<fs::path> found;
-    std::error_code ignored;
-    for (const auto& entry : fs::directory_iterator(folder_.shards(stage), ignored)) {
-      if (entry.path().filename().string().find(".shard.twin-") != std::string::npos) found.push_back(entry.path());
-    }
-    std::sort(found.begin(), found.end());
-    return found;
   }
 
   void add_chunk(std::size_t chunk) {
@@ -142,10 +131,9 @@ class ShardMerge {
   }
 
   void compare_twins(std::size_t chunk, const Records& records) {
-    const std::string begin = folder_.shard(StageKind::runs, chunk).filename().string() + ".twin-";
-    if (!twins_) twins_ = twins_of(StageKind::runs);
+    if (!twins_) twins_ = folder_.twins(StageKind::runs);
     for (const fs::path& file : *twins_) {
-      if (!file.filename().string().starts_with(begin)) continue;
+      if (!folder_.is_twin_of(file, chunk)) continue;
       const std::optional<Shard> twin = read_shard(file);
       if (!twin || !belongs(*twin, StageKind::runs, chunk)) continue;
       for (const auto& [unit, answer] : twin->records) {
@@ -192,8 +180,7 @@ class ShardMerge {
 
 std::optional<Shard> find_shard(const ClusterPlan& plan, const ClusterFolder& folder, StageKind stage,
                                 std::size_t chunk, std::vector<std::string>* damaged) {
-  const fs::path whole = folder.shard(stage, chunk);
-  for (const fs::path& file : {whole, fs::path(whole.string() + ".part")}) {
+  for (const fs::path& file : {folder.shard(stage, chunk), folder.part(stage, chunk)}) {
     std::optional<Shard> shard = read_shard(file);
     if (!shard) continue;
     const bool is_mine = shard->head.is_of(plan.shard_key(stage), name_of(stage), chunk);

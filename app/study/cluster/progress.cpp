@@ -18,7 +18,7 @@ std::set<std::size_t> chunks_with_shards(const ClusterFolder& folder, const Stag
   std::set<std::size_t> chunks;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder.shards(stage.kind), ignored)) {
-    if (entry.path().extension() != ".shard") continue;
+    if (entry.path().extension() != shard_ending) continue;
     const std::string stem = entry.path().stem().string();
     if (stem.empty() || stem.size() > 9 || stem.find_first_not_of("0123456789") != std::string::npos) continue;
     const std::size_t chunk = std::stoul(stem);
@@ -46,6 +46,8 @@ ClusterProgress find_progress(const ClusterPlan& plan, const ClusterFolder& fold
     if (found == counts.end()) continue;
     by_stage[submission.stage].waiting += found->second.waiting;
     by_stage[submission.stage].running += found->second.running;
+    by_stage[submission.stage].held += found->second.held;
+    if (found->second.held > 0) progress.held.push_back(submission.job);
     if (found->second.waiting + found->second.running > 0) progress.jobs.push_back(submission.job);
   }
   double expected_s = 0, done_s = 0;
@@ -77,6 +79,7 @@ ClusterProgress find_progress(const ClusterPlan& plan, const ClusterFolder& fold
     }
     one.waiting = by_stage[kind].waiting;
     one.running = by_stage[kind].running;
+    one.held = by_stage[kind].held;
     // Some systems tell of an array that waits as one. What a stage lacks is missing once nothing of it is left there.
     if (one.running + one.waiting > 0) {
       one.waiting = std::max(one.waiting, one.tasks - std::min(one.tasks, one.done + one.running));
@@ -121,9 +124,15 @@ std::string progress_text(const ClusterPlan& plan, const ClusterFolder& folder, 
     text += fmt::format("  {:<11} {:>8} {:>8} {:>8} {:>8} {:>8}", name_of(stage.stage), stage.tasks, stage.done,
                         stage.running, stage.waiting, stage.tasks > known ? stage.tasks - known : 0);
     if (stage.units > 0) text += fmt::format("   {} of {} runs", stage.units_done, stage.units);
+    if (stage.held > 0) text += fmt::format("   {} held", stage.held);
     text += "\n";
   }
   text += "\n";
+  if (!progress.held.empty()) {
+    text += fmt::format(
+        "  {} holds tasks of jobs {}: they begin when someone releases them (on Slurm: scontrol release JOB)\n", system,
+        fmt::join(progress.held, " "));
+  }
   if (progress.is_alive) return text + fmt::format("  jobs {}\n", fmt::join(progress.jobs, " "));
   const bool is_whole = std::all_of(progress.stages.begin(), progress.stages.end(),
                                     [](const StageProgress& stage) { return stage.done == stage.tasks; });

@@ -14,12 +14,14 @@ namespace tactor {
 struct StageProgress {
   StageKind stage = StageKind::runs;
   std::size_t tasks = 0, done = 0, running = 0, waiting = 0;
+  std::size_t held = 0;                   ///< of those that wait, until someone lets them begin
   std::size_t units = 0, units_done = 0;  ///< 0 for a stage of one task
 };
 
 struct ClusterProgress {
   std::vector<StageProgress> stages;
   std::vector<std::string> jobs;  ///< of which a task waits or runs
+  std::vector<std::string> held;  ///< of which a task is held
   bool is_alive = false;          ///< a task of them waits or runs
   bool is_merged = false;         ///< the merge has ended, well or not
   int merge_code = 0;             ///< the exit code of the merge

@@ -36,6 +36,13 @@ std::string shell_word(const std::string& text) {
   return out + "'";
 }
 
+/// For a scheduler that takes a `%` in the name of a file for a placeholder of its own.
+std::string doubled_percents(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '%' ? std::string("%%") : std::string(1, c);
+  return out;
+}
+
 /// `01:30:00`, which Slurm and PBS read.
 std::string clock_time(double seconds) {
   const auto s = static_cast<long>(std::ceil(seconds));
@@ -128,6 +135,7 @@ class Submitter {
     values.texts = {{"script", script.string()},
                     {"name", fmt::format("{}-{}", plan_.spec.name, name_of(kind))},
                     {"log", script.string() + ".log"},
+                    {"log_pattern", doubled_percents(script.string() + ".log")},
                     {"first", "0"},
                     {"last", std::to_string(submission.chunks.size() - 1)},
                     {"array", submission.chunks.size() > 1 ? fmt::format("0-{}", submission.chunks.size() - 1) : ""},
@@ -219,7 +227,7 @@ namespace {
 bool take_out(const ClusterPlan& plan, const ClusterFolder& folder, StageKind stage, std::size_t chunk,
               const std::function<bool(const Shard& shard, std::size_t unit, const std::string& answer)>& goes) {
   std::error_code ignored;
-  const fs::path whole = folder.shard(stage, chunk), part = whole.string() + ".part";
+  const fs::path whole = folder.shard(stage, chunk), part = folder.part(stage, chunk);
   const bool is_whole = fs::exists(whole, ignored);
   const std::optional<Shard> shard = read_shard(is_whole ? whole : part);
   if (!shard || !shard->head.is_of(plan.shard_key(stage), name_of(stage), chunk)) return false;
@@ -234,9 +242,8 @@ bool take_out(const ClusterPlan& plan, const ClusterFolder& folder, StageKind st
   writer.spent(shard->cost, shard->depends_on_processor);
   publish_last(kept, part);
   fs::remove(whole, ignored);
-  const std::string twin = whole.filename().string() + ".twin-";
-  for (const auto& entry : fs::directory_iterator(folder.shards(stage), ignored)) {
-    if (entry.path().filename().string().starts_with(twin)) fs::remove(entry.path(), ignored);
+  for (const fs::path& twin : folder.twins(stage)) {
+    if (folder.is_twin_of(twin, chunk)) fs::remove(twin, ignored);
   }
   return true;
 }

@@ -1,6 +1,7 @@
 // The handle's samples: which can be stepped through, and the handle between two of them.
 #pragma once
 
+#include "framework/core/between_samples.hpp"
 #include "framework/core/messages.hpp"
 
 namespace tactor {
@@ -16,12 +17,12 @@ inline bool is_usable(const DeviceState& s) {
 /// turn. Velocities go linearly; all else is b's.
 inline DeviceState handle_between(const DeviceState& a, const DeviceState& b, double s, bool rotates) {
   DeviceState d = b;
-  d.X_WD.p = a.X_WD.p + s * (b.X_WD.p - a.X_WD.p);
-  d.V_WD.v = a.V_WD.v + s * (b.V_WD.v - a.V_WD.v);
+  d.V_WD.v = between(a.V_WD.v, b.V_WD.v, s);
   if (rotates) {
-    const Vec3 turn = to_rotation_vector(b.X_WD.R * inverse(a.X_WD.R));
-    d.X_WD.R = from_rotation_vector(s * turn) * a.X_WD.R;
-    d.V_WD.w = a.V_WD.w + s * (b.V_WD.w - a.V_WD.w);
+    d.X_WD = between(a.X_WD, b.X_WD, s);
+    d.V_WD.w = between(a.V_WD.w, b.V_WD.w, s);
+  } else {
+    d.X_WD.p = between(a.X_WD.p, b.X_WD.p, s);
   }
   return d;
 }

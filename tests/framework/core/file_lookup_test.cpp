@@ -122,3 +122,12 @@ BOOST_FIXTURE_TEST_CASE(what_a_value_names_is_looked_for_beside_its_file_and_bes
              diagnostics.list()[0].message);
   BOOST_TEST(diagnostics.list()[1].message == "x: expected the path of a tune, found \"\"");
 }
+
+BOOST_FIXTURE_TEST_CASE(a_file_name_is_found_in_every_folder_below_the_users_by_the_names_that_it_is_asked_for,
+                        Fixture) {
+  write(first / "fast/b.tune");
+  for (const std::string& name : names_in_folders("b.tune", kind)) BOOST_TEST(!find(name).empty(), name);
+  BOOST_TEST(names_in_folders("b.tune", kind) == (std::vector<std::string>{"fast/b", "slow/b"}),
+             boost::test_tools::per_element());
+  BOOST_TEST(names_in_folders("none.tune", kind).empty());
+}

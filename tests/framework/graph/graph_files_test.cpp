@@ -421,6 +421,34 @@ BOOST_FIXTURE_TEST_CASE(the_command_line_comes_last, Fixture) {
   BOOST_TEST(spec.record.size() == 1U);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_title_tells_which_node_a_value_has_replaced, Fixture) {
+  const Patch swapped = set_patch("judge.type = test.values"), back = set_patch("judge.type = test.judge");
+  BOOST_TEST(load_text(folder, base, {set_patch("device.rate=600")}).title == "the base");
+  BOOST_TEST(load_text(folder, base, {swapped, back}).title == "the base, here with judge.type = test.judge");
+  BOOST_TEST(load_text(folder, base, {back, set_patch("title=mine")}).title == "mine");
+}
+
+BOOST_FIXTURE_TEST_CASE(a_copy_of_a_shipped_graph_is_told_how_to_name_what_lay_beside_it, Fixture) {
+  static_cast<void>(folder.write("shipped/first/scene.yaml", base));
+  static_cast<void>(folder.write("shipped/second/scene.yaml", base));
+  static_cast<void>(folder.write("copy.yaml", "extends: scene.yaml\n"));
+  static_cast<void>(folder.write("good.yaml", "extends: second/scene\n"));
+  setenv("TACTOR_GRAPH_PATH", (folder.path() / "shipped").c_str(), 1);
+  std::string said;
+  try {
+    static_cast<void>(load("copy.yaml"));
+  } catch (const InputError& error) {
+    said = error.what();
+  }
+  const GraphSpec spec = load("good.yaml");
+  unsetenv("TACTOR_GRAPH_PATH");
+  for (const char* words :
+       {"first/scene, ", "second/scene, ", "write the one that lay beside it, such as `extends: "}) {
+    BOOST_TEST(said.find(words) != std::string::npos, said);
+  }
+  BOOST_TEST(spec.title == "the base");
+}
+
 BOOST_FIXTURE_TEST_CASE(of_several_overrides_the_later_lies_over_the_earlier, Fixture) {
   const fs::path file = folder.write("slow.yaml", "seed: 5\nduration: 9 s\nnodes:\n  device: {rate: 300}\n");
   const Patch over = over_patch(file), rate = set_patch("device.rate=600"), seed = option_patch("--seed", "seed", "7"),

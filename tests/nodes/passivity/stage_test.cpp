@@ -329,6 +329,35 @@ BOOST_AUTO_TEST_CASE(after_sixteen_ticks_without_a_state_nothing_is_commanded) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_bound_that_was_later_than_it_foresees_says_so_after_the_run) {
+  const auto reported = [](int without_state, int without_step) {
+    Loop loop("energy_bound");
+    const ForceSegment wanted = constant_segment({}, {{1, 0, 0}, {}});
+    DeviceState state;
+    for (int i = 0; i < 20; ++i) loop.tick_of_both(state, wanted);
+    for (int i = 0; i < without_state; ++i) loop.stage_tick(wanted);
+    for (int i = 0; i < without_step; ++i, loop.now = loop.now + tick) loop.device_tick(state);
+    for (int i = 0; i < 20; ++i) loop.tick_of_both(state, wanted);
+    return report_of(static_cast<const EnergyBound&>(*loop.stage));
+  };
+  const auto metric = [](const Report& report, const std::string& name) {
+    for (const auto& [is, value] : report.metrics()) {
+      if (is == "passivity." + name) return value;
+    }
+    return -1.0;
+  };
+  const Report on_time = reported(2, 1), no_states = reported(4, 0), no_steps = reported(0, 4);
+  BOOST_TEST(metric(on_time, "ahead_most") == 3);
+  BOOST_TEST(metric(on_time, "held_most") == 2);
+  BOOST_TEST(on_time.remarks().empty());
+  BOOST_TEST(metric(no_states, "ahead_most") == 6);
+  BOOST_TEST(metric(no_states, "held_most") == 1);
+  BOOST_TEST(no_states.remarks().size() == 1);
+  BOOST_TEST(metric(no_steps, "held_most") == 5);
+  BOOST_TEST(metric(no_steps, "ahead_most") == 2);
+  BOOST_TEST(no_steps.remarks().size() == 1);
+}
+
 BOOST_AUTO_TEST_CASE(what_is_not_finite_goes_through_and_is_forgotten) {
   for (const std::string& kind : kinds) {
     Loop loop(kind);
