@@ -66,7 +66,7 @@ FileSearch find_file(const fs::path& name, const std::vector<fs::path>& beside, 
 
 std::vector<std::string> names_in_folders(const fs::path& file_name, const FileKind& kind) {
   std::set<std::string> names;
-  for (const fs::path& folder : shared_folders(kind)) {
+  for (const fs::path& folder : folders_of(kind)) {
     std::error_code ignored;
     for (const auto& entry : fs::directory_iterator(folder, ignored)) {
       if (!entry.is_directory(ignored) || !is_there(entry.path() / file_name)) continue;
