@@ -29,7 +29,7 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
       .template output<Wrench>("interpolated", &N::interpolated, "the segment at this tick, before the safety gate")
       .template output<Wrench>("commanded", &N::commanded, "the wrench on the handle, after the safety gate")
       .template output<SafetyState>("safety", &N::safety, "what the safety gate did at this tick")
-      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second", .in_reference = 10000});
+      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks per second", .in_reference = 10000});
   real("force_max", &SafetyLimits::force_max,
        {.doc = "largest force, by norm", .unit = "N", .default_value = defaults.force_max, .max = 1000});
   real("torque_max", &SafetyLimits::torque_max,

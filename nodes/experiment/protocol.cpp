@@ -83,7 +83,7 @@ void Protocol::resume_table() {
     if (trial == nullptr || !is_same_trial(*trial, done)) {
       throw InputError("the table of " + participant_.text + " cannot be continued: trial " +
                        std::to_string(done.trial) +
-                       " is none that this graph would have made; give the graph as it was when the table was begun");
+                       " does not come from this graph; use the graph as it was when the table was begun");
     }
     schedule_.answer(done.response - 1);
     trials_ = done.trial;

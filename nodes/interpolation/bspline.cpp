@@ -39,16 +39,19 @@ NodeInfo BSpline::declare() {
           "(u >= 1) the end value is held, and the next segment starts from it at rest.\n"
           "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering.")
       .realtime_safe()
-      .input("forecast", &BSpline::forecast, {.doc = "the force and the predicted one", .trigger = Trigger::yes})
+      .input("forecast", &BSpline::forecast,
+             {.doc = "the physics force and the predicted force", .trigger = Trigger::yes})
       .output("segment", &BSpline::segment, "a B-spline segment over one estimated period")
       .choice("control_points", &Params::control_points,
               {{"mixed", ControlPoints::mixed}, {"predicted", ControlPoints::predicted}},
               std::optional(ControlPoints::mixed),
-              "the past control points: actual forces, or what was predicted for them; `join: continuous` reads none")
+              "the past control points: actual forces (mixed), or the forces predicted for them; `join: continuous` "
+              "ignores this")
       .choice("join", &Params::join,
               {{"paper", Join::paper}, {"hermite", Join::hermite}, {"continuous", Join::continuous}},
               std::optional(Join::hermite),
-              "the segment as printed in the paper, or one that goes on from the displayed curve with C1 or with C2");
+              "the segment as printed in the paper (paper), or one that continues the displayed curve with C1 "
+              "(hermite) or C2 (continuous)");
   return declare_period(node)
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")

@@ -72,22 +72,21 @@ Declare<N>& declare_predictor(Declare<N>& node) {
           "force", static_cast<Input<Wrench> N::*>(&N::force),
           {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
       .output("forecast", static_cast<Output<Forecast> N::*>(&N::forecast),
-              "the force and what is expected at the next physics periods")
-      .integer(
-          "steps", static_cast<std::int32_t P::*>(&P::steps),
-          {.doc = "physics periods that are predicted: a force is shown from one period after its stamp to two, or "
-                  "later where the next is late",
-           .default_value = 3,
-           .min = 1,
-           .max = Forecast::capacity})
+              "the physics force and the forces expected at the next physics periods")
+      .integer("steps", static_cast<std::int32_t P::*>(&P::steps),
+               {.doc = "number of physics periods that are predicted. A force is displayed from one period after its "
+                       "stamp to two, or longer if the next force is late",
+                .default_value = 3,
+                .min = 1,
+                .max = Forecast::capacity})
       .real("force_max", static_cast<double P::*>(&P::force_max),
-            {.doc = "current and predicted force are shortened to the device's largest force",
+            {.doc = "the device's largest force; longer current and predicted forces are shortened to it",
              .unit = "N",
              .default_value = 8.0,
              .min = 0,
              .above_min = true})
       .real("torque_max", static_cast<double P::*>(&P::torque_max),
-            {.doc = "current and predicted torque are shortened to the device's largest torque",
+            {.doc = "the device's largest torque; longer current and predicted torques are shortened to it",
              .unit = "N m",
              .default_value = 0.3,
              .min = 0,

@@ -20,7 +20,7 @@ FeedSource::FeedSource(const Params& params, const NodeContext& /*context*/) {
 }
 
 NodeInfo FeedSource::declare() {
-  return Declare<FeedSource>("source.feed", "Sends what a program gives it while the run goes on.")
+  return Declare<FeedSource>("source.feed", "Sends the messages that a program gives it during the run.")
       .details(
           "For programs that use Tactor as a library: Session::feed sends messages here, and they go along the edges "
           "as "
