@@ -163,7 +163,7 @@ bool UsbLink::find_zero(LinkFailure& failure) {
       return true;
     }
   } catch (const RunError& error) {
-    why = std::string("its calibration does not count: ") + error.what();
+    why = std::string("its calibration is not valid: ") + error.what();
   }
   failure = {LinkError::identity, why, true};
   return false;
@@ -257,7 +257,7 @@ std::string UsbLink::missing_calibration() {
   try {
     if (store_.find(port->identity(), zero_.size())) return {};
   } catch (const RunError& error) {
-    return name_ + ": its calibration does not count: " + error.what();
+    return name_ + ": its calibration is not valid: " + error.what();
   }
   return name_ + ": " + uncalibrated(profile_);
 }
