@@ -85,7 +85,7 @@ fs::path result_file(const fs::path& file, const ResultsRequest& results) {
   static_cast<void>(format_of_ending(results.out->string()));
   std::error_code ignored;
   if (fs::equivalent(file, *results.out, ignored)) {
-    throw InputError(fmt::format("--out {}: expected another file than the mesh itself", results.out->string()));
+    throw InputError(fmt::format("--out {}: expected a file other than the mesh itself", results.out->string()));
   }
   return results_file(*results.out, {}, results);
 }

@@ -54,10 +54,10 @@ int list_nodes(const NodesArguments& arguments) {
 }  // namespace
 
 void add_nodes(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("nodes", "List the node types, or tell everything about one");
+  CLI::App* verb = app.add_subcommand("nodes", "List the node types, or describe one in full");
   const auto arguments = std::make_shared<NodesArguments>();
   verb->add_option("type", arguments->type, "A node type, for example prediction.ar, or FILE.py:Class");
-  verb->add_flag("--markdown", arguments->markdown, "The whole reference as Markdown");
+  verb->add_flag("--markdown", arguments->markdown, "Print the whole reference as Markdown");
   verb->callback([arguments, &exit_code] { exit_code = list_nodes(*arguments); });
 }
 

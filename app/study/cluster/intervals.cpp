@@ -63,8 +63,8 @@ std::vector<JudgedFrom> read_intervals(const ClusterPlan& plan, const ClusterFol
   const std::optional<std::string> bytes = read_checked(folder.intervals());
   if (!bytes) {
     throw RunError(
-        "it is not known yet from when on runs are warm, because tasks of the stage warm are missing; "
-        "--resume makes them");
+        "the time at which runs are warm is not known yet, because tasks of the stage warm are missing; --resume runs "
+        "them");
   }
   const auto found = from_bytes<FoundIntervals>(*bytes);
   if (found.plan != plan.key) throw RunError(folder.intervals().string() + ": it is of another study");

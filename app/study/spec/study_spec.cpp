@@ -381,8 +381,8 @@ class StudyReader {
     if (const Tree* t = tree.value("recording")) {
       if (tree.entries.size() > 1) {
         diagnostics_.error(t->place,
-                           "reference.recording: expected no other key beside it: a recording is the truth "
-                           "as it is, and nothing is run for it");
+                           "reference.recording: expected no other key beside it: a recording is used as the reference "
+                           "directly, and nothing is run for it");
       }
       const std::string recording = read_text(*t, "reference.recording", diagnostics_).value_or("");
       if (!recording.empty()) study.reference_recording = (study.file.parent_path() / recording).lexically_normal();
@@ -482,7 +482,7 @@ class StudyReader {
     };
     if (study.design == StudyDesign::latin_hypercube && study.vary.empty()) {
       diagnostics_.error(place_of("design"),
-                         "design: latin_hypercube: expected something under `vary` to draw, found nothing");
+                         "design: latin_hypercube: expected parameters under `vary` to sample, found none");
     }
     if (study.report == StudyReport::work_precision && study.without_reference) {
       diagnostics_.error(place_of("reference"),
