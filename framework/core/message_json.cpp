@@ -167,7 +167,7 @@ std::string to_json(const MessageType& type) {
 
 MessageType message_type_from_json(std::string_view text) {
   const Json object = Json::parse(text, nullptr, false);
-  if (!object.is_object()) throw InputError("the description of a message type is no JSON object");
+  if (!object.is_object()) throw InputError("the description of a message type is not a JSON object");
   MessageType type;
   type.name = text_of(object, "name", "without a name");
   type.frame = text_of(object, "frame", type.name);

@@ -104,7 +104,7 @@ Plan build(GraphSpec graph, bool reference) {
                                            [](const NodeSpec& node) { return node.info->sink || node.info->sets; });
   if (!ends && !reference) {
     diagnostics.error(whole,
-                      "expected a sink among the nodes or something to record, found neither: nothing would run");
+                      "expected a sink among the nodes or an output to record, found neither: nothing would run");
   }
   const std::vector<bool> triggers = resolve_triggers(graph, wires, kept);
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {

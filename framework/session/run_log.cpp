@@ -40,7 +40,7 @@ void for_each(RecordingReader& reader, const char* name, const MessageType& type
   const RecordedStream& info = reader.streams()[stream];
   if (!same_type(info.type, type)) {
     throw InputError(reader.path().string() + " cannot be replayed: its stream " + name +
-                     " is of other nodes than its graph has, or of another version of tactor");
+                     " comes from other nodes than those of its graph, or from another version of tactor");
   }
   constexpr std::uint64_t block = 4096;
   MessageBatch messages(info.type);

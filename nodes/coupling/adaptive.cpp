@@ -13,7 +13,7 @@ void check_bounds(const char* low_name, double low, const char* high_name, doubl
   if (low > high) {
     throw ValueError(low_name, std::string("coupling.adaptive: ") + low_name + " (" + std::to_string(low) +
                                    ") is above " + high_name + " (" + std::to_string(high) +
-                                   "); lower the one or raise the other");
+                                   "); lower " + low_name + " or raise " + high_name);
   }
 }
 

@@ -98,8 +98,8 @@ void declare_inertial(Declare<N>& declaration) {
   declare_dynamics(declaration);
   declaration
       .refuses("coupling", "massless",
-               "it moves bodies of mass, and that coupling's tool has none; use dynamics.quasistatic, or a coupling "
-               "with a damper")
+               "it needs a tool with mass, and that coupling has a massless tool; use dynamics.quasistatic, or a "
+               "coupling with a damper")
       .boolean("error_estimate", &P::error_estimate, false,
                "compare each sub-step with two half steps and report the position error of the tool. The run takes "
                "three times as long")

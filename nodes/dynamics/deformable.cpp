@@ -226,7 +226,8 @@ void DeformableDynamics::step(StepContext& context) {
   const CouplingParameters& spring = message->value;
   if (spring.massless != 0) {
     throw RunError(
-        "dynamics.deformable moves bodies of mass, and the coupling's tool has none; use a coupling with a damper");
+        "dynamics.deformable needs a tool with mass, and the coupling has a massless tool; use a coupling with a "
+        "damper");
   }
   const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;
   Time until = context.now();

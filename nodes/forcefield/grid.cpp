@@ -16,7 +16,7 @@ ForceGrid::Options checked(const GridForceField::Params& params, const NodeConte
   if (params.reach > ForceGrid::most_reach_cells * params.cell * (1 + 1e-9)) {
     throw ValueError("reach", std::string(grid_type) + ": reach (" + std::to_string(params.reach) +
                                   " m) is more than " + std::to_string(ForceGrid::most_reach_cells) + " cells of " +
-                                  std::to_string(params.cell) + " m; lower the one or raise the other");
+                                  std::to_string(params.cell) + " m; lower reach or raise cell");
   }
   return {.cell = params.cell, .reach = params.reach, .forgetting = params.forgetting, .nodes = params.nodes};
 }
