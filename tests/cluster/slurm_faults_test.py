@@ -379,7 +379,7 @@ class Controller(FaultTest):
         self.wait_for(lambda: not self.processes(), "all tasks had ended that the controller knew nothing of")
         self.wait_idle_and_release()
         if lost:
-            self.assertIn("--resume makes what is missing", self.ask("--wait", code=1))
+            self.assertIn("--resume runs what is missing", self.ask("--wait", code=1))
             self.ask("--resume")
         self.ask("--wait")
         self.assert_whole(LONG, twice=self.made_twice())
@@ -559,7 +559,7 @@ class Commands(FaultTest):
             self.wait_middle()
             self.assertIn("cancelled jobs", self.ask("--cancel"))
             self.cluster.wait_idle()
-            self.assertIn("--resume makes what is missing", self.ask("--status"))
+            self.assertIn("--resume runs what is missing", self.ask("--status"))
             kept.update(self.parts())
             self.ask("--resume")
         self.ask("--wait")

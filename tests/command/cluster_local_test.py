@@ -97,8 +97,8 @@ class SameTable(ClusterTest):
     def test_run_times_are_said_to_be_of_shared_nodes(self):
         study = SMALL + "timing: {repeats: 3, warm_up: 1}\nshort: {seeds: 1, duration: 5 s}\n"
         result = self.cluster(study, "there", "--short", "--wait")
-        self.assertIn("shares with other programs; --exclusive asks for nodes of its own", " ".join(result.stdout.split()))
-        self.assertIn("Run times are of nodes that were shared", " ".join(result.stdout.split()))
+        self.assertIn("shared with other programs; --exclusive asks for exclusive nodes", " ".join(result.stdout.split()))
+        self.assertIn("Run times come from nodes that were shared", " ".join(result.stdout.split()))
         self.assertEqual(self.table("there", "SELECT run, count(*) FROM repeat_times GROUP BY run"), [(0, 3), (1, 3)])
 
     @unittest.skipUnless((FAULT_NODES / "libtactor_fault.so").exists(), "the nodes that crash are not built")
@@ -135,7 +135,7 @@ class TasksThatEnd(ClusterTest):
         self.assertIn("stage", self.ask("there", "--status").stdout)
         self.assertIn("what has been made is kept", self.ask("there", "--cancel").stdout)
         done = len(self.shards("there"))
-        self.wait_for(lambda: "--resume makes what is missing" in self.ask("there", "--status").stdout, "all tasks had ended")
+        self.wait_for(lambda: "--resume runs what is missing" in self.ask("there", "--status").stdout, "all tasks had ended")
         self.ask("there", "--resume", "--wait")
         self.assertGreaterEqual(len(self.shards("there")), done)
         self.assert_same("here", "there")

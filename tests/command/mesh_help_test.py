@@ -172,7 +172,7 @@ class Mesh(CommandTest):
         file, out = self.made("broken/ball_hole.off"), self.write("there.off", "mine")
         self.assertIn("--overwrite replaces it", self.refused("mesh", "repair", file, "--out", out))
         self.assertEqual(out.read_text(), "mine")
-        self.assertIn("another file than the mesh itself", self.refused("mesh", "repair", file, "--out", file, "--overwrite"))
+        self.assertIn("a file other than the mesh itself", self.refused("mesh", "repair", file, "--out", file, "--overwrite"))
         self.assertIn("the ending .off, .obj, .stl or .ply", self.refused("mesh", "repair", file, "--out", self.folder / "x.txt"))
         self.assertIn("--max-hole", self.refused("mesh", "repair", file, "--out", self.folder / "x.off", "--max-hole", "wide"))
         self.assertIn("a file that exists", self.refused("mesh", "check", "none.off"))
