@@ -12,8 +12,8 @@ namespace {
 void check_bounds(const char* low_name, double low, const char* high_name, double high) {
   if (low > high) {
     throw ValueError(low_name, std::string("coupling.adaptive: ") + low_name + " (" + std::to_string(low) +
-                                   ") is above " + high_name + " (" + std::to_string(high) +
-                                   "); lower " + low_name + " or raise " + high_name);
+                                   ") is above " + high_name + " (" + std::to_string(high) + "); lower " + low_name +
+                                   " or raise " + high_name);
   }
 }
 

@@ -137,10 +137,7 @@ class PartMetrics {
 void declare_parameters(Declare<Metrics>& node) {
   using Params = Metrics::Params;
   node.real("settle", &Params::settle,
-            {.doc = "time at the start of the run that is left out of the metrics",
-             .unit = "s",
-             .default_value = 0.2,
-             .min = 0})
+            {.doc = "time at the start that the metrics leave out", .unit = "s", .default_value = 0.2, .min = 0})
       .real("jnd_force", &Params::jnd_force,
             {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
       .real("jnd_torque", &Params::jnd_torque,
