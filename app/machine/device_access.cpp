@@ -77,7 +77,7 @@ Finding rule_finding() {
     return finding;
   }
   if (geteuid() == 0) {
-    finding.found = "none, and root needs none";
+    finding.found = "none, but root needs none";
     return finding;
   }
   finding.grade = Grade::degraded;

@@ -20,8 +20,8 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
   time("link_timeout", static_cast<Duration P::*>(&P::link_timeout),
        "age of a sample at which the device counts as failed", defaults.link_timeout, 1e-3, 10);
   time("connect_timeout", static_cast<Duration P::*>(&P::connect_timeout),
-       "without a first sample for so long the device fails; where no attempt to open the line succeeds, after 1 s "
-       "already",
+       "the device fails after this time without a first sample; after 1 s already if no attempt to open the line "
+       "succeeds",
        defaults.connect_timeout, 0.1, 600);
   time("stuck_after", static_cast<Duration P::*>(&P::stuck_after),
        "an encoder counts as stuck if it shows no change for this time under a fifth of the largest force; 0: never",
@@ -52,7 +52,7 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
              .max = 1,
              .above_min = true})
       .real("velocity_departure_angle", static_cast<double P::*>(&P::velocity_departure_angle),
-            {.doc = "the same of its rotation",
+            {.doc = "the same for its rotation",
              .unit = "rad",
              .default_value = defaults.velocity_departure_angle,
              .min = 0,

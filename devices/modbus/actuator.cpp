@@ -89,7 +89,7 @@ std::string calibrate(const Actuator::Params& params, const Ask& ask) {
   const Setup setup = make_setup(params);
   if (setup.profile.calibrate.empty()) return setup.profile.name + " needs no calibration";
   ModbusLink link(setup.profile, setup.endpoint);
-  if (!ask(link.name() + ": put it where its zero is to be and let it rest. It may move. Go on?"))
+  if (!ask(link.name() + ": put it where its zero should be and let it rest. It may move. Continue?"))
     return "nothing done";
   LinkFailure failure;
   if (!link.open(failure) || !link.calibrate(failure)) throw RunError(link.name() + ": " + failure.text);

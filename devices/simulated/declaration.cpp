@@ -135,8 +135,8 @@ void declare_friction(Declare<SimulatedDevice>& declaration) {
   using Params = SimulatedDevice::Params;
   declaration
       .real("breakaway", &Params::breakaway,
-            {.doc = "friction that holds the handle at rest, where it is above `friction`; it falls to `friction` with "
-                    "speed",
+            {.doc =
+                 "friction that holds the handle at rest, if it is above `friction`; it falls to `friction` with speed",
              .unit = "N",
              .default_value = 0,
              .min = 0,
@@ -149,7 +149,7 @@ void declare_friction(Declare<SimulatedDevice>& declaration) {
              .max = 10,
              .above_min = true})
       .real("breakaway_angle", &Params::breakaway_angle,
-            {.doc = "friction that holds the handle's rotation at rest, where it is above `friction_angle`",
+            {.doc = "friction that holds the handle's rotation at rest, if it is above `friction_angle`",
              .unit = "N m",
              .default_value = 0,
              .min = 0,
@@ -201,7 +201,7 @@ void declare_lines(Declare<SimulatedDevice>& declaration) {
              .max = 1e-2,
              .in_reference = 0})
       .real("encoder_noise_angle", &Params::encoder_noise_angle,
-            {.doc = "the same of its rotation",
+            {.doc = "the same for its rotation",
              .unit = "rad",
              .default_value = 0,
              .min = 0,
@@ -298,7 +298,7 @@ NodeInfo SimulatedDevice::declare() {
              .max = 1,
              .above_min = true})
       .real("velocity_departure_angle", &Params::velocity_departure_angle,
-            {.doc = "the same of its rotation",
+            {.doc = "the same for its rotation",
              .unit = "rad",
              .default_value = 2e-5,
              .min = 0,

@@ -148,7 +148,7 @@ bool UsbLink::open_port(LinkFailure& failure) {
   if (failure.error == LinkError::none && wait_for_report(most, failure)) return true;
   if (any_wrong_) {
     failure.error = LinkError::identity;
-    failure.text += ", so it is another device under the same numbers";
+    failure.text += ", so it is another device with the same USB numbers";
   }
   failure.reopen = true;
   return false;

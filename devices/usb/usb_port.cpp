@@ -357,7 +357,7 @@ std::string UsbPort::start(const UsbTransfers& transfers, UsbListener& listener)
   libusb_free_config_descriptor(configuration);
   if (in == 0 || out == 0) {
     return std::string("interface ") + std::to_string(transfers.interface) + " has no " + kind + " endpoint " +
-           (in == 0 ? "to the host" : "to the device") + ", so it is another device under the same numbers";
+           (in == 0 ? "to the host" : "to the device") + ", so it is another device with the same USB numbers";
   }
   // What a packet does not fill the device may overflow: whole packets are asked for.
   std::size_t in_size = std::max<std::size_t>(transfers.in_size, 1);

@@ -117,7 +117,7 @@ class FieldReader {
     for (const Json& n : *shape) {
       if (!n.is_number_unsigned() || n.get<std::uint64_t>() == 0 ||
           n.get<std::uint64_t>() > most_message_bytes / count) {
-        refuse(where, "shape holds what is no size");
+        refuse(where, "shape holds a value that is not a size");
       }
       field.shape.push_back(n.get<std::size_t>());
       count *= field.shape.back();

@@ -73,7 +73,7 @@ void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const s
   }
   diagnostics.error(node.place, "nodes." + node.name +
                                     ": nothing makes it step: expected an edge into one of its triggers (" +
-                                    (inputs.empty() ? "it has none" : inputs) + "), found none that is kept");
+                                    (inputs.empty() ? "it has none" : inputs) + "), found none that is left");
 }
 
 void check_hardware(const GraphSpec& graph, const NodeSpec& node, bool reference, Diagnostics& diagnostics) {

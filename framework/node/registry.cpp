@@ -71,7 +71,7 @@ void Registry::add_message_type(const MessageType& type, const std::string& node
   const auto [known, added] = message_types_.try_emplace(type.name, &type);
   if (added || same_type(*known->second, type)) return;
   throw InputError("the node type " + node + " has ports of the message type " + type.name +
-                   ", and another node type has ports of another type of that name; give one of them another name");
+                   ", and another node type has ports of another type with that name; rename one of them");
 }
 
 const NodeInfo* Registry::find(std::string_view type) {

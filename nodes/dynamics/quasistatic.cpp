@@ -17,7 +17,7 @@ QuasistaticDynamics::QuasistaticDynamics(const Params& params, const NodeContext
 
 NodeInfo QuasistaticDynamics::declare() {
   Declare<QuasistaticDynamics> d("dynamics.quasistatic",
-                                 "A massless tool where the coupling spring and the contacts balance.");
+                                 "A massless tool at the place where the coupling spring and the contacts balance.");
   d.details(
       "k_t (p_WD - p_WT) + sum of contact forces = 0, and the same for torques. The tool has no mass, no weight and no "
       "damper, whatever the coupling and the materials say. Without contact it is where the handle is. Use it with "

@@ -25,7 +25,7 @@ ForceGrid::Options checked(const GridForceField::Params& params, const NodeConte
 
 NodeInfo GridForceField::declare() {
   Declare<GridForceField> d(grid_type,
-                            "Forces kept on a grid where they were felt, interpolated at the device's position.");
+                            "Stores forces on a grid where they were felt, and interpolates at the device's position.");
   d.details(
       "Each physics force is stored at the position that the device had at the force's stamp. The field is F(p) = sum "
       "w_i F_i, trilinear between grid nodes. A sample corrects the corners of its cell by F_i += forgetting min(1, "

@@ -75,7 +75,7 @@ NodeInfo Rollout::declare() {
       .realtime_safe()
       .input("model", &Rollout::model, {.doc = "the local model to continue from"})
       .input("device", &Rollout::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
-      .input("forecast", &Rollout::forecast, {.doc = "what to fall back to", .required = false})
+      .input("forecast", &Rollout::forecast, {.doc = "the forecast to fall back to", .required = false})
       .output("segment", &Rollout::segment, "the force over one tick, stamped as the physics result behind it")
       .real("blend_time", &Params::blend_time,
             {.doc = "tau, the time constant of each of the two equal poles with which a correction decays",

@@ -89,7 +89,7 @@ NodeInfo ArPredictor::declare() {
                 .default_value = 300,
                 .min = 1,
                 .max = 100000});
-  node.warms_up("the first refitted coefficients have come, and what a mean is taken over is full");
+  node.warms_up("the first refitted coefficients have come, and the window of the mean is full");
   node.coarser("coefficients", {std::string("fixed")}).cheaper("prediction.linear").cheaper("prediction.hold");
   node.formerly("detrend", "remove");
   return node.info();

@@ -310,7 +310,7 @@ NodeInfo Metrics::declare() {
           "displacement of a tick. The displacement is the handle's true one if `truth` is connected. Without a "
           "reference, the metrics that need one are left out.")
       .input("commanded", &Metrics::commanded,
-             {.doc = "what the device is told to display, at its rate",
+             {.doc = "the wrench that the device should display, at its rate",
               .trigger = Trigger::yes,
               .queue = every,
               .judged = true})

@@ -108,7 +108,7 @@ RecordingSource::RecordingSource(const Params& params, const NodeContext& contex
 }
 
 NodeInfo RecordingSource::declare() {
-  return Declare<RecordingSource>("source.recording", "Plays a recording or a CSV file back with its own stamps.")
+  return Declare<RecordingSource>("source.recording", "Plays back a recording or a CSV file with its own stamps.")
       .details(
           "An .h5 file needs `stream`, the recorded output such as coupling.force. Its messages, of any type, are sent "
           "at the output message; wrenches also at force, device states also at device, and targets also at target. A "

@@ -133,7 +133,7 @@ class TasksThatEnd(ClusterTest):
         self.cluster(LONG, "there", "--chunk", "1 s", "--jobs", "1")
         self.wait_for(lambda: self.shards("there"), "a task had ended")
         self.assertIn("stage", self.ask("there", "--status").stdout)
-        self.assertIn("what has been made is kept", self.ask("there", "--cancel").stdout)
+        self.assertIn("finished results are kept", self.ask("there", "--cancel").stdout)
         done = len(self.shards("there"))
         self.wait_for(lambda: "--resume runs what is missing" in self.ask("there", "--status").stdout, "all tasks had ended")
         self.ask("there", "--resume", "--wait")
@@ -197,7 +197,7 @@ class TasksThatEnd(ClusterTest):
         for pid in self.tasks_of("there", "runs"):
             os.kill(pid, signal.SIGKILL)
         result = self.ask("there", "--wait", code=1)
-        self.assertIn("12 of 12 runs are missing, in 1 tasks; cluster/jobs/*.log tells why, and --resume makes them", " ".join(result.stdout.split()))
+        self.assertIn("12 of 12 runs are missing, in 1 tasks; cluster/jobs/*.log tells why, and --resume runs them", " ".join(result.stdout.split()))
         self.assertEqual(self.table("there", "SELECT count(*) FROM runs"), [(0,)])
         self.ask("there", "--resume", "--wait")
         self.assert_same("here", "there")

@@ -271,7 +271,7 @@ class NewGraph(CommandTest):
         self.assertIn("the widest 0.1 wide (57.74 % of the diagonal)", said)
         self.assertIn("but for the 2 faces that fill holes, 16.7 % of its area,", said)
         self.assertIn("(+20 %)", said)
-        self.assertIn("does not count what fills holes", said)
+        self.assertIn("ignores the faces that fill holes", said)
         self.assertIn("17 % of its surface fills holes", (self.folder / "open/scene.yaml").read_text())
 
     def test_the_size_is_chosen_and_told(self):

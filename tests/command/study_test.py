@@ -235,7 +235,7 @@ class Failures(StudyTest):
         self.bad(graph + "report: {kind: work_precision, bounds: [hodl]}\n", "study.yaml:3:41: ",
                  "report.bounds: expected a method of the study, found hodl", 'did you mean "hold"?')
         self.bad(graph + "report: {kind: stability, bounds: [hold]}\n", "report.bounds: expected with kind: work_precision alone")
-        self.bad(graph + "reference: none\nreport: work_precision\n", "study.yaml:3:12: ", "reference: none: expected another report")
+        self.bad(graph + "reference: none\nreport: work_precision\n", "study.yaml:3:12: ", "reference: none: expected a report other than")
         self.bad(graph + "reference: nobody\n", "study.yaml:3:12: ", "own, none")
 
     def test_a_metric_that_no_run_reports_is_refused_before_the_first(self):

@@ -148,7 +148,7 @@ class ChunkTask {
     const std::optional<Shard> there = read_shard(target_);
     if (!there) return false;
     if (there->complete && belongs(there->head)) return true;
-    tell_note(fmt::format("{}: {}; what is missing is made anew", target_.string(),
+    tell_note(fmt::format("{}: {}; the missing part is made again", target_.string(),
                           there->damage.empty() ? "it is of another study, or not whole" : there->damage));
     std::error_code ignored;
     if (belongs(there->head)) fs::rename(target_, part(), ignored);

@@ -239,7 +239,7 @@ int cancel_cluster_study(const fs::path& out) {
   cancel_jobs(study.system, alive);
   fmt::print("{}\n", alive.empty()
                          ? std::string("nothing waits or runs any more")
-                         : fmt::format("cancelled jobs {}; what has been made is kept", fmt::join(alive, " ")));
+                         : fmt::format("cancelled jobs {}; finished results are kept", fmt::join(alive, " ")));
   return 0;
 }
 

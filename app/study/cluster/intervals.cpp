@@ -28,7 +28,7 @@ int find_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
     const std::optional<Shard> shard = read_shard(folder.shard(StageKind::warm, chunk));
     if (!shard || !shard->complete || !shard->head.is_of(plan.key, name_of(StageKind::warm), chunk)) {
-      throw RunError(fmt::format("{}: expected a whole shard, found {}; --resume makes it",
+      throw RunError(fmt::format("{}: expected a complete shard, found {}; --resume makes it again",
                                  folder.shard(StageKind::warm, chunk).string(), shard ? "a damaged one" : "none"));
     }
     for (const auto& [unit, answer] : shard->records) {

@@ -26,7 +26,7 @@ std::vector<std::string> warnings_of(const MergedShards& merged, const ClusterPl
   std::vector<std::string> warnings;
   const auto say = [&](std::string text) { warnings.push_back(std::move(text)); };
   if (merged.missing_runs > 0) {
-    say(fmt::format("{} of {} runs are missing, in {} tasks; cluster/jobs/*.log tells why, and --resume makes them",
+    say(fmt::format("{} of {} runs are missing, in {} tasks; cluster/jobs/*.log tells why, and --resume runs them",
                     merged.missing_runs, plan.planned.runs(), merged.missing_chunks.size()));
   }
   if (merged.left_out > 0) {

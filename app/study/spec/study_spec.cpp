@@ -485,9 +485,9 @@ class StudyReader {
                          "design: latin_hypercube: expected parameters under `vary` to sample, found none");
     }
     if (study.report == StudyReport::work_precision && study.without_reference) {
-      diagnostics_.error(place_of("reference"),
-                         "reference: none: expected another report than work_precision, whose errors need a reference "
-                         "run, found that");
+      diagnostics_.error(
+          place_of("reference"),
+          "reference: none: expected a report other than work_precision, because its errors need a reference run");
     }
     if (study.report != StudyReport::stability) return;
     if (study.vary.size() != 2) {
